@@ -94,7 +94,7 @@ def desk(number: int, port: str, dialect: str, motors: list[int], rate_hz: float
     from tapping import tap
 
     import tui.desk
-    from armdrive.cli.running import Ended, _signals
+    from armdrive.cli.runner import Ended, _signals
     from kinematics import Motors
 
     desks: list[LinedDesk] = []

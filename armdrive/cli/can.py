@@ -14,41 +14,36 @@ from the box to the first motion.
 from __future__ import annotations
 
 import argparse
-import importlib
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import cast
 
-from armdrive.cli.running import Command
+from armdrive.cli import can_monitor, can_setup
+from armdrive.cli.runner import Command
 
-ACTIONS: Mapping[str, tuple[str, str]] = MappingProxyType(
+ACTIONS: Mapping[str, tuple[Command, str]] = MappingProxyType(
     {
-        "setup": ("can_setup", "commission new drives one at a time, and write the arm file"),
-        "monitor": ("can_monitor", "show what passes on a bus in words; sends nothing"),
+        "setup": (can_setup, "commission new drives one at a time, and write the arm file"),
+        "monitor": (can_monitor, "show what passes on a bus in words; sends nothing"),
     }
 )
-"""Every action: the file that does it, and its line of help."""
+"""Every action: the module that does it, and its line of help."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the actions, each with its own options."""
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
-    for name, (_, help_line) in ACTIONS.items():
-        module = _module(name)
+    for name, (command, help_line) in ACTIONS.items():
         sub = actions.add_parser(
             name,
             help=help_line,
             description=help_line[0].upper() + help_line[1:] + ".",
             formatter_class=argparse.RawDescriptionHelpFormatter,
-            epilog=(module.__doc__ or "").partition("\n\n")[2],
+            epilog=(command.__doc__ or "").partition("\n\n")[2],
         )
-        module.add_arguments(sub)
+        command.add_arguments(sub)
 
 
 def run(options: argparse.Namespace) -> int:
     """Do what was asked."""
-    return _module(options.action).run(options)
-
-
-def _module(action: str) -> Command:
-    return cast(Command, importlib.import_module(f"armdrive.cli.{ACTIONS[action][0]}"))
+    command, _ = ACTIONS[options.action]
+    return command.run(options)

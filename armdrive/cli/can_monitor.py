@@ -28,9 +28,8 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from armdrive.cli.choosing import add_json_option
-from armdrive.cli.numbers import count, number
-from armdrive.cli.output import emit, put_error, say
+from armdrive.cli.options import add_json_option, count, number
+from armdrive.cli.presenter import emit, put_error, say
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import Wiring
 from armdrive.connect.target import find, simulation_forced

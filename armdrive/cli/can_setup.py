@@ -23,9 +23,9 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from armdrive.cli.choosing import add_json_option
-from armdrive.cli.config_asking import Back, agree, ask, ask_value
-from armdrive.cli.output import emit, say, say_lines
+from armdrive.cli.options import add_json_option
+from armdrive.cli.presenter import emit, say, say_lines
+from armdrive.cli.questions import Back, agree, ask, ask_value
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
 from armdrive.connect.port import Wiring

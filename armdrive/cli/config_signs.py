@@ -10,11 +10,11 @@ import argparse
 import sys
 
 from armdrive.arm import Arm
-from armdrive.cli.choosing import add_json_option
-from armdrive.cli.config_asking import agree, ask_value
-from armdrive.cli.config_files import ArmText, read
-from armdrive.cli.confirming import posture_drawing
-from armdrive.cli.output import emit, say
+from armdrive.cli.arm_files import ArmText, read
+from armdrive.cli.options import add_json_option
+from armdrive.cli.presenter import emit, say
+from armdrive.cli.questions import agree, ask_value
+from armdrive.cli.terminal_person import posture_drawing
 from armdrive.config.arm import ArmConfig
 from armdrive.connect import target as connecting
 from armdrive.dialog import Question, choice

@@ -22,12 +22,11 @@ import argparse
 import sys
 
 from armdrive.cli import doctor_can
-from armdrive.cli.choosing import add_json_option
-from armdrive.cli.confirming import agreed
 from armdrive.cli.doctor_keyboard import run as examine_keyboard
 from armdrive.cli.doctor_report import Report, compare
-from armdrive.cli.numbers import count
-from armdrive.cli.output import say
+from armdrive.cli.options import add_json_option, count
+from armdrive.cli.presenter import say
+from armdrive.cli.terminal_person import agreed
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import Wiring
 from armdrive.connect.target import find, simulation_forced

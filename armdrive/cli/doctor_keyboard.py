@@ -6,7 +6,7 @@ import dataclasses
 import os
 import sys
 
-from armdrive.cli.output import emit, put_error, say, say_lines
+from armdrive.cli.presenter import emit, put_error, say, say_lines
 from armdrive.errors import OperatorNeeded
 from armdrive.setup.keyboard import Examined, examine, raw_terminal, sentence
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from armdrive.arm import Arm
-from armdrive.cli.confirming import agreed
-from armdrive.cli.output import emit, say
+from armdrive.cli.presenter import emit, say
+from armdrive.cli.terminal_person import agreed
 from armdrive.config.arm import ArmConfig
 from armdrive.connect import target as connecting
 from armdrive.connect.port import bare

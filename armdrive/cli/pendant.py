@@ -23,14 +23,10 @@ from pathlib import Path
 from types import MappingProxyType
 
 from armdrive.arm import Arm
-from armdrive.cli.choosing import (
-    add_allow_restored,
-    add_arm_options,
-    chosen_target,
-    connect_chosen,
-)
-from armdrive.cli.confirming import agreed, settle_trust
-from armdrive.cli.output import emit, put_error, say, say_lines, say_which
+from armdrive.cli.arm_options import add_allow_restored, add_arm_options
+from armdrive.cli.chosen_arm import chosen_target, connect_chosen
+from armdrive.cli.presenter import emit, put_error, say, say_lines, say_which
+from armdrive.cli.terminal_person import agreed, settle_trust
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest, OperatorNeeded, PendantFileError
 from armdrive.motion.device import named_rows

@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 
-from armdrive.cli.output import complain
+from armdrive.cli.presenter import complain
 from armdrive.errors.table import tagged
 from armdrive.storage import files as places
 from armdrive.storage.files import replace_file

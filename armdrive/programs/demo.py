@@ -9,15 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+from armdrive.arm import Arm
+from armdrive.sim.world.arm import World
+from armdrive.sim.world.table import Block
 from armdrive.status import Trust
 from kinematics import Pose
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
-    from armdrive.sim.world.arm import World
-    from armdrive.sim.world.table import Block
 
 SAFE_MM = 60.0
 """Height of the straight lifts above where a block is taken or put."""
@@ -98,8 +95,6 @@ def misplaced(world: World, jobs: tuple[Job, ...]) -> list[str]:
 
 def blocks_of(jobs: tuple[Job, ...]) -> list[Block]:
     """Return the blocks as they lie before the demonstration."""
-    from armdrive.sim.world.table import Block
-
     return [Block(job.name, *job.from_mm, job.width_mm, job.height_mm) for job in jobs]
 
 

@@ -12,26 +12,22 @@ import math
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from armdrive.arm import Arm
 from armdrive.arm.moving import PARK_RISE_MM, raised
 from armdrive.errors import ArmError, Refused, StateFileError
 from armdrive.motion.plan import speed_fraction
 from armdrive.motion.preview import postures_along
 from armdrive.motion.resolve import Goal, Ground, LineGoal, PoseGoal
-from armdrive.programs.acts import Act, Fingers, Go, Grasp, Home, Ready
-from armdrive.programs.performing import joints_of, place_of
+from armdrive.programs.acts import Act, Answer, Fingers, Go, Grasp, Home, Machine, Ready
+from armdrive.programs.performing import Performer, joints_of, place_of
+from armdrive.programs.running import Step
 from armdrive.runtime.position import Coordinates
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, remove_durably, replace_file
 from kinematics import Joints
 from kinematics.errors import KinematicsError
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
-    from armdrive.programs.acts import Answer, Machine
-    from armdrive.programs.performing import Performer
-    from armdrive.programs.running import Step
 
 FORMAT = 1
 LONGEST = 8_000_000

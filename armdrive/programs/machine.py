@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from armdrive.errors import ArmError, Mark, Problem, ProgramError
 from armdrive.programs.acts import (
@@ -28,8 +28,8 @@ from armdrive.programs.acts import (
     bounded,
     told,
 )
-from armdrive.programs.language.compiling import Instruction, Op
-from armdrive.programs.language.syntax import Define
+from armdrive.programs.language.compiling import Code, Instruction, Op
+from armdrive.programs.language.syntax import Define, Tree
 from armdrive.programs.language.values import (
     NUMERIC,
     PLACING,
@@ -49,10 +49,6 @@ from armdrive.programs.language.values import (
 from armdrive.programs.language.words import FUNCTIONS, Kind
 from armdrive.programs.problems import program_error
 from kinematics.errors import KinematicsError
-
-if TYPE_CHECKING:
-    from armdrive.programs.program import Program
-
 
 # All that a program under way knows, and how it is written down as plain JSON data.
 
@@ -447,10 +443,42 @@ FORMAT = 1
 """The form of a snapshot."""
 
 
+class CompiledProgram(Protocol):
+    """What a machine needs to know of the program that it runs."""
+
+    @property
+    def text(self) -> str:
+        """The text, which errors quote."""
+
+    @property
+    def file(self) -> str:
+        """The file that the text was read from; may be empty."""
+
+    @property
+    def tree(self) -> Tree:
+        """The lines as they were written."""
+
+    @property
+    def code(self) -> Code:
+        """The instructions to carry out."""
+
+    @property
+    def context(self) -> Context:
+        """The names that were known before the program."""
+
+    @property
+    def digest(self) -> str:
+        """A hash of the text."""
+
+    @property
+    def code_digest(self) -> str:
+        """A hash of the instructions."""
+
+
 class Machine:
     """One run of a program; made by `Program.machine` and `Program.restored`."""
 
-    def __init__(self, program: Program, world: World, state: State | None = None) -> None:
+    def __init__(self, program: CompiledProgram, world: World, state: State | None = None) -> None:
         self.program = program
         self._world = world
         self._state = State() if state is None else state
@@ -460,7 +488,7 @@ class Machine:
     @classmethod
     def restored(
         cls,
-        program: Program,
+        program: CompiledProgram,
         snapshot: Mapping[str, object],
         *,
         fk: ForwardKinematics | None = None,

@@ -10,8 +10,9 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
+from armdrive.arm import Arm
 from armdrive.errors import BadRequest, Stopped
 from armdrive.programs.acts import (
     Act,
@@ -35,9 +36,6 @@ from armdrive.runtime.io_lines import input_bits, output_bits
 from armdrive.runtime.overrides import given_up
 from armdrive.storage.points import Point
 from kinematics import Joints, Pose
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
 
 SLICE_S = 0.05
 """Waits are cut into slices of this length, on the arm's clock, so that a stop ends them."""

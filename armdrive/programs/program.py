@@ -7,8 +7,8 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest, Mark, Problem
 from armdrive.programs.language.checking import checked
 from armdrive.programs.language.compiling import Code, Op
@@ -21,9 +21,6 @@ from armdrive.storage.point_file import points_of
 from armdrive.text.reading import read_text
 from kinematics import Joints, Pose
 from kinematics.errors import suggestion
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,6 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from itertools import count
-from typing import TYPE_CHECKING
 
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
@@ -35,18 +34,15 @@ from armdrive.programs.acts import (
 from armdrive.programs.performing import Performer, place_of
 from armdrive.programs.running import FOR_EVER, LOOPS_REHEARSED, Run, Source, Step, Took
 from armdrive.registry import simulate
+from armdrive.runtime.drive import PaceChoice
 from armdrive.runtime.io_lines import input_bits
 from armdrive.runtime.position import Coordinates
+from armdrive.sim.simulated_arm import Twin
 from armdrive.sim.world.table import Block
 from armdrive.status import State, Trust
 from armdrive.trace.calls import NO_WITNESS
 from kinematics.errors import KinematicsError
-
-if TYPE_CHECKING:
-    from armdrive.runtime.drive import PaceChoice
-    from armdrive.sim.simulated_arm import Twin
-    from kinematics.geometry import Point
-
+from kinematics.geometry import Point
 
 # The performer of a rehearsal: acts on the twin, and assumes what a twin cannot know.
 

@@ -8,13 +8,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate, chain
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
+from armdrive.errors import Mark
 from armdrive.programs.acts import MOTIONS, Answer, Machine, Stage
-
-if TYPE_CHECKING:
-    from armdrive.errors import Mark
-    from armdrive.programs.performing import Performer
+from armdrive.programs.performing import Performer
 
 FOR_EVER = 0
 """So many loops have no end."""

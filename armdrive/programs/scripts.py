@@ -16,7 +16,8 @@ import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from types import FrameType
+from typing import Any, cast
 
 from armdrive.arm import Arm, standing_in
 from armdrive.config.arm import ArmConfig
@@ -34,18 +35,13 @@ from armdrive.programs.rehearsal import (
     rehearsing_arm,
 )
 from armdrive.programs.running import Took
+from armdrive.sim.world.scene import Scene
+from armdrive.sim.world.table import Incident
 from armdrive.text.printable import printable_lines
 from armdrive.text.reading import read_bytes
 from armdrive.trace import calls as recorded
-
-if TYPE_CHECKING:
-    from types import FrameType
-
-    from armdrive.sim.world.scene import Scene
-    from armdrive.sim.world.table import Incident
-    from armdrive.trace.calls import Witness
-    from kinematics.geometry import Point
-
+from armdrive.trace.calls import Witness
+from kinematics.geometry import Point
 
 # The calls that a script makes of its arms, and the line of the script that made each.
 #

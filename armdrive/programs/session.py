@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 from armdrive.errors import BadRequest, Mark, Problem, ProgramError
 from armdrive.programs.language.lines import Item, LineMistake, read_line
@@ -33,13 +32,9 @@ from armdrive.programs.language.syntax import (
 )
 from armdrive.programs.language.words import FUNCTIONS, HERE
 from armdrive.programs.language.writing import unparse
-from armdrive.programs.machine import Context
+from armdrive.programs.machine import Context, Machine
 from armdrive.programs.problems import MOST_TOLD, pointed
 from armdrive.programs.program import Program, read_program
-
-if TYPE_CHECKING:
-    from armdrive.programs.machine import Machine
-
 
 # The lines that were typed at a prompt, and how what is wrong with them is shown.
 

@@ -21,7 +21,7 @@ from typing import Any
 
 from mortal_host import ready
 
-from armdrive.cli.running import Ended, _signals
+from armdrive.cli.runner import Ended, _signals
 from kinematics import Motors
 
 LONG_S = 600.0

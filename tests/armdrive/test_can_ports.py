@@ -10,6 +10,7 @@ import pytest
 from cli_calls import write_arm_file
 from doctor_bench import plug
 
+from armdrive.cli.set_up import ports as ports_command
 from armdrive.errors import LinkError
 from armdrive.transports import ports
 from armdrive.transports import ports as can_ports
@@ -96,7 +97,7 @@ def test_what_drivers_find_is_written_as_a_port(monkeypatch):
 
 def test_the_command_lists_them_in_words_and_as_json(call, computer, monkeypatch):
     net, usb = computer
-    monkeypatch.setattr(can_ports, "list_can_ports", partial(list_can_ports, net=net, usb=usb))
+    monkeypatch.setattr(ports_command, "list_can_ports", partial(list_can_ports, net=net, usb=usb))
     monkeypatch.setattr(can_ports, "_ASKING", """print('[["socketcan", "can0"], ["x", "1"]]')""")
     seen = call("ports", "--json", code=0).json["can"]
     assert [each["port"] for each in seen] == ["can:socketcan:vcan0", "can:socketcan:can0"]

@@ -9,8 +9,9 @@ import pytest
 from cli_calls import write_arm_file
 
 import tui
-from armdrive.cli import jog, screens
-from armdrive.cli.worlds import connect_remembered
+from armdrive.cli import screens
+from armdrive.cli.drive import jog
+from armdrive.cli.sim_state import connect_remembered
 from armdrive.connect import target as connecting
 
 

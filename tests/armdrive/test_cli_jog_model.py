@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from armdrive.cli import screens
-from armdrive.cli.jog_model import find_subject
+from armdrive.cli.drive.jog_model import find_subject
 from armdrive.errors import BadRequest
 from kinematics.textbook.study import subject_names
 
@@ -67,6 +67,6 @@ def test_without_a_terminal_the_other_command_is_named(call):
 
 
 def test_a_model_is_shown_and_no_arm_is_opened(call, opened, monkeypatch):
-    monkeypatch.setattr("armdrive.cli.jog.connect_chosen", no_arm)
+    monkeypatch.setattr("armdrive.cli.drive.jog.connect_chosen", no_arm)
     call("jog", "--model", "puma", "--ascii", code=0)
     assert opened == [("puma", True)]

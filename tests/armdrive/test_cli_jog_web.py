@@ -18,8 +18,8 @@ from served import Served
 from waiting import LONG_S, tried, until
 from watched_sim import Watch
 
-from armdrive.cli import jog_web
-from armdrive.cli.jog_door import HOST, Door, Visit
+from armdrive.cli.drive import web_desk
+from armdrive.cli.drive.web_access import HOST, Door, Visit
 from armdrive.connect.target import find
 from armdrive.storage import files as places
 from armdrive.storage.lock_client import ask_holder
@@ -70,12 +70,12 @@ def test_every_desk_has_a_key_of_its_own_that_nobody_guesses():
 
 
 def options(**more):
-    names = dict.fromkeys((*jog_web.SWITCHES, *jog_web.VALUES, "reconnect"))
+    names = dict.fromkeys((*web_desk.SWITCHES, *web_desk.VALUES, "reconnect"))
     return Namespace(**names | more)
 
 
 def test_the_desk_behind_the_page_is_given_what_was_asked_for_and_no_shell_reads_it():
-    line = jog_web.command(options(arm="a; rm x", ascii=True, reconnect=True, baud=9600))
+    line = web_desk.command(options(arm="a; rm x", ascii=True, reconnect=True, baud=9600))
     words = shlex.split(line)
     assert words[0] == "exec"
     assert words[2:] == [
@@ -88,18 +88,18 @@ def test_every_option_of_the_desk_is_handed_on(call):
     said = call("jog", "--help", code=0).out
     own = {"help", "web", "web-port", "show-keys", "json"}
     named = set(re.findall(r"--([a-z-]+)", said.partition("options:")[2])) - own
-    assert named - {"setup", "arm", "sim"} <= {*jog_web.SWITCHES, *jog_web.VALUES, "reconnect"}
-    assert set(jog_web.VALUES) <= named
+    assert named - {"setup", "arm", "sim"} <= {*web_desk.SWITCHES, *web_desk.VALUES, "reconnect"}
+    assert set(web_desk.VALUES) <= named
 
 
 def test_what_is_missing_or_taken_is_said(call, monkeypatch):
     def missing(name):
         raise ModuleNotFoundError(name)
 
-    monkeypatch.setattr(jog_web, "import_module", missing)
+    monkeypatch.setattr(web_desk, "import_module", missing)
     assert "pip install 'armdrive[web]'" in call.refused("jog", "--web", code=2)
-    with jog_web.socket.create_server((HOST, 0)) as taken:
-        monkeypatch.setattr(jog_web, "import_module", lambda _: None)
+    with web_desk.socket.create_server((HOST, 0)) as taken:
+        monkeypatch.setattr(web_desk, "import_module", lambda _: None)
         port = taken.getsockname()[1]
         assert "--web-port" in call.refused("jog", "--web", "--web-port", str(port), code=2)
     assert "--web-port" in call.refused("jog", "--web", "--web-port", "99999", code=2)
@@ -122,7 +122,7 @@ class Browsed:
         write_arm_file("bench", text + 'dialect = "teachmover"\n')
         places.states().mkdir(parents=True, exist_ok=True)
         (places.states() / "desk.json").write_text('{"instructed": true, "screen": "jog"}')
-        words = shlex.split(jog_web.command(options(arm="bench")))[1:]
+        words = shlex.split(web_desk.command(options(arm="bench")))[1:]
         driver = "textual.drivers.web_driver:WebDriver"
         self.process = subprocess.Popen(
             words,
@@ -237,7 +237,7 @@ def test_a_browser_opens_jogs_and_closes_a_desk(tmp_path):
     pytest.importorskip("textual_serve")
     places.states().mkdir(parents=True, exist_ok=True)
     (places.states() / "desk.json").write_text('{"instructed": true}')
-    with jog_web.socket.create_server((HOST, 0)) as free:
+    with web_desk.socket.create_server((HOST, 0)) as free:
         port = free.getsockname()[1]
     words = [sys.executable, "-m", "armdrive", "jog", "--sim", "teachmover", "--web"]
     server = subprocess.Popen(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from cli_calls import Caller
 
-from armdrive.cli.config import ACTIONS
+from armdrive.cli.set_up.config import ACTIONS
 from armdrive.registry import load_arm
 from armdrive.setup.interview import ROWS
 from armdrive.setup.templates import PRINTED_SIX, TEMPLATES

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from armdrive import Arm
 from armdrive.cli import config_signs
-from armdrive.cli.config_files import ArmText
+from armdrive.cli.arm_files import ArmText
 from armdrive.cli.config_new import write
 from armdrive.cli.config_signs import find_signs, lines_for
 from armdrive.connect.target import connect_simulated, simulated_config

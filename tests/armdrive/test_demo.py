@@ -79,7 +79,7 @@ def test_a_block_that_was_not_brought_to_its_place_fails_the_check(call, monkeyp
         return perform(arm, (*others, replace(last, to_mm=there)), tell)
 
     perform = demo.perform
-    monkeypatch.setattr("armdrive.cli.demo.perform", elsewhere)
+    monkeypatch.setattr("armdrive.cli.program.demo.perform", elsewhere)
     said = call("demo", "--plain", code=1).out
     assert "WRONG: block C is" in said
     assert "Every block stands" not in said
@@ -92,7 +92,7 @@ def test_a_block_that_is_taken_away_meanwhile_fails_the_check(call, monkeypatch)
         return carried
 
     perform = demo.perform
-    monkeypatch.setattr("armdrive.cli.demo.perform", stolen)
+    monkeypatch.setattr("armdrive.cli.program.demo.perform", stolen)
     assert "WRONG: block B" in call("demo", "--plain", code=1).out
 
 
@@ -101,7 +101,7 @@ def test_a_block_pushed_out_of_reach_of_the_fingers_fails_the_check(call, monkey
         first, *others = blocks_of(jobs)
         return [replace(first, x_mm=first.x_mm + 70.0), *others]
 
-    monkeypatch.setattr("armdrive.cli.demo.blocks_of", pushed)
+    monkeypatch.setattr("armdrive.cli.program.demo.blocks_of", pushed)
     called = call("demo", "--json", code=1)
     assert any("block A" in sentence for sentence in called.json_lines[-1]["wrong"])
 
@@ -154,13 +154,13 @@ def test_in_a_terminal_it_is_drawn_and_leaves_the_terminal_as_it_was():
 
 
 def test_what_is_said_under_an_ascii_picture_is_ascii_too(capsys, monkeypatch):
-    from armdrive.cli import showing
+    from armdrive.cli.program import demo_display
     from armdrive.connect.target import simulated_config
     from armdrive.registry import simulate
 
-    monkeypatch.setattr(showing, "perform", lambda arm, jobs, tell: [tell("turned by 90°")])
+    monkeypatch.setattr(demo_display, "perform", lambda arm, jobs, tell: [tell("turned by 90°")])
     config = simulated_config("teachmover")
-    showing.show(config, simulate(config), pace=200.0, braille=False)
+    demo_display.show(config, simulate(config), pace=200.0, braille=False)
     shown = capsys.readouterr().out
     assert "turned by 90 deg" in shown
     assert shown.isascii()

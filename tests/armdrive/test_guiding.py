@@ -9,9 +9,9 @@ import pytest
 from cli_calls import Caller, write_arm_file
 
 from armdrive import Arm
-from armdrive.cli import guiding
-from armdrive.cli.guiding import Guide, difference, parse_jogs, posture_pictures
-from armdrive.cli.worlds import connect_remembered, world_file
+from armdrive.cli import terminal_person
+from armdrive.cli.sim_state import connect_remembered, world_file
+from armdrive.cli.terminal_person import Guide, difference, parse_jogs, posture_pictures
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
 from armdrive.status import State, Trust
@@ -100,8 +100,8 @@ def test_the_posture_is_drawn_from_two_sides_with_what_is_left(dialect):
     request = arm.reference_request()
     assert difference(request) == ""  # nothing is known of this arm
     lines = posture_pictures(request)
-    assert len(lines) == guiding.PICTURE_HEIGHT
-    assert any(line[guiding.PICTURE_WIDTH :].strip() for line in lines)
+    assert len(lines) == terminal_person.PICTURE_HEIGHT
+    assert any(line[terminal_person.PICTURE_WIDTH :].strip() for line in lines)
     arm.declare_posture(request.joints.replace(base=0.1))
     assert "base -5." in difference(request)
 
@@ -135,7 +135,7 @@ def test_lines_that_might_mean_anything_are_refused(line):
 
 def test_the_desk_may_be_opened_in_between(call, typing, monkeypatch):
     import tui
-    from armdrive.cli import home
+    from armdrive.cli.drive import home
 
     opened = []
 

@@ -10,8 +10,8 @@ import pytest
 from grbl_arm import config, found, ready
 
 from armdrive import Arm
-from armdrive.cli import config_limits
-from armdrive.cli.config_limits import check
+from armdrive.cli.set_up import config_limits
+from armdrive.cli.set_up.config_limits import check
 from armdrive.connect.target import connect_simulated
 from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.errors import ArmFileError, Refused, SettingsDiffer

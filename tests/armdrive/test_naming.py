@@ -6,7 +6,7 @@ from argparse import Namespace
 
 import pytest
 
-from armdrive.cli.naming import with_arm
+from armdrive.cli.runner import with_arm
 
 
 @pytest.mark.parametrize(

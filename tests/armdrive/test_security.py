@@ -203,9 +203,6 @@ def test_what_an_arm_file_names_is_never_started():
     ]
     assert sorted(loaders) == [
         "__init__.py",
-        "cli/can.py",
-        "cli/config.py",
-        "cli/jog_web.py",
-        "cli/running.py",
+        "cli/drive/web_desk.py",
         "render/sketch.py",
     ]

@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 from armdrive import Arm
-from armdrive.cli import config_files, shell_lines, worlds
+from armdrive.cli import arm_files, sim_state
+from armdrive.cli.program import shell_lines
 from armdrive.connect.control_socket import serve
 from armdrive.connect.target import connect_simulated, simulated_config, state_file
 from armdrive.errors import ArmError, PointsFileError, StateFileError
@@ -77,7 +78,7 @@ def a_record():
 
 
 def a_world():
-    path = worlds.world_file("bench")
+    path = sim_state.world_file("bench")
     replace_file(path, "{}")
     return path
 
@@ -123,20 +124,20 @@ def a_notice():
 
 
 def a_default():
-    config_files.choose_default("bench")
-    return config_files._default_path()
+    arm_files.choose_default("bench")
+    return arm_files._default_path()
 
 
 WRITERS = {
     "position": (a_record, state_file),
-    "world": (a_world, worlds.world_file),
+    "world": (a_world, sim_state.world_file),
     "notes": (some_notes, notes.path_of),
     "journal": (a_journal, journal_file),
     "memory": (a_memory, lambda _: memory_file()),
     "history": (a_history, lambda _: places.states() / shell_lines.HISTORY),
     "recording": (a_recording, lambda _: places.states() / "bench.jsonl"),
     "notice": (a_notice, lambda _: notice_path("bench", "holder")),
-    "default arm": (a_default, lambda _: config_files._default_path()),
+    "default arm": (a_default, lambda _: arm_files._default_path()),
 }
 every_writer = pytest.mark.parametrize("what", WRITERS)
 
@@ -220,7 +221,7 @@ def read_record():
 
 def read_world():
     with pytest.raises(StateFileError) as found:
-        worlds._load("bench")
+        sim_state._load("bench")
     return str(found.value)
 
 
@@ -251,7 +252,7 @@ def read_logbook():
 
 READERS = {
     "position": (read_record, state_file),
-    "world": (read_world, worlds.world_file),
+    "world": (read_world, sim_state.world_file),
     "notes": (read_notes, notes.path_of),
     "journal": (read_journal, journal_file),
     "memory": (read_memory, lambda _: memory_file()),
@@ -471,10 +472,10 @@ def test_points_are_not_waited_for(shared):
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes with names")
 def test_the_default_arm_is_not_waited_for(shared):
-    path = config_files._default_path()
+    path = arm_files._default_path()
     path.parent.mkdir(parents=True, exist_ok=True)
     os.mkfifo(path)
-    assert config_files.chosen_default() is None
+    assert arm_files.chosen_default() is None
 
 
 def test_where_a_system_cannot_refuse_links_they_are_seen_first(monkeypatch, tmp_path):

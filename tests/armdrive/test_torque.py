@@ -10,7 +10,8 @@ from cli_calls import Caller
 
 from armdrive import Arm
 from armdrive.abilities import HELD, SAGS
-from armdrive.cli import confirming, disable
+from armdrive.cli import terminal_person
+from armdrive.cli.drive import disable
 from armdrive.registry import DIALECTS
 
 PAGE = (Path(__file__).parents[2] / "docs" / "torque.md").read_text(encoding="utf-8")
@@ -31,7 +32,7 @@ def answers(monkeypatch):
         asked.append(question)
         return given.pop(0)
 
-    for module in (confirming, disable):
+    for module in (terminal_person, disable):
         monkeypatch.setattr(module, "agreed", agreed)
     monkeypatch.setattr("sys.stdin.isatty", lambda: True, raising=False)
     return given, asked

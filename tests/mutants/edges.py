@@ -63,7 +63,7 @@ MUTANTS = (
     Mutant(
         name="a command that failed ends with 0",
         promise="the exit code says what went wrong",
-        path="armdrive/cli/running.py",
+        path="armdrive/cli/runner.py",
         old="        return _say(options, error, error.exit_code)\n",
         new="        return _say(options, error, 0)\n",
         tests=tests_of(

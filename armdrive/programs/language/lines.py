@@ -11,9 +11,9 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import cache
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
-from lark import Token, Tree, UnexpectedCharacters, UnexpectedInput, UnexpectedToken
+from lark import Lark, Token, Tree, UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
 from armdrive.errors import Mark, Problem
 from armdrive.programs.language.syntax import (
@@ -48,9 +48,6 @@ from armdrive.programs.language.syntax import (
 )
 from armdrive.programs.language.words import LINKS, RESERVED, SHAPES, SPELLINGS
 from kinematics.errors import suggestion
-
-if TYPE_CHECKING:
-    from lark import Lark
 
 GRAMMAR = r"""
 start: label? statement? COMMENT?
@@ -131,8 +128,6 @@ COMMENT: /#.*/s
 @cache
 def line_parser() -> Lark:
     """Return the parser of one line. It costs some 20 ms, so that it is made when one is read."""
-    from lark import Lark
-
     longest_first = sorted(SPELLINGS, key=len, reverse=True)
     grammar = GRAMMAR.replace("@words@", "|".join(longest_first))
     grammar = grammar.replace("@links@", "|".join(LINKS))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from armdrive.programs.language.reading import parse
 from armdrive.programs.language.syntax import (
     Assign,
     Binary,
@@ -50,8 +51,6 @@ def unparse(tree: Tree) -> str:
 
 def formatted(text: str, file: str = "") -> str:
     """Return a program's text in today's spelling. Raises `ProgramError`."""
-    from armdrive.programs.language.reading import parse
-
     return unparse(parse(text, file))
 
 

@@ -6,8 +6,7 @@ What the program does is what the sequence does, act by act and to the last digi
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from armdrive.errors import Refused
 from armdrive.programs.language.syntax import (
@@ -23,11 +22,7 @@ from armdrive.programs.language.syntax import (
 )
 from armdrive.programs.language.words import RESERVED
 from armdrive.storage.points import Point, Step, StepList
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from kinematics import Joints, Pose
+from kinematics import Joints, Pose
 
 BLANK = Remark()
 MOVES = {"joint": "move", "line": "move_line"}

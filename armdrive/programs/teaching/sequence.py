@@ -7,17 +7,13 @@ Holding it up between bursts is the arm's own `pause`.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Protocol
+from collections.abc import Callable, Mapping
+from typing import Protocol
 
+from armdrive.arm.handle import Handle
 from armdrive.errors import BadRequest, Refused, Stopped
+from armdrive.motion.execute import Moved
 from armdrive.storage.points import Point, Step, StepList
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from armdrive.arm.handle import Handle
-    from armdrive.motion.execute import Moved
 
 SLICE_S = 0.05
 """A wait is cut into slices of this length, so that a stop ends it."""

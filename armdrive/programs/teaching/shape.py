@@ -10,17 +10,14 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import TYPE_CHECKING
 
+from armdrive.config.arm import ArmConfig
 from armdrive.errors import OutOfBounds, Refused, UnknownPoint
 from armdrive.motion.plan import guard_error, limit_error
 from armdrive.storage.points import Point, StepList
 from kinematics import Joints, Pose
 from kinematics.errors import KinematicsError, suggestion
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
-    from kinematics.geometry import ArmGeometry
+from kinematics.geometry import ArmGeometry
 
 SAME_MM = 1e-6
 """Postures whose points all lie so near each other are the same."""

@@ -6,7 +6,7 @@ import pytest
 from cli_calls import write_arm_file
 from running_bench import Keys
 
-from armdrive.cli import run_common
+from armdrive.cli.program import run_common
 from armdrive.programs.journal import journal_file
 
 CARRY = """\
@@ -239,7 +239,7 @@ def test_a_recording_of_the_run_is_kept(homed, write, tmp_path):
 
 def test_each_motion_waits_for_enter(homed, write, monkeypatch):
     keys = Keys()
-    monkeypatch.setattr("armdrive.cli.run_program.standard_input", lambda: keys)
+    monkeypatch.setattr("armdrive.cli.program.run_program.standard_input", lambda: keys)
     path = write('move at(250, 0, 120, -90)\ntype "there"\nhold "look"\nready\n')
     ran = homed("run", path, "--step", code=0).out
     assert "line 1: move at(250, 0, 120, -90): Enter goes on" in ran
@@ -249,7 +249,7 @@ def test_each_motion_waits_for_enter(homed, write, monkeypatch):
 
 def test_why_a_run_is_refused_by_a_program_that_holds_the_arm_is_said(homed, write, monkeypatch):
     path = write("ready\n")
-    from armdrive.cli.worlds import connect_remembered
+    from armdrive.cli.sim_state import connect_remembered
     from armdrive.connect.target import simulated_config
 
     with connect_remembered(simulated_config("teachmover")):

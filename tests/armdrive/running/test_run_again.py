@@ -5,7 +5,7 @@ import shlex
 
 import pytest
 
-from armdrive.cli.run import add_arguments
+from armdrive.cli.program.run import add_arguments
 
 FAILS = """\
 move at(250, 0, 120, -90)

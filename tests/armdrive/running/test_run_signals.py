@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from armdrive.cli.run_signals import INTERRUPTED, stopped_by_interrupt
+from armdrive.cli.program.run_input import INTERRUPTED, stopped_by_interrupt
 
 
 class Pressed(io.FileIO):

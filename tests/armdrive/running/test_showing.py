@@ -7,9 +7,8 @@ import threading
 import pytest
 from running_bench import table_arm
 
-from armdrive.cli.run_person import Lines, Terminal
-from armdrive.cli.run_showing import CLEAR_LINE, Display
-from armdrive.cli.run_words import duration
+from armdrive.cli.program.run_display import CLEAR_LINE, Display, duration
+from armdrive.cli.program.run_input import Lines, Terminal
 from armdrive.connect.control_socket import _lasting, _shown
 from armdrive.errors import Mark
 from armdrive.programs.acts import Go, Stage
@@ -36,7 +35,7 @@ def rehearsed():
 
 
 def test_one_line_is_rewritten_and_wiped_for_words(arm, capsys, monkeypatch):
-    monkeypatch.setattr("armdrive.cli.run_showing.REDRAW_S", 1e3)
+    monkeypatch.setattr("armdrive.cli.program.run_display.REDRAW_S", 1e3)
     with Display(LINES, None, rewrites=True) as display:
         display.use(arm)
         display.follow(rehearsed())
@@ -75,7 +74,7 @@ def test_a_pause_and_a_slower_pace_are_shown(arm, capsys):
 
 
 def test_the_thread_that_looks_ends_quietly_when_nobody_reads_any_more(arm, monkeypatch):
-    monkeypatch.setattr("armdrive.cli.run_showing.REDRAW_S", 1e-3)
+    monkeypatch.setattr("armdrive.cli.program.run_display.REDRAW_S", 1e-3)
 
     def gone(event):
         if event["event"] == "paused":

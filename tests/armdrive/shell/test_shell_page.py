@@ -5,7 +5,7 @@ import re
 import sys
 from pathlib import Path
 
-from armdrive.cli.shell_words import OWN_WORDS
+from armdrive.cli.program.shell_words import OWN_WORDS
 
 PAGE = (Path(__file__).parents[3] / "docs" / "shell.md").read_text(encoding="utf-8")
 SHOWN = re.search(r"```\n(\$ armdrive shell .*?)```", PAGE, re.DOTALL)[1]

@@ -8,8 +8,8 @@ from contextlib import closing
 import pytest
 
 from armdrive import Arm
-from armdrive.cli.shell_entries import Shell
-from armdrive.cli.shell_words import OWN_WORDS
+from armdrive.cli.program.shell_session import Shell
+from armdrive.cli.program.shell_words import OWN_WORDS
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import NotReferenced, WrongState
 from armdrive.programs.language.words import SPELLINGS
@@ -142,7 +142,7 @@ def test_after_an_emergency_stop_it_is_said_what_leads_on(capsys):
     with closing(Arm(connect_simulated(simulated_config("robko01")))) as arm:
         arm.enable()
         arm.home()
-        shell = Shell(arm, Namespace(json=False), typing=True)
+        shell = Shell(arm, Namespace(json=False), OWN_WORDS, typing=True)
         shell.take("point rest = here")
         arm.estop()
         with pytest.raises(WrongState) as caught:

@@ -7,8 +7,8 @@ import pytest
 from cli_calls import Caller
 from waiting import LONG_S
 
-from armdrive.cli import teach_recording
-from armdrive.cli.worlds import connect_remembered
+from armdrive.cli.program import teach_recording
+from armdrive.cli.sim_state import connect_remembered
 from armdrive.connect.target import find, simulated_config
 from armdrive.errors import ArmError
 from armdrive.programs.teaching.record import Recorder
@@ -142,7 +142,9 @@ def views(monkeypatch, call):
     view = json.loads(call("status", "--json", code=0).out)
     told = []
     monkeypatch.setattr(teach_recording, "one_holder", lambda _: "sim:teachmover")
-    monkeypatch.setattr("armdrive.storage.lock_client.watch_holder", lambda *_: iter_views(told))
+    monkeypatch.setattr(
+        "armdrive.cli.program.teach_recording.watch_holder", lambda *_: iter_views(told)
+    )
     return view, told
 
 

@@ -1,0 +1,49 @@
+"""The option that puts blocks on the table of a simulated arm before a command begins."""
+
+from __future__ import annotations
+
+import argparse
+
+from armdrive.arm import Arm
+from armdrive.connect.target import Target
+from armdrive.errors import BadRequest
+from armdrive.sim.world.table import Block
+
+
+def add_put_option(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
+    """Add `--put`."""
+    parser.add_argument(
+        "--put",
+        action="append",
+        type=_block,
+        default=[],
+        metavar="NAME,X,Y[,WIDTH[,HEIGHT]]",
+        help="a simulated arm: put a block on its table first, mm; may be repeated",
+    )
+
+
+def require_table(target: Target, blocks: list[Block]) -> None:
+    """Raise `BadRequest` where blocks are to be put on the table of a real arm."""
+    if blocks and not target.simulated:
+        raise BadRequest(
+            f"--put puts blocks on the table of a simulated arm, and {target.config.name} is a "
+            "real one: lay them out by hand"
+        )
+
+
+def put_blocks(arm: Arm, blocks: list[Block]) -> None:
+    """Put blocks on the table, one after the other, each on what is there already."""
+    if arm.twin is None:
+        return
+    with arm.pace.lock:
+        for block in blocks:
+            arm.twin.world.put(block)
+
+
+def _block(words: str) -> Block:
+    from armdrive.sim.serving.console import block_of  # loads what serves a CAN bus too
+
+    try:
+        return block_of(words.split(","))
+    except BadRequest as error:
+        raise argparse.ArgumentTypeError(str(error)) from None

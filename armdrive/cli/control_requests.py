@@ -1,0 +1,61 @@
+"""Asking the programs that hold arms: the one that is named, or every one of this user's."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+
+from armdrive.cli.presenter import emit, say
+from armdrive.errors import ArmError
+from armdrive.storage.lock_client import ask_holder, held_arms
+
+
+def chosen_holders(options: argparse.Namespace) -> list[str]:
+    """Return the arm that the options name; without a name, all that are held."""
+    if not (options.arm or options.sim or options.port):
+        return held_arms()
+    # loads all that drives an arm, which a stop of every arm has no time for
+    from armdrive.cli.chosen_arm import chosen_target
+
+    return [chosen_target(options).config.name]
+
+
+def one_holder(options: argparse.Namespace) -> str:
+    """Return the one arm that is meant. Raises `ArmError` where none is held, or several are."""
+    names = chosen_holders(options)
+    if len(names) == 1:
+        return names[0]
+    if not names:
+        raise ArmError("no program of yours holds an arm")
+    raise ArmError(f"several arms are held ({', '.join(names)}): name one with --arm")
+
+
+def ask(name: str, request: str, **words: object) -> Mapping[str, object]:
+    """Ask a holder. Raises `ArmError` where there is none, or where it says no."""
+    answer = ask_holder(name, request, **words)
+    if "error" in answer and "state" not in answer:
+        raise ArmError(str(answer["error"]))
+    return answer
+
+
+def ask_all(
+    options: argparse.Namespace, request: str, done: str, told: str, **words: object
+) -> int:
+    """Ask the chosen holders, say what came of it, and return the exit code.
+
+    `told` is the word under which `--json` counts those that were asked.
+    """
+    names, failures = chosen_holders(options), []
+    for name in names:
+        try:
+            ask(name, request, **words)
+        except ArmError as error:
+            failures.append(str(error))
+    if options.json:
+        emit({told: len(names) - len(failures), "failures": failures})
+    elif not names:
+        say(f"no program of yours holds an arm: nothing to {request}")
+    else:
+        for text in failures or [f"asked {', '.join(names)} to {done}"]:
+            say(text)
+    return 1 if failures else 0

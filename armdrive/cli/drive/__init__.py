@@ -1,0 +1,1 @@
+"""Commands that drive an arm, and those that ask the program that drives it."""

@@ -1,0 +1,171 @@
+"""Reference an arm: tell it that it stands in its reference posture.
+
+An arm without switches is brought there by you, step by step: the posture is drawn, you jog on
+lines such as `shoulder -2` or in the desk, and `done` confirms. An arm with switches MOVES to them
+once you have agreed. A simulated arm has a simulated operator, who jogs it there.
+
+Examples:
+  armdrive home
+  armdrive home --declare park                         it stands in its park posture
+  armdrive home --declare base=0 shoulder=40 elbow=-60 wrist_pitch=-70 wrist_roll=0
+
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import math
+import sys
+
+import tui
+from armdrive.arm import Arm
+from armdrive.cli.arm_options import add_arm_options
+from armdrive.cli.chosen_arm import connect_chosen
+from armdrive.cli.options import number
+from armdrive.cli.presenter import Reporter, emit, say, say_which
+from armdrive.cli.terminal_person import Guide, agreed
+from armdrive.errors import BadRequest, OperatorNeeded
+from armdrive.moves import GRIPPER_AXIS
+from armdrive.status import State, status_view
+from kinematics import Joints
+
+PARK = "park"
+WAY_CLEAR = "Is its way clear, and a hand at its switch? Type yes: "
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    how = parser.add_mutually_exclusive_group()
+    how.add_argument(
+        "--yes",
+        action="store_true",
+        help="the arm stands in its reference posture now: do not ask",
+    )
+    how.add_argument(
+        "--confirm",
+        action="store_true",
+        help="instead: the arm stands where an earlier command left it",
+    )
+    how.add_argument(
+        "--declare",
+        nargs="+",
+        metavar="JOINT=DEG",
+        help=f"instead: it stands in these angles ({GRIPPER_AXIS}=MM too), or as parked: `park`",
+    )
+    how.add_argument(
+        "--switches",
+        action="store_true",
+        help="have an arm with switches seek them WITHOUT ASKING: it moves",
+    )
+    how.add_argument(
+        "--guide", action="store_true", help="be guided on a simulated arm too, for practice"
+    )
+    add_arm_options(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Reference the arm and say where it is."""
+    with contextlib.closing(connect_chosen(options)) as arm:
+        if not options.json:
+            say_which(arm.status)
+        _reference(arm, options)
+        if options.json:
+            emit(status_view(arm.status))
+        else:
+            say(f"referenced: tip {arm.pose}")
+    return 0
+
+
+def _reference(arm: Arm, options: argparse.Namespace) -> None:
+    if options.confirm:
+        _switch_on(arm)
+        arm.confirm_restored()
+    elif options.yes:
+        _switch_on(arm)
+        arm.confirm_reference()
+    elif options.declare:
+        _declare(arm, options.declare)
+    elif arm.homes_by_switches:
+        _by_switches(arm, options)
+    elif options.switches:
+        raise BadRequest("this arm has no switches, or its arm file has no [homing] section")
+    elif arm.simulated and not options.guide:
+        _switch_on(arm)
+        arm.home()
+    elif options.json:
+        arm.home()  # which says that somebody has to look
+    else:
+        _guided(arm)
+
+
+def _switch_on(arm: Arm) -> None:
+    if arm.status.state is State.DISABLED:
+        arm.enable()
+
+
+def _guided(arm: Arm) -> None:
+    guide = Guide(terminal=sys.stdin.isatty() and sys.stdout.isatty())
+    if not guide.prepare(arm, off=arm.status.state is State.DISABLED):
+        raise OperatorNeeded(
+            "nobody agreed: nothing was moved or referenced. Run `armdrive home` in a terminal, or "
+            "say how the arm stands: --yes, in its reference posture; --declare JOINT=DEG ..."
+        )
+    while True:
+        try:
+            arm.home(operator=guide)
+        except OperatorNeeded:
+            if not guide.wants_desk:
+                raise
+            guide.wants_desk = False
+            _in_the_desk(arm)
+        else:
+            return
+
+
+def _in_the_desk(arm: Arm) -> None:
+    tui.run_desk(arm, ascii_only=False)
+    arm.stand_still()
+
+
+def _by_switches(arm: Arm, options: argparse.Namespace) -> None:
+    groups = arm.homing_groups
+    say_all = not options.json
+    if say_all:
+        named = ", then ".join(" and ".join(group) for group in groups)
+        order = f"the switches of {named}" if named else "its switches, in its own order"
+        say(f"THE ARM WILL MOVE: its controller seeks {order}.")
+    sure = options.switches or arm.simulated
+    if not sure and (options.json or not agreed(WAY_CLEAR)):
+        raise OperatorNeeded("nobody agreed, so nothing was moved: answer yes, or give --switches")
+    _switch_on(arm)
+    with Reporter(silent=not say_all) as reporter:
+        arm.home(told=lambda group: reporter.tell(f"homed: {' and '.join(group)}"))
+
+
+def _declare(arm: Arm, words: list[str]) -> None:
+    if words == [PARK]:
+        if arm.config.park is None and arm.model.reference is None:
+            raise BadRequest("this arm has no park posture: write [park] into its arm file")
+        _switch_on(arm)
+        arm.declare_posture(arm.config.park or arm.above_mark())
+        return
+    names = arm.model.arm.joint_names
+    given = dict(_named(word, (*names, GRIPPER_AXIS)) for word in words)
+    opening_mm = given.pop(GRIPPER_AXIS, 0.0)
+    if missing := [name for name in names if name not in given]:
+        raise BadRequest(f"where do the others stand? {', '.join(missing)} are missing")
+    joints = Joints(tuple(math.radians(given[name]) for name in names), names)
+    _switch_on(arm)
+    arm.declare_posture(joints, opening_mm=opening_mm)
+
+
+def _named(word: str, names: tuple[str, ...]) -> tuple[str, float]:
+    name, equals, angle = word.partition("=")
+    plain = name.strip().replace("-", "_")
+    if not equals or plain not in names:
+        raise BadRequest(f"write NAME=DEGREES with one of {', '.join(names)}, not {word!r}")
+    try:
+        return plain, number(angle)
+    except argparse.ArgumentTypeError as error:
+        raise BadRequest(str(error)) from None

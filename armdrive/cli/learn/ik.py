@@ -1,0 +1,99 @@
+"""Inverse kinematics on the command line.
+
+Of a built-in arm every branch is printed, and the one that the arm would take. Any other model is
+solved by numbers, which says what was met; there, pitch and roll not given are left free.
+
+examples: armdrive ik --x 250 --y 0 --z 120 --pitch -90
+          armdrive ik --model myarm.toml --x 300 --y 40 --z 150 --pitch -60
+"""
+
+from __future__ import annotations
+
+import argparse
+
+from armdrive.cli.learn.ik_by_numbers import solve_by_numbers
+from armdrive.cli.learn.models import MODEL_HELP, find_model
+from armdrive.cli.options import add_json_option, number
+from armdrive.cli.presenter import emit, say
+from armdrive.errors import BadRequest
+from armdrive.status import joints_view, pose_view, violation_text
+from kinematics import PRESETS, ArmPreset, Branch, Pose, preset
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    for axis in ("x", "y", "z"):
+        parser.add_argument(f"--{axis}", type=number, required=True, metavar="MM")
+    parser.add_argument(
+        "--pitch",
+        type=number,
+        metavar="DEG",
+        help="elevation of the hand; -90 points at the table",
+    )
+    parser.add_argument("--roll", type=number, metavar="DEG", help="about the hand")
+    parser.add_argument(
+        "--yaw",
+        type=number,
+        metavar="DEG",
+        help="direction of the hand about the vertical, for six joints of a model",
+    )
+    parser.add_argument("--model", default="teachmover", help=MODEL_HELP)
+    add_json_option(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print every branch, then the one that the arm would take, or why there is none."""
+    if options.model not in PRESETS:
+        return solve_by_numbers(find_model(options.model), options)
+    if options.yaw is not None:
+        raise BadRequest("--yaw is for a model of six joints: the hand of this one has none")
+    if options.pitch is None:
+        raise BadRequest("--pitch is needed: the elevation of the hand, -90 points at the table")
+    model = preset(options.model)
+    pose = Pose.of(
+        x_mm=options.x,
+        y_mm=options.y,
+        z_mm=options.z,
+        pitch_deg=options.pitch,
+        roll_deg=options.roll or 0.0,
+    )
+    branches = model.arm.branches(pose)
+    if options.json:
+        emit(
+            {
+                "model": model.key,
+                "pose": pose_view(pose),
+                "branches": [_branch_view(branch) for branch in branches],
+            }
+        )
+    else:
+        say(f"{model.title}: {pose}")
+        for branch in branches:
+            say(_line(branch))
+    joints = model.arm.ik(pose)  # refuses with the reason and the nearest pose
+    if not options.json:
+        say(f"taken: {joints}")
+        _say_guards(model, pose)
+    return 0
+
+
+def _say_guards(model: ArmPreset, pose: Pose) -> None:
+    broken = model.guards.violation(model.arm, model.arm.ik(pose))
+    if broken is not None:
+        say(f"but: {broken.sentence}")
+
+
+def _line(branch: Branch) -> str:
+    name = f"base {branch.base.value}, elbow {branch.elbow.value}"
+    against = "; ".join(violation_text(each) for each in branch.violations)
+    return f"  {name:<24}{branch.joints}" + (f"   ({against})" if against else "")
+
+
+def _branch_view(branch: Branch) -> dict[str, object]:
+    return {
+        "base": branch.base.value,
+        "elbow": branch.elbow.value,
+        "joints": joints_view(branch.joints),
+        "within_limits": branch.within_limits,
+        "violations": [violation_text(each) for each in branch.violations],
+    }

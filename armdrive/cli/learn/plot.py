@@ -1,0 +1,106 @@
+"""Draw what an arm can reach, in the terminal or into a file.
+
+An arm of the Mini-mover's build is cut by the vertical plane through its base axis, the hand held
+at one pitch: inside the drawn line the finger tips can be put. Of any other arm, places are drawn
+that its tool was brought to, from the side and from above.
+
+examples: armdrive plot workspace --pitch -90
+          armdrive plot workspace --model puma --output puma.svg
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import sys
+from pathlib import Path
+
+from armdrive.cli.learn.models import MODEL_HELP, find_model
+from armdrive.cli.options import add_json_option, number
+from armdrive.cli.presenter import emit, say
+from armdrive.errors import BadRequest
+from armdrive.render.canvas import can_braille
+from armdrive.render.reach import reach_sketches, section_sketch
+from armdrive.render.sketch import Sketch, save_sketches, sketch_rows
+from kinematics import PRESETS, preset
+
+MOST_COLUMNS, MOST_ROWS = 110, 36
+LEAST_ROWS = 8
+DEFAULT_PITCH_DEG = -90.0
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument("what", choices=["workspace"], help="what to draw")
+    parser.add_argument("--model", default="teachmover", help=MODEL_HELP)
+    parser.add_argument(
+        "--pitch", type=number, metavar="DEG", help="of the hand; -90 points at the table"
+    )
+    parser.add_argument(
+        "--azimuth", type=number, metavar="DEG", help="direction of the plane; 0 is straight ahead"
+    )
+    parser.add_argument("--output", type=Path, metavar="FILE", help="a .png or .svg file")
+    parser.add_argument("--ascii", action="store_true", help="draw with plain characters")
+    add_json_option(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Draw it."""
+    title, sketches = _sketches(options)
+    if options.output is not None:
+        save_sketches(sketches, title, options.output)
+        if not options.json:
+            say(f"{title}: written to {options.output}")
+    if options.json:
+        emit(
+            {
+                "model": options.model,
+                "title": title,
+                "output": str(options.output) if options.output else None,
+                "views": [_view(sketch) for sketch in sketches],
+            }
+        )
+    elif options.output is None:
+        _draw(title, sketches, plain=options.ascii)
+    return 0
+
+
+def _sketches(options: argparse.Namespace) -> tuple[str, tuple[Sketch, ...]]:
+    if options.model in PRESETS:
+        model = preset(options.model)
+        pitch = DEFAULT_PITCH_DEG if options.pitch is None else options.pitch
+        azimuth = options.azimuth or 0.0
+        title = f"{model.title}: reach of the finger tips at pitch {pitch:g}°, azimuth {azimuth:g}°"
+        return title, (section_sketch(model.arm, pitch, azimuth),)
+    found = find_model(options.model)
+    if options.pitch is not None or options.azimuth is not None:
+        raise BadRequest(
+            "--pitch and --azimuth cut an arm of the Mini-mover's build "
+            f"({', '.join(PRESETS)}); other arms are drawn whole"
+        )
+    return f"{found.title}: places that the tool was brought to", reach_sketches(found.chain)
+
+
+def _draw(title: str, sketches: tuple[Sketch, ...], *, plain: bool) -> None:
+    braille = not plain and can_braille(sys.stdout.encoding, os.environ)
+    columns, lines = shutil.get_terminal_size()
+    width = min(columns - 1, MOST_COLUMNS)
+    height = max(min(lines - 4 - len(sketches), MOST_ROWS), LEAST_ROWS)
+    each = (width - len(sketches) + 1) // len(sketches)
+    pictures = [sketch_rows(sketch, each, height, braille=braille) for sketch in sketches]
+    say(title if braille else title.replace("°", " deg"))
+    for row in zip(*pictures, strict=True):
+        say(" ".join(row).rstrip())
+    for sketch in sketches:
+        say(sketch.caption)
+
+
+def _view(sketch: Sketch) -> dict[str, object]:
+    return {
+        "across": sketch.across,
+        "up": sketch.up,
+        "box_mm": sketch.reach_box_mm,
+        "curves": sketch.curves,
+        "points": sketch.points,
+    }

@@ -1,0 +1,1 @@
+"""Commands that look at an arm and at recordings of it."""

@@ -1,0 +1,72 @@
+"""Read a recording in words: what passed on the wire, what was asked, what came of it.
+
+Examples:
+  armdrive log                              the newest recording
+  armdrive log FILE --only errors,intents   two topics of it
+  armdrive log FILE --find elbow,speed      the lines that have both words
+
+Topics: bytes, requests, intents, states, errors. `armdrive record` writes a recording.
+
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from armdrive.cli.options import add_json_option
+from armdrive.cli.presenter import emit, say
+from armdrive.errors import BadRequest
+from armdrive.trace.files import ENDING, read_recording, recordings
+from armdrive.trace.log import BETWEEN, Sieve, Topic, recorded
+from armdrive.trace.timeline import heading
+from kinematics.errors import suggestion
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument(
+        "file", metavar="FILE", type=Path, nargs="?", help="a recording (.jsonl); else the newest"
+    )
+    parser.add_argument(
+        "--only", metavar="TOPICS", help=f"one or several of {', '.join(Topic)}, with commas"
+    )
+    parser.add_argument(
+        "--find", metavar="WORDS", default="", help="lines with all these words, with commas"
+    )
+    add_json_option(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Read, sieve, print."""
+    sieve = Sieve(_topics(options.only), options.find)
+    file = options.file or _newest()
+    recording = read_recording(file)
+    if not options.json:
+        say(f"{file}: {heading(recording)}")
+    for line in filter(sieve.passes, recorded(recording)):
+        if options.json:
+            emit(line.view())
+        else:
+            say(str(line))
+    return 0
+
+
+def _topics(words: str | None) -> frozenset[Topic]:
+    if words is None:
+        return frozenset(Topic)
+    for word in words.split(BETWEEN):
+        if word not in list(Topic):
+            near = suggestion(word, list(Topic))
+            raise BadRequest(f"there is no topic {word!r}{near}: choose of {', '.join(Topic)}")
+    return frozenset(Topic(word) for word in words.split(BETWEEN))
+
+
+def _newest() -> Path:
+    files = sorted(recordings().glob(f"*{ENDING}"), key=lambda path: path.stat().st_mtime_ns)
+    if not files:
+        raise BadRequest(
+            f"there is no recording in {recordings()}: name a file, or have `armdrive record` "
+            "write one while an arm is driven"
+        )
+    return files[-1]

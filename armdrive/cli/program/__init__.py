@@ -1,0 +1,1 @@
+"""Commands that run programs: files, scripts, the prompt, teaching, the demonstration."""

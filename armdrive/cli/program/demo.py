@@ -1,0 +1,170 @@
+"""The simulated arm takes three blocks, measures each with its fingers, and stacks them.
+
+Where the finished tower stands is looked up in the simulated world itself: a block out of place
+ends the command with exit code 1. The blocks and the world of the demonstration are its own; the
+simulated arm of the other commands stays as it was. On a real arm, named with --arm or --port, you
+put the blocks down yourself, and look yourself where they end.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import sys
+import time
+
+from armdrive.arm import Arm
+from armdrive.cli.arm_options import add_allow_restored, add_arm_options
+from armdrive.cli.chosen_arm import DEFAULT_SIM, chosen_target, connect_chosen, default_arm
+from armdrive.cli.options import positive
+from armdrive.cli.presenter import emit, say, say_which
+from armdrive.cli.program.demo_display import show
+from armdrive.cli.terminal_person import agreed, ask_operator, settle_trust
+from armdrive.config.arm import ArmConfig
+from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.errors import BadRequest, OperatorNeeded
+from armdrive.programs.demo import JOBS, Carried, Job, blocks_of, misplaced, perform
+from armdrive.registry import DEFAULT, simulate
+from armdrive.sim.simulated_arm import Twin
+
+SPEED = 8.0
+DIALECT = DEFAULT
+"""Its blocks are measured by a grip switch, which the other simulated arms do not have."""
+ELSEWHERE = "`armdrive run examples/stacking.arm --fresh --put A,190,50,25 ...` (docs/examples.md)"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument(
+        "--pace",
+        type=positive,
+        default=SPEED,
+        metavar="FACTOR",
+        help=f"in a terminal, show it this many times faster than real time ({SPEED:g})",
+    )
+    parser.add_argument("--plain", action="store_true", help="lines instead of a drawing")
+    parser.add_argument("--ascii", action="store_true", help="draw without braille characters")
+    add_allow_restored(parser)
+    add_arm_options(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Show the demonstration, check the world, and say what to try next."""
+    if options.arm or options.port or options.sim:
+        target = chosen_target(options)
+        if not target.simulated:
+            return run_on_real_arm(options)
+        if target.config.connection.dialect != DIALECT:
+            raise BadRequest(
+                f"the demonstration is about the simulated TeachMover, and {target.config.name} is "
+                f"another arm: leave the option out, or see one carry blocks with {ELSEWHERE}"
+            )
+    return _run_simulated(options)
+
+
+def _run_simulated(options: argparse.Namespace) -> int:
+    config = simulated_config(DIALECT)
+    twin = simulate(config, blocks=blocks_of(JOBS))
+    drawn = sys.stdout.isatty() and not (options.plain or options.json)
+    began_s = time.monotonic()
+    if drawn:
+        carried, simulated_s = show(config, twin, pace=options.pace, braille=not options.ascii)
+    else:
+        carried, simulated_s = _perform_plainly(twin, config, as_json=options.json)
+    wrong = misplaced(twin.world, JOBS) + [each.sentence for each in twin.world.incidents]
+    if options.json:
+        emit(_summary(carried, twin, wrong, simulated_s))
+    else:
+        _tell_end(carried, wrong, simulated_s, time.monotonic() - began_s)
+    return 1 if wrong else 0
+
+
+def _perform_plainly(
+    twin: Twin, config: ArmConfig, *, as_json: bool
+) -> tuple[list[Carried], float]:
+    with Arm(connect_simulated(config, twin=twin)) as arm:
+        tell = (lambda text: emit({"step": text})) if as_json else say
+        if not as_json:
+            say(arm.status.which)
+        carried = perform(arm, JOBS, tell)
+        return carried, arm.pace.now_s()
+
+
+def _summary(
+    carried: list[Carried], twin: Twin, wrong: list[str], simulated_s: float
+) -> dict[str, object]:
+    return {
+        "blocks": [
+            {
+                "name": each.job.name,
+                "measured_mm": round(each.measured_mm, 2),
+                "width_mm": each.job.width_mm,
+                "place_mm": [round(v, 2) for v in twin.world.scene.blocks[each.job.name].place],
+                "wanted_mm": list(each.job.to_mm),
+            }
+            for each in carried
+        ],
+        "wrong": wrong,
+        "simulated_s": round(simulated_s, 2),
+    }
+
+
+def _tell_end(carried: list[Carried], wrong: list[str], simulated_s: float, took_s: float) -> None:
+    for each in carried:
+        say(
+            f"block {each.job.name}: measured {each.measured_mm:.1f} mm, "
+            f"is {each.job.width_mm:.1f} mm wide"
+        )
+    for sentence in wrong:
+        say(f"WRONG: {sentence}")
+    if not wrong:
+        say("Every block stands where it belongs, in the simulated world itself.")
+    say(f"{simulated_s:.0f} s of the arm's time in {took_s:.1f} s.")
+    say("Next, for example:")
+    for words in ("home", "move --x 250 --y 40 --z 120 --pitch -90", "jog"):
+        say(f"  {_program()} {words}{_simulated()}")
+
+
+def _simulated() -> str:
+    """Return what keeps the next commands on the simulated arm, where another is the default."""
+    return "" if default_arm() == DEFAULT_SIM else f" --sim {DIALECT}"
+
+
+def _program() -> str:
+    """Return how this program was called, so that the next commands work verbatim."""
+    called = sys.argv[0]
+    if called.endswith("__main__.py"):
+        return f"{sys.executable} -m armdrive"
+    found = shutil.which("armdrive")
+    same = found is not None and found == shutil.which(called)
+    return "armdrive" if same else called
+
+
+# On a real arm a person puts the blocks down, and looks where they end.
+
+
+def run_on_real_arm(options: argparse.Namespace) -> int:
+    """Have the blocks put down, reference the arm if it is not, and perform."""
+    if not sys.stdin.isatty():
+        raise OperatorNeeded("on a real arm the demonstration needs a person at a terminal")
+    with connect_chosen(options, allow_restored=options.allow_restored) as arm:
+        say_which(arm.status)
+        for job in JOBS:
+            say(_placing(job))
+        say(f"One stop takes up to {arm.status.stop_time_s:.2f} s; Ctrl-C asks for it.")
+        if not agreed("Are the blocks in place, and nobody in the arm's reach? Type yes: "):
+            raise OperatorNeeded("not confirmed: nothing was moved")
+        settle_trust(arm)
+        arm.operator = ask_operator
+        for each in perform(arm, JOBS, say):
+            say(f"block {each.job.name}: measured {each.measured_mm:.1f} mm")
+    say("Whether every block stands where it belongs, only you can see.")
+    return 0
+
+
+def _placing(job: Job) -> str:
+    x_mm, y_mm, _ = job.from_mm
+    return (
+        f"Put block {job.name}, {job.width_mm:.0f} mm wide and {job.height_mm:.0f} mm high or "
+        f"nearly so, at x {x_mm:.0f}, y {y_mm:.0f} mm (in front of the base axis, to its left)."
+    )

@@ -1,0 +1,257 @@
+"""Runs a program file: rehearses it, writes down where it is, shows it, and takes it up again."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import shlex
+from collections.abc import Callable
+from functools import partial
+
+from armdrive.arm import Arm
+from armdrive.cli.chosen_arm import chosen_target
+from armdrive.cli.presenter import put_error
+from armdrive.cli.program.run_common import (
+    connect_to_check,
+    connect_to_run,
+    display_for,
+    ended_view,
+    failed_view,
+    keep_recording,
+    make_ready,
+    report,
+    show_place,
+    slow_down,
+    stands_at,
+)
+from armdrive.cli.program.run_display import Display, duration
+from armdrive.cli.program.run_input import Terminal, standard_input, stopped_by_interrupt
+from armdrive.programs.acts import Answer, Machine
+from armdrive.programs.journal import (
+    Entry,
+    Journal,
+    interrupted,
+    require_place,
+    require_same_program,
+)
+from armdrive.programs.performing import Performer
+from armdrive.programs.problems import lines_of
+from armdrive.programs.program import ArmProgram, Program, read_program_file
+from armdrive.programs.rehearsal import Plan, Rehearsal, rehearse, require_rehearsed
+from armdrive.programs.running import Progress, Run, Step
+
+
+def run_program(options: argparse.Namespace) -> int:
+    """Run or rehearse a program file."""
+    program = read_program_file(options.program)
+    if options.check:
+        return _check(program, options)
+    with contextlib.closing(connect_to_run(options)) as arm, stopped_by_interrupt(lambda: [arm]):
+        return _Running(program, arm, options).run()
+
+
+def _check(program: Program, options: argparse.Namespace) -> int:
+    arm, unasked = connect_to_check(options)
+    with contextlib.closing(arm) if arm is not None else contextlib.nullcontext():
+        config = chosen_target(options).config
+        if arm is not None:
+            slow_down(arm, options)
+        source = ArmProgram(program, config)
+        plan = _plan(source, options, _taken_up(program, source, arm, options), settle=True)
+        rehearsal = rehearse(config, arm, plan)
+        return report(rehearsal, options, lines_of(program.text), unasked)
+
+
+def _taken_up(
+    program: Program, source: ArmProgram, arm: Arm | None, options: argparse.Namespace
+) -> Entry | None:
+    """Return where the program is to be taken up, None for its beginning. Raises `Refused`."""
+    if not options.resume:
+        return None
+    entry = interrupted(source.config.name)
+    require_same_program(entry, program.digest, str(options.program.resolve()))
+    stage = source.restored(entry.snapshot).next()
+    if arm is not None and stage is not None:
+        require_place(arm, entry, stage.act, resume_command(options), move=move_command(options))
+    return entry
+
+
+def _plan(
+    source: ArmProgram, options: argparse.Namespace, entry: Entry | None, *, settle: bool
+) -> Plan:
+    machine: Callable[[], Machine] | None = None
+    if entry is not None:
+        machine = partial(source.restored, entry.snapshot)
+    return Plan(
+        source,
+        _loops(options, entry),
+        1 if entry is None else entry.loop,
+        machine,
+        dict(options.input),
+        options.assume_width,
+        0 if entry is None else entry.outputs,
+        settle=settle,
+        traced=options.plot is not None,
+    )
+
+
+def _loops(options: argparse.Namespace, entry: Entry | None) -> int:
+    if options.loops is not None:
+        return int(options.loops)
+    return 1 if entry is None else entry.loops
+
+
+class _Gate:
+    """Waits for the person before each motion."""
+
+    def __init__(self, performer: Performer, display: Display) -> None:
+        self._performer = performer
+        self._display = display
+
+    def begins(self, step: Step, machine: Machine) -> None:  # noqa: ARG002 - as every onlooker
+        """Wait before a motion; a stop meanwhile ends the run."""
+        if not step.moves:
+            return
+        line = step.stage.mark.line
+        self._performer.hold(f"line {line}: {self._display.source(line)}")
+
+    def ended(self, step: Step, answer: Answer, took_s: float) -> None:
+        """Wait for the next motion."""
+
+
+class _Running:
+    """One run of a program file on a connected arm."""
+
+    def __init__(self, program: Program, arm: Arm, options: argparse.Namespace) -> None:
+        self._program = program
+        self._arm = arm
+        self._options = options
+        self._lines = lines_of(program.text)
+        self._stops = arm.stops  # a stop during the rehearsal counts as well
+
+    def run(self) -> int:
+        """Rehearse, carry out, and say how it ended."""
+        source = ArmProgram(self._program, self._arm.config)
+        slow_down(self._arm, self._options)
+        entry = _taken_up(self._program, source, self._arm, self._options)
+        plan = _plan(source, self._options, entry, settle=False)
+        rehearsal = rehearse(self._arm.config, self._arm, plan)
+        self._require(rehearsal)
+        make_ready(self._arm, self._options)
+        with display_for(self._options, self._lines) as display:
+            self._begin(display, rehearsal, plan)
+            person = Terminal(self._arm, display, standard_input())
+            performer = Performer(self._arm, person, since=self._stops, outputs=plan.outputs)
+            return self._carry_out(source, plan, performer, display)
+
+    def _require(self, rehearsal: Rehearsal) -> None:
+        try:
+            require_rehearsed(rehearsal, anyway=self._options.yes)
+        except BaseException as error:
+            if not self._options.json:
+                show_place(rehearsal.at, self._lines, rehearsal.refusal or error)
+            raise
+
+    def _begin(self, display: Display, rehearsal: Rehearsal, plan: Plan) -> None:
+        known = rehearsal.whole and rehearsal.refusal is None
+        progress = Progress(rehearsal.loops if known else (), repeated=plan.loops)
+        display.use(self._arm)
+        display.follow(progress, share=rehearsal.share, loops=plan.loops)
+        total_s = progress.total_s
+        takes = "" if total_s is None else f", about {duration(total_s)}"
+        if not rehearsal.whole:
+            takes = f", rehearsed for {duration(rehearsal.took_s)} only: it may never end"
+        assumed = "".join(f"\nassumed: {each}" for each in rehearsal.assumptions)
+        event = {
+            "event": "begin",
+            "program": str(self._options.program),
+            "arm": self._arm.config.name,
+            "simulated": self._arm.simulated,
+            "left_s": None if total_s is None else round(total_s, 1),
+            "rehearsed_whole": rehearsal.whole,
+            "assumptions": [str(each) for each in rehearsal.assumptions],
+        }
+        display.tell(event, f"{self._options.program}{takes}{assumed}")
+
+    def _carry_out(
+        self, source: ArmProgram, plan: Plan, performer: Performer, display: Display
+    ) -> int:
+        path, digest = self._options.program.resolve(), self._program.digest
+        journal = Journal(self._arm, performer, path, digest, plan.loops)
+        gate = [_Gate(performer, display)] if self._options.step else []
+        machine = None if plan.machine is None else plan.machine()
+        run = Run(
+            source,
+            performer,
+            [journal, *gate, display],
+            loops=plan.loops,
+            loop=plan.loop,
+            machine=machine,
+        )
+        began_s = self._arm.pace.now_s()
+        try:
+            run.carry_out()
+        except BaseException as error:
+            self._failed(error, run, journal, display)
+            raise
+        finally:
+            keep_recording(self._arm, self._options)
+        journal.finish()
+        took_s = self._arm.pace.now_s() - began_s
+        words = f"done: {run.done} acts in {duration(took_s)}; {stands_at(self._arm)}"
+        display.tell(ended_view(self._arm, run.done, took_s), words)
+        return 0
+
+    def _failed(self, error: BaseException, run: Run, journal: Journal, display: Display) -> None:
+        with contextlib.suppress(Exception):  # what went wrong first is what is told
+            journal.broke_off(error)
+        mark = None if run.at is None else run.at.stage.mark
+        mark = getattr(error, "mark", None) or mark
+        resume = "" if run.at is None else resume_command(self._options)
+        if self._options.json:
+            display.tell(failed_view(mark, error, resume), "")
+            return
+        display.tell({}, f"ended early: {run.done} acts done; {stands_at(self._arm)}")
+        show_place(mark, self._lines, error)
+        if resume:
+            put_error(f"to go on from there: {resume}\n")
+
+
+# The commands that resume an interrupted program: on the same arm, and no faster.
+
+
+def resume_command(options: argparse.Namespace) -> str:
+    """Return the command that takes this run up again, as carefully as it was begun."""
+    words = ["armdrive", "run", str(options.program), *_which(options), *_how(options)]
+    return shlex.join([*words, "--resume"])
+
+
+def move_command(options: argparse.Namespace) -> str:
+    """Return the beginning of a command that moves the arm of this run."""
+    speed = [] if options.speed is None else ["--speed", f"{options.speed / 100.0:g}"]
+    return shlex.join(["armdrive", "move", *_which(options), *speed])
+
+
+def _which(options: argparse.Namespace) -> list[str]:
+    words = _given(options, "arm", "sim", "port", "dialect", "baud")
+    return words + ["--allow-restored"] * options.allow_restored
+
+
+def _how(options: argparse.Namespace) -> list[str]:
+    words = _given(options, "speed", "pace", "assume_width")
+    for number, on in options.input:
+        words += ["--input", f"{number}={'on' if on else 'off'}"]
+    return words + ["--step"] * options.step  # --yes is for a person to say anew
+
+
+def _given(options: argparse.Namespace, *names: str) -> list[str]:
+    words = []
+    for name in names:
+        value = getattr(options, name)
+        if value is not None:
+            words += [f"--{name.replace('_', '-')}", _text(value)]
+    return words
+
+
+def _text(value: str | float) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,105 @@
+"""What a rehearsal found, for people and for programs, and a picture of the tip's path."""
+
+from __future__ import annotations
+
+import math
+import os
+import shutil
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from armdrive.cli.presenter import say
+from armdrive.cli.program.run_display import duration, line_words
+from armdrive.errors.table import error_view
+from armdrive.programs.acts import Look
+from armdrive.programs.rehearsal import Rehearsal
+from armdrive.programs.running import Took
+from armdrive.render.canvas import can_braille
+from armdrive.render.sketch import Sketch, save_sketches, sketch_rows
+from kinematics.geometry import Point
+
+MOST_COLUMNS, MOST_ROWS = 110, 30
+
+
+def rehearsal_lines(rehearsal: Rehearsal, lines: Sequence[str]) -> list[str]:
+    """Return a rehearsal as lines of text: what each line takes, and how often."""
+    found = []
+    acts = [each for loop in rehearsal.loops for each in loop]
+    for line in dict.fromkeys(each.mark.line for each in acts):
+        took = [each for each in acts if each.mark.line == line]
+        count = _times(took)
+        times = f" x {count}" if count > 1 else ""
+        text = lines[line - 1].strip() if 0 < line <= len(lines) else took[0].what
+        found.append(f"{duration(_total_s(took) / count):>12}{times:<6} {line_words(line, text)}")
+    runs = len([loop for loop in rehearsal.loops if loop])
+    loops = f", {runs} loops" if runs > 1 else ""
+    whole = "" if rehearsal.whole else ", and then it was cut short: it may never end"
+    found.append(f"{duration(rehearsal.took_s):>12} for {len(acts)} acts{loops}{whole}")
+    found += [f"assumed: {each}" for each in rehearsal.assumptions]
+    return found
+
+
+def rehearsal_view(rehearsal: Rehearsal) -> dict[str, Any]:
+    """Return a rehearsal as plain data."""
+    refusal, at = rehearsal.refusal, rehearsal.at
+    return {
+        "took_s": round(rehearsal.took_s, 3),
+        "acts": sum(map(len, rehearsal.loops)),
+        "whole": rehearsal.whole,
+        "lines": _by_line([each for loop in rehearsal.loops for each in loop]),
+        "assumptions": [
+            {
+                "line": None if each.mark is None else each.mark.line,
+                "text": each.text,
+                "matters": each.matters,
+            }
+            for each in rehearsal.assumptions
+        ],
+        "refused": None if refusal is None else error_view(refusal),
+        "line": None if at is None else at.line,
+    }
+
+
+def _by_line(acts: Sequence[Took]) -> list[dict[str, Any]]:
+    lines = dict.fromkeys(each.mark.line for each in acts)
+    return [
+        {
+            "line": line,
+            "times": _times(took := [each for each in acts if each.mark.line == line]),
+            "took_s": round(_total_s(took), 3),
+        }
+        for line in lines
+    ]
+
+
+def _times(took: Sequence[Took]) -> int:
+    """Return how often a line is carried out; looks that it takes for itself are not counted."""
+    return len([each for each in took if each.what != Look.__name__]) or len(took)
+
+
+def _total_s(acts: Sequence[Took]) -> float:
+    return sum(each.took_s for each in acts)
+
+
+def draw_path(path: Sequence[Point], title: str, output: Path | None) -> None:
+    """Draw the tip's path from the side and from above, into a file or into the terminal."""
+    side = tuple((math.hypot(x, y), z) for x, y, z in path)
+    above = tuple((x, y) for x, y, _ in path)
+    sketches = (
+        Sketch((side,), (), "distance from the base axis", "height z"),
+        Sketch((above,), (), "x", "y"),
+    )
+    if output is not None:
+        save_sketches(sketches, title, output)
+        return
+    braille = can_braille(sys.stdout.encoding, os.environ)
+    columns, rows = shutil.get_terminal_size()
+    width = (min(columns - 1, MOST_COLUMNS) - 1) // 2
+    height = max(min(rows - 6, MOST_ROWS), 8)
+    pictures = [sketch_rows(each, width, height, braille=braille) for each in sketches]
+    for row in zip(*pictures, strict=True):
+        say(" ".join(row).rstrip())
+    for sketch in sketches:
+        say(sketch.caption)

@@ -1,0 +1,200 @@
+"""Takes the lines of a prompt: carries entries out on the arm, and does the shell's own words."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+from armdrive.arm import Arm
+from armdrive.cli.presenter import put_error, say, say_lines
+from armdrive.cli.program.run_common import failed_view
+from armdrive.cli.program.run_input import stopped_by_interrupt
+from armdrive.cli.program.shell_person import AtPrompt, Said, Shown
+from armdrive.errors import ArmError, Mark, NotReferenced, OperatorNeeded, ProgramError
+from armdrive.errors.actions import SHELL, presented
+from armdrive.errors.table import tagged
+from armdrive.programs.machine import Machine
+from armdrive.programs.performing import Performer
+from armdrive.programs.program import ArmProgram
+from armdrive.programs.running import Run
+from armdrive.programs.session import Entry, Session
+from armdrive.status import State
+
+INPUT = "standard input"
+"""What the lines of a pipe are called."""
+
+WAYS_OUT: Mapping[State, str] = MappingProxyType(
+    {
+        State.ERROR_STOP: "look at the arm; `reset` leaves the error, and moves nothing",
+        State.DISABLED: "`enable` switches the motors on",
+        State.DISCONNECTED: "`reconnect` looks for the wire; `save` and `quit` need none",
+    }
+)
+"""What is to be typed where the arm stands in a state that nothing moves in."""
+
+REFERENCE = "`home` references the arm"
+
+_LINE = re.compile(r"\s*([a-z]+)(?:\s+([^\s=(].*?))?\s*", re.IGNORECASE)
+"""A word and what stands behind it; `list = 3` gives a name a value."""
+
+
+class Left(Exception):
+    """The person is done."""
+
+
+@dataclass(frozen=True, slots=True)
+class OwnWord:
+    """A word of the shell: what stands behind it, what it does."""
+
+    usage: str
+    says: str
+    deed: Callable[[Shell, str], None]
+
+
+def own_word(line: str, words: Mapping[str, OwnWord]) -> tuple[OwnWord, str] | None:
+    """Return the word of the shell that a line is, and what stands behind it; None for none."""
+    match = _LINE.fullmatch(line)
+    word = None if match is None else words.get(match[1].lower())
+    return None if word is None or match is None else (word, match[2] or "")
+
+
+class _Once:
+    """The source of a machine that has been made already."""
+
+    def __init__(self, made: Machine) -> None:
+        self._made = made
+
+    def machine(self) -> Machine:
+        """Return it."""
+        return self._made
+
+
+class Shell:
+    """A prompt's session on one arm.
+
+    `words` are the shell's own; `typing` tells that a person types, and not a pipe.
+    """
+
+    def __init__(
+        self,
+        arm: Arm,
+        options: argparse.Namespace,
+        words: Mapping[str, OwnWord],
+        *,
+        typing: bool,
+    ) -> None:
+        self.arm = arm
+        self.words = words
+        self.json = bool(options.json)
+        self.typing = typing
+        self.saved: set[str] = set()
+        self.done = 0
+        self._stops = arm.stops
+        self._outputs = 0
+        self.begin_anew()
+
+    def begin_anew(self) -> None:
+        """Forget all that was typed; what the arm does stays."""
+        self.session = Session("" if self.typing else INPUT)
+
+    def tell(self, event: dict[str, Any], text: str) -> None:
+        """Say something: an event for programs, lines for people."""
+        if self.json:
+            self.emit(event)
+        elif text:
+            say_lines(presented(text, SHELL))
+
+    def emit(self, event: dict[str, Any]) -> None:
+        """Print an event, in the words of the prompt."""
+        say(presented(json.dumps(event), SHELL))
+
+    def take(self, line: str, position: int = 1) -> None:
+        """Take a line: an entry's, or one of the shell's own words.
+
+        `position` is its number in the input. Raises what the entry does, and `Left` for `quit`.
+        """
+        own = None if self.session.unfinished else own_word(line, self.words)
+        if own is not None:
+            self._do(*own, position)
+            return
+        self.session.book = frozenset(self.arm.points)
+        entry = self.session.take(line, position)
+        if entry is not None:
+            self.carry_out(entry)
+
+    def _do(self, word: OwnWord, rest: str, position: int) -> None:
+        try:
+            with stopped_by_interrupt(lambda: [self.arm]):
+                word.deed(self, rest)
+        except ArmError as error:
+            if not (self.typing or self.json or isinstance(error, ProgramError)):
+                put_error(f"{Mark(position, 1, INPUT)}\n")
+            raise
+
+    def carry_out(self, entry: Entry) -> None:
+        """Carry an entry out, and learn what it brought, also where it broke off."""
+        try:
+            machine = ArmProgram(entry.program, self.arm.config).machine()
+            self._perform(entry, machine)
+        except ProgramError as error:
+            raise self.session.typed.shown(error) from None
+        self.done += 1
+
+    def _perform(self, entry: Entry, machine: Machine) -> None:
+        rewrites = self.typing and sys.stdout.isatty()
+        shown = Shown(self.session.typed, self.emit if self.json else None, rewrites=rewrites)
+        said = Said(self.tell)
+        with shown, stopped_by_interrupt(lambda: [self.arm], ends=not self.typing):
+            self._forget_stops()
+            show = said.say if entry.says else shown.say
+            person = AtPrompt(self.arm, shown, show, typing=self.typing)
+            performer = Performer(self.arm, person, since=self._stops, outputs=self._outputs)
+            shown.use(self.arm)
+            onlooker = said if entry.says else shown
+            self._carry_out(entry, machine, Run(_Once(machine), performer, [onlooker]))
+            self._outputs = performer.outputs
+
+    def _forget_stops(self) -> None:
+        """Take a stop between two entries of a person for one of neither; a pipe it ends."""
+        if self.typing and self.arm.stops != self._stops:
+            self.arm.stand_still()  # one that is not seen yet would stop the next motion
+            self._stops = self.arm.stops
+
+    def _carry_out(self, entry: Entry, machine: Machine, run: Run) -> None:
+        done = False
+        try:
+            run.carry_out()
+            done = True
+        except BaseException as error:
+            self._tell_place(entry, run, error)
+            raise
+        finally:
+            self.session.learn(entry, machine, done=done)
+            self.arm.program = None
+
+    def _tell_place(self, entry: Entry, run: Run, error: BaseException) -> None:
+        """Say at which line an entry broke off, where the person would not know."""
+        mark = None if run.at is None else run.at.stage.mark
+        if self.json:
+            self.emit(failed_view(getattr(error, "mark", None) or mark, error, ""))
+        elif mark is not None and not isinstance(error, ProgramError):
+            line = self.session.typed.line_at(mark).strip()
+            if not self.typing:
+                put_error(f"{mark}\n    {line}\n")
+            elif entry.lines > 1 or mark.file != entry.program.file:
+                put_error(f"at `{line}`:\n")
+
+    def complain(self, error: BaseException) -> None:
+        """Say what went wrong, and what can be typed now."""
+        put_error(f"armdrive: {presented(tagged(error), SHELL)}\n")
+        ways = [WAYS_OUT.get(self.arm.status.state, "")]
+        ways += [REFERENCE] * isinstance(error, NotReferenced | OperatorNeeded)
+        put_error("".join(f"{way}\n" for way in ways if way))
+        if self.session.unfinished:
+            put_error("the line was not taken; Ctrl-C leaves the block\n")

@@ -1,0 +1,309 @@
+"""The shell's own words, besides those of the language: one table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from types import MappingProxyType
+
+from armdrive.cli.block_options import put_blocks
+from armdrive.cli.program.shell_session import Left, OwnWord, Shell
+from armdrive.cli.terminal_person import agreed
+from armdrive.errors import BadRequest, OperatorNeeded
+from armdrive.programs.language.syntax import Tree
+from armdrive.programs.language.values import Place, said, to_json
+from armdrive.programs.language.words import (
+    FORMS,
+    FUNCTIONS,
+    GROUPS,
+    RESERVED,
+    SPELLINGS,
+    WORDS,
+    Function,
+    Word,
+    usage,
+)
+from armdrive.programs.language.writing import unparse
+from armdrive.programs.program import ENDING, ArmProgram, read_program, read_program_file
+from armdrive.registry import dialect
+from armdrive.sim.serving.console import PARTS, block_of
+from armdrive.sim.world.scene import Scene
+from armdrive.status import joints_view, pose_view, status_view
+from armdrive.storage.files import DISK, replace_durably
+from kinematics.errors import suggestion
+
+OVER = "over"
+"""What has to stand behind the name of a file that is to be written over."""
+
+
+def _help(shell: Shell, rest: str) -> None:
+    for text in help_on(rest, shell):
+        shell.tell({"event": "help", "text": text}, text)
+
+
+def _list(shell: Shell, _: str) -> None:
+    for number, body in shell.session.kept.items():
+        text = unparse(Tree(body)).rstrip("\n")
+        first, *others = text.split("\n")
+        rows = [f"{number:>4}  {first}", *(f"      {line}" for line in others)]
+        shell.tell({"event": "list", "entry": number, "text": text}, "\n".join(rows))
+    if not shell.session.kept and not shell.json:
+        shell.tell({}, "nothing has been carried out yet")
+
+
+def _drop(shell: Shell, rest: str) -> None:
+    if not (rest.isascii() and rest.isdecimal()):
+        raise BadRequest("write it like `drop 3`, with a number that `list` shows")
+    shell.session.drop(int(rest))
+    shell.tell({"event": "dropped", "entry": int(rest)}, f"entry {rest} is out of the list")
+
+
+def _save(shell: Shell, rest: str) -> None:
+    name, _, over = rest.rpartition(" ")
+    named, force = (name, True) if over.lower() == OVER and name else (rest, False)
+    path = _program_path(named, "save stack.arm")
+    text = shell.session.text
+    if not text.strip():
+        raise BadRequest("there is nothing to save: nothing has been carried out yet")
+    if path.exists() and not force and str(path.absolute()) not in shell.saved:
+        raise BadRequest(f"{path} is there already: name another, or `save {path} {OVER}`")
+    program = read_program(text, str(path))
+    ArmProgram(program, shell.arm.config).machine()  # what is written can be run here
+    replace_durably(DISK, path.absolute(), text.encode("utf-8"))
+    shell.saved.add(str(path.absolute()))
+    lines = len(text.splitlines())
+    shell.tell(
+        {"event": "saved", "file": str(path), "lines": lines},
+        f"{lines} lines are in {path}: `armdrive run {path} --check` rehearses them",
+    )
+
+
+def _load(shell: Shell, rest: str) -> None:
+    path = _program_path(rest, "load stack.arm")
+    program = read_program_file(path)
+    shell.carry_out(shell.session.load(program, str(path)))
+    shell.tell(
+        {"event": "loaded", "file": str(path)},
+        f"the subprograms, points and values of {path} are known; `names` lists them",
+    )
+
+
+def _program_path(word: str, example: str) -> Path:
+    name = word.strip().strip('"')
+    if not name:
+        raise BadRequest(f"say which file: `{example}`")
+    path = Path(name)
+    if path.suffix.lower() != ENDING:
+        raise BadRequest(f"{path} is no program file: one ends in {ENDING}")
+    return path
+
+
+def _new(shell: Shell, _: str) -> None:
+    shell.begin_anew()
+    shell.tell({"event": "new"}, "names, subprograms and the list are forgotten; the arm stays")
+
+
+def _points(shell: Shell, _: str) -> None:
+    for name, value in shell.session.context.variables.items():
+        if isinstance(value, Place):
+            view = {"event": "point", "name": name, "value": to_json(value), "book": False}
+            shell.tell(view, f"  {name}: {value}")
+    for name, point in shell.arm.points.items():
+        deg = dict(point.joints.deg)
+        place = Place(joints_deg=deg)
+        view = {"event": "point", "name": name, "value": to_json(place), "book": True}
+        shell.tell(view, f"  {name}: {place}, in the arm's book")
+
+
+def _names(shell: Shell, _: str) -> None:
+    context = shell.session.context
+    for name, value in context.variables.items():
+        if not isinstance(value, Place):
+            view = {"event": "name", "name": name, "value": value}
+            shell.tell(view, f"  {name} = {said(value)}")
+    for define in context.defines:
+        head = f"{define.name}({', '.join(define.parameters)})"
+        shell.tell({"event": "subprogram", "name": define.name, "text": head}, f"  {head}")
+    _points(shell, "")
+    speed = f"  speed {said(context.speed * 100.0)}%"
+    shell.tell({"event": "speed", "value": context.speed}, speed)
+
+
+def _where(shell: Shell, _: str) -> None:
+    status = shell.arm.status
+    view = {
+        "event": "where",
+        "pose": pose_view(status.pose),
+        "joints": joints_view(status.joints),
+        "opening_mm": status.gripper_mm,
+    }
+    if status.pose is None:
+        shell.tell(view, "nobody knows where the arm stands: `home` references it")
+        return
+    fingers = "" if status.gripper_mm is None else f", fingers {status.gripper_mm:.1f} mm apart"
+    shell.tell(view, f"tip {status.pose}\njoints {status.joints}{fingers}")
+
+
+def _status(shell: Shell, _: str) -> None:
+    status = shell.arm.status
+    shell.tell({"event": "status", **status_view(status)}, str(status))
+
+
+def _reset(shell: Shell, _: str) -> None:
+    shell.arm.reset()
+    _tell_state(shell)
+
+
+def _reconnect(shell: Shell, _: str) -> None:
+    shell.arm.reconnect()
+    _tell_state(shell)
+
+
+def _enable(shell: Shell, _: str) -> None:
+    shell.arm.enable()
+    _tell_state(shell)
+
+
+def _disable(shell: Shell, rest: str) -> None:
+    what = f"after disable the arm {dialect(shell.arm.status.dialect).torque.disable}"
+    shell.tell({"event": "warning", "text": what}, what)
+    question = "Park it first with `ready`, or support it. Switch the motors off now? Type yes: "
+    if rest.lower() != "yes" and not (shell.typing and agreed(question)):
+        raise OperatorNeeded("the motors were left as they are: `disable yes` switches them off")
+    shell.arm.disable()
+    _tell_state(shell)
+
+
+def _tell_state(shell: Shell) -> None:
+    status = shell.arm.status
+    shell.tell(
+        {"event": "status", **status_view(status)},
+        f"state {status.state.value}, motor current {status.current.value}, "
+        f"position {status.trust.value}",
+    )
+
+
+def _quit(_: Shell, __: str) -> None:
+    raise Left
+
+
+# -- the table of a simulated arm ------------------------------------------------------------
+
+
+def _put(shell: Shell, rest: str) -> None:
+    """Put a block on the table: `put A 250 0`, or with commas."""
+    _scene(shell)
+    block = block_of(rest.replace(",", " ").split())
+    put_blocks(shell.arm, [block])
+    _tell_block(shell, block.name)
+
+
+def _blocks(shell: Shell, _: str) -> None:
+    """Say where every block stands, as the simulated world itself has it."""
+    names = list(_scene(shell).blocks)
+    for name in names:
+        _tell_block(shell, name)
+    if not names and not shell.json:
+        shell.tell({}, "there are no blocks: `put A 250 0` puts one on the table")
+
+
+def _tell_block(shell: Shell, name: str) -> None:
+    scene = _scene(shell)
+    block, held = scene.blocks[name], scene.held == name
+    where = "in the fingers, its" if held else "its"
+    text = f"{where} bottom at x {block.x_mm:.1f}, y {block.y_mm:.1f}, z {block.z_mm:.1f} mm"
+    size = f"{block.width_mm:g} mm wide and {block.height_mm:g} mm high"
+    view = {"event": "block", **asdict(block), "held": held}
+    shell.tell(view, f"  {name}: {text}, {size}")
+
+
+def _scene(shell: Shell) -> Scene:
+    twin = shell.arm.twin
+    if twin is None:
+        raise BadRequest("nobody knows what lies on the table of a real arm")
+    return twin.world.scene
+
+
+# -- help and completion ------------------------------------------------------------------------
+
+
+WIDTH = 34
+
+
+def help_on(word: str, shell: Shell) -> list[str]:
+    """Return what a word means, or all words with a line each. Raises `BadRequest`."""
+    low = word.strip().lower()
+    if not low:
+        return _everything(shell.words)
+    found: list[str] = []
+    if low in SPELLINGS:
+        found += _of_word(WORDS[SPELLINGS[low]])
+    if low in FUNCTIONS:
+        found += _of_function(FUNCTIONS[low])
+    found += [f"{row.pattern}\n  {row.says}" for row in FORMS if row.name == low]
+    if low in shell.words:
+        own = shell.words[low]
+        found.append(f"{own.usage}\n  {own.says}")
+    named = [each for each in shell.session.context.defines if each.name.lower() == low]
+    found += [f"{each.name}({', '.join(each.parameters)})\n  A subprogram." for each in named]
+    if not found:
+        known = (*SPELLINGS, *FUNCTIONS, *shell.words, *(row.name for row in FORMS))
+        raise BadRequest(f"there is no word {word!r}{suggestion(low, known)}")
+    return found
+
+
+def _everything(own: Mapping[str, OwnWord]) -> list[str]:
+    found = ["words of a program: `help WORD` tells more, docs/programs.md everything"]
+    for title, words in GROUPS.items():
+        found.append(f"  {title}: {', '.join(word.name for word in words)}")
+    found.append(f"  Shape: {', '.join(row.name for row in FORMS)}")
+    found.append(f"  Values: {', '.join((*FUNCTIONS, 'joints', 'here'))}; a value alone is shown")
+    found.append("words of the shell")
+    found += [f"  {row.usage:<{WIDTH}}{row.says}" for row in own.values()]
+    found.append("Ctrl-C stops what moves; a block ends with `end`")
+    return found
+
+
+def _of_word(word: Word) -> list[str]:
+    old = f"\n  old spelling: {', '.join(each.upper() for each in word.old)}" if word.old else ""
+    return [f"{usage(word)}\n  {word.says}\n  {word.example}{old}"]
+
+
+def _of_function(row: Function) -> list[str]:
+    return [f"{row.name}(...)\n  {row.says}\n  {row.example}"]
+
+
+def known_words(shell: Shell) -> list[str]:
+    """Return everything that can be completed at the prompt."""
+    context = shell.session.context
+    return [
+        *(word for word in RESERVED if len(word) > 1),
+        *shell.words,
+        *context.variables,
+        *(define.name for define in context.defines),
+        *shell.arm.points,
+    ]
+
+
+OWN_WORDS: Mapping[str, OwnWord] = MappingProxyType({
+    "help": OwnWord("help [WORD]", "What there is to type, or what one word means.", _help),
+    "where": OwnWord("where", "Where the arm stands.", _where),
+    "status": OwnWord("status", "All that is known of the arm.", _status),
+    "names": OwnWord("names", "Values, subprograms and points that have been named.", _names),
+    "points": OwnWord("points", "The points, named here and in the arm's own book.", _points),
+    "list": OwnWord("list", "What was carried out so far, as a program.", _list),
+    "drop": OwnWord("drop NUMBER", "Leave an entry out of the list. Undoes nothing.", _drop),
+    "save": OwnWord(f"save FILE.arm [{OVER}]", "Write the list into a program file.", _save),
+    "load": OwnWord("load FILE.arm", "Take over a file's subprograms, points and values.", _load),
+    "new": OwnWord("new", "Forget names, subprograms and the list.", _new),
+    "put": OwnWord(f"put {PARTS}", "A simulated arm: put a block on its table, mm.", _put),
+    "blocks": OwnWord("blocks", "A simulated arm: where its blocks stand.", _blocks),
+    "reset": OwnWord("reset", "Leave an error, after looking at the arm. Moves nothing.", _reset),
+    "reconnect": OwnWord("reconnect", "Look for a wire that was lost. Moves nothing.", _reconnect),
+    "enable": OwnWord("enable", "Switch the motors on. Moves nothing.", _enable),
+    "disable": OwnWord("disable [yes]", "Switch the motors off: the arm can sag.", _disable),
+    "quit": OwnWord("quit", "Leave, as Ctrl-D does. `exit` is the same.", _quit),
+    "exit": OwnWord("exit", "Leave, as `quit` does.", _quit),
+})  # fmt: skip
+"""Every word of the shell. `help`, docs/shell.md and completion are made from it."""

@@ -1,0 +1,199 @@
+"""Runs one command: parses its options, turns every error into one sentence and an exit code."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import difflib
+import json
+import os
+import re
+import shlex
+import signal
+import sys
+from collections.abc import Callable, Collection, Iterator, Mapping
+from pathlib import Path
+from types import FrameType
+from typing import NoReturn, Protocol
+
+from armdrive.cli.presenter import complain, put_error
+from armdrive.cli.unexpected import FAULT, Unexpected, raises_unexpected, threads_told
+from armdrive.errors import ArmError
+from armdrive.errors.actions import COMMAND_LINE, presented
+from armdrive.errors.table import error_view, named, tagged
+from armdrive.text.printable import as_message
+from kinematics.errors import BadNumber, KinematicsError, UnknownPreset, UnknownSystem
+
+REFUSED = 3
+USAGE = 2
+INTERRUPTED = 130
+
+
+class Command(Protocol):
+    """What the module of a command offers."""
+
+    __doc__: str | None
+
+    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
+        """Declare the command's own options."""
+
+    def run(self, options: argparse.Namespace) -> int:
+        """Do it, and return the exit code."""
+
+
+class Ended(BaseException):
+    """A signal asked this program to end; it passes everything that catches errors."""
+
+    def __init__(self, number: int) -> None:
+        self.number = number
+        name = signal.Signals(number).name
+        super().__init__(f"ended by {name}; an arm that moved was stopped")
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser whose errors print nothing that a terminal would act on.
+
+    They quote what was typed.
+    """
+
+    def exit(self, status: int = 0, message: str | None = None) -> NoReturn:
+        """End the program as `ArgumentParser` does, with a printable message."""
+        super().exit(status, None if message is None else as_message(message))
+
+
+def run_command(
+    name: str, summary: str, load: Callable[[], Mapping[str, Command]], words: list[str]
+) -> int:
+    """Load a command, parse its words, run it, and return its exit code."""
+    _fill_closed_streams()
+    command = load()[name]
+    parser = Parser(
+        prog=f"armdrive {name}",
+        description=summary[0].upper() + summary[1:] + ".",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog=command.__doc__.partition("\n\n")[2] if command.__doc__ else None,
+    )
+    options = argparse.Namespace()
+    try:
+        command.add_arguments(parser)
+        parser.parse_args(words, options)
+        with _signals(), threads_told():
+            return command.run(options)
+    except KeyboardInterrupt:
+        pressed = KeyboardInterrupt("interrupted; an arm that moved was stopped")
+        return _say(options, pressed, INTERRUPTED)
+    except Ended as ended:
+        return _say(options, ended, 128 + ended.number)
+    except ArmError as error:
+        return _say(options, error, error.exit_code)
+    except (BadNumber, UnknownPreset, UnknownSystem, argparse.ArgumentTypeError) as error:
+        return _say(options, error, USAGE)
+    except KinematicsError as error:
+        return _say(options, error, REFUSED)
+    except BrokenPipeError:
+        # whoever read our output has gone (armdrive ... | head): end quietly
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except OSError as error:  # a state folder that cannot be written, a disk that is full
+        return _say(options, _in_words(error), ArmError.exit_code)
+    except Exception as error:
+        if raises_unexpected():
+            raise
+        return _say(options, Unexpected(error), FAULT)
+
+
+def refuse(word: str, known: Collection[str]) -> int:
+    """Say that there is no such command, and which one may be meant; return the exit code."""
+    code = named("BadRequest").code
+    near = difflib.get_close_matches(word, known, n=1)
+    hint = f"did you mean `armdrive {near[0]}`?" if near else "`armdrive --help` lists them all"
+    put_error(as_message(f"armdrive: [{code}] there is no command {word!r}; {hint}\n"))
+    return USAGE
+
+
+def _fill_closed_streams() -> None:
+    """Let a stream that was closed before we began lead nowhere (`armdrive run x.arm <&-`).
+
+    Else Python has none of that name, and the next port that opens gets its number.
+    """
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open(mode, encoding="utf-8"))  # noqa: SIM115
+
+
+def _in_words(error: OSError) -> OSError:
+    """Return an error of the system that reads as a sentence, with the file that it is about."""
+    if error.filename is None or not error.strerror:
+        return error
+    file = os.fsdecode(error.filename)
+    return OSError(
+        f"{file} cannot be used ({error.strerror}): make room or its folder writable, or set "
+        "ARMDRIVE_HOME to a folder that is"
+    )
+
+
+def _say(options: argparse.Namespace, error: BaseException, code: int) -> int:
+    """Put an error on a line of its own, for the person or, with `--json`, for the program."""
+    if getattr(options, "json", False):
+        complain(json.dumps(error_view(error)))
+    else:
+        sentence = as_message(with_arm(presented(tagged(error), COMMAND_LINE), options))
+        complain(f"armdrive: {sentence}")
+    return code
+
+
+@contextlib.contextmanager
+def _signals() -> Iterator[None]:
+    """Turn SIGTERM and SIGHUP into an exception, so that every `with` on the way stops its arm."""
+
+    def end(number: int, frame: FrameType | None) -> NoReturn:  # noqa: ARG001
+        raise Ended(number)
+
+    before = {}
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)  # Windows has no SIGHUP
+        if number is not None:
+            before[number] = signal.signal(number, end)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+# Remedies name a command. Where this command named its arm, the next one has to name it as well.
+
+_OF_AN_ARM = ("disable", "enable", "home", "jog", "move", "reset", "status", "verify")
+"""The commands that remedies tell to run, and that act on the arm that their options name."""
+
+_MENDING = "`armdrive doctor --mend`"
+"""Needs the arm file: it says what is expected."""
+
+_COMMAND = re.compile(rf"`armdrive ((?:{'|'.join(_OF_AN_ARM)})(?: --[a-z-]+)*)`")
+
+
+def with_arm(sentence: str, options: argparse.Namespace) -> str:
+    """Return a sentence whose commands name the arm as the options of this one did."""
+    words = _named(options)
+    if not words:
+        return sentence
+    if getattr(options, "arm", None):
+        mending = f"`armdrive doctor --arm {shlex.quote(str(options.arm))} --mend`"
+        sentence = sentence.replace(_MENDING, mending)
+    return _COMMAND.sub(lambda found: f"`armdrive {_insert(found[1], words)}`", sentence)
+
+
+def _insert(command: str, words: str) -> str:
+    if "--arm" in command:
+        return command
+    name, _, rest = command.partition(" ")
+    return " ".join(filter(None, (name, words, rest)))
+
+
+def _named(options: argparse.Namespace) -> str:
+    given = [
+        (f"--{name}", str(value))
+        for name in ("arm", "sim", "port", "dialect")
+        if (value := getattr(options, name, None))
+    ]
+    return shlex.join(word for pair in given for word in pair)

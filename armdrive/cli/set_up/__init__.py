@@ -1,0 +1,1 @@
+"""Commands that set an arm up: arm files, ports, simulated devices."""

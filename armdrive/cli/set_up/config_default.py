@@ -1,0 +1,48 @@
+"""Choose the arm that commands use where none is named."""
+
+from __future__ import annotations
+
+import argparse
+
+from armdrive.cli.arm_files import choose_default, path_of
+from armdrive.cli.chosen_arm import default_arm
+from armdrive.cli.options import add_json_option
+from armdrive.cli.presenter import emit, say
+from armdrive.connect.target import SIM, find
+from armdrive.errors import BadRequest
+from armdrive.registry import load_arm
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument("name", nargs="?", help="an arm file's name, or sim:DIALECT")
+    parser.add_argument("--none", action="store_true", help="instead: no default any more")
+    add_json_option(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Remember the name."""
+    if (options.name is None) != options.none:
+        raise BadRequest("give the name of an arm, or --none")
+    if options.name is not None:
+        _check(options.name)
+    choose_default(options.name)
+    used = default_arm()
+    if options.json:
+        emit({"default": used})
+    else:
+        say(f"commands that name no arm use {used}")
+        if options.name not in (None, used):
+            say("ARMDRIVE_ARM is set and goes before it")
+    return 0
+
+
+def _check(name: str) -> None:
+    """Raise for what is no usable arm."""
+    if name.startswith(SIM):
+        find(name)
+        return
+    if name.endswith(".toml"):
+        raise BadRequest(f"the name of an arm file, not its path: {name!r}")
+
+    load_arm(path_of(name))

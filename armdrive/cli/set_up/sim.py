@@ -1,0 +1,133 @@
+"""A simulated arm as a program of its own: whatever speaks to a real one can speak to it.
+
+Examples:
+  armdrive sim teachmover --pty /tmp/arm          then: armdrive jog --port /tmp/arm
+  armdrive sim teachmover --tcp 127.0.0.1:4001    then: armdrive jog --port socket://127.0.0.1:4001
+  armdrive sim teachmover --pty /tmp/arm --fault drop:0.01,from=host --fault unplug@20
+  armdrive sim mks --slcan /tmp/can0              then: armdrive jog --port 'can:slcan:/tmp/can0'
+  armdrive sim --list                             every dialect, its settings and its faults
+
+One-line commands on standard input steer it (`help` lists them); the end of input does not end
+it, Ctrl-C does.
+
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+from armdrive.cli.options import count, number
+from armdrive.cli.presenter import put_error, say, say_lines
+from armdrive.connect.target import simulated_config
+from armdrive.errors import BadRequest
+from armdrive.registry import DIALECTS, simulate_device, simulated_kind
+from armdrive.sim.bus.drives import DrivesOnBus
+from armdrive.sim.bus.line import BITRATE
+from armdrive.sim.device import Options
+from armdrive.sim.faults.request import parse_option
+from armdrive.sim.faults.running import check_faults
+from armdrive.sim.listing import listing
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument("dialect", nargs="?", choices=list(DIALECTS), help="what it speaks")
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--pty", metavar="PATH", help="a new serial port, linked from PATH")
+    where.add_argument("--slcan", metavar="PATH", help="a new CAN adapter on a serial port")
+    where.add_argument("--tcp", metavar="HOST:PORT", help="a TCP port (the way on Windows)")
+    where.add_argument("--udp", metavar="HOST:PORT", help="a UDP port, unpaced")
+    where.add_argument("--list", action="store_true", help="list settings and faults, and end")
+    parser.add_argument(
+        "--beside", metavar="PATH", help="with --slcan: a second adapter on the bus, to listen by"
+    )
+    parser.add_argument("--baud", type=count, help="pace the bytes like this line")
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="a setting of the device; may be repeated",
+    )
+    parser.add_argument(
+        "--speed-error",
+        type=number,
+        metavar="FRACTION",
+        help="0.2: motors a fifth slower than the driver's table says",
+    )
+    parser.add_argument(
+        "--play",
+        type=count,
+        metavar="STEPS",
+        help="lost motion of every motor's train: so many steps turn nothing after a reversal",
+    )
+    parser.add_argument(
+        "--fault",
+        action="append",
+        default=[],
+        metavar="NAME[:ARGUMENTS][@SECONDS]",
+        help="have something go wrong, perhaps later; may be repeated",
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Serve until told to end."""
+    if options.list:
+        names = [options.dialect] if options.dialect else list(DIALECTS)
+        say_lines(listing({name: simulated_kind(name) for name in names}))
+        return 0
+    if options.dialect is None:
+        raise BadRequest(f"a dialect is required, one of {', '.join(DIALECTS)}")
+    _check_door(options)
+    return _serve(options)
+
+
+def _check_door(options: argparse.Namespace) -> None:
+    """Raise `BadRequest` unless the device is offered over a wire of its kind."""
+    on_bus = DIALECTS[options.dialect].can
+    if on_bus and not options.slcan:
+        raise BadRequest(f"{options.dialect} is spoken on a CAN bus: --slcan PATH is required")
+    if options.beside and not options.slcan:
+        raise BadRequest("--beside PATH is a second adapter on a bus: --slcan PATH is the first")
+    if options.slcan and not on_bus:
+        raise BadRequest(f"{options.dialect} is not spoken on a CAN bus: --pty PATH offers it")
+    if not (on_bus or options.pty or options.tcp or options.udp):
+        raise BadRequest("one of --pty PATH, --tcp HOST:PORT, --udp HOST:PORT is required")
+
+
+def _serve(options: argparse.Namespace) -> int:
+    # python-can comes with them, which a list of the dialects does without
+    from armdrive.sim.serving.loop import make_server, run_device
+    from armdrive.sim.serving.servers import SlcanServer, beyond_this_computer
+
+    config = simulated_config(options.dialect)
+    if options.baud is not None:
+        config = replace(config, connection=replace(config.connection, baud=options.baud))
+    settings = Options.parse(simulated_kind(options.dialect).options, options.set)
+    if options.speed_error is not None:
+        settings["speed_error"] = options.speed_error
+    device = simulate_device(config, play=options.play, settings=settings)
+    faults = [parse_option(text) for text in options.fault]
+    check_faults(device, faults)
+    server = make_server(
+        pty=Path(options.pty) if options.pty else None,
+        tcp=options.tcp,
+        udp=options.udp,
+        slcan=Path(options.slcan) if options.slcan else None,
+        beside=Path(options.beside) if options.beside else None,
+        bits_s=device.bits_s() if isinstance(device, DrivesOnBus) else BITRATE,
+    )
+    where = server.can_address if isinstance(server, SlcanServer) else server.address
+    say(
+        f"a simulated {config.title} speaks {options.dialect} at {where}; "
+        "Ctrl-C ends it, help lists commands"
+    )
+    warning = beyond_this_computer(options.tcp or options.udp or ":0")
+    if warning:
+        put_error(f"armdrive: {warning}\n")
+    commands = None if sys.stdin.closed else sys.stdin.fileno()
+    run_device(device, server, commands, sys.stdout, faults=faults)
+    return 0

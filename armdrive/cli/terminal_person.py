@@ -1,0 +1,240 @@
+"""The person at a terminal who looks at the arm, confirms its posture, and jogs it to one."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+
+from armdrive.arm import Arm
+from armdrive.cli.presenter import put, say
+from armdrive.dialog import JoggedArm, PostureRequest
+from armdrive.errors import ArmError, BadRequest, OperatorNeeded
+from armdrive.moves import BASE_FRAME, GRIPPER_AXIS
+from armdrive.render.canvas import can_braille
+from armdrive.render.side_view import ArmScene, side_view, top_view
+from armdrive.status import Trust
+from kinematics import Joints, KinematicsError
+
+WIDTH, HEIGHT = 60, 16
+
+
+def posture_drawing(arm: JoggedArm, joints: Joints, opening_mm: float) -> list[str]:
+    """Draw a posture from the side."""
+    scene = scene_of(arm, joints, opening_mm)
+    return side_view(scene, WIDTH, HEIGHT, can_braille(sys.stdout.encoding, os.environ))
+
+
+def scene_of(arm: JoggedArm, joints: Joints, opening_mm: float) -> ArmScene:
+    """Return what there is to draw of an arm in a posture."""
+    geometry = arm.model.arm
+    return ArmScene(
+        points=geometry.points(joints),
+        opening_mm=max(opening_mm, 0.0),
+        base_rad=joints[0],
+        reach_mm=geometry.levers_mm(None)[0],
+    )
+
+
+def ask_operator(request: PostureRequest) -> bool:
+    """Ask the person at the terminal whether the arm stands in the posture."""
+    for line in posture_drawing(request.arm, request.joints, request.opening_mm):
+        say(line)
+    say(str(request))
+    return agreed("Does the arm stand exactly like this? Type yes: ")
+
+
+def settle_trust(arm: Arm) -> None:
+    """Have a restored position confirmed: by the simulated operator, or by the person here."""
+    status = arm.status
+    if status.trust is not Trust.RESTORED or arm.core.allow_restored or status.joints is None:
+        return
+    if arm.simulated:
+        confirm_simulated(arm)
+        return
+    if not sys.stdin.isatty():
+        return  # the motion is refused, with the ways to confirm
+    for line in posture_drawing(arm, status.joints, status.gripper_mm or 0.0):
+        say(line)
+    say(f"An earlier program left the arm at {status.joints}.")
+    if not agreed("Does the arm stand like this? Type yes: "):
+        raise OperatorNeeded("not confirmed: run `armdrive home`")
+    arm.confirm_restored()
+
+
+def confirm_simulated(arm: Arm) -> None:
+    """Let the simulated operator look at the simulated arm, and confirm what he sees."""
+    joints = arm.status.joints
+    if arm.twin is None or joints is None or arm.status.trust is not Trust.RESTORED:
+        return
+    if arm.twin.operator.stands_at(joints):
+        arm.confirm_restored()
+
+
+def agreed(question: str) -> bool:
+    """Ask a question at the terminal; anything but a yes is a no."""
+    if not sys.stdin.isatty():
+        return False
+    put(question)
+    return sys.stdin.readline().strip().lower() in ("yes", "y")
+
+
+# Jogging an arm to a posture, line by line: a picture, small jogs, and `done`. Lines come from the
+# terminal or a pipe; the end of input confirms nothing.
+
+PICTURE_WIDTH, PICTURE_HEIGHT = 46, 14
+MOST_DEG = MOST_MM = 20.0
+"""A slip of the finger, `shoulder -200`, is no small jog."""
+
+SPEED = 0.25
+TIP_AXES = ("x", "y", "z")
+
+HELP = (
+    "NAME AMOUNT jogs (degrees, or mm of the gripper), several on a line: shoulder -2 gripper 3; "
+    "x, y, z AMOUNT jog the tip by mm where the position is known; show draws the posture again; "
+    "desk opens the desk; done confirms; quit ends without"
+)
+CLEAR, MOTORS_ON = "ok", "on"
+
+
+class Guide:
+    """Leads through the steps. As an operator it returns True when the person has confirmed."""
+
+    def __init__(self, read: Callable[[], str] | None = None, *, terminal: bool) -> None:
+        self.wants_desk = False
+        self._read = read or sys.stdin.readline
+        self._terminal = terminal
+
+    def prepare(self, arm: Arm, *, off: bool) -> bool:
+        """Go through what comes before the first jog; False where the person wants no more."""
+        say("Step 1 of 3. Clear the arm's way, and keep a hand at the switch of its power.")
+        if not self._types(CLEAR, "Its way is clear"):
+            return False
+        if off:
+            say("Step 2 of 3. Its motors are off, or not known to be on. Hold the arm: it is")
+            say("held where it stands, once they are switched on.")
+            if not self._types(MOTORS_ON, "Switch them on"):
+                return False
+            arm.enable()
+        else:
+            say("Step 2 of 3. Its motors are held, or come on with the first jog.")
+        return True
+
+    def __call__(self, request: PostureRequest) -> bool:
+        """Have the arm jogged to the posture until the person says that it is there."""
+        say("Step 3 of 3. Bring the arm to this posture (side view, and from above):")
+        self._show(request)
+        say(f"{HELP}.")
+        while (line := self._line("> ")) is not None:
+            words = line.split()
+            if words == ["done"]:
+                return True
+            if words == ["quit"]:
+                return False
+            if words == ["desk"] and self._terminal:
+                self.wants_desk = True
+                return False
+            self._obey(request, words)
+        return False
+
+    def _obey(self, request: PostureRequest, words: list[str]) -> None:
+        if not words:
+            return
+        if words == ["show"]:
+            self._show(request)
+            return
+        try:
+            for name, amount in parse_jogs(words, axes_of(request.arm)):
+                say(jogged(request.arm, name, amount))
+        except (ArmError, KinematicsError) as error:
+            say(f"{error}. {HELP}" if isinstance(error, BadRequest) else str(error))
+        self._say_rest(request)
+
+    def _show(self, request: PostureRequest) -> None:
+        for line in posture_pictures(request):
+            say(line)
+        say(str(request))
+        self._say_rest(request)
+
+    def _say_rest(self, request: PostureRequest) -> None:
+        if rest := difference(request):
+            say(rest)
+
+    def _types(self, word: str, question: str) -> bool:
+        return self._line(f"{question}? Type {word}: ") == word
+
+    def _line(self, prompt: str) -> str | None:
+        """Return the next line in small letters; None at the end of input."""
+        put(prompt)
+        line = self._read()
+        if not line:
+            say("")  # what is said next does not stand behind the prompt
+        return line.strip().lower() if line else None
+
+
+def posture_pictures(request: PostureRequest) -> list[str]:
+    """Draw the posture asked for from the side and from above, beside each other."""
+    scene = scene_of(request.arm, request.joints, request.opening_mm)
+    braille = can_braille(sys.stdout.encoding, os.environ)
+    side = side_view(scene, PICTURE_WIDTH, PICTURE_HEIGHT, braille)
+    top = top_view(scene, PICTURE_WIDTH, PICTURE_HEIGHT, braille)
+    return [f"{a:<{PICTURE_WIDTH}} {b}".rstrip() for a, b in zip(side, top, strict=True)]
+
+
+def difference(request: PostureRequest) -> str:
+    """Say how far it is still to go; nothing where the position is not even roughly known."""
+    status = request.arm.status
+    if status.trust is Trust.UNKNOWN or status.joints is None:
+        return ""
+    left = {name: wanted - status.joints.deg[name] for name, wanted in request.joints.deg.items()}
+    parts = [f"{name} {angle:+.1f}" for name, angle in left.items() if abs(angle) >= 0.05]
+    if status.gripper_mm is not None and abs(request.opening_mm - status.gripper_mm) >= 0.05:
+        parts.append(f"{GRIPPER_AXIS} {request.opening_mm - status.gripper_mm:+.1f}")
+    sure = (
+        "" if status.trust is Trust.REFERENCED else f", if the {status.trust.value} position holds"
+    )
+    return f"still to go by the registers{sure}: {', '.join(parts) or 'nothing'}"
+
+
+def axes_of(arm: JoggedArm) -> tuple[str, ...]:
+    """Return what a line may jog; the arm itself refuses the tip where it trusts no position."""
+    tip = TIP_AXES if arm.status.trust in (Trust.REFERENCED, Trust.RESTORED) else ()
+    return (*arm.model.arm.joint_names, GRIPPER_AXIS, *tip)
+
+
+def parse_jogs(words: list[str], axes: tuple[str, ...]) -> list[tuple[str, float]]:
+    """Read `shoulder -2 gripper 3`; names may be cut short where that is unambiguous."""
+    if len(words) % 2:
+        raise BadRequest("write a name and an amount, for example shoulder -2")
+    return [
+        (_axis(name, axes), _amount(amount))
+        for name, amount in zip(words[::2], words[1::2], strict=True)
+    ]
+
+
+def _axis(word: str, axes: tuple[str, ...]) -> str:
+    plain = word.replace("-", "_")
+    found = [axis for axis in axes if axis == plain] or [a for a in axes if a.startswith(plain)]
+    if len(found) != 1:
+        raise BadRequest(f"{word!r} is none of {', '.join(axes)}")
+    return found[0]
+
+
+def _amount(word: str) -> float:
+    try:
+        amount = float(word)
+    except ValueError:
+        raise BadRequest(f"{word!r} is no number") from None
+    if not abs(amount) <= MOST_DEG:
+        raise BadRequest(f"jog by at most {MOST_DEG:g} degrees or mm at a time, not {word}")
+    return amount
+
+
+def jogged(arm: JoggedArm, name: str, amount: float) -> str:
+    """Jog, and say what came of it."""
+    if name in TIP_AXES:
+        done = arm.jog_l(speed=SPEED, frame=BASE_FRAME, **{f"{name}_mm": amount})
+    else:
+        unit = "mm" if name == GRIPPER_AXIS else "deg"
+        done = arm.jog_j(speed=SPEED, **{f"{name}_{unit}": amount})
+    return done.note or f"{name} {amount:+g}: done"
