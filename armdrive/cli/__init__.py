@@ -32,8 +32,7 @@ def _arm_commands() -> Mapping[str, Command]:
 
 
 def _point_commands() -> Mapping[str, Command]:
-    from armdrive.cli import pendant
-    from armdrive.cli.drive import points
+    from armdrive.cli.drive import pendant, points
 
     return {"pendant": pendant, "points": points}
 
@@ -93,7 +92,7 @@ def _arm_file_commands() -> Mapping[str, Command]:
 
 
 def _diagnosis_commands() -> Mapping[str, Command]:
-    from armdrive.cli import can, doctor
+    from armdrive.cli.set_up import can, doctor
 
     return {"can": can, "doctor": doctor}
 

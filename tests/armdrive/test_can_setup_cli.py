@@ -9,7 +9,7 @@ import pytest
 from can_setup_bench import NAMES, arm
 from cli_calls import state_files, write_arm_file
 
-from armdrive.cli import can_setup
+from armdrive.cli.set_up import can_setup
 from armdrive.dialog import About
 from armdrive.errors import StateFileError
 from armdrive.registry import simulate

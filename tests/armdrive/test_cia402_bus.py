@@ -11,7 +11,7 @@ from cli_calls import write_arm_file
 from waiting import looks
 
 from armdrive import Arm
-from armdrive.cli import doctor_can
+from armdrive.cli.set_up import doctor_can
 from armdrive.connect.port import Wiring
 from armdrive.connect.target import find
 from armdrive.dialects.bus.tools import listen

@@ -8,7 +8,7 @@ import tomllib
 import pytest
 
 from armdrive import Arm
-from armdrive.cli.config_new import write
+from armdrive.cli.set_up.config_new import write
 from armdrive.config.link_model import parse_model
 from armdrive.connect.target import connect_simulated
 from armdrive.dialog import WrongAnswer

@@ -12,10 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from armdrive import Arm
-from armdrive.cli import config_signs
 from armdrive.cli.arm_files import ArmText
-from armdrive.cli.config_new import write
-from armdrive.cli.config_signs import find_signs, lines_for
+from armdrive.cli.set_up import config_signs
+from armdrive.cli.set_up.config_new import write
+from armdrive.cli.set_up.config_signs import find_signs, lines_for
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.dialog import WrongAnswer
 from armdrive.registry import load_arm, parse_arm, simulate

@@ -11,8 +11,8 @@ from can_setup_bench import READING, Bench, ServedBus
 from cli_calls import write_arm_file
 from waiting import looks
 
-from armdrive.cli import doctor_can
-from armdrive.cli.doctor_can import ids_of
+from armdrive.cli.set_up import doctor_can
+from armdrive.cli.set_up.doctor_can import ids_of
 from armdrive.dialects.bus.tools import Listened, listen
 from armdrive.dialects.mks import survey as mks
 from armdrive.dialects.mks.survey import Survey, ask_round

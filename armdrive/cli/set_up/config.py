@@ -19,14 +19,15 @@ import argparse
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from armdrive.cli import config_new, config_signs
 from armdrive.cli.runner import Command
 from armdrive.cli.set_up import (
     config_check,
     config_default,
     config_limits,
     config_list,
+    config_new,
     config_show,
+    config_signs,
 )
 
 ACTIONS: Mapping[str, tuple[Command, str]] = MappingProxyType(

@@ -12,10 +12,10 @@ from datetime import UTC, datetime
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import read
-from armdrive.cli.config_signs import connected
 from armdrive.cli.options import add_json_option
 from armdrive.cli.presenter import emit, say
 from armdrive.cli.questions import agree, ask_value
+from armdrive.cli.set_up.config_signs import connected
 from armdrive.dialog import Question, choice
 from armdrive.registry import load_arm
 from armdrive.setup.filing import Proposal

@@ -17,8 +17,8 @@ import argparse
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from armdrive.cli import can_monitor, can_setup
 from armdrive.cli.runner import Command
+from armdrive.cli.set_up import can_monitor, can_setup
 
 ACTIONS: Mapping[str, tuple[Command, str]] = MappingProxyType(
     {

@@ -12,7 +12,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TypeVar
 
-from armdrive.cli.doctor_report import Report, compare
+from armdrive.cli.set_up.doctor_report import Report, compare
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import Wiring
 from armdrive.dialects.bus.tools import (

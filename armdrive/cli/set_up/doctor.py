@@ -21,11 +21,11 @@ from __future__ import annotations
 import argparse
 import sys
 
-from armdrive.cli import doctor_can
-from armdrive.cli.doctor_keyboard import run as examine_keyboard
-from armdrive.cli.doctor_report import Report, compare
 from armdrive.cli.options import add_json_option, count
 from armdrive.cli.presenter import say
+from armdrive.cli.set_up import doctor_can
+from armdrive.cli.set_up.doctor_keyboard import run as examine_keyboard
+from armdrive.cli.set_up.doctor_report import Report, compare
 from armdrive.cli.terminal_person import agreed
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import Wiring

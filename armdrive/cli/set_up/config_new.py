@@ -11,10 +11,10 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from armdrive.cli.config_signs import connected, find_signs
 from armdrive.cli.options import add_json_option
 from armdrive.cli.presenter import emit, say, say_lines
 from armdrive.cli.questions import Back, agree, ask
+from armdrive.cli.set_up.config_signs import connected, find_signs
 from armdrive.config.arm import ArmConfig
 from armdrive.dialog import WrongAnswer
 from armdrive.errors import ArmError, BadRequest
