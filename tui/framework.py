@@ -32,7 +32,7 @@ from textual.strip import Strip
 from textual.timer import Timer
 from textual.widgets import Static
 
-from armdrive.text.printable import printable_lines
+from armdrive.errors.printable import printable_lines
 from kinematics.errors import suggestion
 
 # Drivers that outlive the terminal that they paint on.

@@ -15,8 +15,8 @@ from types import TracebackType
 from typing import Any, Self, TextIO
 
 from armdrive.errors.actions import COMMAND_LINE, presented
+from armdrive.errors.printable import encodable, printable, printable_lines
 from armdrive.status import Status
-from armdrive.text.printable import encodable, printable, printable_lines
 
 
 def say(text: str) -> None:

@@ -20,8 +20,8 @@ from armdrive.cli.presenter import complain, put_error
 from armdrive.cli.unexpected import FAULT, Unexpected, raises_unexpected, threads_told
 from armdrive.errors import ArmError
 from armdrive.errors.actions import COMMAND_LINE, presented
+from armdrive.errors.printable import as_message
 from armdrive.errors.table import error_view, named, tagged
-from armdrive.text.printable import as_message
 from kinematics.errors import BadNumber, KinematicsError, UnknownPreset, UnknownSystem
 
 REFUSED = 3

@@ -17,10 +17,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from armdrive.cli.presenter import complain
+from armdrive.errors.printable import printable_lines, shortened
 from armdrive.errors.table import tagged
 from armdrive.storage import files as places
 from armdrive.storage.files import replace_file
-from armdrive.text.printable import printable_lines, shortened
 
 FAULT = 70
 """The exit code, which sysexits.h calls EX_SOFTWARE: an internal error."""

@@ -38,7 +38,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from armdrive.text.printable import as_message
+from armdrive.errors.printable import as_message
 
 if TYPE_CHECKING:  # every module imports this one, and few need a pose
     from kinematics.spaces import Pose

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from armdrive.errors import Problem, ProgramError
-from armdrive.text.printable import printable
+from armdrive.errors.printable import printable
 
 EXCERPT = 200
 """Characters of a long line that are shown."""

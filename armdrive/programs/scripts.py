@@ -23,6 +23,7 @@ from armdrive.arm import Arm, standing_in
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import SIM, connect_simulated, find
 from armdrive.errors import BadRequest, Mark
+from armdrive.errors.printable import printable_lines
 from armdrive.programs.rehearsal import (
     WORDS,
     Assumptions,
@@ -37,7 +38,6 @@ from armdrive.programs.rehearsal import (
 from armdrive.programs.running import Took
 from armdrive.sim.world.scene import Scene
 from armdrive.sim.world.table import Incident
-from armdrive.text.printable import printable_lines
 from armdrive.text.reading import read_bytes
 from armdrive.trace import calls as recorded
 from armdrive.trace.calls import Witness

@@ -17,9 +17,15 @@ from armdrive.cli import COMMANDS
 from armdrive.cli.drive import home
 from armdrive.cli.set_up import ports as ports_command
 from armdrive.errors import ArmError, BadRequest, DeviceFault, UnknownPoint
+from armdrive.errors.printable import (
+    LONGEST_LINE,
+    as_message,
+    encodable,
+    printable,
+    printable_lines,
+)
 from armdrive.programs.problems import excerpt
 from armdrive.storage import files as places
-from armdrive.text.printable import LONGEST_LINE, as_message, encodable, printable, printable_lines
 from armdrive.trace.entries import WIRE, Kind
 from armdrive.transports import ports
 from armdrive.transports.open_errors import Holder

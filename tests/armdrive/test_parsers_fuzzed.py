@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from armdrive.config.link_model import parse_model
 from armdrive.dialects.teachmover.pendant import parse_pendant
 from armdrive.errors import ArmError, ArmFileError
+from armdrive.errors.printable import printable
 from armdrive.programs.program import read_program
 from armdrive.registry import parse_arm
 from armdrive.storage.points import parse_points
-from armdrive.text.printable import printable
 from armdrive.text.reading import parse_toml
 from armdrive.trace.files import parse_recording
 from kinematics.errors import KinematicsError

@@ -16,9 +16,9 @@ from textual.screen import ModalScreen
 from textual.widgets import Static
 
 from armdrive.errors import ArmError
+from armdrive.errors.printable import printable
 from armdrive.errors.table import Entry, found
 from armdrive.status import Status
-from armdrive.text.printable import printable
 from armdrive.trace.log import LogBook, LogLine, LogReader, Sieve, Topic
 from tui.framework import PlainText
 from tui.keys.keyboard import Keyboard, bindings

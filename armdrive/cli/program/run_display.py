@@ -17,9 +17,9 @@ from typing import Any, Self
 from armdrive.arm import Arm
 from armdrive.cli.presenter import put
 from armdrive.errors import Mark, Stopped
+from armdrive.errors.printable import printable
 from armdrive.programs.acts import Answer, Machine
 from armdrive.programs.running import Estimate, Progress, Step
-from armdrive.text.printable import printable
 
 REDRAW_S = 0.2
 CLEAR_LINE = "\r\x1b[K"

@@ -13,6 +13,7 @@ from pathlib import Path
 from types import FrameType
 from typing import TextIO
 
+from armdrive.errors.printable import printable_lines
 from armdrive.sim.bus.line import BITRATE
 from armdrive.sim.device import SimDevice
 from armdrive.sim.faults.request import FaultRequest
@@ -29,7 +30,6 @@ from armdrive.sim.serving.servers import (
     split_address,
 )
 from armdrive.sim.wire import PacedDevice
-from armdrive.text.printable import printable_lines
 from armdrive.transports.link import Bell
 
 LONGEST_SLEEP_S = 0.25
