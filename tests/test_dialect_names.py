@@ -18,40 +18,21 @@ NAMES = {*DIALECTS, *CODECS} - {"__pycache__"}
 WORD = re.compile(rf"(?<![\w/-])(?:{'|'.join(sorted(NAMES))})(?![\w-])(?!\.md)")
 """A name by itself: not the preset `minimover5-mks`, the firmware `grbl-Mega-5X` or a page."""
 
-SURVEYS = "surveys and findings of a CAN bus still know its two families"
-SET_UP = "setting drives up is still about MKS drives alone"
-PENDANT = "the pendant's memory is still reached by its module"
+WORDS = "a sentence to a person names the kind of drive, or the key of its arm file"
 PRESET = "the default model is a preset of kinematics, which has an arm's name"
 EXAMPLE = "shown to a person as an example of what to type"
 
 EXCEPTIONS: Mapping[str, str] = {
-    "armdrive/__init__.py": PENDANT,
-    "armdrive/arm/devices.py": PENDANT,
-    "armdrive/cli/set_up/can_setup.py": SET_UP,
-    "armdrive/cli/set_up/doctor_can.py": SURVEYS,
-    "armdrive/cli/fk.py": PRESET,
-    "armdrive/cli/ik.py": PRESET,
-    "armdrive/cli/drive/pendant.py": PENDANT,
-    "armdrive/cli/pendant_files.py": PENDANT,
-    "armdrive/cli/pendant_points.py": PENDANT,
-    "armdrive/cli/plot.py": PRESET,
+    "armdrive/cli/learn/fk.py": PRESET,
+    "armdrive/cli/learn/ik.py": PRESET,
+    "armdrive/cli/learn/plot.py": PRESET,
     "armdrive/config/arm.py": EXAMPLE,
-    "armdrive/dialects/mks/survey.py": "asks CANopen whether a frame is a master's command",
-    "armdrive/dialog.py": SET_UP,
-    "armdrive/programs/teaching/pendant_program.py": PENDANT,
-    "armdrive/setup/arm_text.py": SET_UP,
-    "armdrive/setup/canopen_findings.py": SURVEYS,
-    "armdrive/setup/commissioning.py": SET_UP,
-    "armdrive/setup/dialog_runner.py": SET_UP,
-    "armdrive/setup/finding.py": SURVEYS,
-    "armdrive/setup/findings.py": SURVEYS,
-    "armdrive/setup/plan.py": SET_UP,
-    "armdrive/setup/questions/device.py": "the names of homing methods are CiA 402's",
+    "armdrive/setup/findings.py": WORDS,
     "armdrive/setup/templates.py": "templates are presets of whole arms, each with its controller",
-    "armdrive/setup/trial.py": SET_UP,
-    "armdrive/sim/world/world.py": PRESET,
+    "armdrive/setup/trial.py": WORDS,
+    "armdrive/sim/world/arm.py": PRESET,
     "armdrive/testing/plugin.py": EXAMPLE,
-    "tui/setup_steps.py": EXAMPLE,
+    "tui/setup/screen.py": EXAMPLE,
 }
 """What names a dialect for now, and why. A line is taken out with its reason; none is added."""
 
