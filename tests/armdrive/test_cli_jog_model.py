@@ -15,8 +15,6 @@ from kinematics.textbook.study import subject_names
 @pytest.fixture
 def opened(monkeypatch):
     """A terminal, and a model's desk that somebody leaves at once; returns what it is given."""
-    import tui.theory.model
-
     terminal = SimpleNamespace(isatty=lambda: True)
     monkeypatch.setattr(screens, "sys", SimpleNamespace(stdin=terminal, stdout=terminal))
     monkeypatch.setenv("TERM", "xterm-256color")
@@ -26,7 +24,7 @@ def opened(monkeypatch):
         shown.append((subject.name, ascii_only))
         return 0
 
-    monkeypatch.setattr(tui.theory.model, "run_model", run_model)
+    monkeypatch.setattr("armdrive.cli.drive.jog_model.run_model", run_model)
     return shown
 
 

@@ -130,7 +130,7 @@ def serve_rfc2217(listener: socket.socket, ready: threading.Event) -> None:
         def write(self, data):
             client.sendall(data)
 
-    manager = PortManager(wire, Connection("teachmover"))
+    manager = PortManager(wire, Connection())
     ready.set()
     while data := client.recv(1024):
         wire.write(b"".join(manager.filter(data)))

@@ -10,7 +10,7 @@ from faults import OVER_THE_TABLE, sim_config
 from waiting import LONG_S, returns
 
 from armdrive import Arm
-from armdrive.arm import connected
+from armdrive.connect import parts
 from armdrive.connect.target import connect_simulated
 from armdrive.errors import ArmError, StateFileError, Stopped
 from armdrive.motion import idle as idling
@@ -159,7 +159,7 @@ def test_the_wires_thread_never_writes(bench):
 def test_a_disk_that_is_stuck_at_the_end_is_given_up_and_puts_nothing_in_place_later(
     bench, monkeypatch
 ):
-    monkeypatch.setattr(connected, "CLOSING_S", 0.05)
+    monkeypatch.setattr(parts, "CLOSING_S", 0.05)
     monkeypatch.setattr(idling, "STILL_S", math.inf)
     bench.arm.move_j(base_deg=2.0)
     marked = bench.path.read_bytes()
