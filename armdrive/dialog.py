@@ -183,14 +183,14 @@ class About(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Say:
+class Announce:
     """Tell the person something."""
 
     text: str
 
 
 @dataclass(frozen=True, slots=True)
-class Ask:
+class AskPerson:
     """Ask the person; `motor` is the index of the motor that it is about."""
 
     question: Question
@@ -216,7 +216,7 @@ class Hear:
 
 
 @dataclass(frozen=True, slots=True)
-class Mark:
+class NotePosture:
     """Remember how the arm stands: something is going to move. For eyes that are no person's."""
 
     motor: int
@@ -236,19 +236,19 @@ class Keep:
     notes: Mapping[str, Any]
 
 
-Act: TypeAlias = Say | Ask | Put[Any] | Hear | Mark | Stands | Keep
+Act: TypeAlias = Announce | AskPerson | Put[Any] | Hear | NotePosture | Stands | Keep
 Talk: TypeAlias = Generator[Act, Any, T]
 
 
 def say(*lines: str) -> Talk[None]:
     """Tell the person some lines."""
     for line in lines:
-        yield Say(line)
+        yield Announce(line)
 
 
 def ask(question: Question, about: About, motor: int = 0) -> Talk[Any]:
     """Ask the person; return the value of the answer."""
-    answer = yield Ask(question, about, motor)
+    answer = yield AskPerson(question, about, motor)
     return answer
 
 

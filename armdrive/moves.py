@@ -70,7 +70,7 @@ class Jog:
 
 
 @dataclass(frozen=True, slots=True)
-class Hold:
+class ContinuousJog:
     """A jog that somebody holds, until when, and how fast."""
 
     jog: Jog
@@ -84,7 +84,7 @@ class Hold:
 
 
 @dataclass(frozen=True, slots=True)
-class Nudge:
+class IncrementalJog:
     """One increment of a jog, how fast, and until when it may begin."""
 
     jog: Jog

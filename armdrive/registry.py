@@ -34,8 +34,8 @@ from kinematics.errors import suggestion
 
 if TYPE_CHECKING:
     from armdrive.sim.device import SimDevice, SimDeviceKind, Value
-    from armdrive.sim.simulated_arm import Twin
-    from armdrive.sim.world.table import Block, Stand
+    from armdrive.sim.simulated_arm import SimulatedArm
+    from armdrive.sim.world.table import Stand, TableBlock
 
 
 # Simulated devices are imported when one is made: an arm on a real wire needs none.
@@ -78,7 +78,7 @@ def _cia402() -> SimDeviceKind:
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class RegistryRow:
     """One dialect: what it states about itself, and how its simulated device is made."""
 
     entry: Dialect
@@ -86,12 +86,12 @@ class Row:
 
 
 _ROWS = (
-    Row(TEACHMOVER, _teachmover),
-    Row(ROBKO01, _robko01),
-    Row(ARMDROID, _armdroid),
-    Row(GRBL, _grbl),
-    Row(MKS, _mks),
-    Row(CIA402, _cia402),
+    RegistryRow(TEACHMOVER, _teachmover),
+    RegistryRow(ROBKO01, _robko01),
+    RegistryRow(ARMDROID, _armdroid),
+    RegistryRow(GRBL, _grbl),
+    RegistryRow(MKS, _mks),
+    RegistryRow(CIA402, _cia402),
 )
 
 DIALECTS: Mapping[str, Dialect] = MappingProxyType({row.entry.name: row.entry for row in _ROWS})
@@ -161,11 +161,11 @@ def simulate(
     config: ArmConfig,
     saved: object = None,
     *,
-    blocks: Iterable[Block] = (),
+    blocks: Iterable[TableBlock] = (),
     play: int | Sequence[int] | None = None,
     stand: Stand | None = None,
     **options: Value,
-) -> Twin:
+) -> SimulatedArm:
     """Build the simulated counterpart of an arm, as `simulated_arm` says."""
     from armdrive.sim.simulated_arm import simulated_arm
 

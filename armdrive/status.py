@@ -20,14 +20,14 @@ BITS_A_BYTE = 10
 
 
 @dataclass(frozen=True, slots=True)
-class Carried:
+class LinkStats:
     """Bytes that went out and came in since the beginning, and the wire's rate in baud."""
 
     sent: int = 0
     heard: int = 0
     baud: int = 0
 
-    def load(self, earlier: Carried, for_s: float) -> float | None:
+    def load(self, earlier: LinkStats, for_s: float) -> float | None:
         """Return the share of the busier direction that was used since an earlier moment.
 
         0 to 1 and, where an operating system takes more than the wire can carry at once, above.
@@ -51,7 +51,7 @@ EDGES_S = (
 
 
 @dataclass(frozen=True, slots=True)
-class Wakes:
+class SchedulingJitter:
     """How late a thread woke, in s: upper ends of the classes that half and 99 % lie in."""
 
     count: int = 0
@@ -69,7 +69,7 @@ class Wakes:
         )
 
 
-NEVER_WOKEN = Wakes()
+NEVER_WOKEN = SchedulingJitter()
 
 
 @dataclass(slots=True)
@@ -85,13 +85,13 @@ class Lateness:
         self.counts[bisect_left(EDGES_S, late_s)] += 1
         self.worst_s = max(self.worst_s, late_s)
 
-    def view(self) -> Wakes:
+    def view(self) -> SchedulingJitter:
         """Return what has been counted so far."""
         total = sum(self.counts)
         if not total:
             return NEVER_WOKEN
         half_s, most_s = self._within_s(0.5, total), self._within_s(0.99, total)
-        return Wakes(total, half_s, most_s, self.worst_s, tuple(self.counts))
+        return SchedulingJitter(total, half_s, most_s, self.worst_s, tuple(self.counts))
 
     def _within_s(self, share: float, total: int) -> float:
         """Return within what this share of the deadlines was met; never more than the worst."""
@@ -107,7 +107,7 @@ def _ms(time_s: float) -> str:
     return f"{time_s * 1e3:.2g} ms" if time_s < 0.1 else f"{time_s * 1e3:.0f} ms"
 
 
-NOTHING_CARRIED = Carried()
+NOTHING_CARRIED = LinkStats()
 
 
 class State(Enum):
@@ -229,9 +229,9 @@ class Status:
     trust_since_s: float = 0.0
     paused: bool = False
     speed_override: float = 1.0
-    wakes: Wakes = NEVER_WOKEN
+    wakes: SchedulingJitter = NEVER_WOKEN
     underruns: int = 0
-    carried: Carried = NOTHING_CARRIED
+    carried: LinkStats = NOTHING_CARRIED
 
     @property
     def pause_time_s(self) -> float:

@@ -1,6 +1,7 @@
 """Work in progress: a generator that yields what it waits for, and what has become of it.
 
-A flow yields what it waits for (`Ask` an answer, or `Until` a time) and is resumed with the reply.
+A task's body yields what it waits for, an `Exchange` or a `SleepUntil`, and is resumed with the
+reply or the time.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ class WriteRow:
 
 
 @dataclass(frozen=True, slots=True)
-class Program:
+class DeviceProgram:
     """The device's own program, row by row in its own words, as the device told it."""
 
     rows: tuple[tuple[int, ...], ...]
@@ -60,7 +61,7 @@ class Difference:
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class DeviceSettings:
     """What `ReadSettings` found; no differences where the dialect has no settings to compare."""
 
     differences: tuple[Difference, ...] = ()
@@ -224,7 +225,7 @@ class Interrupted:
 
 
 @dataclass(frozen=True, slots=True)
-class Denied:
+class RequestRejected:
     """The controller understood nothing, or refused; `reason` says why where that is known.
 
     `moved` is False where it is certain that nothing of the request was carried out. `silent`
@@ -240,7 +241,7 @@ class Denied:
 
 
 @dataclass(frozen=True, slots=True)
-class Silence:
+class Timeout:
     """No answer, and none is waited for any longer. `look_at` is what a person does about it."""
 
     to: str
@@ -273,13 +274,22 @@ NO_KEY = "NONE"
 """What `Registers.key` says while no key has been pressed."""
 
 
-Reply = Done | Halted | Interrupted | Denied | Silence | Registers | Settings | Program
+Reply = (
+    Done
+    | Halted
+    | Interrupted
+    | RequestRejected
+    | Timeout
+    | Registers
+    | DeviceSettings
+    | DeviceProgram
+)
 
 # -- what nobody asked --------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
-class Oddity:
+class ProtocolWarning:
     """Something on the wire that answers nothing: garbage, a line nobody asked for."""
 
     text: str
@@ -310,33 +320,35 @@ class Alert:
     text: str
 
 
-Event = Reply | Oddity | Progress | Alert
+Event = Reply | ProtocolWarning | Progress | Alert
 
 T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
-class Ask:
+class Exchange:
     """Wait for the answer to a request."""
 
     request: Request
 
 
 @dataclass(frozen=True, slots=True)
-class Until:
+class SleepUntil:
     """Wait until a time, or until somebody asks for a stop."""
 
     time_s: float
 
 
-Flow = Generator[Ask | Until, Any, T]
-"""Work in progress; an `Ask` is answered with a `Reply`, an `Until` with the time."""
+TaskBody = Generator[Exchange | SleepUntil, Any, T]
+"""Work in progress; an `Exchange` is answered with a `Reply`, an `SleepUntil` with the time."""
 
 
 class Task(Generic[T]):
     """A flow that was handed to the engine, and what became of it."""
 
-    def __init__(self, flow: Flow[T], *, routine: bool = False, within_s: float = math.inf) -> None:
+    def __init__(
+        self, flow: TaskBody[T], *, routine: bool = False, within_s: float = math.inf
+    ) -> None:
         """`routine` marks what the engine does by itself in quiet times.
 
         `within_s` is how long the flow may take. The engine ends it then, whatever the wire says.
@@ -365,7 +377,7 @@ class Task(Generic[T]):
             raise self.error
         return self.value  # type: ignore[return-value]
 
-    def step(self, outcome: Reply | float | ArmError) -> Ask | Until | None:
+    def step(self, outcome: Reply | float | ArmError) -> Exchange | SleepUntil | None:
         """Resume the flow; return what it waits for next, None where it is over.
 
         A loss of the wire is raised, and leaves the task as it is. What else ends the flow is

@@ -8,8 +8,8 @@ from statistics import median
 
 from measuring import Row, Section, interleaved, p99, ratio
 
-from armdrive.dialects.cia402.master import Answered as Transferred
-from armdrive.dialects.cia402.master import Cia402Bus, Told
+from armdrive.dialects.cia402.master import Cia402Bus, NodeMessage
+from armdrive.dialects.cia402.master import SdoAnswered as Transferred
 from firmware_protocol.canopen import (
     POSITION,
     Command,
@@ -130,7 +130,7 @@ def canopen(rounds: int = ROUNDS) -> Section:
 
     def read() -> None:
         bus.receive_data(heard)
-        assert isinstance(bus.next_event(), Told)
+        assert isinstance(bus.next_event(), NodeMessage)
 
     def read_by_hand() -> int:
         assert len(data_told) == _PDO.size

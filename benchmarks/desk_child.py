@@ -94,7 +94,7 @@ def desk(number: int, port: str, dialect: str, motors: list[int], rate_hz: float
     from tapping import tap
 
     import tui.desk
-    from armdrive.cli.runner import Ended, _signals
+    from armdrive.cli.runner import CommandEnded, _signals
     from kinematics import Motors
 
     desks: list[LinedDesk] = []
@@ -134,7 +134,7 @@ def desk(number: int, port: str, dialect: str, motors: list[int], rate_hz: float
             line = Line(number, {"look": look, "sweep": lambda: sweep(arm)})
             tap(arm, lambda data: line.say(wrote_s=time.monotonic(), head=data.decode("latin-1")))
             return tui.run_desk(arm).code
-    except Ended as ended:
+    except CommandEnded as ended:
         return 128 + ended.number
 
 

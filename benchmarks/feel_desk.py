@@ -14,13 +14,13 @@ from typing import Any
 from armdrive.arm import Arm
 from armdrive.motion.dead_man import Action, Increment
 from armdrive.motion.jog import session as jogging
-from armdrive.tasks import Flow
+from armdrive.tasks import TaskBody
 from kinematics import Joints
 from tui.desk import Desk
-from tui.jog.jogging import Jogging
+from tui.jog.jogging import DeskJogging
 from tui.jog.screen import JogScreen
 from tui.keys.table import JogPair, jog_pairs
-from tui.settings import Settings
+from tui.settings import JogSettings
 
 MIDDLE = {"base": 0.0, "shoulder": 40.0, "elbow": -80.0, "wrist_pitch": -40.0, "wrist_roll": 0.0}
 """From here each joint can turn for 2 s either way; degrees."""
@@ -38,7 +38,7 @@ class Increments:
         self._inner = jogging._increment
         jogging._increment = self._seen
 
-    def _seen(self, *words: Any) -> Flow[None]:
+    def _seen(self, *words: Any) -> TaskBody[None]:
         self.under_way = True
         try:
             yield from self._inner(*words)
@@ -61,7 +61,7 @@ class Deadline:
         self.due_s = self._now_s() + max(delay_s, 0.001)
 
 
-def note_taps(hand: Jogging, noted: Callable[[], None]) -> None:
+def note_taps(hand: DeskJogging, noted: Callable[[], None]) -> None:
     """Have somebody told whenever the hand moves the arm by an increment."""
     inner = hand.carry_out
 
@@ -108,9 +108,9 @@ class SimulatedDesk:
     def __init__(self, arm: Arm) -> None:
         self._arm = arm
         pairs = jog_pairs(arm.model.arm.joint_names)
-        self.settings = Settings(pairs=pairs, frames=arm.frames)
+        self.settings = JogSettings(pairs=pairs, frames=arm.frames)
         self.deadline = Deadline(arm.pace.now_s)
-        self.hand = Jogging(
+        self.hand = DeskJogging(
             arm, clock=arm.pace.now_s, say=lambda _: None, settings=lambda: self.settings
         )
         self.hand.alarm = self.deadline

@@ -16,7 +16,7 @@ from armdrive.arm.handle import Handle
 from armdrive.errors import ArmError
 from armdrive.motion.execute import Moved
 from armdrive.motion.plan import plan_line, plan_route
-from armdrive.runtime.position import Coordinates
+from armdrive.runtime.position import ArmCoordinates
 from kinematics import Joints, KinematicsError, Pose
 from kinematics.paths.parts import ArcMove
 from tests.conformance.rows_moving import off_line_mm
@@ -55,7 +55,7 @@ class Way:
 
     def allowed(self, arm: Arm) -> bool:
         """Tell whether the driver would draw it."""
-        here = Coordinates(self.start, arm.core.coordinates.opening_mm)
+        here = ArmCoordinates(self.start, arm.core.coordinates.opening_mm)
         try:
             if self.via is None:
                 plan_line(arm.config, arm.speeds, here, self.goal, 1.0)

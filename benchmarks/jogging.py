@@ -24,11 +24,11 @@ from reporting import report
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import simulated_config
-from armdrive.motion.jog.course import JogCourse, Proposal, Terms, Wish
-from armdrive.motion.segments import Speeds
+from armdrive.motion.jog.course import JogCourse, JogProposal, Terms, Wish
+from armdrive.motion.segments import SpeedLimits
 from armdrive.moves import Jog
 from armdrive.registry import dialect
-from armdrive.runtime.position import Coordinates
+from armdrive.runtime.position import ArmCoordinates
 from kinematics import Joints
 from kinematics.five_axis.jog_rates import joint_rates, ramped, share_of_limits, shares_to_stop
 from kinematics.presets import preset
@@ -156,12 +156,12 @@ def cycle() -> Section:
     return Section("the arithmetic of a jog cycle", tuple(rows), note)
 
 
-def terms() -> tuple[ArmConfig, Speeds, Terms]:
+def terms() -> tuple[ArmConfig, SpeedLimits, Terms]:
     """Return what the course of a jog on a GRBL board is made of."""
     config = simulated_config("grbl")
     controller, model = dialect("grbl").controller(config), config.model
     assert model.transmission is not None
-    speeds = Speeds(
+    speeds = SpeedLimits(
         model.joint_speeds_rad_s,
         model.gripper_speed_mm_s,
         controller.usable_rate_hz(math.inf),
@@ -177,12 +177,12 @@ def legs(jog: Jog) -> Callable[[], object]:
     made = terms()
 
     def run() -> None:
-        course, here = JogCourse(*made), Coordinates(Joints(START), 20.0)
+        course, here = JogCourse(*made), ArmCoordinates(Joints(START), 20.0)
         now_s = 0.0
         for index in range(CYCLES):
             wish = Wish(jog if index // 20 % 2 else back, 1.0)
             found = course.propose(wish, here, CYCLE_S, now_s)
-            if isinstance(found, Proposal):
+            if isinstance(found, JogProposal):
                 course.take(found, now_s)
                 here = found.leg.end
                 now_s += found.leg.duration_s

@@ -24,8 +24,8 @@ from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import Stopped
 from armdrive.motion import idle as idling
-from armdrive.storage.files import Files
-from armdrive.storage.record import FileRecorder, Recorder
+from armdrive.storage.files import StateFiles
+from armdrive.storage.record import FileRecorder, PositionRecorder
 
 REST_S = 3.0
 """On the arm's clock: longer than the mark stays."""
@@ -36,7 +36,7 @@ SLOW_S = 0.5
 MOVE_DEG = 3.0
 
 
-class SlowDisk(Files):
+class SlowDisk(StateFiles):
     """Takes its time to bring anything to the disk."""
 
     def __init__(self) -> None:
@@ -50,7 +50,7 @@ class SlowDisk(Files):
 
 
 @contextmanager
-def connected(recorder: Recorder | None, pace: str) -> Iterator[Arm]:
+def connected(recorder: PositionRecorder | None, pace: str) -> Iterator[Arm]:
     """Connect to a new simulated arm, referenced."""
     with Arm(
         connect_simulated(simulated_config("teachmover"), pace=pace, recorder=recorder)

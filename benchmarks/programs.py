@@ -22,8 +22,8 @@ from starting import command
 from armdrive import Arm, AsyncArm, Pose
 from armdrive.programs.performing import Performer
 from armdrive.programs.program import ArmProgram, read_program
-from armdrive.programs.rehearsal import Nobody
-from armdrive.programs.running import Run
+from armdrive.programs.rehearsal import UnattendedPerson
+from armdrive.programs.running import ProgramRun
 
 NEAR, FAR = (
     Pose.of(x_mm=240, y_mm=-40, z_mm=120, pitch_deg=-90),
@@ -111,7 +111,9 @@ def ways(rounds: int = 15, times: int = 20) -> Section:
                 arm.move_l(NEAR)
 
         def by_program() -> None:
-            Run(ArmProgram(program, arm.config), Performer(arm, Nobody())).carry_out()
+            ProgramRun(
+                ArmProgram(program, arm.config), Performer(arm, UnattendedPerson())
+            ).carry_out()
 
         async def lines() -> None:
             for _ in range(times // 2):

@@ -20,7 +20,7 @@ from sim_process import SimProcess
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.registry import DIALECTS
-from armdrive.trace.calls import NO_WITNESS, Witness
+from armdrive.trace.calls import NO_TRACER, Tracer
 from armdrive.trace.recorder import FlightRecorder
 
 BARE = "without"
@@ -35,7 +35,7 @@ class Swapped:
         self.recorder = arm.witness
         self._side = 1.0
 
-    def witnessed_by(self, witness: Witness, call: Callable[[], object]) -> None:
+    def witnessed_by(self, witness: Tracer, call: Callable[[], object]) -> None:
         """Do something while this one looks."""
         arm = self.arm
         with arm.pace.lock:
@@ -51,7 +51,7 @@ class Swapped:
         """Return the call with the recorder and without it."""
         return {
             "with": lambda: self.witnessed_by(self.recorder, call),
-            BARE: lambda: self.witnessed_by(NO_WITNESS, call),
+            BARE: lambda: self.witnessed_by(NO_TRACER, call),
         }
 
 

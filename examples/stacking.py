@@ -15,7 +15,7 @@ name: reference it (`armdrive home`), lay four cubes of 25 mm out as the table s
 """
 
 from armdrive import Arm, Pose, Trust
-from armdrive.sim.world.table import Block
+from armdrive.sim.world.table import TableBlock
 
 COLUMNS = ROWS = 2
 SIDE_MM = 25.0  # of a block
@@ -58,7 +58,7 @@ squares = [square(column, row) for row in range(1, ROWS + 1) for column in range
 with Arm.connect() as arm:
     if arm.twin is not None:  # a simulated arm: lay the blocks out
         for name, place in zip("ABCD", squares, strict=False):
-            arm.twin.world.put(Block(name, *place, width_mm=SIDE_MM, height_mm=SIDE_MM))
+            arm.twin.world.put(TableBlock(name, *place, width_mm=SIDE_MM, height_mm=SIDE_MM))
     if arm.status.trust is Trust.UNKNOWN:
         arm.home()  # the simulated arm has a simulated operator
     for level, place in enumerate(squares):

@@ -21,7 +21,7 @@ _STAMP_DIGITS = 4
 """A timestamp may follow a frame; it is not asked for, and not minded."""
 
 
-class Lines:
+class SlcanLines:
     """Cuts what comes from a serial port into lines; a bell ends one as CR does."""
 
     def __init__(self) -> None:

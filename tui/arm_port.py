@@ -11,7 +11,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.dialog import PostureRequest
 from armdrive.motion.resolve import BASE
 from armdrive.moves import Jog
-from armdrive.programs.teaching.sequence import Fingers
+from armdrive.programs.teaching.sequence import FingerStep
 from armdrive.status import Status
 from armdrive.storage.point_file import Points
 from armdrive.trace.log import LogReader
@@ -21,7 +21,7 @@ Place = Pose | Point
 """Where a planned motion may go to."""
 
 
-class DeskGripper(Fingers, Protocol):
+class DeskGripper(FingerStep, Protocol):
     """The fingers of the arm."""
 
     @property

@@ -31,7 +31,7 @@ from armdrive.render.camera import LOOKS, VIEWS, Camera
 from armdrive.render.inks import Ink
 from armdrive.render.raster import Painted
 from armdrive.render.reach import Key, Outline
-from armdrive.render.scene import Moment, Scene, Studio
+from armdrive.render.scene import ArmDrawing, Moment, Studio
 from armdrive.render.side_view import ArmScene
 from kinematics import ArmModel, Joints
 
@@ -87,7 +87,7 @@ class SpaceView(Widget):
         self.camera: Camera = camera
         self._unknown = unknown
         self._clock = clock
-        self._scene = Scene(model)
+        self._scene = ArmDrawing(model)
         self._studio = Studio(self._scene.dome, braille=braille)
         self._moment = Moment()
         self._painted: Painted | None = None

@@ -24,7 +24,7 @@ from tui.arm_view import move_cameras, scene_of
 from tui.framework import FirstKeys, on_ending_signals
 from tui.gamepad.hand import PadDesk
 from tui.gamepad.reader import Pad
-from tui.jog.jogging import Jogging
+from tui.jog.jogging import DeskJogging
 from tui.jog.screen import JogScreen
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
 from tui.keys.rows import STOP, DeskKey
@@ -45,7 +45,7 @@ from tui.move.screen import MoveScreen
 from tui.panels import after_reset, at_work, link_back, look_for_it
 from tui.points.screen import PointsScreen
 from tui.screens import DeskScreen, Done, ScreenHost
-from tui.settings import Remembered, Settings, left_at, manner_of, recall, remember, set_as
+from tui.settings import DeskMemory, JogSettings, left_at, manner_of, recall, remember, set_as
 
 POLL_S = 0.05
 """The arm's latest status is looked at so often, however often it changes."""
@@ -106,13 +106,13 @@ class Desk(FirstKeys):
         self.keys = keys
         self._handle_signals = handle_signals
         self._memory = memory
-        self._left = Remembered(instructed=True) if memory is None else recall(memory)
+        self._left = DeskMemory(instructed=True) if memory is None else recall(memory)
         if first:
             self._left = replace(self._left, screen=first)
         geometry = arm.model.arm
         pairs = jog_pairs(geometry.joint_names, has_yaw=geometry.has_yaw)
         self._joint_names = geometry.joint_names
-        self.settings = set_as(Settings(pairs=pairs, frames=arm.frames), self._left)
+        self.settings = set_as(JogSettings(pairs=pairs, frames=arm.frames), self._left)
         self.manner = manner_of(self._left)
         """How the move screen's goals are given and gone to."""
         self.look_name = self._left.look
@@ -396,7 +396,7 @@ class Desk(FirstKeys):
         self.call(self.arm.reconnect, None)
 
     @property
-    def jogging(self) -> Jogging | None:
+    def jogging(self) -> DeskJogging | None:
         """The hand on the jog keys, where there is a link and they are shown."""
         return None if self.lost or not self.screen_stack else self.place.hand
 

@@ -577,7 +577,7 @@ SETTLE_S = 0.03
 """What came while the app was busy has gone through its queues after this."""
 
 
-class Alarm:
+class HoldAlarm:
     """One timer that is moved to another time instead of being joined by a second one.
 
     Where the app was too busy to ring in time, what came meanwhile is taken in before it rings.

@@ -48,7 +48,7 @@ HIGH_CONTRAST = Theme(
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class DeskTheme:
     """A theme by the name people choose it by, and what it is for. `theme` is the framework's."""
 
     name: str
@@ -57,22 +57,24 @@ class Look:
 
 
 LOOKS = (
-    Look("dark", "textual-dark", "Light on dark."),
-    Look("light", "textual-light", "Dark on light, for a bright room or a projector."),
-    Look("high-contrast", HIGH_CONTRAST.name, "White on black, few and strong colours."),
-    Look("terminal", "ansi-dark", "The sixteen colours that your terminal has, on its own ground."),
+    DeskTheme("dark", "textual-dark", "Light on dark."),
+    DeskTheme("light", "textual-light", "Dark on light, for a bright room or a projector."),
+    DeskTheme("high-contrast", HIGH_CONTRAST.name, "White on black, few and strong colours."),
+    DeskTheme(
+        "terminal", "ansi-dark", "The sixteen colours that your terminal has, on its own ground."
+    ),
 )
 
 COLOURLESS = LOOKS[3]
 """With NO_COLOR set: the only one that sends no colours at all."""
 
 
-def look_named(name: str) -> Look:
+def look_named(name: str) -> DeskTheme:
     """Return a look, the first one where there is none of that name."""
     return next((look for look in LOOKS if look.name == name), LOOKS[0])
 
 
-def look_after(name: str) -> Look:
+def look_after(name: str) -> DeskTheme:
     """Return the next look, after the last one the first."""
     names = [look.name for look in LOOKS]
     return LOOKS[(names.index(look_named(name).name) + 1) % len(LOOKS)]

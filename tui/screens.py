@@ -19,11 +19,11 @@ from armdrive.status import Status
 from kinematics import Joints
 from tui.arm_port import DeskArm
 from tui.framework import PlainText, send_spans_alone
-from tui.jog.jogging import Jogging
+from tui.jog.jogging import DeskJogging
 from tui.keys.keyboard import Keyboard
 from tui.keys.table import summary_of, titled
 from tui.panels import banner, remarks, title
-from tui.settings import Manner, Settings
+from tui.settings import JogSettings, Manner
 
 Done = str | Callable[[Status], str] | None
 """What is said when a call has gone well: a sentence, or one made from the status then."""
@@ -40,7 +40,7 @@ class ScreenHost(Protocol):
     """The latest one."""
     message: str
     """What was said last."""
-    settings: Settings
+    settings: JogSettings
     manner: Manner
     goal: Joints | None
     """A posture that one screen has left for the move screen."""
@@ -91,7 +91,7 @@ class DeskScreen(Screen[None]):
     place: ClassVar[str] = ""
     """The id of the screen's row in `SCREENS`, and of its rows in the table of keys."""
 
-    hand: Jogging | None = None
+    hand: DeskJogging | None = None
     """The hand on the jog keys, where the screen has those."""
 
     _laid_out = False

@@ -22,7 +22,7 @@ SPEEDS = (0.05, 0.1, 0.25, 0.5, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class JogSettings:
     """Mode, increment and speed. Every change gives new settings; the ends of a row hold.
 
     `pairs` are the jog keys of the arm, `frames` the frames it knows.
@@ -50,21 +50,21 @@ class Settings:
         """The fraction of the speed limits."""
         return SPEEDS[self.speed_index]
 
-    def other_mode(self) -> Settings:
+    def other_mode(self) -> JogSettings:
         """Switch between joint and Cartesian mode."""
         return replace(self, space=Space.JOINT if self.cartesian else Space.CARTESIAN)
 
-    def with_next_frame(self) -> Settings:
+    def with_next_frame(self) -> JogSettings:
         """Go on to the next frame, from the last one to the first."""
         place = self.frames.index(self.frame) + 1
         return replace(self, frame=self.frames[place % len(self.frames)])
 
-    def with_increment(self, steps: int) -> Settings:
+    def with_increment(self, steps: int) -> JogSettings:
         """Go along the row of increments."""
         index = min(max(self.increment_index + steps, 0), len(INCREMENTS) - 1)
         return replace(self, increment_index=index)
 
-    def with_speed(self, steps: int) -> Settings:
+    def with_speed(self, steps: int) -> JogSettings:
         """Go along the row of speeds."""
         return replace(self, speed_index=min(max(self.speed_index + steps, 0), len(SPEEDS) - 1))
 
@@ -109,7 +109,7 @@ MOST_BYTES = 65536
 
 
 @dataclass(frozen=True, slots=True)
-class Remembered:
+class DeskMemory:
     """What was left. Empty words and noughts where nothing is known."""
 
     screen: str = ""
@@ -129,28 +129,28 @@ def memory_file() -> Path:
     return places.states() / "desk.json"
 
 
-def recall(path: Path) -> Remembered:
+def recall(path: Path) -> DeskMemory:
     """Return what was left; whatever cannot be read or makes no sense is forgotten."""
     try:
         found = json.loads(DISK.read_own(path, MOST_BYTES))
     except (OSError, ValueError, RecursionError):
-        return Remembered()
+        return DeskMemory()
     if not isinstance(found, dict):
-        return Remembered()
+        return DeskMemory()
     known: dict[str, Any] = {
         field.name: found[field.name]
-        for field in fields(Remembered)
+        for field in fields(DeskMemory)
         if field.name in found and _fits(found[field.name], field.default)
     }
-    return Remembered(**known)
+    return DeskMemory(**known)
 
 
-def remember(path: Path, what: Remembered) -> None:
+def remember(path: Path, what: DeskMemory) -> None:
     """Replace what is remembered. Raises `OSError`."""
     replace_file(path, json.dumps(asdict(what), indent=1))
 
 
-def set_as(settings: Settings, what: Remembered) -> Settings:
+def set_as(settings: JogSettings, what: DeskMemory) -> JogSettings:
     """Return the settings as they were left, as far as they exist for this arm."""
     if what.mode in [space.value for space in Space]:
         settings = replace(settings, space=Space(what.mode))
@@ -163,7 +163,7 @@ def set_as(settings: Settings, what: Remembered) -> Settings:
     return settings
 
 
-def manner_of(what: Remembered) -> Manner:
+def manner_of(what: DeskMemory) -> Manner:
     """Return how goals were given and gone to at the move screen, as far as that makes sense."""
     manner = Manner()
     if what.move_mode in [space.value for space in Space]:
@@ -174,11 +174,11 @@ def manner_of(what: Remembered) -> Manner:
 
 
 def left_at(
-    settings: Settings, manner: Manner, screen: str, look: str, *, instructed: bool
-) -> Remembered:
+    settings: JogSettings, manner: Manner, screen: str, look: str, *, instructed: bool
+) -> DeskMemory:
     """Return what is to be remembered of a desk."""
     move_space = Space.CARTESIAN if manner.cartesian else Space.JOINT
-    return Remembered(
+    return DeskMemory(
         screen=screen,
         look=look,
         mode=settings.space.value,

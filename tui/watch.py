@@ -127,7 +127,7 @@ def _named(values: object, ending: str, unit: str) -> list[str]:
 EVERY_S = 0.05
 
 
-class Holder(Protocol):
+class HeldArmSource(Protocol):
     """The program that drives the arm."""
 
     def views(self) -> Iterator[Mapping[str, Any]]:
@@ -242,7 +242,7 @@ class Watching(FirstKeys):
         self,
         name: str,
         model: ArmModel,
-        holder: Holder,
+        holder: HeldArmSource,
         *,
         braille: bool,
         keys: Keyboard = DEFAULT_KEYS,

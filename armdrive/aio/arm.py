@@ -31,7 +31,7 @@ from armdrive.motion.execute import Moved
 from armdrive.motion.jog.session import Jogged
 from armdrive.motion.preview import Preview
 from armdrive.motion.resolve import BASE
-from armdrive.motion.segments import Speeds
+from armdrive.motion.segments import SpeedLimits
 from armdrive.moves import BASE_FRAME
 from armdrive.status import Status
 from armdrive.storage.point_file import Points
@@ -39,7 +39,7 @@ from kinematics import ArmModel, Joints, Pose
 from kinematics.paths.parts import Move
 
 if TYPE_CHECKING:  # a real arm loads no simulation
-    from armdrive.sim.simulated_arm import Twin as SimulatedTwin
+    from armdrive.sim.simulated_arm import SimulatedArm as SimulatedTwin
 
 
 # A motion under way, as a coroutine sees it.
@@ -87,7 +87,7 @@ S = TypeVar("S", covariant=True)
 P = ParamSpec("P")
 
 
-class Twin(Generic[S]):
+class AsyncCalls(Generic[S]):
     """The async twin of an arm or of a part of it. `sync` is what it is the twin of."""
 
     def __init__(self, sync: S, arm: Arm) -> None:
@@ -101,11 +101,11 @@ class Twin(Generic[S]):
 
 def awaited(
     method: Callable[Concatenate[S, P], R],
-) -> Callable[Concatenate[Twin[S], P], Coroutine[Any, Any, R]]:
+) -> Callable[Concatenate[AsyncCalls[S], P], Coroutine[Any, Any, R]]:
     """Make the twin of a call that waits for the arm, or takes long to compute."""
 
     @functools.wraps(method)
-    async def call(self: Twin[S], /, *words: P.args, **named: P.kwargs) -> R:
+    async def call(self: AsyncCalls[S], /, *words: P.args, **named: P.kwargs) -> R:
         return await self.carry(functools.partial(method, self.sync, *words, **named))
 
     return call
@@ -113,11 +113,11 @@ def awaited(
 
 def begun(
     method: Callable[Concatenate[S, P], Handle[R]],
-) -> Callable[Concatenate[Twin[S], P], Coroutine[Any, Any, AsyncHandle[R]]]:
+) -> Callable[Concatenate[AsyncCalls[S], P], Coroutine[Any, Any, AsyncHandle[R]]]:
     """Make the twin of a call that begins a motion and returns its handle."""
 
     @functools.wraps(method)
-    async def call(self: Twin[S], /, *words: P.args, **named: P.kwargs) -> AsyncHandle[R]:
+    async def call(self: AsyncCalls[S], /, *words: P.args, **named: P.kwargs) -> AsyncHandle[R]:
         handle = await self.carry(functools.partial(method, self.sync, *words, **named))
         return AsyncHandle(handle, self.carry)
 
@@ -126,11 +126,11 @@ def begun(
 
 def at_once(
     method: Callable[Concatenate[S, P], R],
-) -> Callable[Concatenate[Twin[S], P], R]:
+) -> Callable[Concatenate[AsyncCalls[S], P], R]:
     """Make the twin of a call that never waits: it is the same call, and is not awaited."""
 
     @functools.wraps(method)
-    def call(self: Twin[S], /, *words: P.args, **named: P.kwargs) -> R:
+    def call(self: AsyncCalls[S], /, *words: P.args, **named: P.kwargs) -> R:
         return method(self.sync, *words, **named)
 
     return call
@@ -139,7 +139,7 @@ def at_once(
 # The async twin of an arm's gripper.
 
 
-class AsyncGripper(Twin[Gripper]):
+class AsyncGripper(AsyncCalls[Gripper]):
     """The fingers of an arm: the calls of `Gripper`, awaited."""
 
     @property
@@ -162,7 +162,7 @@ class AsyncGripper(Twin[Gripper]):
 # The async twins of the calls whose keyword arguments or `wait=` need a signature in full.
 
 
-class AsyncMoves(Twin[Arm]):
+class AsyncMoves(AsyncCalls[Arm]):
     """The motions with `wait=`; what each does stands at its namesake of `Arm`."""
 
     @overload
@@ -375,7 +375,7 @@ class AsyncArm(AsyncMoves):
         return self.sync.points
 
     @property
-    def speeds(self) -> Speeds:
+    def speeds(self) -> SpeedLimits:
         """The limits that time is computed from."""
         return self.sync.speeds
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 from armdrive.arm import Arm
-from armdrive.runtime.clock import Progress, SignalsBetweenSteps, SimulatedClock
+from armdrive.runtime.clock import ClockProgress, SignalsBetweenSteps, SimulatedClock
 from armdrive.runtime.drive import RealPace
-from armdrive.runtime.workers import GivenUp, become
+from armdrive.runtime.workers import WorkerEnded, become
 
 # A strand: the thread in which an event loop has one call of an arm carried out.
 #
@@ -33,10 +33,10 @@ class Wait:
     end_s: float
 
 
-class ThreadStrand(Generic[R]):
+class ThreadWorker(Generic[R]):
     """One call in its thread. `ended` is done once it has returned or raised."""
 
-    def __init__(self, call: Callable[[], R], stage: Stage, *, in_turn: bool) -> None:
+    def __init__(self, call: Callable[[], R], stage: LoopContext, *, in_turn: bool) -> None:
         self.ended: asyncio.Future[None] = stage.loop.create_future()
         self.error: BaseException | None = None
         self._value: R | None = None
@@ -119,10 +119,10 @@ class ThreadStrand(Generic[R]):
         return self._stage.clock
 
     def check(self) -> None:
-        """Raise `GivenUp` once where the call was given up."""
+        """Raise `WorkerEnded` once where the call was given up."""
         if self._given_up:
             self._given_up = False
-            raise GivenUp
+            raise WorkerEnded
 
     def park(self, clock: SimulatedClock, done: Callable[[], bool], end_s: float) -> bool | None:
         """Hand the turn back to the loop until `done()` or `end_s`; None where it runs freely."""
@@ -161,21 +161,21 @@ SETTLING = 10
 through `gather` and tasks within tasks, asks for its next call at the same simulated moment."""
 
 
-class Conductor:
+class ClockDriver:
     """One clock, and the strands that wait on it in the order in which they came."""
 
     def __init__(self, clock: SimulatedClock, loop: asyncio.AbstractEventLoop) -> None:
         self._clock = clock
         self._loop = loop
-        self._parked: list[ThreadStrand[Any]] = []
-        self._progress = Progress(clock)
+        self._parked: list[ThreadWorker[Any]] = []
+        self._progress = ClockProgress(clock)
         self._settling = 0
         self._due = False
 
-    def admit(self, strand: ThreadStrand[Any]) -> None:
+    def admit(self, strand: ThreadWorker[Any]) -> None:
         """Have a strand wait; called on the loop's thread."""
         self._parked.append(strand)
-        self._progress = Progress(self._clock)
+        self._progress = ClockProgress(self._clock)
         self._go_on()
 
     def _go_on(self) -> None:
@@ -215,7 +215,7 @@ class Conductor:
             if not any(strand.ready() for strand in self._parked):
                 self._progress.jump(next_s, min(each.waits_until_s for each in self._parked))
 
-    def _taken(self) -> list[ThreadStrand[Any]]:
+    def _taken(self) -> list[ThreadWorker[Any]]:
         taken, self._parked = self._parked, []
         return taken
 
@@ -223,17 +223,17 @@ class Conductor:
 UNCERTAIN = "the arm did not confirm that it stands; look at it"
 
 
-class Stage:
+class LoopContext:
     """What one event loop has: a simulated clock, and who drives which clock."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self.loop = loop
         self.clock = SimulatedClock()
-        self._conductors: dict[SimulatedClock, Conductor] = {}
+        self._conductors: dict[SimulatedClock, ClockDriver] = {}
 
-    def conductor(self, clock: SimulatedClock) -> Conductor:
+    def conductor(self, clock: SimulatedClock) -> ClockDriver:
         """Return who drives a clock for this loop."""
-        return self._conductors.setdefault(clock, Conductor(clock, self.loop))
+        return self._conductors.setdefault(clock, ClockDriver(clock, self.loop))
 
     async def carry(self, call: Callable[[], R], arm: Arm) -> R:
         """Carry out a call of an arm.
@@ -282,14 +282,14 @@ class Stage:
         await ended(strand, whatever_comes=True)
         return strand.error is None and strand.result()
 
-    def _begun(self, call: Callable[[], R], *, in_turn: bool) -> ThreadStrand[R]:
-        strand = ThreadStrand(call, self, in_turn=in_turn)
+    def _begun(self, call: Callable[[], R], *, in_turn: bool) -> ThreadWorker[R]:
+        strand = ThreadWorker(call, self, in_turn=in_turn)
         strand.begin()
         return strand
 
 
 async def ended(
-    strand: ThreadStrand[R], *, whatever_comes: bool = False
+    strand: ThreadWorker[R], *, whatever_comes: bool = False
 ) -> asyncio.CancelledError | None:
     """Wait for the end of a strand; with `whatever_comes`, return the cancelling that came."""
     cancelled = None
@@ -308,15 +308,15 @@ def goes_in_turn(arm: Arm) -> bool:
     return not isinstance(arm.pace, RealPace)
 
 
-_STAGES: dict[asyncio.AbstractEventLoop, Stage] = {}
+_STAGES: dict[asyncio.AbstractEventLoop, LoopContext] = {}
 """What belongs to a loop and ends with it. A loop has nowhere else to keep it."""
 
 
-def stage() -> Stage:
+def stage() -> LoopContext:
     """Return the stage of the running event loop."""
     loop = asyncio.get_running_loop()
     if loop not in _STAGES:
         for ended_loop in [each for each in _STAGES if each.is_closed()]:
             del _STAGES[ended_loop]
-        _STAGES[loop] = Stage(loop)
+        _STAGES[loop] = LoopContext(loop)
     return _STAGES[loop]

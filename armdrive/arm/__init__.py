@@ -10,12 +10,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import TracebackType
 from typing import Any, Self
 
-from armdrive.arm.connected import Conducting, Reconnecting
-from armdrive.arm.devices import Pendant, Signalling
+from armdrive.arm.connected import Overrides, Reconnecting
+from armdrive.arm.devices import IoCalls, PendantCalls
 from armdrive.arm.gripper import Gripper
-from armdrive.arm.jogging import Jogging
-from armdrive.arm.moving import Foreseeing, Routing
-from armdrive.arm.reference import Verifying
+from armdrive.arm.jogging import JogCalls
+from armdrive.arm.moving import PreviewCalls, RouteCalls
+from armdrive.arm.reference import VerifyCalls
 from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import PATIENCE_S, Parts
 from armdrive.connect.target import ConnectOptions, connect
@@ -23,12 +23,14 @@ from armdrive.motion import device as comparing
 from armdrive.motion import reference as referencing
 from armdrive.runtime.states import Event, after
 from armdrive.status import State
-from armdrive.tasks import Settings
+from armdrive.tasks import DeviceSettings
 from armdrive.trace.calls import witnessed
 
 
 @witnessed
-class Arm(Verifying, Routing, Foreseeing, Jogging, Reconnecting, Conducting, Pendant, Signalling):
+class Arm(
+    VerifyCalls, RouteCalls, PreviewCalls, JogCalls, Reconnecting, Overrides, PendantCalls, IoCalls
+):
     """One arm, connected. Make one with `Arm.connect`; use it in a `with` statement."""
 
     def __init__(self, parts: Parts) -> None:
@@ -85,7 +87,7 @@ class Arm(Verifying, Routing, Foreseeing, Jogging, Reconnecting, Conducting, Pen
         after(self.core.state, Event.DISABLE)
         self.perform(referencing.disable(self.wire))
 
-    def mend_settings(self, lines: Sequence[str] | None = None) -> Settings:
+    def mend_settings(self, lines: Sequence[str] | None = None) -> DeviceSettings:
         """Write the lines that bring the device's settings to what the arm file says.
 
         Without `lines`, all that `status.notice` and `armdrive doctor` show. Moves nothing.

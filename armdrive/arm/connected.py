@@ -12,17 +12,17 @@ from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import PATIENCE_S, Parts, TaskRunner
 from armdrive.errors import ArmError, NoAnswer, WrongState
 from armdrive.motion import reference as referencing
-from armdrive.motion.context import Wire
+from armdrive.motion.context import MotionContext
 from armdrive.motion.resolve import frame_names, pose_in_frame
-from armdrive.motion.segments import Speeds
+from armdrive.motion.segments import SpeedLimits
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.diagnostics import EMERGENCY_STOP
 from armdrive.runtime.drive import Pace
 from armdrive.runtime.engine import Engine
 from armdrive.runtime.states import Event, after
 from armdrive.status import State, Status
-from armdrive.tasks import Flow, Task, never
-from armdrive.trace.entries import Entry
+from armdrive.tasks import Task, TaskBody, never
+from armdrive.trace.entries import TraceEntry
 from kinematics import ArmModel, Joints, Pose
 from kinematics.errors import finite
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
-class Knowing:
+class StatusView:
     """The calls that ask and wait for nothing; `Connected` makes what they look at."""
 
     config: ArmConfig
@@ -51,9 +51,9 @@ class Knowing:
             return self.core.status(self.engine, simulated=self.simulated, wakes=wakes)
 
     @property
-    def speeds(self) -> Speeds:
+    def speeds(self) -> SpeedLimits:
         """The limits that time is computed from; a device may tell its own once it is connected."""
-        return Speeds(
+        return SpeedLimits(
             self.config.model.joint_speeds_rad_s,
             self.config.model.gripper_speed_mm_s,
             self.core.controller.usable_rate_hz(math.inf),
@@ -103,10 +103,10 @@ class Knowing:
 # Handing work to the engine and waiting for its end, and stopping whatever is at work.
 
 
-class Waiting(Knowing):
+class TaskCalls(StatusView):
     """The calls that stop, and what every other call waits with."""
 
-    wire: Wire
+    wire: MotionContext
     runner: TaskRunner
 
     # -- stopping -----------------------------------------------------------------------------
@@ -152,7 +152,9 @@ class Waiting(Knowing):
 
     # -- waiting ------------------------------------------------------------------------------
 
-    def submit(self, flow: Flow[T], *, alone: bool = False, within_s: float = math.inf) -> Task[T]:
+    def submit(
+        self, flow: TaskBody[T], *, alone: bool = False, within_s: float = math.inf
+    ) -> Task[T]:
         """Hand a flow to the engine, as `TaskRunner.submit` says."""
         return self.runner.submit(flow, alone=alone, within_s=within_s)
 
@@ -160,7 +162,7 @@ class Waiting(Knowing):
         """Wait for a task; whatever interrupts the wait stops the arm."""
         return self.runner.finish(task, timeout_s)
 
-    def perform(self, flow: Flow[T], within_s: float | None = None) -> T:
+    def perform(self, flow: TaskBody[T], within_s: float | None = None) -> T:
         """Hand a flow that moves nothing to the engine and wait for its end."""
         return self.runner.perform(flow, within_s)
 
@@ -175,7 +177,7 @@ class Waiting(Knowing):
         self.runner.require_present(absences)
 
 
-class Connected(Waiting):
+class Connected(TaskCalls):
     """An arm on an open link. Its calls hand flows to the engine and wait for their end."""
 
     def __init__(self, parts: Parts) -> None:
@@ -217,7 +219,7 @@ class Connected(Waiting):
         dialect, began_s = self.config.connection.dialect, self.witness.began_s
         return LogReader(self._since, dialect, began_s, back=BACK if back is None else back)
 
-    def _since(self, number: int, most: int, back: int) -> tuple[int, tuple[Entry, ...]]:
+    def _since(self, number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:
         with self.pace.lock:
             return self.witness.since(number, most, back)
 
@@ -254,7 +256,7 @@ class Connected(Waiting):
 # Pausing, resuming and slowing an arm: for whoever watches it while a program moves it.
 
 
-class Conducting(Connected):
+class Overrides(Connected):
     """The calls that change when and how fast the arm goes, not where. None of them waits."""
 
     program: Callable[[], dict[str, Any]] | None = None

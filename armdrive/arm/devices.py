@@ -12,7 +12,7 @@ from armdrive.errors import BadRequest, InputTimeout, Stopped
 from armdrive.motion import device as program_memory
 from armdrive.motion import idle as idling
 from armdrive.motion import reference as referencing
-from armdrive.motion.resolve import BASE, Goal, LineGoal, PoseGoal, PostureGoal
+from armdrive.motion.resolve import BASE, LineGoal, PoseGoal, PostureGoal, ResolvedGoal
 from armdrive.registry import PendantProgram, pendant_of
 from armdrive.runtime.drive import RealPace
 from armdrive.runtime.engine import Engine
@@ -32,7 +32,7 @@ _ASLEEP = (State.DISCONNECTED, State.DISABLED, State.ERROR_STOP)
 """The states in which nobody looks at an arm."""
 
 
-class Signalling(Connected):
+class IoCalls(Connected):
     """The calls that read and switch single lines. None of them moves the arm."""
 
     def set_outputs(self, bits: int) -> None:
@@ -129,7 +129,7 @@ PATIENCE_S = 3600.0
 """Every request in it has a deadline from its bytes: at 110 baud they add up to many minutes."""
 
 
-class Pendant(Connected):
+class PendantCalls(Connected):
     """The calls about the arm's own program. None of them moves anything."""
 
     def read_pendant_program(self) -> PendantProgram:
@@ -186,7 +186,7 @@ Place = Pose | Point | str
 """A pose, a point, or the name of a point."""
 
 
-class Teaching(Connected):
+class PointCalls(Connected):
     """The calls that name places, and find them again."""
 
     @cached_property
@@ -201,7 +201,7 @@ class Teaching(Connected):
         now = datetime.now().replace(microsecond=0)
         return Point(self.known(status.joints), status.gripper_mm, taught=now)
 
-    def goal_of(self, place: Place, frame: str = BASE, *, line: bool = False) -> Goal:
+    def goal_of(self, place: Place, frame: str = BASE, *, line: bool = False) -> ResolvedGoal:
         """Return the goal that a place is. Raises `UnknownPoint` and `BadRequest`."""
         if isinstance(place, Pose):
             return LineGoal(place, frame) if line else PoseGoal(place, frame)

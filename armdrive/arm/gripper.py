@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from armdrive.arm.moving import Moving
+from armdrive.arm.moving import MoveCalls
 from armdrive.errors import Refused
 from armdrive.motion.execute import Moved
 from armdrive.motion.gripper import Grasped, grasp, require_gripper
@@ -19,7 +19,7 @@ GRASP_PATIENCE_S = 120.0
 class Gripper:
     """The fingers of an arm."""
 
-    def __init__(self, arm: Moving) -> None:
+    def __init__(self, arm: MoveCalls) -> None:
         self._arm = arm
 
     @property

@@ -7,7 +7,7 @@ from armdrive.connect.parts import PATIENCE_S
 from armdrive.errors import BadRequest, Refused, WrongState
 from armdrive.motion.jog.session import Jogged, check_jog, jog_session
 from armdrive.motion.plan import speed_fraction
-from armdrive.moves import BASE_FRAME, GRIPPER_AXIS, Hold, Jog, Nudge, Space
+from armdrive.moves import BASE_FRAME, GRIPPER_AXIS, ContinuousJog, IncrementalJog, Jog, Space
 from armdrive.runtime.states import Event, after
 from armdrive.status import State
 from armdrive.tasks import Task
@@ -20,7 +20,7 @@ LONGEST_WAIT_S = 1.0
 """An increment that could not begin within this time is one that nobody expects any more."""
 
 
-class Jogging(Connected):
+class JogCalls(Connected):
     """The calls that jog."""
 
     _session: Task[Jogged] | None = None
@@ -60,7 +60,7 @@ class Jogging(Connected):
         """
         with self.pace.lock:
             until_s = self.pace.now_s() + min(for_s, LONGEST_HOLD_S)
-            hold = Hold(jog, speed_fraction(speed), until_s)
+            hold = ContinuousJog(jog, speed_fraction(speed), until_s)
             if self._may_jog(jog):
                 self.core.hold = hold
                 self.core.holds += 1
@@ -72,7 +72,7 @@ class Jogging(Connected):
         One that has not begun within a second is dropped.
         """
         with self.pace.lock:
-            nudge = Nudge(jog, speed_fraction(speed), self.pace.now_s() + LONGEST_WAIT_S)
+            nudge = IncrementalJog(jog, speed_fraction(speed), self.pace.now_s() + LONGEST_WAIT_S)
             if not self.core.nudges and self._may_jog(jog):
                 self.core.nudges.append(nudge)
         self.pace.wake()
@@ -92,11 +92,11 @@ class Jogging(Connected):
                 if self.core.nudges:
                     raise WrongState("an increment is waiting already: wait for its end")
                 task = self._join_session()
-                self.core.nudges.append(Nudge(jog, fraction))
+                self.core.nudges.append(IncrementalJog(jog, fraction))
             else:
                 if not finite("duration_s", duration_s) > 0.0:
                     raise BadRequest(f"duration_s must be above 0, not {duration_s!r}")
-                hold = Hold(jog, fraction, self.pace.now_s() + duration_s)
+                hold = ContinuousJog(jog, fraction, self.pace.now_s() + duration_s)
                 task = self._join_session()
                 self.core.hold = hold
                 self.core.holds += 1

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Literal, overload
 
-from armdrive.arm.devices import Place, Teaching
+from armdrive.arm.devices import Place, PointCalls
 from armdrive.arm.handle import Handle
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import PATIENCE_S
@@ -14,10 +14,10 @@ from armdrive.errors import BadRequest, OutOfBounds, Refused, Stopped
 from armdrive.motion import execute as motion
 from armdrive.motion.execute import Moved
 from armdrive.motion.gripper import require_gripper, set_gripper
-from armdrive.motion.plan import Plan, plan_joints, plan_route, speed_fraction
+from armdrive.motion.plan import MotionPlan, plan_joints, plan_route, speed_fraction
 from armdrive.motion.preview import Preview, Refusal, preview_goal
-from armdrive.motion.resolve import BASE, TOOL, Goal, Ground, JointGoal, goal_in_base
-from armdrive.runtime.position import Coordinates
+from armdrive.motion.resolve import BASE, TOOL, Ground, JointGoal, ResolvedGoal, goal_in_base
+from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.states import Event, after
 from armdrive.status import State, Trust
 from kinematics import Joints, Motors, Pose
@@ -30,7 +30,7 @@ PARK_HEIGHT_MM = 30.0
 PARK_RISE_MM = 60.0
 
 
-class Moving(Teaching):
+class MoveCalls(PointCalls):
     """The calls that move to a goal."""
 
     @overload
@@ -110,7 +110,7 @@ class Moving(Teaching):
             return self._set_gripper(opening_mm)
         return self._start(
             lambda here: plan_joints(
-                self.config, self.speeds, here, Coordinates(here.joints, opening_mm), speed
+                self.config, self.speeds, here, ArmCoordinates(here.joints, opening_mm), speed
             )
         ).wait()
 
@@ -159,20 +159,20 @@ class Moving(Teaching):
             raise Refused("this arm has no park posture: write [park] into its arm file")
         return raised(self.model.reference.pose, PARK_HEIGHT_MM)
 
-    def _go(self, goal: Goal, speed: float) -> Handle[Moved]:
+    def _go(self, goal: ResolvedGoal, speed: float) -> Handle[Moved]:
         """Plan a way to a goal and hand it to the engine, unless a stop comes meanwhile."""
         stops = self.stops
         if goal.cartesian:
             self.core.require_geometry()
         fraction = speed_fraction(speed)
 
-        def plan(here: Coordinates) -> Plan:
+        def plan(here: ArmCoordinates) -> MotionPlan:
             return goal.plan(Ground(self.config, self.speeds, here), fraction)
 
         return self._start(plan, stops)
 
     def _start(
-        self, plan: Callable[[Coordinates], Plan], stops: int | None = None
+        self, plan: Callable[[ArmCoordinates], MotionPlan], stops: int | None = None
     ) -> Handle[Moved]:
         """Plan from where the arm is, and hand the audited plan to the engine.
 
@@ -197,7 +197,7 @@ def raised(pose: Pose, by_mm: float) -> Pose:
 # Motion along arcs, and along several moves as one, with blends between them.
 
 
-class Routing(Moving):
+class RouteCalls(MoveCalls):
     """The calls that move along a way of several parts, or a round one."""
 
     @overload
@@ -285,7 +285,7 @@ def _in_base(config: ArmConfig, joints: Joints, move: Move, frame: str) -> Move:
 # Seeing a motion before it is asked for: the very plan that would be carried out, measured.
 
 
-class Foreseeing(Moving):
+class PreviewCalls(MoveCalls):
     """The call that plans and does not move."""
 
     def preview(
@@ -313,7 +313,7 @@ class Foreseeing(Moving):
             raise BadRequest("give a pose or joint angles, not both")
         return self._foreseen(self.goal_of(goal, frame, line=line), fraction)
 
-    def _foreseen(self, goal: Goal, fraction: float) -> Preview:
+    def _foreseen(self, goal: ResolvedGoal, fraction: float) -> Preview:
         with self.pace.lock:
             here, controller = self.core.coordinates, self.core.controller
             hindrance, known = self._hindrance(goal), self.core.belief.trust is not Trust.UNKNOWN
@@ -322,7 +322,7 @@ class Foreseeing(Moving):
         ground = Ground(self.config, self.speeds, here)
         return preview_goal(ground, controller, goal, fraction, hindrance)
 
-    def _hindrance(self, goal: Goal) -> Refusal | None:
+    def _hindrance(self, goal: ResolvedGoal) -> Refusal | None:
         """Return why no motion to such a goal may begin now, whatever its way."""
         try:
             if goal.cartesian:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from armdrive.arm.jogging import Jogging
-from armdrive.arm.moving import Moving
+from armdrive.arm.jogging import JogCalls
+from armdrive.arm.moving import MoveCalls
 from armdrive.config.sections import HomingSettings
 from armdrive.dialog import MarkRequest, Operator, PostureRequest
 from armdrive.errors import OperatorNeeded, Refused, Stopped
@@ -13,7 +13,7 @@ from armdrive.motion import reference as referencing
 from armdrive.motion import verify as verifying
 from armdrive.motion.reference import take_reference, vouched
 from armdrive.motion.verify import Drift, Verdict, Verified, drift_between, judge, verified_view
-from armdrive.runtime.position import Coordinates
+from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.states import Event, after
 from armdrive.status import Evidence, State, Trust
 from armdrive.storage.verifications import last_entry, write_down
@@ -31,7 +31,7 @@ HOMING_PATIENCE_S = 300.0
 """A homing that takes longer is stopped."""
 
 
-class Referencing(Moving, Jogging):
+class ReferenceCalls(MoveCalls, JogCalls):
     """The calls that give the position its meaning."""
 
     def home(self, *, operator: Operator | None = None, told: Told = unheard) -> Pose:
@@ -139,7 +139,7 @@ class Referencing(Moving, Jogging):
         return PostureRequest(self, reference.pose, joints, reference.opening_mm)
 
     def _vouch(self, joints: Joints, opening_mm: float, evidence: Evidence) -> None:
-        there = Coordinates(joints, opening_mm)
+        there = ArmCoordinates(joints, opening_mm)
         with self.pace.lock:
             word = vouched(self.core, there, evidence, self.pace.now_s())
         self.perform(take_reference(self.wire, word))
@@ -155,7 +155,7 @@ AGAIN = (
 )
 
 
-class Verifying(Referencing):
+class VerifyCalls(ReferenceCalls):
     """The call that compares the position with the world."""
 
     def verify(

@@ -12,13 +12,13 @@ TYPE_CHECKING = False  # as typing's, which is slow to import
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from armdrive.cli.runner import Command
+    from armdrive.cli.runner import CliCommand
 
 # Commands that need the same libraries are loaded together; where one would wait for libraries of
 # another, they are not. A module's own imports stand at its top.
 
 
-def _arm_commands() -> Mapping[str, Command]:
+def _arm_commands() -> Mapping[str, CliCommand]:
     from armdrive.cli.drive import disable, enable, home, move, reset, verify
 
     return {
@@ -31,97 +31,97 @@ def _arm_commands() -> Mapping[str, Command]:
     }
 
 
-def _point_commands() -> Mapping[str, Command]:
+def _point_commands() -> Mapping[str, CliCommand]:
     from armdrive.cli.drive import pendant, points
 
     return {"pendant": pendant, "points": points}
 
 
-def _jog_commands() -> Mapping[str, Command]:
+def _jog_commands() -> Mapping[str, CliCommand]:
     from armdrive.cli.drive import jog
 
     return {"jog": jog}
 
 
-def _requests_to_other_programs() -> Mapping[str, Command]:
+def _requests_to_other_programs() -> Mapping[str, CliCommand]:
     from armdrive.cli.drive import pause, resume, slow, stop
 
     return {"pause": pause, "resume": resume, "slow": slow, "stop": stop}
 
 
-def _run_commands() -> Mapping[str, Command]:
+def _run_commands() -> Mapping[str, CliCommand]:
     from armdrive.cli.program import run
 
     return {"run": run}
 
 
-def _shell_commands() -> Mapping[str, Command]:
+def _shell_commands() -> Mapping[str, CliCommand]:
     from armdrive.cli.program import shell
 
     return {"shell": shell}
 
 
-def _teaching_commands() -> Mapping[str, Command]:
+def _teaching_commands() -> Mapping[str, CliCommand]:
     from armdrive.cli.program import demo, teach
 
     return {"demo": demo, "teach": teach}
 
 
-def _status_commands() -> Mapping[str, Command]:
+def _status_commands() -> Mapping[str, CliCommand]:
     from armdrive.cli.look import status, watch
 
     return {"status": status, "watch": watch}
 
 
-def _recording_commands() -> Mapping[str, Command]:
+def _recording_commands() -> Mapping[str, CliCommand]:
     from armdrive.cli.look import record, replay
 
     return {"record": record, "replay": replay}
 
 
-def _log_commands() -> Mapping[str, Command]:
+def _log_commands() -> Mapping[str, CliCommand]:
     from armdrive.cli.look import log
 
     return {"log": log}
 
 
-def _arm_file_commands() -> Mapping[str, Command]:
+def _arm_file_commands() -> Mapping[str, CliCommand]:
     from armdrive.cli.set_up import config
 
     return {"config": config}
 
 
-def _diagnosis_commands() -> Mapping[str, Command]:
+def _diagnosis_commands() -> Mapping[str, CliCommand]:
     from armdrive.cli.set_up import can, doctor
 
     return {"can": can, "doctor": doctor}
 
 
-def _port_commands() -> Mapping[str, Command]:
+def _port_commands() -> Mapping[str, CliCommand]:
     from armdrive.cli.set_up import ports
 
     return {"ports": ports}
 
 
-def _sim_commands() -> Mapping[str, Command]:
+def _sim_commands() -> Mapping[str, CliCommand]:
     from armdrive.cli.set_up import sim
 
     return {"sim": sim}
 
 
-def _kinematics_commands() -> Mapping[str, Command]:
+def _kinematics_commands() -> Mapping[str, CliCommand]:
     from armdrive.cli.learn import explain, fk, ik, plot
 
     return {"explain": explain, "fk": fk, "ik": ik, "plot": plot}
 
 
-def _error_commands() -> Mapping[str, Command]:
+def _error_commands() -> Mapping[str, CliCommand]:
     from armdrive.cli.learn import errors
 
     return {"errors": errors}
 
 
-_COMMANDS: Mapping[str, tuple[Callable[[], Mapping[str, Command]], str]] = MappingProxyType(
+_COMMANDS: Mapping[str, tuple[Callable[[], Mapping[str, CliCommand]], str]] = MappingProxyType(
     {
         "demo": (_teaching_commands, "watch the simulated arm pick and place blocks"),
         "jog": (_jog_commands, "drive an arm from the keyboard"),

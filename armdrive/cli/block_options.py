@@ -7,7 +7,7 @@ import argparse
 from armdrive.arm import Arm
 from armdrive.connect.target import Target
 from armdrive.errors import BadRequest
-from armdrive.sim.world.table import Block
+from armdrive.sim.world.table import TableBlock
 
 
 def add_put_option(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
@@ -22,7 +22,7 @@ def add_put_option(parser: argparse.ArgumentParser | argparse._ArgumentGroup) ->
     )
 
 
-def require_table(target: Target, blocks: list[Block]) -> None:
+def require_table(target: Target, blocks: list[TableBlock]) -> None:
     """Raise `BadRequest` where blocks are to be put on the table of a real arm."""
     if blocks and not target.simulated:
         raise BadRequest(
@@ -31,7 +31,7 @@ def require_table(target: Target, blocks: list[Block]) -> None:
         )
 
 
-def put_blocks(arm: Arm, blocks: list[Block]) -> None:
+def put_blocks(arm: Arm, blocks: list[TableBlock]) -> None:
     """Put blocks on the table, one after the other, each on what is there already."""
     if arm.twin is None:
         return
@@ -40,7 +40,7 @@ def put_blocks(arm: Arm, blocks: list[Block]) -> None:
             arm.twin.world.put(block)
 
 
-def _block(words: str) -> Block:
+def _block(words: str) -> TableBlock:
     from armdrive.sim.serving.console import block_of  # loads what serves a CAN bus too
 
     try:

@@ -77,7 +77,7 @@ def _write(output: TextIO, text: str, control: str) -> None:
 # the engine.
 
 
-class Reporter:
+class TerminalReporter:
     """Prints lines that the engine's thread hands over without waiting."""
 
     def __init__(self, *, silent: bool) -> None:

@@ -17,7 +17,7 @@ from types import FrameType
 from typing import NoReturn, Protocol
 
 from armdrive.cli.presenter import complain, put_error
-from armdrive.cli.unexpected import FAULT, Unexpected, raises_unexpected, threads_told
+from armdrive.cli.unexpected import FAULT, UnexpectedError, raises_unexpected, threads_told
 from armdrive.errors import ArmError
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.printable import as_message
@@ -29,7 +29,7 @@ USAGE = 2
 INTERRUPTED = 130
 
 
-class Command(Protocol):
+class CliCommand(Protocol):
     """What the module of a command offers."""
 
     __doc__: str | None
@@ -41,7 +41,7 @@ class Command(Protocol):
         """Do it, and return the exit code."""
 
 
-class Ended(BaseException):
+class CommandEnded(BaseException):
     """A signal asked this program to end; it passes everything that catches errors."""
 
     def __init__(self, number: int) -> None:
@@ -50,7 +50,7 @@ class Ended(BaseException):
         super().__init__(f"ended by {name}; an arm that moved was stopped")
 
 
-class Parser(argparse.ArgumentParser):
+class CommandParser(argparse.ArgumentParser):
     """An argument parser whose errors print nothing that a terminal would act on.
 
     They quote what was typed.
@@ -62,12 +62,12 @@ class Parser(argparse.ArgumentParser):
 
 
 def run_command(
-    name: str, summary: str, load: Callable[[], Mapping[str, Command]], words: list[str]
+    name: str, summary: str, load: Callable[[], Mapping[str, CliCommand]], words: list[str]
 ) -> int:
     """Load a command, parse its words, run it, and return its exit code."""
     _fill_closed_streams()
     command = load()[name]
-    parser = Parser(
+    parser = CommandParser(
         prog=f"armdrive {name}",
         description=summary[0].upper() + summary[1:] + ".",
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -82,7 +82,7 @@ def run_command(
     except KeyboardInterrupt:
         pressed = KeyboardInterrupt("interrupted; an arm that moved was stopped")
         return _say(options, pressed, INTERRUPTED)
-    except Ended as ended:
+    except CommandEnded as ended:
         return _say(options, ended, 128 + ended.number)
     except ArmError as error:
         return _say(options, error, error.exit_code)
@@ -99,7 +99,7 @@ def run_command(
     except Exception as error:
         if raises_unexpected():
             raise
-        return _say(options, Unexpected(error), FAULT)
+        return _say(options, UnexpectedError(error), FAULT)
 
 
 def refuse(word: str, known: Collection[str]) -> int:
@@ -147,7 +147,7 @@ def _signals() -> Iterator[None]:
     """Turn SIGTERM and SIGHUP into an exception, so that every `with` on the way stops its arm."""
 
     def end(number: int, frame: FrameType | None) -> NoReturn:  # noqa: ARG001
-        raise Ended(number)
+        raise CommandEnded(number)
 
     before = {}
     for name in ("SIGTERM", "SIGHUP"):

@@ -11,7 +11,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import connect_simulated, state_file
 from armdrive.errors import StateFileError
 from armdrive.registry import simulate
-from armdrive.sim.simulated_arm import Twin
+from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold
 from armdrive.storage.files import replace_file
@@ -58,7 +58,7 @@ def connect_remembered(
     return Arm(replace(parts, logbook=logbook_file(config.name), lock=holding, closers=closers))
 
 
-def _twin(config: ArmConfig) -> Twin:
+def _twin(config: ArmConfig) -> SimulatedArm:
     try:
         return simulate(config, _load(config.name))
     except StateFileError as error:
@@ -75,7 +75,7 @@ def _load(arm: str) -> object:
     return read_json(path, "the file", StateFileError, most_bytes=LARGEST_BYTES, own=True)
 
 
-def _save(arm: str, twin: Twin) -> None:
+def _save(arm: str, twin: SimulatedArm) -> None:
     replace_file(world_file(arm), json.dumps(twin.save()))
 
 

@@ -97,7 +97,7 @@ HELP = (
 CLEAR, MOTORS_ON = "ok", "on"
 
 
-class Guide:
+class TerminalOperator:
     """Leads through the steps. As an operator it returns True when the person has confirmed."""
 
     def __init__(self, read: Callable[[], str] | None = None, *, terminal: bool) -> None:

@@ -46,7 +46,7 @@ MODEL_FILE = ".toml"
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
+class ConfigSource:
     """Where an arm comes from: its file as a table, and the folder that the file lies in."""
 
     table: Mapping[str, Any]
@@ -75,7 +75,7 @@ class ArmConfig:
     frames: Mapping[str, UserFrame] = field(default_factory=dict)
     accelerations_rad_s2: tuple[float | None, ...] = ()
     backlash_steps: tuple[int, ...] = ()
-    source: Source | None = field(default=None, compare=False, repr=False)
+    source: ConfigSource | None = field(default=None, compare=False, repr=False)
     untooled: ArmModel | None = None
 
     @property
@@ -148,7 +148,7 @@ def config_of_preset(
         connection,
         dialect.settings()(),
         MotionSettings(**_bursts(dialect, connection.baud)),
-        source=Source({"model": key}),
+        source=ConfigSource({"model": key}),
     )
 
 
@@ -225,7 +225,7 @@ def parse(
         frames=read_frames(table.get("frames", {})),
         accelerations_rad_s2=read_accelerations(table, model.arm.joint_names),
         backlash_steps=read_backlash(table, model.transmission),
-        source=Source(table, folder),
+        source=ConfigSource(table, folder),
     )
 
 

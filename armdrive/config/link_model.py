@@ -152,7 +152,7 @@ Posed = Callable[[object, str, bool], Pose]
 
 
 @dataclass(frozen=True, slots=True)
-class Fingers:
+class FingerModel:
     """The gripper that a motor drives: its range and speed, and steps per N once it touches."""
 
     range_mm: tuple[float, float]
@@ -223,18 +223,18 @@ def _check_names(names: tuple[str, ...]) -> None:
             )
 
 
-NO_FINGERS = Fingers((0.0, 1.0), 1.0)
+NO_FINGERS = FingerModel((0.0, 1.0), 1.0)
 """What stands where no motor drives a gripper, so that nothing is ever computed from it."""
 
 
-def _fingers(table: Mapping[str, Any], transmission: Transmission) -> Fingers:
+def _fingers(table: Mapping[str, Any], transmission: Transmission) -> FingerModel:
     if transmission.has_gripper:
         if "fingers" not in table:
             raise ArmFileError(
                 "a motor drives a gripper, so [fingers] is needed, for example range_mm = [0, 76] "
                 "and speed_mm_s = 20"
             )
-        return read_section(Fingers, table["fingers"], "fingers")
+        return read_section(FingerModel, table["fingers"], "fingers")
     if "fingers" not in table:
         return NO_FINGERS
     kind = require_table(table.get("gripper", {}), "gripper").get("kind", "stepper")
@@ -243,7 +243,7 @@ def _fingers(table: Mapping[str, Any], transmission: Transmission) -> Fingers:
             "[fingers] stands there, but no motor has steps_per_mm to drive them, and gripper.kind "
             'is neither "servo" nor "output"'
         )
-    return read_section(Fingers, table["fingers"], "fingers")
+    return read_section(FingerModel, table["fingers"], "fingers")
 
 
 def _limited(chain: Chain, table: object) -> Chain:

@@ -18,10 +18,10 @@ from armdrive.errors import ArmError, StateFileError
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.drive import Pace
 from armdrive.status import Status, status_view
-from armdrive.storage.arm_lock import Holding
+from armdrive.storage.arm_lock import ArmLock
 from armdrive.storage.control_server import Json
-from armdrive.trace.calls import Witness
-from armdrive.trace.entries import Entry
+from armdrive.trace.calls import Tracer
+from armdrive.trace.entries import TraceEntry
 from armdrive.trace.wire_tap import overheard
 from kinematics.errors import KinematicsError
 
@@ -31,7 +31,7 @@ class ControlledArm(Protocol):
 
     core: Core
     pace: Pace
-    witness: Witness
+    witness: Tracer
     closed: bool
     program: Callable[[], Json] | None
     """Tells what program the arm is at work on; None of none."""
@@ -67,7 +67,7 @@ PASSING = ("trust_for_s", "percent", "left_s")
 PERCENT_RANGE = (1, 100)
 
 
-class Neighbours:
+class ControlHandlers:
     """Answers the other programs about one arm, from as many threads as they are."""
 
     def __init__(self, arm: ControlledArm) -> None:
@@ -99,14 +99,14 @@ class Neighbours:
         return iter([_answered(answer, self._arm, words)])
 
 
-def serve(lock: Holding, arm: ControlledArm) -> None:
+def serve(lock: ArmLock, arm: ControlledArm) -> None:
     """Have a lock's socket answer other programs about its arm.
 
     Raises `StateFileError` where nobody could find it; the arm is given back then.
     """
     arm.core.tempo.others = True  # `armdrive resume` reaches it from now on
     try:
-        lock.serve(Neighbours(arm))
+        lock.serve(ControlHandlers(arm))
     except StateFileError:
         arm.close()
         lock.release()
@@ -170,7 +170,7 @@ def _every_s(words: Mapping[str, Any]) -> float | None:
 def _overheard(arm: ControlledArm, every_s: float) -> Iterator[Json]:
     """Give what passes on the arm's wire, as wire_tap.py says."""
 
-    def since(number: int, most: int, back: int) -> tuple[int, tuple[Entry, ...]]:
+    def since(number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:
         with arm.pace.lock:
             return arm.witness.since(number, most, back)
 

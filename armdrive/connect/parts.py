@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from armdrive.config.arm import ArmConfig
-from armdrive.connect.reconnect import Mender, Rewiring
+from armdrive.connect.reconnect import NewLink, Reconnector
 from armdrive.dialog import Operator
 from armdrive.errors import LinkLost, NoAnswer, Stopped
-from armdrive.motion.context import Wire
+from armdrive.motion.context import MotionContext
 from armdrive.motion.idle import Idling
 from armdrive.motion.reference import connect
 from armdrive.registry import dialect
@@ -28,14 +28,14 @@ from armdrive.runtime.received import Received
 from armdrive.runtime.registers import alerted
 from armdrive.runtime.states import Event
 from armdrive.status import State
-from armdrive.storage.arm_lock import Holding
-from armdrive.storage.record import Recorder
-from armdrive.tasks import Alert, Flow, Progress, Task
-from armdrive.trace.calls import NO_WITNESS, Witness
+from armdrive.storage.arm_lock import ArmLock
+from armdrive.storage.record import PositionRecorder
+from armdrive.tasks import Alert, Progress, Task, TaskBody
+from armdrive.trace.calls import NO_TRACER, Tracer
 from armdrive.transports.link import Link
 
 if TYPE_CHECKING:  # a real arm loads no simulation
-    from armdrive.sim.simulated_arm import Twin
+    from armdrive.sim.simulated_arm import SimulatedArm
 
 PATIENCE_S = 60.0
 """Whatever should take no time at all is given up after this long."""
@@ -79,7 +79,9 @@ class TaskRunner:
 
     # -- running ------------------------------------------------------------------------------
 
-    def submit(self, flow: Flow[T], *, alone: bool = False, within_s: float = math.inf) -> Task[T]:
+    def submit(
+        self, flow: TaskBody[T], *, alone: bool = False, within_s: float = math.inf
+    ) -> Task[T]:
         """Hand a flow to the engine. Raises `WrongState` while another is waiting there.
 
         With `alone` also while one is at work: what moves the arm never waits for its turn. The
@@ -102,7 +104,7 @@ class TaskRunner:
             raise NoAnswer(f"the motion had not ended after {timeout_s:.0f} s and was stopped")
         return task.result()
 
-    def perform(self, flow: Flow[T], within_s: float | None = None) -> T:
+    def perform(self, flow: TaskBody[T], within_s: float | None = None) -> T:
         """Hand a flow that moves nothing to the engine and wait for its end.
 
         It ends within `call_limit_s`, or `within_s` where that is given. A motion that is under
@@ -152,17 +154,17 @@ class Parts:
     pace: Pace
     core: Core
     engine: Engine
-    wire: Wire
+    wire: MotionContext
     runner: TaskRunner
-    mender: Mender | None
-    witness: Witness
+    mender: Reconnector | None
+    witness: Tracer
     operator: Operator | None
     simulated: bool
-    twin: Twin | None = None
+    twin: SimulatedArm | None = None
     """The simulated device; None of a real arm."""
     logbook: Path | None = None
     """Where verifications are written down; None of a simulated arm that nobody remembers."""
-    lock: Holding | None = None
+    lock: ArmLock | None = None
     """Keeps other programs off the arm, and answers them; None where none can reach it."""
     closers: tuple[Callable[[], None], ...] = ()
     """Called in this order once the arm is closed."""
@@ -181,11 +183,11 @@ def assemble(
     pace: Pace,
     *,
     simulated: bool,
-    recorder: Recorder | None = None,
+    recorder: PositionRecorder | None = None,
     allow_restored: bool = False,
     operator: Operator | None = None,
-    witness: Witness = NO_WITNESS,
-    rewiring: Rewiring | None = None,
+    witness: Tracer = NO_TRACER,
+    rewiring: NewLink | None = None,
 ) -> Parts:
     """Connect over an open link. Raises `NoAnswer` where no such arm answers; moves nothing."""
     controller = dialect(config.connection.dialect).controller(config)
@@ -217,7 +219,7 @@ def assemble(
 class _Driven:
     """The engine of one arm, and what it calls: the state hears of stops, losses and alerts."""
 
-    def __init__(self, core: Core, link: Link, rewiring: Rewiring | None) -> None:
+    def __init__(self, core: Core, link: Link, rewiring: NewLink | None) -> None:
         self._core = core
         self.engine = Engine(
             link,
@@ -230,12 +232,12 @@ class _Driven:
             received=Received(on_bus=dialect(core.config.connection.dialect).can),
             call_limit_s=call_limit_s(core.config.device),
         )
-        self.wire = Wire(self.engine, core)
-        self.mender = None if rewiring is None else Mender(self.wire, rewiring)
+        self.wire = MotionContext(self.engine, core)
+        self.mender = None if rewiring is None else Reconnector(self.wire, rewiring)
         self.engine.mending = self.mender
         self._idling = Idling(self.wire)
 
-    def _idle(self, now_s: float) -> tuple[float, Flow[Any] | None]:
+    def _idle(self, now_s: float) -> tuple[float, TaskBody[Any] | None]:
         return self._idling.due(now_s)
 
     def _stopping(self) -> None:

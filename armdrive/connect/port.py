@@ -16,7 +16,7 @@ from armdrive.transports.address import PREFIX, CanAddress, is_can, scheme
 from armdrive.transports.link import Link
 
 
-class Wiring:
+class PortOpening:
     """The way to one arm: by the USB serial number of its adapter, else by the port's name.
 
     An adapter that tells a number is remembered by it from the first opening on, since plugged in

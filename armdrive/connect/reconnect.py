@@ -12,12 +12,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from armdrive.errors import ArmError, LinkLost
-from armdrive.motion.context import Wire
+from armdrive.motion.context import MotionContext
 from armdrive.motion.idle import resume
 from armdrive.registry import dialect
 from armdrive.runtime.engine import Engine
 from armdrive.runtime.registers import without_reset
-from armdrive.tasks import Flow
+from armdrive.tasks import TaskBody
 from armdrive.transports.link import AbsentLink, Link
 
 PAUSES_S = (0.2, 0.3, 0.5, 1.0, 2.0, 5.0)
@@ -27,7 +27,7 @@ LET_GO_S = 3.0
 
 
 @dataclass(frozen=True, slots=True)
-class Rewiring:
+class NewLink:
     """How a lost wire is opened again: `open_again` raises `PortUnavailable` until it is there.
 
     `automatic` begins by itself. With `beside` it is done in a thread of its own, since a network
@@ -48,7 +48,7 @@ class Opening:
 
     def __init__(
         self,
-        rewiring: Rewiring,
+        rewiring: NewLink,
         wake: Callable[[], None],
         after: threading.Thread | None = None,
     ) -> None:
@@ -95,10 +95,10 @@ class Opening:
         self._wake()
 
 
-class Mender:
+class Reconnector:
     """Looks for the wire of one arm. Called by the engine while it is broken, under its lock."""
 
-    def __init__(self, wire: Wire, rewiring: Rewiring) -> None:
+    def __init__(self, wire: MotionContext, rewiring: NewLink) -> None:
         self.tries = 0
         """How many attempts have ended, well or not."""
         self.trouble: ArmError | None = None
@@ -178,7 +178,7 @@ class Mender:
         runs_s = max(self._lost_s + core.stop_bound().silent_time_s - self._engine.now_s, 0.0)
         self._engine.start(self._resume(), within_s=runs_s + self._engine.call_limit_s)
 
-    def _resume(self) -> Flow[None]:
+    def _resume(self) -> TaskBody[None]:
         """Take up the arm again; whoever does not answer as it did is no wire to it."""
         try:
             yield from resume(self._wire, self._lost_s, self._lost_link)

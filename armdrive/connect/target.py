@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
 from armdrive.connect.parts import Parts, assemble
-from armdrive.connect.port import Wiring, overheard
-from armdrive.connect.reconnect import Rewiring
+from armdrive.connect.port import PortOpening, overheard
+from armdrive.connect.reconnect import NewLink
 from armdrive.dialog import Operator
 from armdrive.errors import ArmFileError, BadRequest, PortUnavailable
 from armdrive.registry import DEFAULT, DIALECTS, dialect, load_arm, preset_arm, simulate
 from armdrive.runtime.drive import PaceChoice, RealPace, pace_of
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold
-from armdrive.storage.record import FileRecorder, NoRecorder, Recorder
+from armdrive.storage.record import FileRecorder, NoRecorder, PositionRecorder
 from armdrive.storage.verifications import logbook_file
-from armdrive.trace.calls import Witness
+from armdrive.trace.calls import Tracer
 from armdrive.trace.files import recordings
 from armdrive.trace.recorder import FlightRecorder
 from armdrive.transports.address import is_can
@@ -28,7 +28,7 @@ from armdrive.transports.in_process import MemoryLink
 from kinematics.errors import suggestion
 
 if TYPE_CHECKING:  # a real arm loads no simulation
-    from armdrive.sim.simulated_arm import Twin
+    from armdrive.sim.simulated_arm import SimulatedArm
 
 SIM = "sim:"
 DEFAULT_TARGET = f"{SIM}{DEFAULT}"
@@ -100,7 +100,7 @@ class ConnectOptions:
     pace: PaceChoice = None
     allow_restored: bool = False
     operator: Operator | None = None
-    twin: Twin | None = None
+    twin: SimulatedArm | None = None
     reconnect: bool | None = None
 
 
@@ -129,12 +129,12 @@ def connect(target: str | None, options: ConnectOptions) -> Parts:
 def connect_simulated(
     config: ArmConfig,
     *,
-    twin: Twin | None = None,
+    twin: SimulatedArm | None = None,
     pace: PaceChoice = None,
     operator: Operator | None = None,
-    recorder: Recorder | None = None,
+    recorder: PositionRecorder | None = None,
     allow_restored: bool = False,
-    witness: Witness | None = None,
+    witness: Tracer | None = None,
     reconnect: bool | None = None,
 ) -> Parts:
     """Connect to a simulated twin in this process, on simulated time unless `pace` says real."""
@@ -170,7 +170,7 @@ def connect_real(
             f"ARMDRIVE_FORCE_SIM is set, so the port of {config.name} stays closed: connect to its "
             "simulated twin, or clear that variable"
         )
-    wiring = Wiring(config)
+    wiring = PortOpening(config)
     lock = hold(config.name, wiring.find())
     try:
         with overheard(wiring.open(), config.connection) as ears:
@@ -183,7 +183,7 @@ def connect_real(
                 allow_restored=allow_restored,
                 operator=operator,
                 witness=FlightRecorder(recordings()),
-                rewiring=Rewiring(wiring.open, automatic=_wanted(reconnect, config), beside=True),
+                rewiring=NewLink(wiring.open, automatic=_wanted(reconnect, config), beside=True),
             )
     except BaseException:
         lock.release()
@@ -196,9 +196,9 @@ def state_file(arm: str) -> Path:
     return places.states() / f"{places.file_name(arm)}.json"
 
 
-def _rewiring(twin: Twin, *, automatic: bool) -> Rewiring | None:
+def _rewiring(twin: SimulatedArm, *, automatic: bool) -> NewLink | None:
     """Return how a twin's wire is taken up again; None where somebody has put another there."""
-    return Rewiring(twin.link.reopen, automatic) if isinstance(twin.link, MemoryLink) else None
+    return NewLink(twin.link.reopen, automatic) if isinstance(twin.link, MemoryLink) else None
 
 
 def _wanted(reconnect: bool | None, config: ArmConfig) -> bool:

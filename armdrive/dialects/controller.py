@@ -12,7 +12,7 @@ from kinematics.spaces import Motors
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class StopPart:
     """A part of a planned motion at one speed: its duration and its busiest motor's steps/s."""
 
     duration_s: float
@@ -88,7 +88,7 @@ class Controller(Protocol):
     def duration_s(self, steps: float, rate_hz: float) -> float:
         """Return how long the device may take for so many steps: ramps and doubts included."""
 
-    def stopping(self, burst_s: float, parts: Sequence[Part] = ()) -> Stopping:
+    def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
         """Bound how long motion goes on, if at most `burst_s` of it is sent ahead.
 
         Of a planned motion, `parts` are what it is made of, in their order. Without them the bound

@@ -17,7 +17,7 @@ from armdrive.dialects.bus.words import Ear
 from armdrive.dialects.controller import Controller
 from armdrive.dialects.pendant import PendantTools
 from armdrive.dialects.recognition import Recognition
-from armdrive.dialects.words import Talk
+from armdrive.dialects.words import Describer
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,7 @@ class Driver:
 
     settings: type[Any]
     controller: Callable[[Abilities, ArmConfig], Controller]
-    talk: Talk
+    talk: Describer
     recognition: Recognition | None = None
 
 

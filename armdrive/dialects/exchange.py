@@ -13,9 +13,9 @@ from collections.abc import Callable, Generator, Sequence
 from typing import Generic, Protocol, TypeVar
 
 from armdrive.abilities import Abilities
-from armdrive.dialects.controller import Part, Stopping
+from armdrive.dialects.controller import StopPart, Stopping
 from armdrive.errors import ArmError, WrongState
-from armdrive.tasks import SWITCHED_ON, Denied, Event, Reply, Request, Silence
+from armdrive.tasks import SWITCHED_ON, Event, Reply, Request, RequestRejected, Timeout
 from kinematics.spaces import Motors
 
 H = TypeVar("H")
@@ -122,9 +122,9 @@ class Scripted(ABC, Generic[H]):
             if heard is not None:
                 self.unasked(heard)
 
-    def silence(self, since_s: float) -> Silence:
+    def silence(self, since_s: float) -> Timeout:
         """Return the reply that says that nothing answered."""
-        return Silence(self.last_said, self.now_s - since_s, self.look_at)
+        return Timeout(self.last_said, self.now_s - since_s, self.look_at)
 
     # -- what the engine calls ----------------------------------------------------------------
 
@@ -161,7 +161,9 @@ class Scripted(ABC, Generic[H]):
             turns += 1
             if turns > MOST_TURNS:
                 self._script = None
-                self.tell(Denied(f"the script of `{self.last_said}` waits for what is over"))
+                self.tell(
+                    RequestRejected(f"the script of `{self.last_said}` waits for what is over")
+                )
         data = bytes(self._out)
         self._out.clear()
         return data
@@ -198,7 +200,7 @@ class Scripted(ABC, Generic[H]):
         return (0.0,) * len(steps)
 
     @abstractmethod
-    def stopping(self, burst_s: float, parts: Sequence[Part] = ()) -> Stopping:
+    def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
         """Bound how long motion goes on."""
 
     def farewell(self) -> bytes:
@@ -219,7 +221,7 @@ class Scripted(ABC, Generic[H]):
             self._run(heard)
         except ValueError as error:  # in mid-script: a message that the dialect cannot express
             self._script = None
-            self.tell(Denied(str(error)))
+            self.tell(RequestRejected(str(error)))
 
     def _run(self, heard: H | None) -> None:
         script = self._script

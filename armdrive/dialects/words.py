@@ -115,7 +115,7 @@ LONGEST_LINE = 4096
 MOST_LINES = 65536
 
 
-class Lines:
+class AnswerLines:
     """Messages that are lines."""
 
     def __init__(self, ends: bytes, weigh: Callable[[bytes], Message]) -> None:
@@ -144,7 +144,7 @@ def escaped(data: bytes) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Talk:
+class Describer:
     """How one dialect is cut into messages and put into words.
 
     `sent` reads what a host writes at once, as a message or in words; `heard` reads one message;

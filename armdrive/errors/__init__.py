@@ -258,7 +258,7 @@ class KeyFileError(ArmError):
 
 
 @dataclass(frozen=True, slots=True)
-class Mark:
+class SourceMark:
     """Where in a program something stands: line and column count from 1. `file` may be empty."""
 
     line: int
@@ -274,7 +274,7 @@ class Mark:
 class Problem:
     """One thing that is wrong with a program, where it stands."""
 
-    mark: Mark
+    mark: SourceMark
     text: str
 
 
@@ -289,7 +289,7 @@ class ProgramError(ArmError):
     code = "E113"
 
     def __init__(
-        self, message: str, *, mark: Mark | None = None, problems: tuple[Problem, ...] = ()
+        self, message: str, *, mark: SourceMark | None = None, problems: tuple[Problem, ...] = ()
     ) -> None:
         self.mark = mark
         self.problems = problems

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 
 from armdrive.errors.actions import ACTIONS, PHRASES
-from armdrive.errors.table import ENTRIES, GROUPS, Entry
+from armdrive.errors.table import ENTRIES, GROUPS, CatalogueEntry
 
 _PAGE_BEGINS = """\
 # Every error
@@ -40,7 +40,7 @@ def listing() -> Iterator[str]:
             yield f"  {row.code}  {row.title:<{width}}  {row.name}"
 
 
-def in_full(row: Entry) -> Iterator[str]:
+def in_full(row: CatalogueEntry) -> Iterator[str]:
     """Return the lines of one row."""
     yield f"{row.code}: {row.title} ({row.name})"
     yield f"  cause   {_plain(row.cause)}"

@@ -11,11 +11,20 @@ from armdrive.errors import DeviceFault, LinkLost, PendantStop
 from armdrive.motion.deviation import lags, pieces, strays_steps
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.engine import Engine
-from armdrive.runtime.position import Coordinates
-from armdrive.runtime.registers import Asking, leave_standstill, take_difference
+from armdrive.runtime.position import ArmCoordinates
+from armdrive.runtime.registers import RegisterReader, leave_standstill, take_difference
 from armdrive.runtime.stop_bounds import straying_mm
 from armdrive.status import Evidence, State
-from armdrive.tasks import Denied, Done, Flow, Halted, Interrupted, MoveAlong, MoveBy, never
+from armdrive.tasks import (
+    Done,
+    Halted,
+    Interrupted,
+    MoveAlong,
+    MoveBy,
+    RequestRejected,
+    TaskBody,
+    never,
+)
 from kinematics import Motors
 
 FRESH_S = 0.05
@@ -27,11 +36,11 @@ BLIND_S = 2.0
 """A motion is compared with the registers at least this often."""
 
 
-Way = tuple[Coordinates, float]
+Way = tuple[ArmCoordinates, float]
 """An unrounded point, and how long the way there takes or longer."""
 
 
-class Course:
+class StreamedCourse:
     """The segments of one motion: absolute targets, rounded once, and what was drawn of them.
 
     `left` is the rest of a way that was begun and, for a pause, not sent to its end. Of `total_s`
@@ -39,7 +48,7 @@ class Course:
     """
 
     def __init__(self, core: Core, ways: Iterator[Way]) -> None:
-        self.end: Coordinates | None = core.coordinates
+        self.end: ArmCoordinates | None = core.coordinates
         self.left: Way | None = None
         self.straying_mm = 0.0
         self.slow_s = self.total_s = 0.0
@@ -101,14 +110,14 @@ class Course:
         )
 
 
-class Wire(Asking):
+class MotionContext(RegisterReader):
     """What a flow needs of the engine: asking, and motion in bursts or queued segments."""
 
     def __init__(self, engine: Engine, core: Core) -> None:
         super().__init__(engine, core)
         self.straying_mm = self.slow_s = self.total_s = 0.0
 
-    def look_before_motion(self) -> Flow[None]:
+    def look_before_motion(self) -> TaskBody[None]:
         """Look, unless that was done a moment ago, while the mark of motion is being written.
 
         A slow disk makes what was seen stale, so that the look comes after it once more.
@@ -124,9 +133,9 @@ class Wire(Asking):
         self,
         target: Motors,
         rate_hz: float,
-        there: Coordinates | None,
+        there: ArmCoordinates | None,
         let_go: Callable[[], bool] = never,
-    ) -> Flow[None]:
+    ) -> TaskBody[None]:
         """Send one burst to an absolute target and wait until it has ended.
 
         A burst that has not begun to move when `let_go()` becomes true need not be made.
@@ -149,7 +158,7 @@ class Wire(Asking):
         self.note_straying(strays_steps(core, steps, rate_hz))
         yield from self._burst(replace(last, let_go=let_go), there)
 
-    def _burst(self, burst: MoveBy, there: Coordinates | None) -> Flow[bool]:
+    def _burst(self, burst: MoveBy, there: ArmCoordinates | None) -> TaskBody[bool]:
         """Send one burst and wait until it has ended; False where a stop ended it early."""
         core = self.core
         core.sends(burst.steps)
@@ -165,7 +174,7 @@ class Wire(Asking):
             )
             yield from self._ended(reply, way_between(core.acknowledged, farthest))
             return False
-        if isinstance(reply, Denied):
+        if isinstance(reply, RequestRejected):
             yield from self._refusal(reply)
         core.arrived(there)
         timely = isinstance(reply, Done) and reply.timely
@@ -178,7 +187,7 @@ class Wire(Asking):
         here, _ = self.core.transmission.to_joints(self.core.acknowledged)
         self.straying_mm = max(self.straying_mm, straying_mm(self.core.config, here, steps))
 
-    def _may_begin(self, let_go: Callable[[], bool]) -> Flow[bool]:
+    def _may_begin(self, let_go: Callable[[], bool]) -> TaskBody[bool]:
         """Tell whether a motion may be sent now; raises where what happened meanwhile forbids it.
 
         False where it was stopped or let go while a slow disk was waited for.
@@ -190,7 +199,7 @@ class Wire(Asking):
             raise DeviceFault(core.error)
         return marked
 
-    def stream(self, request: MoveAlong, course: Course) -> Flow[bool]:
+    def stream(self, request: MoveAlong, course: StreamedCourse) -> TaskBody[bool]:
         """Have a device drive queued segments; True when all were driven, False when halted."""
         core = self.core
         if not (yield from self._may_begin(request.let_go)):
@@ -206,13 +215,15 @@ class Wire(Asking):
         if isinstance(reply, Halted | Interrupted):
             yield from self._ended(reply, course.passes)
             return False
-        if isinstance(reply, Denied):
+        if isinstance(reply, RequestRejected):
             yield from self._refusal(reply)
         course.give_back(reply.unsent if isinstance(reply, Done) else 0)
         core.arrived(course.end)
         return True
 
-    def _ended(self, reply: Halted | Interrupted, passes: Callable[[Motors], bool]) -> Flow[None]:
+    def _ended(
+        self, reply: Halted | Interrupted, passes: Callable[[Motors], bool]
+    ) -> TaskBody[None]:
         """Take up where a stop left the motors: the registers counted it. The operator's raises."""
         yield from self.read()
         core = self.core
@@ -233,7 +244,7 @@ class Wire(Asking):
                 )
             )
 
-    def _refusal(self, reply: Denied) -> Flow[None]:
+    def _refusal(self, reply: RequestRejected) -> TaskBody[None]:
         """Find out what a refused motion left behind: nothing, where the device is sure of it.
 
         Where an alert has said already why the motion ended, its words are the error's.
@@ -251,14 +262,14 @@ class Wire(Asking):
         raise self.fault(DeviceFault(told or _refused_words(reply)))
 
 
-def _evidence(reply: Denied) -> Evidence:
+def _evidence(reply: RequestRejected) -> Evidence:
     """Return what a motion that was not made says of the position."""
     if reply.silent:
         return Evidence.SILENT
     return Evidence.BROKEN_OFF if reply.reason else Evidence.MOTION_REFUSED
 
 
-def _refused_words(reply: Denied) -> str:
+def _refused_words(reply: RequestRejected) -> str:
     """Say that a motion was not made: by the device's reason, or else it understood nothing."""
     if reply.reason:
         return f"the motion was broken off: {reply.reason}. Look at the arm, then call `reset()`"

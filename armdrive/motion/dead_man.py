@@ -54,7 +54,7 @@ class Increment:
 
 
 @dataclass(frozen=True, slots=True)
-class Hold:
+class HeldKey:
     """Jog in the direction of this key, until then and not longer."""
 
     key: str
@@ -75,7 +75,7 @@ class Disarm:
     reason: str
 
 
-Action = Increment | Hold | Release | Disarm
+Action = Increment | HeldKey | Release | Disarm
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,12 +208,12 @@ class DeadMan:
             return (self._first(gate.key, gate.opened_s),)
         self._key = gate.key
         self._until_s = until_s
-        return (Hold(gate.key, until_s),)
+        return (HeldKey(gate.key, until_s),)
 
-    def _prolong(self, now_s: float, gap_s: float) -> Hold:
+    def _prolong(self, now_s: float, gap_s: float) -> HeldKey:
         self._intervals.append(gap_s)
         self._until_s = now_s + self._patience_s()
-        return Hold(self._key, self._until_s)
+        return HeldKey(self._key, self._until_s)
 
     def _patience_s(self) -> float:
         """Return how long to wait for the next repeat; jitter spoils a mean of very few."""

@@ -14,24 +14,24 @@ from armdrive.errors import (
     SettingsDiffer,
     Stopped,
 )
-from armdrive.motion.context import Wire
+from armdrive.motion.context import MotionContext
 from armdrive.runtime.registers import TRIES
 from armdrive.tasks import (
-    Ask,
-    Denied,
+    DeviceProgram,
+    DeviceSettings,
     Done,
-    Flow,
+    Exchange,
     MendSetting,
-    Program,
     ReadProgram,
     ReadSettings,
     Reply,
-    Settings,
+    RequestRejected,
+    TaskBody,
     WriteRow,
 )
 
 
-def compare_settings(wire: Wire) -> Flow[Settings]:
+def compare_settings(wire: MotionContext) -> TaskBody[DeviceSettings]:
     """Read the device's settings; what differs from the arm file keeps the arm from moving.
 
     A difference is believed when it is read twice: the line has no check bytes.
@@ -48,21 +48,21 @@ def compare_settings(wire: Wire) -> Flow[Settings]:
     return reply
 
 
-def compare_again(wire: Wire) -> Flow[None]:
+def compare_again(wire: MotionContext) -> TaskBody[None]:
     """Read settings once more that kept the arm from moving: somebody may have mended them."""
     if any(each.must for each in wire.core.differences):
         yield from compare_settings(wire)
 
 
-def _ask_settings(wire: Wire) -> Flow[Settings]:
+def _ask_settings(wire: MotionContext) -> TaskBody[DeviceSettings]:
     reply = yield from wire.request(ReadSettings())
-    if not isinstance(reply, Settings):
+    if not isinstance(reply, DeviceSettings):
         wire.core.fault(f"the controller did not tell its settings ({reply}): look at the wire")
         raise DeviceFault(wire.core.error)
     return reply
 
 
-def mend_settings(wire: Wire, lines: tuple[str, ...]) -> Flow[Settings]:
+def mend_settings(wire: MotionContext, lines: tuple[str, ...]) -> TaskBody[DeviceSettings]:
     """Write the lines that a person has agreed to, one at a time, and compare again."""
     core = wire.core
     for line in lines:
@@ -88,15 +88,15 @@ READINGS = 5
 """So often a program is read at most until two readings in succession agree."""
 
 
-def read_program(wire: Wire) -> Flow[tuple[Row, ...]]:
+def read_program(wire: MotionContext) -> TaskBody[tuple[Row, ...]]:
     """Return the program in the device's memory, read twice alike. Raises `DeviceFault`."""
-    seen: Program | None = None
+    seen: DeviceProgram | None = None
     trouble = "no two readings of it agree: a disturbed line"
     for _ in range(READINGS):
         if wire.stopping:
             raise wire.stopped("reading the program was stopped")
         reply = yield from _asked(wire, ReadProgram())
-        if isinstance(reply, Program):
+        if isinstance(reply, DeviceProgram):
             if reply == seen:
                 return reply.rows
             seen = reply
@@ -111,8 +111,8 @@ def unheard(_: int) -> None:
 
 
 def write_program(
-    wire: Wire, rows: Sequence[Row], *, leave_others: bool, told: Told = unheard
-) -> Flow[int]:
+    wire: MotionContext, rows: Sequence[Row], *, leave_others: bool, told: Told = unheard
+) -> TaskBody[int]:
     """Bring rows into the device's memory; return how many of them had to be written.
 
     Rows that are there already are left; `told` hears the number of each other one as it is in.
@@ -144,7 +144,7 @@ def write_program(
     return len(missing)
 
 
-def _write_row(wire: Wire, row: Row) -> Flow[None]:
+def _write_row(wire: MotionContext, row: Row) -> TaskBody[None]:
     """Write one row, again where an exchange was disturbed: twice the same changes nothing."""
     trouble: Reply | NoAnswer | None = None
     for _ in range(TRIES):
@@ -159,14 +159,14 @@ def _write_row(wire: Wire, row: Row) -> Flow[None]:
     raise DeviceFault(f"the arm does not take row {row[0]}: its memory is full, or the line bad")
 
 
-def _asked(wire: Wire, request: ReadProgram | WriteRow) -> Flow[Reply | NoAnswer]:
+def _asked(wire: MotionContext, request: ReadProgram | WriteRow) -> TaskBody[Reply | NoAnswer]:
     """Ask once; what disturbed it is returned, when the line has fallen silent behind it."""
     try:
-        reply: Reply = yield Ask(request)
+        reply: Reply = yield Exchange(request)
     except NoAnswer as error:
         yield from wire.quiet()
         return error
-    if isinstance(reply, Denied):
+    if isinstance(reply, RequestRejected):
         yield from wire.quiet()
     return reply
 

@@ -10,16 +10,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from armdrive.errors import WrongState
-from armdrive.motion.context import Wire, way_between
+from armdrive.motion.context import MotionContext, way_between
 from armdrive.motion.deviation import has_room, in_turn
-from armdrive.motion.plan import Plan
-from armdrive.motion.segments import Speeds
+from armdrive.motion.plan import MotionPlan
+from armdrive.motion.segments import SpeedLimits
 from armdrive.motion.streaming import NOT_THERE, stream_legs, wait_out_pause
 from armdrive.runtime.arm_state import Core
-from armdrive.runtime.position import Coordinates, Leg
+from armdrive.runtime.position import ArmCoordinates, MotionSegment
 from armdrive.runtime.states import Event
 from armdrive.status import State
-from armdrive.tasks import Flow, Until, never
+from armdrive.tasks import SleepUntil, TaskBody, never
 from kinematics import Joints, Motors, Pose
 
 # Planned motion: a plan cut into bursts that are never longer than announced, then verified.
@@ -57,7 +57,7 @@ class Moved:
         return "; ".join(parts)
 
 
-def follow(wire: Wire, plan: Plan) -> Flow[Moved]:
+def follow(wire: MotionContext, plan: MotionPlan) -> TaskBody[Moved]:
     """Carry out an audited plan. Raises `Stopped` where a stop ended it early."""
     core = wire.core
     began_s, bursts_before = wire.now_s, wire.engine.requests_sent
@@ -79,7 +79,7 @@ def follow(wire: Wire, plan: Plan) -> Flow[Moved]:
     return replace(moved, note="; ".join(filter(None, (plan.note, moved.note))))
 
 
-def begin(wire: Wire) -> None:
+def begin(wire: MotionContext) -> None:
     """Enter the state of motion, unless a stop was asked for before it began."""
     if wire.stopping:
         raise wire.stopped("the motion was stopped before it began")
@@ -87,7 +87,9 @@ def begin(wire: Wire) -> None:
     wire.straying_mm = wire.slow_s = wire.total_s = 0.0
 
 
-def report(wire: Wire, goal: Coordinates, began_s: float, requests_before: int) -> Moved:
+def report(
+    wire: MotionContext, goal: ArmCoordinates, began_s: float, requests_before: int
+) -> Moved:
     """Say where the arm is now, and how far that is from the goal."""
     core, arm = wire.core, wire.core.config.model.arm
     joints, _ = core.transmission.to_joints(core.acknowledged)
@@ -103,7 +105,7 @@ def report(wire: Wire, goal: Coordinates, began_s: float, requests_before: int) 
     )
 
 
-def _slow_note(wire: Wire) -> str:
+def _slow_note(wire: MotionContext) -> str:
     """Say so where most of a queued motion was too slow for a device to drive without pauses."""
     if wire.slow_s <= wire.total_s / 2.0:
         return ""
@@ -114,8 +116,12 @@ def _slow_note(wire: Wire) -> str:
 
 
 def drive_legs(
-    wire: Wire, legs: tuple[Leg, ...], burst_s: float, *, let_go: Callable[[], bool] | None = None
-) -> Flow[None]:
+    wire: MotionContext,
+    legs: tuple[MotionSegment, ...],
+    burst_s: float,
+    *,
+    let_go: Callable[[], bool] | None = None,
+) -> TaskBody[None]:
     """Go along legs as the device best can, queued or in bursts, until a stop.
 
     `let_go` makes it a jog, and tells when the rest of it is given up.
@@ -130,8 +136,11 @@ def drive_legs(
 
 
 def follow_leg(
-    wire: Wire, leg: Leg, burst_s: float, let_go: Callable[[], bool] | None = None
-) -> Flow[None]:
+    wire: MotionContext,
+    leg: MotionSegment,
+    burst_s: float,
+    let_go: Callable[[], bool] | None = None,
+) -> TaskBody[None]:
     """Go along a leg in bursts, each of which lasts `burst_s` at most, until a stop.
 
     A pause is waited out between two of them; of a jog, it ends the rest.
@@ -161,7 +170,7 @@ def follow_leg(
             raise WrongState(NOT_THERE.format(core.belief.reason))  # a pause came before it began
 
 
-def next_share(wire: Wire, leg: Leg, burst_s: float, done: float) -> float:
+def next_share(wire: MotionContext, leg: MotionSegment, burst_s: float, done: float) -> float:
     """Return the share of a leg that the next burst may cover, about all the left ones' equal.
 
     Its whole steps are counted, so that neither rounding nor the coarseness of the device's
@@ -182,21 +191,24 @@ def next_share(wire: Wire, leg: Leg, burst_s: float, done: float) -> float:
     raise WrongState(NOT_THERE.format("it is beside the way"))
 
 
-def _leg_takes_s(wire: Wire, leg: Leg) -> float:
+def _leg_takes_s(wire: MotionContext, leg: MotionSegment) -> float:
     before = wire.core.transmission.to_exact(leg.start.joints, leg.start.opening_mm)
     behind = wire.core.transmission.to_exact(leg.end.joints, leg.end.opening_mm)
     busiest = max(abs(b - a) for a, b in zip(before, behind, strict=True))
     return true_duration_s(wire, busiest, leg.duration_s)
 
 
-def true_duration_s(wire: Wire, steps: float, duration_s: float) -> float:
+def true_duration_s(wire: MotionContext, steps: float, duration_s: float) -> float:
     """Return how long the device may take for steps that should take `duration_s` or longer."""
     return wire.core.controller.duration_s(steps, _rate_hz(steps, duration_s))
 
 
 def paced_move(
-    wire: Wire, there: Coordinates, duration_s: float, let_go: Callable[[], bool] = never
-) -> Flow[None]:
+    wire: MotionContext,
+    there: ArmCoordinates,
+    duration_s: float,
+    let_go: Callable[[], bool] = never,
+) -> TaskBody[None]:
     """Send one burst that takes `duration_s` or longer, if nobody has let go before it begins.
 
     Where the device's slowest setting is still faster than that, the rest of the time is waited.
@@ -213,18 +225,20 @@ def paced_move(
     yield from wire.move(last, rate_hz, there, let_go)
     slowest_hz = wire.core.controller.usable_rate_hz(0.0)
     if steps / slowest_hz < duration_s:
-        yield Until(until_s)
+        yield SleepUntil(until_s)
 
 
 def _rate_hz(steps: float, duration_s: float) -> float:
     return steps / duration_s if duration_s > 0.0 else math.inf
 
 
-def _motors(core: Core, there: Coordinates) -> Motors:
+def _motors(core: Core, there: ArmCoordinates) -> Motors:
     return core.transmission.to_motors(there.joints, there.opening_mm)
 
 
-def bench_move(wire: Wire, speeds: Speeds, steps: Motors, fraction: float) -> Flow[Moved]:
+def bench_move(
+    wire: MotionContext, speeds: SpeedLimits, steps: Motors, fraction: float
+) -> TaskBody[Moved]:
     """Move motors by raw steps, in bursts of jogging length. Knows no limit and no guard."""
     core = wire.core
     homing = core.state is State.HOMING
@@ -235,7 +249,7 @@ def bench_move(wire: Wire, speeds: Speeds, steps: Motors, fraction: float) -> Fl
         yield from wire.look_before_motion()
         start, goal = core.coordinates, core.coordinates_of(core.acknowledged + steps)
         target = core.acknowledged + steps
-        leg = Leg(start, goal, speeds.duration_s(start, goal, fraction))
+        leg = MotionSegment(start, goal, speeds.duration_s(start, goal, fraction))
         yield from drive_legs(wire, (leg,), core.config.motion.jog_burst_s)
         yield from wire.verify()
     finally:

@@ -11,12 +11,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from armdrive.errors import BadRequest, DeviceFault, OutOfBounds, Refused
-from armdrive.motion.context import Wire
+from armdrive.motion.context import MotionContext
 from armdrive.motion.execute import Moved, begin, drive_legs, report
-from armdrive.motion.segments import Speeds
+from armdrive.motion.segments import SpeedLimits
 from armdrive.runtime.arm_state import Core
-from armdrive.runtime.position import Coordinates, Leg
-from armdrive.tasks import Done, Flow, SetGripper, Until
+from armdrive.runtime.position import ArmCoordinates, MotionSegment
+from armdrive.tasks import Done, SetGripper, SleepUntil, TaskBody
 
 FINE_STEPS = 2
 
@@ -60,7 +60,7 @@ def require_finger_motor(core: Core) -> None:
         )
 
 
-def set_gripper(wire: Wire, opening_mm: float) -> Flow[Moved]:
+def set_gripper(wire: MotionContext, opening_mm: float) -> TaskBody[Moved]:
     """Command a servo or an output, and wait for as long as the fingers take to get there."""
     core = wire.core
     low, high = core.config.model.gripper_range_mm
@@ -87,14 +87,14 @@ def set_gripper(wire: Wire, opening_mm: float) -> Flow[Moved]:
             raise DeviceFault(f"the controller did not take the gripper's command: {reply}")
         core.gripper_share = share
         way = 1.0 if before is None else abs(share - before)
-        yield Until(wire.now_s + way * (high - low) / core.config.model.gripper_speed_mm_s)
+        yield SleepUntil(wire.now_s + way * (high - low) / core.config.model.gripper_speed_mm_s)
     finally:
         core.settle()
         core.still_since_s = wire.now_s
     return report(wire, core.coordinates, began_s, requests)
 
 
-def grasp(wire: Wire, speeds: Speeds, force_n: float) -> Flow[Grasped]:
+def grasp(wire: MotionContext, speeds: SpeedLimits, force_n: float) -> TaskBody[Grasped]:
     """Close on whatever is there and press with about `force_n`."""
     core = wire.core
     require_finger_motor(core)
@@ -126,7 +126,9 @@ def grasp(wire: Wire, speeds: Speeds, force_n: float) -> Flow[Grasped]:
     return Grasped(width_mm, core.grip_force_n)
 
 
-def _close_until_grip(wire: Wire, speeds: Speeds, steps: int, depth_mm: float) -> Flow[None]:
+def _close_until_grip(
+    wire: MotionContext, speeds: SpeedLimits, steps: int, depth_mm: float
+) -> TaskBody[None]:
     """Close in bursts of `steps` until the switch trips, `depth_mm` of cable behind the touch."""
     core = wire.core
     behind_mm = depth_mm + 2.0 * core.config.gripper.approach_steps / steps_per_mm(core)
@@ -142,7 +144,9 @@ def _close_until_grip(wire: Wire, speeds: Speeds, steps: int, depth_mm: float) -
         yield from wire.verify()
 
 
-def _open_until_free(wire: Wire, speeds: Speeds, deepest_steps: float) -> Flow[None]:
+def _open_until_free(
+    wire: MotionContext, speeds: SpeedLimits, deepest_steps: float
+) -> TaskBody[None]:
     """Open in fine bursts until the switch lets go, further than any grip is deep at most."""
     core = wire.core
     deepest_mm = (deepest_steps + core.config.gripper.approach_steps) / steps_per_mm(core)
@@ -158,18 +162,18 @@ def _open_until_free(wire: Wire, speeds: Speeds, deepest_steps: float) -> Flow[N
         yield from wire.verify()
 
 
-def _slide(wire: Wire, speeds: Speeds, steps: int) -> Flow[None]:
+def _slide(wire: MotionContext, speeds: SpeedLimits, steps: int) -> TaskBody[None]:
     """Move the fingers by motor steps; positive opens."""
     if steps == 0:
         return
     core = wire.core
     here = core.coordinates
-    there = Coordinates(here.joints, here.opening_mm + steps / steps_per_mm(core))
-    leg = Leg(here, there, speeds.duration_s(here, there, 1.0))
+    there = ArmCoordinates(here.joints, here.opening_mm + steps / steps_per_mm(core))
+    leg = MotionSegment(here, there, speeds.duration_s(here, there, 1.0))
     yield from drive_legs(wire, (leg,), core.config.motion.jog_burst_s)
 
 
-def _raise_if_stopped(wire: Wire) -> None:
+def _raise_if_stopped(wire: MotionContext) -> None:
     if wire.stopping:
         raise wire.stopped("the grasp was stopped; the fingers stay where they are")
 

@@ -7,14 +7,14 @@ from typing import Any
 
 from armdrive.abilities import OUTPUTS
 from armdrive.errors import BadRequest, DeviceFault
-from armdrive.motion.context import Wire
+from armdrive.motion.context import MotionContext
 from armdrive.motion.device import compare_settings
 from armdrive.motion.reference import poll
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.diagnostics import RECONNECTED
 from armdrive.runtime.states import Event
 from armdrive.status import Current, Evidence, State, Trust
-from armdrive.tasks import Done, Flow, Registers, SetOutputs, Until
+from armdrive.tasks import Done, Registers, SetOutputs, SleepUntil, TaskBody
 
 MOST_OUTPUTS = (1 << OUTPUTS) - 1
 
@@ -28,11 +28,11 @@ STILL_S = 2.0
 class Idling:
     """Tells the engine what is due in quiet times."""
 
-    def __init__(self, wire: Wire) -> None:
+    def __init__(self, wire: MotionContext) -> None:
         self._wire = wire
         self._polled_s = 0.0
 
-    def due(self, now_s: float) -> tuple[float, Flow[Any] | None]:
+    def due(self, now_s: float) -> tuple[float, TaskBody[Any] | None]:
         """Return when to ask again, and what to do now, if anything."""
         core = self._wire.core
         if core.state is State.STOPPING:  # nothing is at work: the arm stands
@@ -56,7 +56,7 @@ class Idling:
         return now_s + every_s, poll(self._wire)
 
 
-def set_outputs(wire: Wire, bits: int) -> Flow[None]:
+def set_outputs(wire: MotionContext, bits: int) -> TaskBody[None]:
     """Write the output bits."""
     if isinstance(bits, bool) or not isinstance(bits, int) or not 0 <= bits <= MOST_OUTPUTS:
         raise BadRequest(f"outputs are a whole number from 0 to {MOST_OUTPUTS}, not {bits!r}")
@@ -76,7 +76,7 @@ MEANWHILE = ". Meanwhile "
 BACK = "the wire was lost and is back{elsewhere}: look at the arm, then call `reset()`"
 
 
-def resume(wire: Wire, lost_s: float, lost_link: str) -> Flow[None]:
+def resume(wire: MotionContext, lost_s: float, lost_link: str) -> TaskBody[None]:
     """Find the controller behind a wire that was lost at a time. Moves nothing.
 
     `lost_link` describes that wire: it is said where the new one is another.
@@ -84,7 +84,7 @@ def resume(wire: Wire, lost_s: float, lost_link: str) -> Flow[None]:
     core = wire.core
     stands_s = lost_s + core.stop_bound().silent_time_s
     while wire.now_s < stands_s and not wire.stopping:  # what was sent before runs on for so long
-        yield Until(stands_s)
+        yield SleepUntil(stands_s)
     registers = yield from wire.ask_registers()
     core.cut_off_s = 0.0
     was = core.before_loss

@@ -16,9 +16,9 @@ from itertools import pairwise
 from armdrive.abilities import ramp_piece_s
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest, OutOfBounds
-from armdrive.motion.segments import Speeds, fewer, legs_along
+from armdrive.motion.segments import SpeedLimits, fewer, legs_along
 from armdrive.registry import dialect
-from armdrive.runtime.position import Coordinates, Leg
+from armdrive.runtime.position import ArmCoordinates, MotionSegment
 from kinematics import (
     GuardViolation,
     Joints,
@@ -39,15 +39,15 @@ NEARLY = 0.999
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class MotionPlan:
     """Legs end to end. Nothing in it has been rounded yet."""
 
-    start: Coordinates
-    legs: tuple[Leg, ...]
+    start: ArmCoordinates
+    legs: tuple[MotionSegment, ...]
     note: str = ""
 
     @property
-    def end(self) -> Coordinates:
+    def end(self) -> ArmCoordinates:
         """Where the plan leads."""
         return self.legs[-1].end if self.legs else self.start
 
@@ -77,15 +77,19 @@ def named_joints(start: Joints, named_deg: Mapping[str, float]) -> Joints:
 
 
 def plan_joints(
-    config: ArmConfig, speeds: Speeds, start: Coordinates, end: Coordinates, fraction: float
-) -> Plan:
+    config: ArmConfig,
+    speeds: SpeedLimits,
+    start: ArmCoordinates,
+    end: ArmCoordinates,
+    fraction: float,
+) -> MotionPlan:
     """Plan a motion straight in joint space, and audit it."""
     return _plan(config, speeds, start, [[start, end]], fraction)
 
 
 def plan_line(
-    config: ArmConfig, speeds: Speeds, start: Coordinates, goal: Pose, fraction: float
-) -> Plan:
+    config: ArmConfig, speeds: SpeedLimits, start: ArmCoordinates, goal: Pose, fraction: float
+) -> MotionPlan:
     """Plan a motion straight in x, y, z, pitch and roll, in one posture, and audit it.
 
     Between corners the tip leaves the line by at most `motion.line_tolerance_mm`.
@@ -94,13 +98,17 @@ def plan_line(
     joints = line_path(
         config.model.arm, start.joints, goal, tolerance_mm=config.motion.line_tolerance_mm
     )
-    corners = [start, *(Coordinates(each, start.opening_mm) for each in joints[1:])]
+    corners = [start, *(ArmCoordinates(each, start.opening_mm) for each in joints[1:])]
     return _plan(config, speeds, start, [corners], fraction)
 
 
 def plan_route(
-    config: ArmConfig, speeds: Speeds, start: Coordinates, moves: Sequence[Move], fraction: float
-) -> Plan:
+    config: ArmConfig,
+    speeds: SpeedLimits,
+    start: ArmCoordinates,
+    moves: Sequence[Move],
+    fraction: float,
+) -> MotionPlan:
     """Plan joint motions, lines and arcs one after another, with their blends, and audit it all."""
     for move in moves:
         if isinstance(move, LineMove | PoseMove):
@@ -108,7 +116,7 @@ def plan_route(
     route = Route(start.joints, tuple(moves))
     sections = route_sections(config.model.arm, route, tolerance_mm=config.motion.line_tolerance_mm)
     ways = [
-        [Coordinates(each, start.opening_mm) for each in section.corners] for section in sections
+        [ArmCoordinates(each, start.opening_mm) for each in section.corners] for section in sections
     ]
     made = _plan(config, speeds, start, ways, fraction)
     return replace(made, note=_smaller_blends(moves, sections))
@@ -132,11 +140,11 @@ def _smaller_blends(moves: Sequence[Move], sections: Sequence[PathSection]) -> s
 
 def _plan(
     config: ArmConfig,
-    speeds: Speeds,
-    start: Coordinates,
-    ways: list[list[Coordinates]],
+    speeds: SpeedLimits,
+    start: ArmCoordinates,
+    ways: list[list[ArmCoordinates]],
     fraction: float,
-) -> Plan:
+) -> MotionPlan:
     """Audit the corners of ways that end at rest, and time them."""
     audit(config, [start.joints, *(corner.joints for way in ways for corner in way)])
     _audit_opening(config, start.opening_mm, ways[-1][-1].opening_mm if ways else start.opening_mm)
@@ -146,12 +154,12 @@ def _plan(
     if able.queued_segments:
         joined_s = able.traffic.shortest_segment_s(wire.baud)
         longest_s = ramp_piece_s(longest_s, joined_s)
-    legs: list[Leg] = []
+    legs: list[MotionSegment] = []
     for way in ways:
         moving = [a for a, b in pairwise(way) if a != b]
         made = legs_along(speeds, [*moving, way[-1]], fraction, longest_s) if moving else ()
         legs += fewer(config.model.arm, made, joined_s, motion.line_tolerance_mm)
-    return Plan(start, tuple(legs))
+    return MotionPlan(start, tuple(legs))
 
 
 def audit(config: ArmConfig, corners: list[Joints], further: float = 0.0) -> None:

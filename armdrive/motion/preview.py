@@ -15,10 +15,10 @@ from armdrive.config.arm import ArmConfig
 from armdrive.dialects.controller import Controller
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.table import error_view
-from armdrive.motion.plan import Plan
-from armdrive.motion.resolve import Goal, Ground, JointGoal, LineGoal, PoseGoal, PostureGoal
+from armdrive.motion.plan import MotionPlan
+from armdrive.motion.resolve import Ground, JointGoal, LineGoal, PoseGoal, PostureGoal, ResolvedGoal
 from armdrive.registry import dialect
-from armdrive.runtime.position import Leg
+from armdrive.runtime.position import MotionSegment
 from armdrive.runtime.stop_bounds import run_on, stretches
 from armdrive.status import joints_view, pose_view, violation_text
 from kinematics import ArmGeometry, ArmModel, Joints, Pose
@@ -52,7 +52,7 @@ class Margin:
     index: int
 
 
-def postures_along(arm: ArmGeometry, plan: Plan) -> tuple[Joints, ...]:
+def postures_along(arm: ArmGeometry, plan: MotionPlan) -> tuple[Joints, ...]:
     """Return postures along a plan, its start and every corner among them."""
     travels = [_travel_mm(arm, leg) for leg in plan.legs]
     step_mm = max(STEP_MM, math.fsum(travels) / MOST_POSTURES)
@@ -63,7 +63,7 @@ def postures_along(arm: ArmGeometry, plan: Plan) -> tuple[Joints, ...]:
     return tuple(found)
 
 
-def _travel_mm(arm: ArmGeometry, leg: Leg) -> float:
+def _travel_mm(arm: ArmGeometry, leg: MotionSegment) -> float:
     ends = zip(leg.start.joints, leg.end.joints, strict=True)
     return arm.travel_bound_mm(tuple(b - a for a, b in ends))
 
@@ -93,7 +93,7 @@ def _least(name: str, values: Sequence[float], low: float, high: float) -> Margi
     return Margin(name, margin(index), value, bound, index)
 
 
-def foreseen_s(config: ArmConfig, controller: Controller, plan: Plan) -> float:
+def foreseen_s(config: ArmConfig, controller: Controller, plan: MotionPlan) -> float:
     """Return about how long a plan takes on the wire, with a device that is as slow as it may be.
 
     A queue is driven on without a break; bursts wait for one another's exchange. What a device
@@ -108,7 +108,7 @@ def foreseen_s(config: ArmConfig, controller: Controller, plan: Plan) -> float:
 
 
 def _bursts_s(
-    config: ArmConfig, controller: Controller, leg: Leg, burst_s: float, exchange_s: float
+    config: ArmConfig, controller: Controller, leg: MotionSegment, burst_s: float, exchange_s: float
 ) -> float:
     transmission = config.model.transmission
     if transmission is None or leg.duration_s <= 0.0:
@@ -149,7 +149,7 @@ class Furthest:
 
 
 def instead_of(
-    ground: Ground, goal: Goal, refusal: ArmError | KinematicsError | None, fraction: float
+    ground: Ground, goal: ResolvedGoal, refusal: ArmError | KinematicsError | None, fraction: float
 ) -> Furthest | None:
     """Return where a motion could lead instead; None where every way is barred.
 
@@ -167,7 +167,9 @@ def instead_of(
     return None if part is None else _furthest_along(ground, part, fraction)
 
 
-def _parts(ground: Ground, goal: Goal, near: Pose | None) -> Callable[[float], Goal] | None:
+def _parts(
+    ground: Ground, goal: ResolvedGoal, near: Pose | None
+) -> Callable[[float], ResolvedGoal] | None:
     """Return what leads to a share of the way that was asked for."""
     arm, here = ground.config.model.arm, ground.here
     if isinstance(goal, LineGoal):
@@ -186,7 +188,7 @@ def _parts(ground: Ground, goal: Goal, near: Pose | None) -> Callable[[float], G
 
 
 def _furthest_along(
-    ground: Ground, part: Callable[[float], Goal], fraction: float
+    ground: Ground, part: Callable[[float], ResolvedGoal], fraction: float
 ) -> Furthest | None:
     low, high, best = 0.0, 1.0, None
     for _ in range(HALVINGS):
@@ -203,7 +205,7 @@ def _furthest_along(
     return found if max(abs(b - a) for a, b in moved) >= LEAST_TURN_RAD else None
 
 
-def _plan(ground: Ground, goal: Goal, fraction: float) -> Plan | None:
+def _plan(ground: Ground, goal: ResolvedGoal, fraction: float) -> MotionPlan | None:
     try:
         return goal.plan(ground, fraction)
     except (ArmError, KinematicsError):
@@ -229,7 +231,7 @@ SAME_RAD = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
+class PostureOption:
     """One posture at the goal; `against` says why it is not the one that would be taken.
 
     `allowed` tells whether the arm may stand like this: its joints are then a goal by themselves.
@@ -242,7 +244,9 @@ class Way:
     against: str = ""
 
 
-def ways_of(ground: Ground, goal: Goal, pose: Pose | None, end: Joints | None) -> tuple[Way, ...]:
+def ways_of(
+    ground: Ground, goal: ResolvedGoal, pose: Pose | None, end: Joints | None
+) -> tuple[PostureOption, ...]:
     """Return every posture for a pose, the taken one first; none where joints were asked for.
 
     `end` is the posture that the plan leads to, None where there is none.
@@ -253,7 +257,9 @@ def ways_of(ground: Ground, goal: Goal, pose: Pose | None, end: Joints | None) -
     line = isinstance(goal, LineGoal)
     ways = [_way(ground, each, end, line) for each in _different(found)]
     if end is not None and not any(way.taken for way in ways):
-        ways.append(Way("", end, taken=True))  # of a way that turned a joint all the way round
+        ways.append(
+            PostureOption("", end, taken=True)
+        )  # of a way that turned a joint all the way round
     return tuple(sorted(ways, key=lambda way: not way.taken))
 
 
@@ -266,13 +272,13 @@ def _different(found: Sequence[Posture]) -> Iterator[Posture]:
             yield posture
 
 
-def _way(ground: Ground, posture: Posture, end: Joints | None, line: bool) -> Way:
+def _way(ground: Ground, posture: Posture, end: Joints | None, line: bool) -> PostureOption:
     taken = end is not None and _same(posture.joints, end)
     if taken:
-        return Way(posture.name, posture.joints, taken=True)
+        return PostureOption(posture.name, posture.joints, taken=True)
     forbidden = _forbidden(ground, posture)
     against = forbidden or _second_choice(ground, posture, end, line)
-    return Way(posture.name, posture.joints, taken, not forbidden, against)
+    return PostureOption(posture.name, posture.joints, taken, not forbidden, against)
 
 
 def _forbidden(ground: Ground, posture: Posture) -> str:
@@ -326,8 +332,8 @@ class Preview:
     start: Joints | None
     hindrance: Refusal | None = None
     problem: Refusal | None = None
-    ways: tuple[Way, ...] = ()
-    plan: Plan | None = field(default=None, repr=False)
+    ways: tuple[PostureOption, ...] = ()
+    plan: MotionPlan | None = field(default=None, repr=False)
     postures: tuple[Joints, ...] = field(default=(), repr=False)
     path: tuple[Point, ...] = field(default=(), repr=False)
     duration_s: float = 0.0
@@ -369,7 +375,11 @@ class Preview:
 
 
 def preview_goal(
-    ground: Ground, controller: Controller, goal: Goal, fraction: float, hindrance: Refusal | None
+    ground: Ground,
+    controller: Controller,
+    goal: ResolvedGoal,
+    fraction: float,
+    hindrance: Refusal | None,
 ) -> Preview:
     """Plan a motion from where the arm stands, and measure it. Nothing is sent.
 
@@ -408,7 +418,9 @@ def preview_goal(
     )
 
 
-def _planned(ground: Ground, goal: Goal, fraction: float) -> tuple[Plan | None, Refusal | None]:
+def _planned(
+    ground: Ground, goal: ResolvedGoal, fraction: float
+) -> tuple[MotionPlan | None, Refusal | None]:
     try:
         return goal.plan(ground, fraction), None
     except BadRequest:
@@ -444,7 +456,7 @@ def preview_lines(preview: Preview) -> Iterator[str]:
         yield nearest_words(preview)
 
 
-def way_line(way: Way) -> str:
+def way_line(way: PostureOption) -> str:
     """Say which posture it is, and why it is taken or not."""
     sign = "->" if way.taken else "  "
     because = "taken" if way.taken else way.against

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from armdrive.abilities import Switching
 from armdrive.config.sections import HomingSettings
 from armdrive.errors import DeviceFault, LinkLost, NoAnswer, NotReferenced, StateFileError
-from armdrive.motion.context import Wire
+from armdrive.motion.context import MotionContext
 from armdrive.motion.device import compare_again, compare_settings
 from armdrive.runtime.arm_state import Core
-from armdrive.runtime.position import Coordinates
+from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.registers import (
     be_remembered,
     leave_standstill,
@@ -28,16 +28,16 @@ from armdrive.tasks import (
     ClearFault,
     Done,
     DropCurrent,
-    Flow,
     Halted,
     HomeDevice,
     Registers,
     SwitchOn,
+    TaskBody,
 )
 from kinematics import Motors
 
 
-def connect(wire: Wire) -> Flow[None]:
+def connect(wire: MotionContext) -> TaskBody[None]:
     """Find the controller, take up its record, and end in stand-still. Moves nothing."""
     try:
         yield from _connect(wire)
@@ -45,7 +45,7 @@ def connect(wire: Wire) -> Flow[None]:
         raise NoAnswer(f"{without_reset(error)}, then connect again") from None
 
 
-def _connect(wire: Wire) -> Flow[None]:
+def _connect(wire: MotionContext) -> TaskBody[None]:
     core = wire.core
     registers = yield from wire.ask_registers()
     switched = core.controller.abilities.current is Switching.BOTH
@@ -59,7 +59,7 @@ def _connect(wire: Wire) -> Flow[None]:
     core.still_since_s = wire.now_s
 
 
-def _take_up_record(wire: Wire, registers: Registers) -> None:
+def _take_up_record(wire: MotionContext, registers: Registers) -> None:
     core = wire.core
     core.found(registers)
     try:
@@ -82,7 +82,7 @@ def _take_up_record(wire: Wire, registers: Registers) -> None:
             core.learn(Evidence.ENDED_IN_MOTION, wire.now_s)
 
 
-def _heed_what_came_before(wire: Wire) -> None:
+def _heed_what_came_before(wire: MotionContext) -> None:
     """Weigh an alert that came before there was a record to be doubted: it speaks against it."""
     core = wire.core
     if core.told_early is not None:
@@ -92,15 +92,15 @@ def _heed_what_came_before(wire: Wire) -> None:
         core.notify(f"{evidence.value} ({words})", evidence)
 
 
-def begin_home(wire: Wire) -> Flow[None]:
+def begin_home(wire: MotionContext) -> TaskBody[None]:
     """Enter the state in which an operator brings the arm to its posture."""
     wire.core.happen(Event.HOME)
     yield from ()
 
 
 def home_device(
-    wire: Wire, homing: HomingSettings, told: Callable[[int], None] = lambda _: None
-) -> Flow[None]:
+    wire: MotionContext, homing: HomingSettings, told: Callable[[int], None] = lambda _: None
+) -> TaskBody[None]:
     """Have the device find its switches, in the arm file's order; it stands at them afterwards.
 
     `told` hears of each group of the arm file, by its index, when it has been homed.
@@ -123,7 +123,7 @@ def home_device(
         raise
     registers = yield from wire.ask_registers()
     core.slack.doubt()  # the device does not tell which way it came off its switches
-    core.refer(registers.positions, Coordinates(homing.joints, homing.opening_mm))
+    core.refer(registers.positions, ArmCoordinates(homing.joints, homing.opening_mm))
     core.learn(Evidence.HOMED_BY_SWITCHES, wire.now_s)
     core.clear_remarks()
     core.settle()
@@ -132,7 +132,7 @@ def home_device(
     yield from be_remembered(wire)
 
 
-def _home_group(wire: Wire, request: HomeDevice) -> Flow[None]:
+def _home_group(wire: MotionContext, request: HomeDevice) -> TaskBody[None]:
     """Have some of the motors homed; whatever ends it early leaves nothing referenced."""
     core, began_s = wire.core, wire.now_s
     reply = yield from wire.request(request, Evidence.ANSWER_LOST)
@@ -147,7 +147,7 @@ def _home_group(wire: Wire, request: HomeDevice) -> Flow[None]:
     raise DeviceFault(core.error)
 
 
-def confirm_record(wire: Wire) -> Flow[None]:
+def confirm_record(wire: MotionContext) -> TaskBody[None]:
     """Let a restored position count as referenced: the operator compared it with the arm."""
     core = wire.core
     yield from wire.look()
@@ -161,7 +161,7 @@ def confirm_record(wire: Wire) -> Flow[None]:
     yield from be_remembered(wire)
 
 
-def disable(wire: Wire) -> Flow[None]:
+def disable(wire: MotionContext) -> TaskBody[None]:
     """Drop the motor current: the arm can sag, so its position is suspect from then on."""
     core = wire.core
     after(core.state, Event.DISABLE)
@@ -181,7 +181,7 @@ def disable(wire: Wire) -> Flow[None]:
     yield from be_remembered(wire)
 
 
-def enable(wire: Wire) -> Flow[None]:
+def enable(wire: MotionContext) -> TaskBody[None]:
     """Switch the motor current on where that can be done, and allow motion. Moves nothing."""
     core = wire.core
     after(core.state, Event.ENABLE)
@@ -199,7 +199,7 @@ def enable(wire: Wire) -> Flow[None]:
     core.happen(Event.ENABLE)
 
 
-def reset(wire: Wire) -> Flow[None]:
+def reset(wire: MotionContext) -> TaskBody[None]:
     """Leave error-stop: listen until the line is quiet, and take up what the registers say.
 
     A device that may have switched its motors off is disabled then: `enable` is a call of its own.
@@ -221,7 +221,7 @@ def reset(wire: Wire) -> Flow[None]:
     core.still_since_s = wire.now_s
 
 
-def poll(wire: Wire) -> Flow[None]:
+def poll(wire: MotionContext) -> TaskBody[None]:
     """Look at a standing arm: inputs, and whether its registers are still what they were."""
     yield from wire.look()
 
@@ -239,19 +239,19 @@ PROMPT_S = 0.3
 class Vouched:
     """A posture that somebody vouches for, and what was known of the arm when he did."""
 
-    there: Coordinates
+    there: ArmCoordinates
     evidence: Evidence
     belief: Belief
     registers: Motors
     at_s: float
 
 
-def vouched(core: Core, there: Coordinates, evidence: Evidence, now_s: float) -> Vouched:
+def vouched(core: Core, there: ArmCoordinates, evidence: Evidence, now_s: float) -> Vouched:
     """Note that somebody vouches for a posture now."""
     return Vouched(there, evidence, core.belief, core.expected, now_s)
 
 
-def take_reference(wire: Wire, word: Vouched) -> Flow[None]:
+def take_reference(wire: MotionContext, word: Vouched) -> TaskBody[None]:
     """Let the present registers mean a posture that somebody vouches for.
 
     Raises `DeviceFault` where the arm may have changed since: there is worse news of it, or the

@@ -12,10 +12,10 @@ from typing import Protocol
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.motion.plan import Plan, named_joints, plan_joints, plan_line, posture_for
-from armdrive.motion.segments import Speeds
+from armdrive.motion.plan import MotionPlan, named_joints, plan_joints, plan_line, posture_for
+from armdrive.motion.segments import SpeedLimits
 from armdrive.moves import BASE_FRAME
-from armdrive.runtime.position import Coordinates
+from armdrive.runtime.position import ArmCoordinates
 from kinematics import Joints, Pose
 from kinematics.frames.graph import UserFrame, moved_along
 from kinematics.frames.rotations import IDENTITY, Matrix3, columns
@@ -92,12 +92,12 @@ class Ground:
     """What a plan is made on: the arm, its limits of speed, and where it stands."""
 
     config: ArmConfig
-    speeds: Speeds
-    here: Coordinates
+    speeds: SpeedLimits
+    here: ArmCoordinates
 
-    def to_joints(self, joints: Joints, fraction: float) -> Plan:
+    def to_joints(self, joints: Joints, fraction: float) -> MotionPlan:
         """Plan a motion straight in joint space; the fingers stay as they are."""
-        end = Coordinates(joints, self.here.opening_mm)
+        end = ArmCoordinates(joints, self.here.opening_mm)
         return plan_joints(self.config, self.speeds, self.here, end, fraction)
 
     def in_base(self, pose: Pose, frame: str) -> Pose:
@@ -105,7 +105,7 @@ class Ground:
         return goal_in_base(self.config, self.here.joints, pose, frame)
 
 
-class Goal(Protocol):
+class ResolvedGoal(Protocol):
     """Somewhere to go. All that it raises says why it is refused."""
 
     @property
@@ -113,7 +113,7 @@ class Goal(Protocol):
         """Whether it means nothing before the arm's lengths are known."""
         ...
 
-    def plan(self, ground: Ground, fraction: float) -> Plan:
+    def plan(self, ground: Ground, fraction: float) -> MotionPlan:
         """Return the audited plan that leads there."""
         ...
 
@@ -137,7 +137,7 @@ class JointGoal:
         """Return the angles of all joints."""
         return named_joints(ground.here.joints, self.named_deg)
 
-    def plan(self, ground: Ground, fraction: float) -> Plan:
+    def plan(self, ground: Ground, fraction: float) -> MotionPlan:
         """Return the joint motion there."""
         return ground.to_joints(self.joints(ground), fraction)
 
@@ -157,7 +157,7 @@ class PostureGoal:
         """Return the angles of all joints."""
         return self.posture
 
-    def plan(self, ground: Ground, fraction: float) -> Plan:
+    def plan(self, ground: Ground, fraction: float) -> MotionPlan:
         """Return the joint motion there."""
         return ground.to_joints(self.posture, fraction)
 
@@ -174,7 +174,7 @@ class PoseGoal:
     frame: str = BASE
     cartesian = True
 
-    def plan(self, ground: Ground, fraction: float) -> Plan:
+    def plan(self, ground: Ground, fraction: float) -> MotionPlan:
         """Return the joint motion to the posture nearest to the present one."""
         goal = self.pose(ground)
         return ground.to_joints(posture_for(ground.config, goal, ground.here.joints), fraction)
@@ -196,7 +196,7 @@ class LineGoal:
     posture: Joints | None = None
     cartesian = True
 
-    def plan(self, ground: Ground, fraction: float) -> Plan:
+    def plan(self, ground: Ground, fraction: float) -> MotionPlan:
         """Return the straight line there."""
         made = plan_line(ground.config, ground.speeds, ground.here, self.pose(ground), fraction)
         if self.posture is None or _alike(made.end.joints, self.posture):

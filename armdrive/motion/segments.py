@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
-from armdrive.runtime.position import Coordinates, Leg
+from armdrive.runtime.position import ArmCoordinates, MotionSegment
 from kinematics import ArmGeometry, Joints, Transmission
 from kinematics.paths.motion_limits import MotionLimits, Point
 from kinematics.paths.timing import timed
@@ -21,7 +21,7 @@ SKIPPED_SHARE = 0.75
 
 
 @dataclass(frozen=True, slots=True)
-class Speeds:
+class SpeedLimits:
     """The limits that time is computed from: joints in rad/s, gripper in mm/s, motors in Hz.
 
     A joint comes to its full speed in `ramp_s` (0: at once), or as `accelerations_rad_s2` says of
@@ -41,7 +41,7 @@ class Speeds:
     def __post_init__(self) -> None:
         object.__setattr__(self, "limits", self._limits())
 
-    def duration_s(self, start: Coordinates, end: Coordinates, fraction: float) -> float:
+    def duration_s(self, start: ArmCoordinates, end: ArmCoordinates, fraction: float) -> float:
         """Return the least time in which no joint and no motor is faster than its limit."""
         gripper = self.transmission.has_gripper
         ends = zip(_point(start, gripper), _point(end, gripper), strict=True)
@@ -63,8 +63,8 @@ class Speeds:
 
 
 def legs_along(
-    speeds: Speeds, corners: Sequence[Coordinates], fraction: float, longest_s: float
-) -> tuple[Leg, ...]:
+    speeds: SpeedLimits, corners: Sequence[ArmCoordinates], fraction: float, longest_s: float
+) -> tuple[MotionSegment, ...]:
     """Return the legs of a way that is passed without stopping, at rest at both ends.
 
     While the speed changes, no leg lasts longer than `longest_s`.
@@ -76,33 +76,35 @@ def legs_along(
 
 
 def _legs(
-    start: Coordinates, pieces: Sequence[tuple[Point, float]], places: dict[Point, Coordinates]
-) -> Iterator[Leg]:
+    start: ArmCoordinates,
+    pieces: Sequence[tuple[Point, float]],
+    places: dict[Point, ArmCoordinates],
+) -> Iterator[MotionSegment]:
     for point, duration_s in pieces:
         end = places.get(point) or _between(start, point)
-        yield Leg(start, end, duration_s)
+        yield MotionSegment(start, end, duration_s)
         start = end
 
 
-def _point(place: Coordinates, gripper: bool) -> Point:
+def _point(place: ArmCoordinates, gripper: bool) -> Point:
     return (*place.joints, place.opening_mm) if gripper else place.joints.angles_rad
 
 
-def _between(start: Coordinates, point: Point) -> Coordinates:
+def _between(start: ArmCoordinates, point: Point) -> ArmCoordinates:
     count = len(start.joints)
     opening_mm = point[count] if len(point) > count else start.opening_mm
-    return Coordinates(Joints(point[:count], start.joints.names), opening_mm)
+    return ArmCoordinates(Joints(point[:count], start.joints.names), opening_mm)
 
 
 def fewer(
-    arm: ArmGeometry, legs: Sequence[Leg], longest_s: float, tolerance_mm: float
-) -> tuple[Leg, ...]:
+    arm: ArmGeometry, legs: Sequence[MotionSegment], longest_s: float, tolerance_mm: float
+) -> tuple[MotionSegment, ...]:
     """Return the legs with those made one that a single burst can drive within the tolerance.
 
     A corner may be left out where the tip passes it, at its time, by less than the tolerance.
     """
-    found: list[Leg] = []
-    waiting: list[Leg] = []
+    found: list[MotionSegment] = []
+    waiting: list[MotionSegment] = []
     for leg in legs:
         if waiting and not _one(arm, [*waiting, leg], longest_s, tolerance_mm):
             found.append(_joined(waiting))
@@ -111,13 +113,15 @@ def fewer(
     return (*found, _joined(waiting)) if waiting else ()
 
 
-def _joined(legs: Sequence[Leg]) -> Leg:
+def _joined(legs: Sequence[MotionSegment]) -> MotionSegment:
     if len(legs) == 1:
         return legs[0]
-    return Leg(legs[0].start, legs[-1].end, math.fsum(leg.duration_s for leg in legs))
+    return MotionSegment(legs[0].start, legs[-1].end, math.fsum(leg.duration_s for leg in legs))
 
 
-def _one(arm: ArmGeometry, legs: Sequence[Leg], longest_s: float, tolerance_mm: float) -> bool:
+def _one(
+    arm: ArmGeometry, legs: Sequence[MotionSegment], longest_s: float, tolerance_mm: float
+) -> bool:
     """Tell whether one burst may stand for these legs."""
     whole = _joined(legs)
     if whole.duration_s > longest_s:

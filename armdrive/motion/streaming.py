@@ -12,11 +12,11 @@ from itertools import chain
 
 from armdrive.abilities import segment_s
 from armdrive.errors import DeviceFault, WrongState
-from armdrive.motion.context import Course, Way, Wire
-from armdrive.runtime.overrides import LONGEST_PAUSE_S, Tempo, given_up
-from armdrive.runtime.position import Leg
+from armdrive.motion.context import MotionContext, StreamedCourse, Way
+from armdrive.runtime.overrides import LONGEST_PAUSE_S, SpeedOverride, given_up
+from armdrive.runtime.position import MotionSegment
 from armdrive.status import State
-from armdrive.tasks import Flow, MoveAlong, Until, never
+from armdrive.tasks import MoveAlong, SleepUntil, TaskBody, never
 
 # Waiting in a pause: the arm stands, is looked at now and then, and goes on where it stopped.
 
@@ -25,7 +25,7 @@ LOOK_S = 0.05
 NOT_THERE = "the arm is no longer where it was paused ({}): the motion does not go on, plan anew"
 
 
-def wait_out_pause(wire: Wire) -> Flow[None]:
+def wait_out_pause(wire: MotionContext) -> TaskBody[None]:
     """Wait until somebody resumes the arm, or stops it; returns at once where nobody has paused.
 
     The arm is remembered as standing meanwhile. Raises where that takes too long, and where
@@ -42,7 +42,7 @@ def wait_out_pause(wire: Wire) -> Flow[None]:
     try:
         while tempo.paused and not wire.stopping:
             before_s = wire.now_s
-            yield Until(before_s + LOOK_S)
+            yield SleepUntil(before_s + LOOK_S)
             _require_no_fault(wire)
             waited_s = wire.now_s - began_s
             if tempo.given_up or waited_s >= LONGEST_PAUSE_S:
@@ -61,14 +61,17 @@ def wait_out_pause(wire: Wire) -> Flow[None]:
         raise WrongState(NOT_THERE.format(core.belief.reason))
 
 
-def _require_no_fault(wire: Wire) -> None:
+def _require_no_fault(wire: MotionContext) -> None:
     if wire.core.state is State.ERROR_STOP:
         raise DeviceFault(wire.core.error)
 
 
 def stream_legs(
-    wire: Wire, legs: tuple[Leg, ...], ahead_s: float, let_go: Callable[[], bool] | None
-) -> Flow[bool]:
+    wire: MotionContext,
+    legs: tuple[MotionSegment, ...],
+    ahead_s: float,
+    let_go: Callable[[], bool] | None,
+) -> TaskBody[bool]:
     """Drive audited legs; True when all of it was driven, False when something ended it early.
 
     `let_go` makes it a jog, and tells when what is queued of it is given up.
@@ -77,7 +80,7 @@ def stream_legs(
     ways, tempo = _slices(wire, legs, segment_s(ahead_s)), wire.core.tempo
     while True:
         stretch = _Stretch(ways, tempo)
-        course = Course(wire.core, stretch.ways())
+        course = StreamedCourse(wire.core, stretch.ways())
         segments = course.segments()
         request = MoveAlong(segments, ahead_s, jog, let_go or never, held_back=_HeldBack(wire))
         driven = yield from wire.stream(request, course)
@@ -95,7 +98,7 @@ def stream_legs(
 class _Stretch:
     """What is driven of a motion until it is paused: no segment is drawn from then on."""
 
-    def __init__(self, ways: Iterator[Way], tempo: Tempo) -> None:
+    def __init__(self, ways: Iterator[Way], tempo: SpeedOverride) -> None:
         self.exhausted = False
         self._ways = ways
         self._tempo = tempo
@@ -113,7 +116,7 @@ class _Stretch:
 class _HeldBack:
     """Tells a device whether somebody has paused the arm; how long it waits for that is noted."""
 
-    def __init__(self, wire: Wire) -> None:
+    def __init__(self, wire: MotionContext) -> None:
         self._wire = wire
         self._since_s = math.inf
 
@@ -126,15 +129,17 @@ class _HeldBack:
 
 
 def stream_held(
-    wire: Wire, ways: Iterator[Way], ahead_s: float, let_go: Callable[[], bool]
-) -> Flow[bool]:
+    wire: MotionContext, ways: Iterator[Way], ahead_s: float, let_go: Callable[[], bool]
+) -> TaskBody[bool]:
     """Drive a jog for as long as `ways` gives something to drive and nobody lets go."""
-    course = Course(wire.core, ways)
+    course = StreamedCourse(wire.core, ways)
     request = MoveAlong(course.segments(), ahead_s, jog=True, let_go=let_go)
     return (yield from wire.stream(request, course))
 
 
-def _slices(wire: Wire, legs: tuple[Leg, ...], longest_s: float) -> Iterator[Way]:
+def _slices(
+    wire: MotionContext, legs: tuple[MotionSegment, ...], longest_s: float
+) -> Iterator[Way]:
     """Cut legs into about equal parts that last `longest_s` at most; none after a stop."""
     tempo = wire.core.tempo
     for leg in legs:

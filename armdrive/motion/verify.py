@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from armdrive.motion.context import Wire
+from armdrive.motion.context import MotionContext
 from armdrive.runtime.registers import be_remembered
 from armdrive.status import Evidence, State, Trust
-from armdrive.tasks import Flow
+from armdrive.tasks import TaskBody
 from kinematics import ArmModel, Joints, Motors, Transmission
 
 
-def read_at_mark(wire: Wire) -> Flow[Motors]:
+def read_at_mark(wire: MotionContext) -> TaskBody[Motors]:
     """Return where the registers say that the motors are, while an operator is at work."""
     core = wire.core
     yield from wire.read()
@@ -22,7 +22,7 @@ def read_at_mark(wire: Wire) -> Flow[Motors]:
     return core.read_back or core.acknowledged
 
 
-def believe_mark(wire: Wire) -> Flow[None]:
+def believe_mark(wire: MotionContext) -> TaskBody[None]:
     """Take a restored position for confirmed: the mark has shown that it is right."""
     core = wire.core
     _require_homing(wire)
@@ -33,7 +33,7 @@ def believe_mark(wire: Wire) -> Flow[None]:
     yield from be_remembered(wire)
 
 
-def doubt_position(wire: Wire, detail: str) -> Flow[None]:
+def doubt_position(wire: MotionContext, detail: str) -> TaskBody[None]:
     """Say that the position is off, where nobody wants to take the mark for the new reference."""
     core = wire.core
     _require_homing(wire)
@@ -43,7 +43,7 @@ def doubt_position(wire: Wire, detail: str) -> Flow[None]:
     yield from be_remembered(wire)
 
 
-def _require_homing(wire: Wire) -> None:
+def _require_homing(wire: MotionContext) -> None:
     if wire.stopping or wire.core.state is not State.HOMING:
         raise wire.stopped("a stop came between: nothing was changed")
 

@@ -13,10 +13,10 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Protocol, TypeAlias
 
-from armdrive.errors import Mark
+from armdrive.errors import SourceMark
 from armdrive.programs.language.values import (
     ForwardKinematics,
-    Place,
+    PlaceValue,
     Trouble,
     Value,
     backed,
@@ -109,11 +109,11 @@ class ReadInput:
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """Look where the arm stands; answered with `Seen`. Sends nothing that moves."""
+    """Look where the arm stands; answered with `SeenInput`. Sends nothing that moves."""
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class SeenInput:
     """Where the arm stands: the answer to `Look`. `opening_mm` is None where nobody knows it."""
 
     pose: Pose
@@ -159,25 +159,25 @@ Act: TypeAlias = (
     | Say
     | Hold
 )
-Answer: TypeAlias = float | bool | Seen | None
+Answer: TypeAlias = float | bool | SeenInput | None
 
 MOTIONS = (Go, Fingers, Grasp, Ready, Home)
 """The acts that move the arm."""
 
 
 @dataclass(frozen=True, slots=True)
-class Stage:
+class RunStage:
     """An act of a program, and where it stands there; `calls` are the calls that led to it."""
 
     act: Act
-    mark: Mark
-    calls: tuple[Mark, ...] = field(default=())
+    mark: SourceMark
+    calls: tuple[SourceMark, ...] = field(default=())
 
 
-class Machine(Protocol):
+class ProgramMachine(Protocol):
     """A program under way, pure: it knows no arm and no clock."""
 
-    def next(self) -> Stage | None:
+    def next(self) -> RunStage | None:
         """Return the act to be carried out now, the same until it is answered; None at the end."""
 
     def answer(self, answer: Answer) -> None:
@@ -193,7 +193,7 @@ class Machine(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Setting:
+class RunSetting:
     """What is so when an act is asked for."""
 
     speed: float
@@ -206,7 +206,7 @@ class Setting:
 Values = Sequence[Value]
 
 
-def act_of(word: str, values: Values, setting: Setting) -> Act:
+def act_of(word: str, values: Values, setting: RunSetting) -> Act:
     """Return the act of a word. Raises `Trouble` for values that it does not take."""
     return _ACTS[word](word, values, setting)
 
@@ -221,51 +221,51 @@ def bounded(word: str, index: int, value: object) -> float:
     return found
 
 
-def _go(word: str, goal: Place, setting: Setting, opening_mm: float | None = None) -> Go:
+def _go(word: str, goal: PlaceValue, setting: RunSetting, opening_mm: float | None = None) -> Go:
     line = "_line" in word or word == "draw"
     opening = setting.opening_mm if opening_mm is None else opening_mm
     return Go(goal.goal, line, setting.speed, opening, setting.about)
 
 
-def _move(word: str, values: Values, setting: Setting) -> Act:
+def _move(word: str, values: Values, setting: RunSetting) -> Act:
     return _go(word, place(values[0]), setting)
 
 
-def _move_with(word: str, values: Values, setting: Setting) -> Act:
+def _move_with(word: str, values: Values, setting: RunSetting) -> Act:
     return _go(word, place(values[0]), setting, bounded(word, 1, values[1]))
 
 
-def _approach(word: str, values: Values, setting: Setting) -> Act:
+def _approach(word: str, values: Values, setting: RunSetting) -> Act:
     pose = pose_of(place(values[0]), setting.fk)
-    return _go(word, Place(backed(pose, number(values[1]))), setting)
+    return _go(word, PlaceValue(backed(pose, number(values[1]))), setting)
 
 
-def _draw(word: str, values: Values, setting: Setting) -> Act:
+def _draw(word: str, values: Values, setting: RunSetting) -> Act:
     pose = pose_of(place(values[0]), setting.fk)
-    return _go(word, Place(moved(pose, *(number(value) for value in values[1:]))), setting)
+    return _go(word, PlaceValue(moved(pose, *(number(value) for value in values[1:]))), setting)
 
 
-def _ready(word: str, values: Values, setting: Setting) -> Act:
+def _ready(word: str, values: Values, setting: RunSetting) -> Act:
     return Ready(setting.speed)
 
 
-def _home(word: str, values: Values, setting: Setting) -> Act:
+def _home(word: str, values: Values, setting: RunSetting) -> Act:
     return Home()
 
 
-def _open_now(word: str, values: Values, setting: Setting) -> Act:
+def _open_now(word: str, values: Values, setting: RunSetting) -> Act:
     return Fingers(bounded(word, 0, values[0]) if values else None, setting.speed)
 
 
-def _close_now(word: str, values: Values, setting: Setting) -> Act:
+def _close_now(word: str, values: Values, setting: RunSetting) -> Act:
     return Fingers(0.0, setting.speed)
 
 
-def _grasp(word: str, values: Values, setting: Setting) -> Act:
+def _grasp(word: str, values: Values, setting: RunSetting) -> Act:
     return Grasp()
 
 
-def _delay(word: str, values: Values, setting: Setting) -> Act:
+def _delay(word: str, values: Values, setting: RunSetting) -> Act:
     return Delay(bounded(word, 0, values[0]))
 
 
@@ -280,15 +280,15 @@ def _parted(word: str, values: Values) -> tuple[tuple[int, ...], tuple[int, ...]
     return on, off
 
 
-def _signal(word: str, values: Values, setting: Setting) -> Act:
+def _signal(word: str, values: Values, setting: RunSetting) -> Act:
     return Outputs(*_parted(word, values))
 
 
-def _wait(word: str, values: Values, setting: Setting) -> Act:
+def _wait(word: str, values: Values, setting: RunSetting) -> Act:
     return AwaitInputs(*_parted("wait", values))
 
 
-def _wait_within(word: str, values: Values, setting: Setting) -> Act:
+def _wait_within(word: str, values: Values, setting: RunSetting) -> Act:
     limit = number(values[-1])
     if limit < 0.0:
         raise Trouble(f"a time is at least 0 s, not {said(limit)}")
@@ -300,20 +300,20 @@ def told(values: Values) -> str:
     return " ".join(said(value) for value in values)
 
 
-def _say(word: str, values: Values, setting: Setting) -> Act:
+def _say(word: str, values: Values, setting: RunSetting) -> Act:
     return Say(told(values))
 
 
-def _hold(word: str, values: Values, setting: Setting) -> Act:
+def _hold(word: str, values: Values, setting: RunSetting) -> Act:
     return Hold(told(values))
 
 
-def _remember(word: str, values: Values, setting: Setting) -> Act:
+def _remember(word: str, values: Values, setting: RunSetting) -> Act:
     found = place(values[0])
     return Remember(setting.about, found.joints_deg or {}, found.opening_mm)
 
 
-_ACTS: Mapping[str, Callable[[str, Values, Setting], Act]] = MappingProxyType({
+_ACTS: Mapping[str, Callable[[str, Values, RunSetting], Act]] = MappingProxyType({
     "move": _move, "move_line": _move, "move_with": _move_with, "move_line_with": _move_with,
     "approach": _approach, "approach_line": _approach, "depart": _approach,
     "depart_line": _approach, "draw": _draw, "ready": _ready, "home": _home,

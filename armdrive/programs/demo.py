@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from armdrive.arm import Arm
 from armdrive.sim.world.arm import World
-from armdrive.sim.world.table import Block
+from armdrive.sim.world.table import TableBlock
 from armdrive.status import Trust
 from kinematics import Pose
 
@@ -44,14 +44,14 @@ JOBS = (
 
 
 @dataclass(frozen=True, slots=True)
-class Carried:
+class CarriedBlock:
     """What was found out about one block on the way."""
 
     job: Job
     measured_mm: float
 
 
-def perform(arm: Arm, jobs: tuple[Job, ...], tell: Callable[[str], None]) -> list[Carried]:
+def perform(arm: Arm, jobs: tuple[Job, ...], tell: Callable[[str], None]) -> list[CarriedBlock]:
     """Reference the arm where it is not, carry every block to its place, and park."""
     if arm.status.trust is not Trust.REFERENCED:
         tell("referencing: the fingers go to the mark on the table")
@@ -63,7 +63,7 @@ def perform(arm: Arm, jobs: tuple[Job, ...], tell: Callable[[str], None]) -> lis
     return done
 
 
-def _carry(arm: Arm, job: Job, tell: Callable[[str], None]) -> Carried:
+def _carry(arm: Arm, job: Job, tell: Callable[[str], None]) -> CarriedBlock:
     take, put = _middle(job, job.from_mm), _middle(job, job.to_mm)
     tell(f"block {job.name}: approach")
     if arm.pose.z_mm < SAFE_MM:
@@ -79,7 +79,7 @@ def _carry(arm: Arm, job: Job, tell: Callable[[str], None]) -> Carried:
     arm.move_l(put)
     arm.gripper.open(width_mm + CLEARANCE_MM)
     arm.move_l(_raised(put, SAFE_MM))
-    return Carried(job, width_mm)
+    return CarriedBlock(job, width_mm)
 
 
 def misplaced(world: World, jobs: tuple[Job, ...]) -> list[str]:
@@ -93,9 +93,9 @@ def misplaced(world: World, jobs: tuple[Job, ...]) -> list[str]:
     return found
 
 
-def blocks_of(jobs: tuple[Job, ...]) -> list[Block]:
+def blocks_of(jobs: tuple[Job, ...]) -> list[TableBlock]:
     """Return the blocks as they lie before the demonstration."""
-    return [Block(job.name, *job.from_mm, job.width_mm, job.height_mm) for job in jobs]
+    return [TableBlock(job.name, *job.from_mm, job.width_mm, job.height_mm) for job in jobs]
 
 
 def _middle(job: Job, place: tuple[float, float, float]) -> Pose:

@@ -19,11 +19,20 @@ from armdrive.arm.moving import PARK_RISE_MM, raised
 from armdrive.errors import ArmError, Refused, StateFileError
 from armdrive.motion.plan import speed_fraction
 from armdrive.motion.preview import postures_along
-from armdrive.motion.resolve import Goal, Ground, LineGoal, PoseGoal
-from armdrive.programs.acts import Act, Answer, Fingers, Go, Grasp, Home, Machine, Ready
+from armdrive.motion.resolve import Ground, LineGoal, PoseGoal, ResolvedGoal
+from armdrive.programs.acts import (
+    Act,
+    Answer,
+    Fingers,
+    Go,
+    Grasp,
+    Home,
+    ProgramMachine,
+    Ready,
+)
 from armdrive.programs.performing import Performer, joints_of, place_of
-from armdrive.programs.running import Step
-from armdrive.runtime.position import Coordinates
+from armdrive.programs.running import RunStep
+from armdrive.runtime.position import ArmCoordinates
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, remove_durably, replace_file
 from kinematics import Joints
@@ -45,7 +54,7 @@ class Standing:
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class JournalEntry:
     """A program that was interrupted, or is under way.
 
     `snapshot` is its machine's, and gives the act that was under way once more; `began` is where
@@ -77,12 +86,12 @@ class Journal:
         self._program = str(program)
         self._sha256 = sha256
         self._loops = loops
-        self._entry: Entry | None = None
+        self._entry: JournalEntry | None = None
 
-    def begins(self, step: Step, machine: Machine) -> None:
+    def begins(self, step: RunStep, machine: ProgramMachine) -> None:
         """Write down where the program is. Raises `StateFileError`: then the act does not begin."""
         self._write(
-            Entry(
+            JournalEntry(
                 self._arm.config.name,
                 self._program,
                 self._sha256,
@@ -95,7 +104,7 @@ class Journal:
             )
         )
 
-    def ended(self, step: Step, answer: Answer, took_s: float) -> None:
+    def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
         """Wait for the next act: until then, this one would be done once more."""
 
     def broke_off(self, error: BaseException) -> None:
@@ -108,7 +117,7 @@ class Journal:
         self._entry = None
         _removed(self.path)
 
-    def _write(self, entry: Entry) -> None:
+    def _write(self, entry: JournalEntry) -> None:
         self._entry = entry
         try:
             replace_file(self.path, to_text(entry))
@@ -131,7 +140,7 @@ def standing(arm: Arm) -> Standing | None:
     return Standing(dict(there.joints.deg), there.opening_mm) if known else None
 
 
-def interrupted(arm: str) -> Entry:
+def interrupted(arm: str) -> JournalEntry:
     """Return the program that an arm was interrupted in.
 
     Raises `Refused` where there is none, and `StateFileError` for a file that cannot be used.
@@ -151,13 +160,13 @@ def interrupted(arm: str) -> Entry:
         ) from None
 
 
-def to_text(entry: Entry) -> str:
+def to_text(entry: JournalEntry) -> str:
     """Return the text of an entry."""
     entries = {"format": FORMAT, **asdict(entry)}
     return json.dumps({**entries, _CHECK: _check(entries)})
 
 
-def from_text(text: bytes) -> Entry:
+def from_text(text: bytes) -> JournalEntry:
     """Return the entry of a text; raises `ValueError`, `TypeError` or `KeyError`."""
     if len(text) > LONGEST:
         raise ValueError("it is too long")
@@ -167,7 +176,7 @@ def from_text(text: bytes) -> Entry:
     if entries.pop("format") != FORMAT:
         raise ValueError("another armdrive wrote it")
     began = entries.pop("began")
-    return Entry(**entries, began=None if began is None else Standing(**began))
+    return JournalEntry(**entries, began=None if began is None else Standing(**began))
 
 
 def _check(entries: dict[str, Any]) -> str:
@@ -197,7 +206,7 @@ NEAR_MM = 2.0
 """Fingers as near as this are where they should be."""
 
 
-def require_same_program(entry: Entry, sha256: str, path: str) -> None:
+def require_same_program(entry: JournalEntry, sha256: str, path: str) -> None:
     """Raise `Refused` where a program is not the one that was interrupted."""
     if entry.sha256 != sha256:
         changed = entry.program == path
@@ -210,7 +219,7 @@ def require_same_program(entry: Entry, sha256: str, path: str) -> None:
 
 
 def require_place(
-    arm: Arm, entry: Entry, act: Act, how: str, *, move: str = "armdrive move"
+    arm: Arm, entry: JournalEntry, act: Act, how: str, *, move: str = "armdrive move"
 ) -> None:
     """Raise `Refused` unless the arm stands where an interrupted act can be done once more.
 
@@ -224,7 +233,7 @@ def require_place(
         return  # nobody knew, so nothing but looks and words can have come before
     with arm.pace.lock:
         here = arm.core.coordinates
-    began = Coordinates(joints_of(entry.began.joints_deg, arm), entry.began.opening_mm)
+    began = ArmCoordinates(joints_of(entry.began.joints_deg, arm), entry.began.opening_mm)
     on_way = any(_near(here.joints, each) for each in _way(arm, began, act))
     if not on_way or not _fingers_fit(arm, here, began, act):
         raise Refused(_elsewhere(here, entry.began, how, move))
@@ -234,7 +243,7 @@ def _near(here: Joints, there: Joints) -> bool:
     return all(abs(a - b) <= NEAR_RAD for a, b in zip(here, there, strict=True))
 
 
-def _way(arm: Arm, began: Coordinates, act: Act) -> Iterator[Joints]:
+def _way(arm: Arm, began: ArmCoordinates, act: Act) -> Iterator[Joints]:
     """Give the postures that an act leads through, the one in which it began first."""
     yield began.joints
     for goals in _ways(arm, began, act):
@@ -249,7 +258,7 @@ def _way(arm: Arm, began: Coordinates, act: Act) -> Iterator[Joints]:
             here = plan.end
 
 
-def _ways(arm: Arm, began: Coordinates, act: Act) -> Iterator[tuple[Goal, ...]]:
+def _ways(arm: Arm, began: ArmCoordinates, act: Act) -> Iterator[tuple[ResolvedGoal, ...]]:
     if isinstance(act, Go):
         yield (arm.goal_of(place_of(act, arm), line=act.line),)
     elif isinstance(act, Ready):
@@ -259,7 +268,7 @@ def _ways(arm: Arm, began: Coordinates, act: Act) -> Iterator[tuple[Goal, ...]]:
         yield (rise, park)
 
 
-def _fingers_fit(arm: Arm, here: Coordinates, began: Coordinates, act: Act) -> bool:
+def _fingers_fit(arm: Arm, here: ArmCoordinates, began: ArmCoordinates, act: Act) -> bool:
     """Tell whether the fingers are where they were, or on their way to where the act has them."""
     if not arm.core.transmission.has_gripper:
         return True  # a servo goes where it is told
@@ -277,7 +286,7 @@ def _goal_mm(arm: Arm, act: Act) -> float | None:
     return act.opening_mm if isinstance(act, Go) else None
 
 
-def _elsewhere(here: Coordinates, began: Standing, how: str, move: str) -> str:
+def _elsewhere(here: ArmCoordinates, began: Standing, how: str, move: str) -> str:
     now = here.joints.deg
     apart = [
         f"{name} {now[name]:.1f}° instead of {angle:.1f}°"

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Protocol
 
-from armdrive.errors import ArmError, Mark, Problem, ProgramError
+from armdrive.errors import ArmError, Problem, ProgramError, SourceMark
 from armdrive.programs.acts import (
     MOTIONS,
     Act,
@@ -21,21 +21,21 @@ from armdrive.programs.acts import (
     Home,
     Look,
     ReadInput,
-    Seen,
-    Setting,
-    Stage,
+    RunSetting,
+    RunStage,
+    SeenInput,
     act_of,
     bounded,
     told,
 )
-from armdrive.programs.language.compiling import Code, Instruction, Op
+from armdrive.programs.language.compiling import CompiledCode, Instruction, OpCode
 from armdrive.programs.language.syntax import Define, Tree
 from armdrive.programs.language.values import (
     NUMERIC,
     PLACING,
     SUMS,
     ForwardKinematics,
-    Place,
+    PlaceValue,
     Trouble,
     Value,
     from_json,
@@ -46,7 +46,7 @@ from armdrive.programs.language.values import (
     to_json,
     truth,
 )
-from armdrive.programs.language.words import FUNCTIONS, Kind
+from armdrive.programs.language.words import FUNCTIONS, ValueKind
 from armdrive.programs.problems import program_error
 from kinematics.errors import KinematicsError
 
@@ -57,23 +57,23 @@ ALL_THE_WAY = "open"
 
 
 @dataclass(slots=True)
-class Frame:
+class CallFrame:
     """A subprogram under way: its parameters and loops, where it goes back to, who called it."""
 
     back: int = 0
-    mark: Mark | None = None
+    mark: SourceMark | None = None
     own: dict[str, Value] = field(default_factory=dict)
     loops: dict[str, list[int | None]] = field(default_factory=dict)
     """Of each loop the rounds that are begun and the rounds that there are, None for no end."""
 
 
 @dataclass(slots=True)
-class State:
+class MachineState:
     """Where a program is, and what it has computed."""
 
     at: int = 0
     stack: list[Value] = field(default_factory=list)
-    frames: list[Frame] = field(default_factory=lambda: [Frame()])
+    frames: list[CallFrame] = field(default_factory=lambda: [CallFrame()])
     variables: dict[str, Value] = field(default_factory=dict)
     speed: float = 1.0
     opening: float | str | None = None
@@ -81,7 +81,7 @@ class State:
     ended: bool = False
 
 
-def state_to_json(state: State) -> dict[str, object]:
+def state_to_json(state: MachineState) -> dict[str, object]:
     """Return a state as plain JSON data."""
     return {
         "at": state.at,
@@ -94,12 +94,12 @@ def state_to_json(state: State) -> dict[str, object]:
     }
 
 
-def state_from_json(data: dict[str, object]) -> State:
+def state_from_json(data: dict[str, object]) -> MachineState:
     """Return a state from plain JSON data; raises what Python raises for data of another form."""
     frames = [_frame_from_json(frame) for frame in _list(data["frames"])]
     if not frames:
         raise ValueError("a program under way has a frame")
-    return State(
+    return MachineState(
         _whole(data["at"]),
         [from_json(value) for value in _list(data["stack"])],
         frames,
@@ -116,7 +116,7 @@ def _opening_of(data: object) -> float | str | None:
     return ALL_THE_WAY if data == ALL_THE_WAY else _number(data)
 
 
-def _frame_to_json(frame: Frame) -> dict[str, object]:
+def _frame_to_json(frame: CallFrame) -> dict[str, object]:
     mark = frame.mark
     return {
         "back": frame.back,
@@ -126,16 +126,16 @@ def _frame_to_json(frame: Frame) -> dict[str, object]:
     }
 
 
-def _frame_from_json(data: object) -> Frame:
+def _frame_from_json(data: object) -> CallFrame:
     frame = table(data)
     mark = frame["mark"]
     loops = {
         name: [None if count is None else _whole(count) for count in _list(rounds)]
         for name, rounds in table(frame["loops"]).items()
     }
-    return Frame(
+    return CallFrame(
         _whole(frame["back"]),
-        None if mark is None else Mark(*_list(mark)),  # type: ignore[arg-type]
+        None if mark is None else SourceMark(*_list(mark)),  # type: ignore[arg-type]
         _values_from_json(frame["own"]),
         loops,
     )
@@ -184,24 +184,24 @@ DEEPEST_CALL = 50
 
 
 @dataclass(frozen=True, slots=True)
-class World:
+class ProgramWorld:
     """What a program is told once: the arm's book of points, and the way from joints to a pose."""
 
-    points: Mapping[str, Place]
+    points: Mapping[str, PlaceValue]
     fk: ForwardKinematics | None
 
 
-def step(state: State, row: Instruction, world: World) -> Act | None:
+def step(state: MachineState, row: Instruction, world: ProgramWorld) -> Act | None:
     """Carry an instruction out, or return the act that it asks for. Raises `Trouble`."""
     return _STEPS[row.op](state, row, world)
 
 
-def _next(state: State, *pushed: Value) -> None:
+def _next(state: MachineState, *pushed: Value) -> None:
     state.stack.extend(pushed)
     state.at += 1
 
 
-def _taken(state: State, count: int) -> list[Value]:
+def _taken(state: MachineState, count: int) -> list[Value]:
     if not count:
         return []
     taken = state.stack[-count:]
@@ -209,53 +209,53 @@ def _taken(state: State, count: int) -> list[Value]:
     return taken
 
 
-def _push(state: State, row: Instruction, world: World) -> None:
+def _push(state: MachineState, row: Instruction, world: ProgramWorld) -> None:
     _next(state, row.value if row.value is not None else 0.0)
 
 
-def _load(state: State, row: Instruction, world: World) -> None:
+def _load(state: MachineState, row: Instruction, world: ProgramWorld) -> None:
     if row.name not in state.variables:
         raise Trouble(f"{row.name!r} has no value yet")
     _next(state, state.variables[row.name])
 
 
-def _load_own(state: State, row: Instruction, world: World) -> None:
+def _load_own(state: MachineState, row: Instruction, world: ProgramWorld) -> None:
     _next(state, state.frames[-1].own[row.name])
 
 
-def _load_point(state: State, row: Instruction, world: World) -> None:
+def _load_point(state: MachineState, row: Instruction, world: ProgramWorld) -> None:
     _next(state, world.points[row.name])
 
 
-def _load_shifted(state: State, row: Instruction, world: World) -> None:
+def _load_shifted(state: MachineState, row: Instruction, world: ProgramWorld) -> None:
     shifted = state.variables.get(row.name.lower())
     _next(state, world.points[row.name] if shifted is None else shifted)
 
 
-def _store(state: State, row: Instruction, world: World) -> None:
+def _store(state: MachineState, row: Instruction, world: ProgramWorld) -> None:
     state.variables[row.name] = state.stack.pop()
     _next(state)
 
 
-def _store_own(state: State, row: Instruction, world: World) -> None:
+def _store_own(state: MachineState, row: Instruction, world: ProgramWorld) -> None:
     state.frames[-1].own[row.name] = state.stack.pop()
     _next(state)
 
 
-def _drop(state: State, row: Instruction, world: World) -> None:
+def _drop(state: MachineState, row: Instruction, world: ProgramWorld) -> None:
     state.stack.pop()
     _next(state)
 
 
-def _negate(state: State, row: Instruction, world: World) -> None:
+def _negate(state: MachineState, row: Instruction, world: ProgramWorld) -> None:
     _next(state, -number(state.stack.pop()))
 
 
-def _not(state: State, row: Instruction, world: World) -> None:
+def _not(state: MachineState, row: Instruction, world: ProgramWorld) -> None:
     _next(state, not truth(state.stack.pop()))
 
 
-def _binary(state: State, row: Instruction, world: World) -> None:
+def _binary(state: MachineState, row: Instruction, world: ProgramWorld) -> None:
     left, right = _taken(state, 2)
     if row.name in ("==", "!="):
         _next(state, (left == right) == (row.name == "=="))
@@ -264,7 +264,7 @@ def _binary(state: State, row: Instruction, world: World) -> None:
     _next(state, result if isinstance(result, bool) else number(result))
 
 
-def _use(state: State, row: Instruction, world: World) -> None:
+def _use(state: MachineState, row: Instruction, world: ProgramWorld) -> None:
     values = _taken(state, row.count)
     if row.name in PLACING:
         _next(state, PLACING[row.name](values, world.fk))
@@ -272,35 +272,35 @@ def _use(state: State, row: Instruction, world: World) -> None:
         _next(state, number(NUMERIC[row.name](*(number(value) for value in values))))
 
 
-def _part(state: State, row: Instruction, world: World) -> None:
+def _part(state: MachineState, row: Instruction, world: ProgramWorld) -> None:
     _next(state, part_of(place(state.stack.pop()), row.name, world.fk))
 
 
-def _joints(state: State, row: Instruction, world: World) -> None:
+def _joints(state: MachineState, row: Instruction, world: ProgramWorld) -> None:
     angles = [number(value) for value in _taken(state, row.count)]
-    _next(state, Place(joints_deg=dict(zip(row.name.split(","), angles, strict=True))))
+    _next(state, PlaceValue(joints_deg=dict(zip(row.name.split(","), angles, strict=True))))
 
 
-def _jump(state: State, row: Instruction, world: World) -> None:
+def _jump(state: MachineState, row: Instruction, world: ProgramWorld) -> None:
     state.at = row.target
 
 
-def _jump_unless(state: State, row: Instruction, world: World) -> None:
+def _jump_unless(state: MachineState, row: Instruction, world: ProgramWorld) -> None:
     state.at = state.at + 1 if truth(state.stack.pop()) else row.target
 
 
-def _jump_if(state: State, row: Instruction, world: World) -> None:
+def _jump_if(state: MachineState, row: Instruction, world: ProgramWorld) -> None:
     state.at = row.target if truth(state.stack.pop()) else state.at + 1
 
 
-def _keep(state: State, row: Instruction, world: World) -> None:
-    if truth(state.stack[-1]) == (row.op is Op.KEEP_ON):
+def _keep(state: MachineState, row: Instruction, world: ProgramWorld) -> None:
+    if truth(state.stack[-1]) == (row.op is OpCode.KEEP_ON):
         state.at = row.target
     else:
         _drop(state, row, world)
 
 
-def _rounds(state: State, row: Instruction, world: World) -> None:
+def _rounds(state: MachineState, row: Instruction, world: ProgramWorld) -> None:
     count = number(state.stack.pop())
     if count < 0.0 or count != int(count):
         raise Trouble(f"a loop is repeated a whole number of times, not {count:g}")
@@ -308,12 +308,12 @@ def _rounds(state: State, row: Instruction, world: World) -> None:
     _next(state)
 
 
-def _forever(state: State, row: Instruction, world: World) -> None:
+def _forever(state: MachineState, row: Instruction, world: ProgramWorld) -> None:
     state.frames[-1].loops[row.name] = [0, None]
     _next(state)
 
 
-def _round(state: State, row: Instruction, world: World) -> None:
+def _round(state: MachineState, row: Instruction, world: ProgramWorld) -> None:
     begun, most = state.frames[-1].loops[row.name]
     if most is not None and begun is not None and begun >= most:
         state.at = row.target
@@ -321,40 +321,40 @@ def _round(state: State, row: Instruction, world: World) -> None:
         _count(state, row, world)
 
 
-def _count(state: State, row: Instruction, world: World) -> None:
+def _count(state: MachineState, row: Instruction, world: ProgramWorld) -> None:
     rounds = state.frames[-1].loops[row.name]
     rounds[0] = begun = (rounds[0] or 0) + 1
     _next(state, float(begun))
 
 
-def _call(state: State, row: Instruction, world: World) -> None:
+def _call(state: MachineState, row: Instruction, world: ProgramWorld) -> None:
     if len(state.frames) > DEEPEST_CALL:
         raise Trouble(f"subprograms call one another more than {DEEPEST_CALL} deep")
-    state.frames.append(Frame(state.at + 1, row.mark))
+    state.frames.append(CallFrame(state.at + 1, row.mark))
     state.at = row.target
 
 
-def _return(state: State, row: Instruction, world: World) -> None:
+def _return(state: MachineState, row: Instruction, world: ProgramWorld) -> None:
     if len(state.frames) == 1:
         state.ended = True
     else:
         state.at = state.frames.pop().back
 
 
-def _end(state: State, row: Instruction, world: World) -> None:
+def _end(state: MachineState, row: Instruction, world: ProgramWorld) -> None:
     state.ended = True
 
 
-def _fail(state: State, row: Instruction, world: World) -> None:
+def _fail(state: MachineState, row: Instruction, world: ProgramWorld) -> None:
     raise Trouble(str(row.value) if row.value else told(_taken(state, row.count)))
 
 
-def _speed(state: State, row: Instruction, world: World) -> None:
+def _speed(state: MachineState, row: Instruction, world: ProgramWorld) -> None:
     state.speed = bounded("speed", 0, state.stack[-1])
     _drop(state, row, world)
 
 
-def _opening(state: State, row: Instruction, world: World) -> None:
+def _opening(state: MachineState, row: Instruction, world: ProgramWorld) -> None:
     state.opening = bounded("open", 0, state.stack.pop()) if row.count else ALL_THE_WAY
     _next(state)
 
@@ -362,7 +362,7 @@ def _opening(state: State, row: Instruction, world: World) -> None:
 # -- acts: they leave the state as it is; it goes on when they are answered -------------------
 
 
-def _fingers(state: State, row: Instruction, world: World) -> Act | None:
+def _fingers(state: MachineState, row: Instruction, world: ProgramWorld) -> Act | None:
     if state.opening == ALL_THE_WAY:
         return Fingers(None, state.speed)
     if row.name == "ready" and isinstance(state.opening, float):
@@ -371,11 +371,11 @@ def _fingers(state: State, row: Instruction, world: World) -> Act | None:
     return None
 
 
-def _look(state: State, row: Instruction, world: World) -> Act:
+def _look(state: MachineState, row: Instruction, world: ProgramWorld) -> Act:
     return Look()
 
 
-def _input(state: State, row: Instruction, world: World) -> Act:
+def _input(state: MachineState, row: Instruction, world: ProgramWorld) -> Act:
     count = number(state.stack[-1])
     wrong = out_of_bounds(FUNCTIONS["input"].slots[0], count)
     if wrong is not None:
@@ -383,22 +383,51 @@ def _input(state: State, row: Instruction, world: World) -> Act:
     return ReadInput(int(count))
 
 
-def _act(state: State, row: Instruction, world: World) -> Act:
+def _act(state: MachineState, row: Instruction, world: ProgramWorld) -> Act:
     opening = state.opening if isinstance(state.opening, float) else None
     values = state.stack[len(state.stack) - row.count :]
-    return act_of(row.name, values, Setting(state.speed, opening, row.about, world.fk))
+    return act_of(row.name, values, RunSetting(state.speed, opening, row.about, world.fk))
 
 
-_STEPS: Mapping[Op, Callable[[State, Instruction, World], Act | None]] = MappingProxyType({
-    Op.PUSH: _push, Op.LOAD: _load, Op.LOAD_OWN: _load_own, Op.LOAD_POINT: _load_point,
-    Op.LOAD_SHIFTED: _load_shifted, Op.STORE: _store, Op.STORE_OWN: _store_own, Op.DROP: _drop,
-    Op.NEGATE: _negate, Op.NOT: _not, Op.BINARY: _binary, Op.USE: _use, Op.PART: _part,
-    Op.JOINTS: _joints, Op.JUMP: _jump, Op.JUMP_UNLESS: _jump_unless, Op.JUMP_IF: _jump_if,
-    Op.KEEP_OFF: _keep, Op.KEEP_ON: _keep, Op.ROUNDS: _rounds, Op.FOREVER: _forever,
-    Op.ROUND: _round, Op.COUNT: _count, Op.CALL: _call, Op.RETURN: _return, Op.END: _end,
-    Op.FAIL: _fail, Op.SPEED: _speed, Op.OPENING: _opening, Op.FINGERS: _fingers,
-    Op.LOOK: _look, Op.INPUT: _input, Op.ACT: _act,
-})  # fmt: skip
+_Perform = Callable[[MachineState, Instruction, ProgramWorld], Act | None]
+
+_STEPS: Mapping[OpCode, _Perform] = MappingProxyType(
+    {
+        OpCode.PUSH: _push,
+        OpCode.LOAD: _load,
+        OpCode.LOAD_OWN: _load_own,
+        OpCode.LOAD_POINT: _load_point,
+        OpCode.LOAD_SHIFTED: _load_shifted,
+        OpCode.STORE: _store,
+        OpCode.STORE_OWN: _store_own,
+        OpCode.DROP: _drop,
+        OpCode.NEGATE: _negate,
+        OpCode.NOT: _not,
+        OpCode.BINARY: _binary,
+        OpCode.USE: _use,
+        OpCode.PART: _part,
+        OpCode.JOINTS: _joints,
+        OpCode.JUMP: _jump,
+        OpCode.JUMP_UNLESS: _jump_unless,
+        OpCode.JUMP_IF: _jump_if,
+        OpCode.KEEP_OFF: _keep,
+        OpCode.KEEP_ON: _keep,
+        OpCode.ROUNDS: _rounds,
+        OpCode.FOREVER: _forever,
+        OpCode.ROUND: _round,
+        OpCode.COUNT: _count,
+        OpCode.CALL: _call,
+        OpCode.RETURN: _return,
+        OpCode.END: _end,
+        OpCode.FAIL: _fail,
+        OpCode.SPEED: _speed,
+        OpCode.OPENING: _opening,
+        OpCode.FINGERS: _fingers,
+        OpCode.LOOK: _look,
+        OpCode.INPUT: _input,
+        OpCode.ACT: _act,
+    }
+)
 
 
 # What a program is read with when others have run before it, as the lines of a prompt do.
@@ -417,7 +446,7 @@ class Context:
     opening: float | str | None = None
 
     @property
-    def kinds(self) -> dict[str, Kind]:
+    def kinds(self) -> dict[str, ValueKind]:
         """Of which kind each value is."""
         return {name: kind_of(value) for name, value in self.variables.items()}
 
@@ -427,13 +456,13 @@ class Context:
         return (*(each for each in self.defines if each.name.lower() not in said), *defines)
 
 
-def kind_of(value: Value) -> Kind:
+def kind_of(value: Value) -> ValueKind:
     """Return of which kind a value is."""
     if isinstance(value, bool):
-        return Kind.TRUTH
-    if isinstance(value, Place):
-        return Kind.PLACE
-    return Kind.TEXT if isinstance(value, str) else Kind.NUMBER
+        return ValueKind.TRUTH
+    if isinstance(value, PlaceValue):
+        return ValueKind.PLACE
+    return ValueKind.TEXT if isinstance(value, str) else ValueKind.NUMBER
 
 
 MOST_STEPS = 200_000
@@ -459,7 +488,7 @@ class CompiledProgram(Protocol):
         """The lines as they were written."""
 
     @property
-    def code(self) -> Code:
+    def code(self) -> CompiledCode:
         """The instructions to carry out."""
 
     @property
@@ -478,11 +507,13 @@ class CompiledProgram(Protocol):
 class Machine:
     """One run of a program; made by `Program.machine` and `Program.restored`."""
 
-    def __init__(self, program: CompiledProgram, world: World, state: State | None = None) -> None:
+    def __init__(
+        self, program: CompiledProgram, world: ProgramWorld, state: MachineState | None = None
+    ) -> None:
         self.program = program
         self._world = world
-        self._state = State() if state is None else state
-        self._stage: Stage | None = None
+        self._state = MachineState() if state is None else state
+        self._stage: RunStage | None = None
         self._error: ProgramError | None = None
 
     @classmethod
@@ -505,21 +536,21 @@ class Machine:
         try:
             places = {name: _place(data) for name, data in table(snapshot["points"]).items()}
             state = state_from_json(table(snapshot["state"]))
-            machine = cls(program, World(places, fk), state)
+            machine = cls(program, ProgramWorld(places, fk), state)
             machine._row()  # a state that stands nowhere is none
         except (KeyError, TypeError, ValueError, IndexError) as error:
             raise ProgramError(f"this state of a program cannot be used: {error}") from None
         return machine
 
     @property
-    def mark(self) -> Mark:
+    def mark(self) -> SourceMark:
         """Where in the program it stands."""
         return self._row().mark
 
     @property
     def ended_by_stop(self) -> bool:
         """Whether it ended at a `stop`, and not behind its last line."""
-        return self._state.ended and self._row().op is Op.END
+        return self._state.ended and self._row().op is OpCode.END
 
     @property
     def context(self) -> Context:
@@ -528,7 +559,7 @@ class Machine:
         own = tuple(line for line in self.program.tree.body if isinstance(line, Define))
         return Context(known.but(own), dict(state.variables), state.speed, state.opening)
 
-    def next(self) -> Stage | None:
+    def next(self) -> RunStage | None:
         """Return the act to be carried out now, the same until it is answered; None at the end.
 
         Raises `ProgramError` where a line cannot be carried out; asked again, it raises again.
@@ -539,7 +570,7 @@ class Machine:
             act = self._run_on()
             if act is not None:
                 calls = tuple(frame.mark for frame in self._state.frames if frame.mark is not None)
-                self._stage = Stage(act, self._row().mark, calls)
+                self._stage = RunStage(act, self._row().mark, calls)
         return self._stage
 
     def answer(self, answer: Answer) -> None:
@@ -552,7 +583,7 @@ class Machine:
             pushed = _pushed(row, answer)
         except Trouble as error:
             raise self._failure(f"the answer does not fit: {error}") from None
-        if row.op in (Op.ACT, Op.INPUT):
+        if row.op in (OpCode.ACT, OpCode.INPUT):
             del state.stack[len(state.stack) - row.count :]
         if isinstance(stage.act, MOTIONS) and not isinstance(stage.act, Home):
             state.opening = None  # it went along, or something else was done with the fingers
@@ -600,20 +631,20 @@ class Machine:
         )
 
 
-def _place(data: object) -> Place:
+def _place(data: object) -> PlaceValue:
     found = from_json(data)
-    if not isinstance(found, Place):
+    if not isinstance(found, PlaceValue):
         raise TypeError(f"{data!r} is no place")
     return found
 
 
 def _pushed(row: Instruction, answer: Answer) -> tuple[Value, ...]:
     """Return what an answer leaves for the lines after it."""
-    if row.op is Op.LOOK:
-        if not isinstance(answer, Seen):
+    if row.op is OpCode.LOOK:
+        if not isinstance(answer, SeenInput):
             raise Trouble("where the arm stands is needed")
-        return (Place(answer.pose, dict(answer.joints_deg), answer.opening_mm),)
-    if row.op is Op.INPUT:
+        return (PlaceValue(answer.pose, dict(answer.joints_deg), answer.opening_mm),)
+    if row.op is OpCode.INPUT:
         return (truth(answer),)
     if not row.value:
         return ()

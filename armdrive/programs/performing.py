@@ -30,7 +30,7 @@ from armdrive.programs.acts import (
     Ready,
     Remember,
     Say,
-    Seen,
+    SeenInput,
 )
 from armdrive.runtime.io_lines import input_bits, output_bits
 from armdrive.runtime.overrides import given_up
@@ -47,7 +47,7 @@ BREATH_S = 0.02
 """A paused program looks so often whether it may go on, in real time."""
 
 
-class Person(Protocol):
+class RunPerson(Protocol):
     """Whoever is at the terminal of a program that runs."""
 
     def say(self, text: str) -> None:
@@ -65,7 +65,7 @@ class Performer:
     """
 
     def __init__(
-        self, arm: Arm, person: Person, *, since: int | None = None, outputs: int = 0
+        self, arm: Arm, person: RunPerson, *, since: int | None = None, outputs: int = 0
     ) -> None:
         self.arm = arm
         self.person = person
@@ -212,9 +212,9 @@ class Performer:
         bit = input_bits(self.arm.core, act.number)
         return bool(self.arm.read_inputs() & bit)
 
-    def _look(self, _: Look) -> Seen:
+    def _look(self, _: Look) -> SeenInput:
         status = self.arm.status
-        return Seen(self.arm.pose, self.arm.joints.deg, status.gripper_mm)
+        return SeenInput(self.arm.pose, self.arm.joints.deg, status.gripper_mm)
 
     def _remember(self, act: Remember) -> None:
         self.arm.points[act.name] = Point(joints_of(act.joints_deg, self.arm), act.opening_mm)

@@ -9,13 +9,13 @@ from functools import cached_property
 from pathlib import Path
 
 from armdrive.config.arm import ArmConfig
-from armdrive.errors import BadRequest, Mark, Problem
+from armdrive.errors import BadRequest, Problem, SourceMark
 from armdrive.programs.language.checking import checked
-from armdrive.programs.language.compiling import Code, Op
+from armdrive.programs.language.compiling import CompiledCode, OpCode
 from armdrive.programs.language.reading import read_tree
 from armdrive.programs.language.syntax import Define, Tree
-from armdrive.programs.language.values import ForwardKinematics, Place
-from armdrive.programs.machine import Context, Machine, State, World
+from armdrive.programs.language.values import ForwardKinematics, PlaceValue
+from armdrive.programs.machine import Context, Machine, MachineState, ProgramWorld
 from armdrive.programs.problems import program_error
 from armdrive.storage.point_file import points_of
 from armdrive.text.reading import read_text
@@ -30,7 +30,7 @@ class Program:
     text: str
     file: str
     tree: Tree
-    code: Code
+    code: CompiledCode
     context: Context = field(default_factory=Context)
     """What was known before it."""
 
@@ -47,11 +47,11 @@ class Program:
         return _sha256(repr(plain))
 
     @cached_property
-    def wanted(self) -> Mapping[str, Mark]:
+    def wanted(self) -> Mapping[str, SourceMark]:
         """The points of the arm's own book that it goes by, and where each stands first."""
-        found: dict[str, Mark] = {}
+        found: dict[str, SourceMark] = {}
         for row in self.code.instructions:
-            if row.op in (Op.LOAD_POINT, Op.LOAD_SHIFTED):
+            if row.op in (OpCode.LOAD_POINT, OpCode.LOAD_SHIFTED):
                 found.setdefault(row.name, row.mark)
         return found
 
@@ -74,8 +74,10 @@ class Program:
         if problems:
             raise program_error(problems, self.text, self.file)
         known = self.context
-        state = State(variables=dict(known.variables), speed=known.speed, opening=known.opening)
-        return Machine(self, World(places, fk), state)
+        state = MachineState(
+            variables=dict(known.variables), speed=known.speed, opening=known.opening
+        )
+        return Machine(self, ProgramWorld(places, fk), state)
 
     def restored(
         self, snapshot: Mapping[str, object], *, fk: ForwardKinematics | None = None
@@ -85,26 +87,26 @@ class Program:
 
     def _places(
         self, book: Mapping[str, Mapping[str, float]]
-    ) -> tuple[dict[str, Place], list[Problem]]:
+    ) -> tuple[dict[str, PlaceValue], list[Problem]]:
         places, problems = {}, []
         for name, mark in self.wanted.items():
             found = _in_book(name, book, self._names_set)
             if isinstance(found, str):
                 problems.append(Problem(mark, found))
             else:
-                places[name] = Place(joints_deg=dict(found))
+                places[name] = PlaceValue(joints_deg=dict(found))
         return places, problems
 
     @property
     def _names_set(self) -> set[str]:
         """The names that it sets, or that were set before it."""
         rows = self.code.instructions
-        return {row.name for row in rows if row.op is Op.STORE} | {*self.context.variables}
+        return {row.name for row in rows if row.op is OpCode.STORE} | {*self.context.variables}
 
     def _wrong_joints(self, joint_names: tuple[str, ...]) -> list[Problem]:
         problems = []
         for row in self.code.instructions:
-            if row.op is Op.JOINTS:
+            if row.op is OpCode.JOINTS:
                 text = _joints_wrong(row.name.split(","), joint_names)
                 problems += [Problem(row.mark, text)] if text else []
         return problems

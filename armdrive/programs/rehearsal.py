@@ -14,7 +14,7 @@ from itertools import count
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import connect_simulated
-from armdrive.errors import ArmError, Mark, NotReferenced, Refused
+from armdrive.errors import ArmError, NotReferenced, Refused, SourceMark
 from armdrive.programs.acts import (
     Act,
     Answer,
@@ -24,23 +24,30 @@ from armdrive.programs.acts import (
     Grasp,
     Hold,
     Home,
-    Machine,
     Outputs,
+    ProgramMachine,
     ReadInput,
     Ready,
     Remember,
     Say,
 )
 from armdrive.programs.performing import Performer, place_of
-from armdrive.programs.running import FOR_EVER, LOOPS_REHEARSED, Run, Source, Step, Took
+from armdrive.programs.running import (
+    FOR_EVER,
+    LOOPS_REHEARSED,
+    MachineSource,
+    ProgramRun,
+    RunStep,
+    Took,
+)
 from armdrive.registry import simulate
 from armdrive.runtime.drive import PaceChoice
 from armdrive.runtime.io_lines import input_bits
-from armdrive.runtime.position import Coordinates
-from armdrive.sim.simulated_arm import Twin
-from armdrive.sim.world.table import Block
+from armdrive.runtime.position import ArmCoordinates
+from armdrive.sim.simulated_arm import SimulatedArm
+from armdrive.sim.world.table import TableBlock
 from armdrive.status import State, Trust
-from armdrive.trace.calls import NO_WITNESS
+from armdrive.trace.calls import NO_TRACER
 from kinematics.errors import KinematicsError
 from kinematics.geometry import Point
 
@@ -62,7 +69,7 @@ class Assumption:
     """
 
     text: str
-    mark: Mark | None = None
+    mark: SourceMark | None = None
     matters: bool = True
 
     def __str__(self) -> str:
@@ -74,7 +81,7 @@ class Assumptions:
 
     def __init__(self) -> None:
         self.found: list[Assumption] = []
-        self.mark: Mark | None = None
+        self.mark: SourceMark | None = None
 
     def note(self, text: str, *, matters: bool = True) -> None:
         """Note an assumption at the present place."""
@@ -83,7 +90,7 @@ class Assumptions:
             self.found.append(made)
 
 
-class Nobody:
+class UnattendedPerson:
     """The person of a rehearsal: hears nothing, and lets everything go on."""
 
     def say(self, text: str) -> None:
@@ -118,7 +125,7 @@ class Things:
             x_mm, y_mm, z_mm = world.tip
             name = f"assumed-{next(self._names)}"
             high_mm = 2.0 * max(z_mm, self._width_mm / 2.0)
-            world.put(Block(name, x_mm, y_mm, 0.0, self._width_mm, high_mm))
+            world.put(TableBlock(name, x_mm, y_mm, 0.0, self._width_mm, high_mm))
 
 
 class Rehearser(Performer):
@@ -134,7 +141,7 @@ class Rehearser(Performer):
         traced: bool,
         outputs: int = 0,
     ) -> None:
-        super().__init__(twin, Nobody(), outputs=outputs)
+        super().__init__(twin, UnattendedPerson(), outputs=outputs)
         self.path: list[Point] = []
         self._assumptions = assumptions
         self._inputs = inputs
@@ -222,7 +229,7 @@ def rehearsing_arm(
             assumed(f"the arm stands in {where}")
     if there is not None:
         twin.device.bring_to(there.joints, there.opening_mm)
-    made = Arm(connect_simulated(config, twin=twin, pace=clock, witness=NO_WITNESS))
+    made = Arm(connect_simulated(config, twin=twin, pace=clock, witness=NO_TRACER))
     try:
         _make_ready(made, there)
         if arm is not None:
@@ -238,7 +245,7 @@ def knows_its_world(arm: Arm | None) -> bool:
     return arm is not None and arm.twin is not None
 
 
-def _twin(config: ArmConfig, arm: Arm | None) -> Twin:
+def _twin(config: ArmConfig, arm: Arm | None) -> SimulatedArm:
     if arm is None or arm.twin is None:
         return simulate(config)
     with arm.pace.lock:
@@ -246,14 +253,14 @@ def _twin(config: ArmConfig, arm: Arm | None) -> Twin:
     return simulate(config, saved)
 
 
-def _make_ready(made: Arm, there: Coordinates | None) -> None:
+def _make_ready(made: Arm, there: ArmCoordinates | None) -> None:
     if made.status.state is State.DISABLED:
         made.enable()
     if there is not None:
         made.declare_posture(there.joints, opening_mm=there.opening_mm)
 
 
-def _known(arm: Arm | None) -> Coordinates | None:
+def _known(arm: Arm | None) -> ArmCoordinates | None:
     """Return where an arm stands, if planned motion may begin there."""
     if arm is None:
         return None
@@ -261,7 +268,7 @@ def _known(arm: Arm | None) -> Coordinates | None:
         return arm.core.coordinates if arm.core.position_known else None
 
 
-def _supposed(config: ArmConfig, arm: Arm | None) -> tuple[Coordinates | None, str]:
+def _supposed(config: ArmConfig, arm: Arm | None) -> tuple[ArmCoordinates | None, str]:
     """Return where an arm may be taken to stand, and what that place is called."""
     if arm is not None and arm.status.trust is not Trust.UNKNOWN:
         with arm.pace.lock:
@@ -269,9 +276,9 @@ def _supposed(config: ArmConfig, arm: Arm | None) -> tuple[Coordinates | None, s
     reference = config.model.reference
     if reference is not None:
         joints = config.model.arm.ik(reference.pose)
-        return Coordinates(joints, reference.opening_mm), "its reference posture"
+        return ArmCoordinates(joints, reference.opening_mm), "its reference posture"
     if config.homing is not None:
-        return Coordinates(config.homing.joints, config.homing.opening_mm), "its switches"
+        return ArmCoordinates(config.homing.joints, config.homing.opening_mm), "its switches"
     return None, ""
 
 
@@ -298,7 +305,7 @@ class Rehearsal:
     loops: tuple[tuple[Took, ...], ...]
     assumptions: tuple[Assumption, ...] = ()
     refusal: Exception | None = None
-    at: Mark | None = None
+    at: SourceMark | None = None
     whole: bool = True
     share: float = 1.0
     path: tuple[Point, ...] = field(default=(), repr=False)
@@ -315,7 +322,7 @@ class Rehearsal:
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class RehearsedPlan:
     """What is to be rehearsed, and on which assumptions.
 
     `inputs` say which inputs, counted from 1, are on and off; `width_mm` how wide is what the
@@ -323,10 +330,10 @@ class Plan:
     knows is assumed. With `traced` the tip's path is kept.
     """
 
-    source: Source
+    source: MachineSource
     loops: int = 1
     loop: int = 1
-    machine: Callable[[], Machine] | None = None
+    machine: Callable[[], ProgramMachine] | None = None
     inputs: Mapping[int, bool] = field(default_factory=dict)
     width_mm: float | None = None
     outputs: int = 0
@@ -353,7 +360,7 @@ class Patience:
             raise TooLong
 
 
-class _Watch:
+class _RehearsalWatch:
     """Notes what every act took, and ends what goes on for too long."""
 
     def __init__(self, assumptions: Assumptions) -> None:
@@ -362,12 +369,12 @@ class _Watch:
         self._took_s = 0.0
         self._patience = Patience()
 
-    def begins(self, step: Step, machine: Machine) -> None:  # noqa: ARG002 - as every onlooker
+    def begins(self, step: RunStep, machine: ProgramMachine) -> None:  # noqa: ARG002 - as every onlooker
         """Say where the program is, to what is assumed there."""
         self._patience.ask(self._took_s)
         self._assumptions.mark = step.stage.mark
 
-    def ended(self, step: Step, answer: Answer, took_s: float) -> None:
+    def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
         """Keep what it took."""
         took_s = _waited_s(step.stage.act, answer, took_s)
         self._took_s += took_s
@@ -385,7 +392,7 @@ def _waited_s(act: Act, answer: Answer, took_s: float) -> float:
     return took_s
 
 
-def rehearse(config: ArmConfig, arm: Arm | None, plan: Plan) -> Rehearsal:
+def rehearse(config: ArmConfig, arm: Arm | None, plan: RehearsedPlan) -> Rehearsal:
     """Rehearse a program on the twin of an arm. Sends nothing to the arm itself.
 
     Without `arm` it cannot be asked where it stands. Raises what reading the program raises, and
@@ -402,11 +409,13 @@ def rehearse(config: ArmConfig, arm: Arm | None, plan: Plan) -> Rehearsal:
             traced=plan.traced,
             outputs=plan.outputs,
         )
-        watch = _Watch(assumptions)
+        watch = _RehearsalWatch(assumptions)
         last = LOOPS_REHEARSED + plan.loop - 1
         loops = last if plan.loops == FOR_EVER else min(plan.loops, last)
         machine = None if plan.machine is None else plan.machine()
-        run = Run(plan.source, rehearser, [watch], loops=loops, loop=plan.loop, machine=machine)
+        run = ProgramRun(
+            plan.source, rehearser, [watch], loops=loops, loop=plan.loop, machine=machine
+        )
         refusal, whole = _carried_out(run)
         if isinstance(refusal, NotReferenced) and arm is not None:
             refusal = _own_words(arm, refusal)
@@ -430,7 +439,7 @@ def _own_words(arm: Arm, refusal: NotReferenced) -> NotReferenced:
     return refusal
 
 
-def _references_first(plan: Plan) -> bool:
+def _references_first(plan: RehearsedPlan) -> bool:
     """Tell whether a program takes a reference before anything that needs one."""
     machine = plan.source.machine() if plan.machine is None else plan.machine()
     while (stage := machine.next()) is not None and isinstance(stage.act, Say | Delay | Outputs):
@@ -438,7 +447,7 @@ def _references_first(plan: Plan) -> bool:
     return stage is not None and isinstance(stage.act, Home)
 
 
-def _carried_out(run: Run) -> tuple[Exception | None, bool]:
+def _carried_out(run: ProgramRun) -> tuple[Exception | None, bool]:
     """Carry a rehearsal out; return what it was refused with, and whether it came to an end."""
     try:
         run.carry_out()

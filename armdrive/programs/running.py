@@ -10,27 +10,27 @@ from dataclasses import dataclass
 from itertools import accumulate, chain
 from typing import Protocol
 
-from armdrive.errors import Mark
-from armdrive.programs.acts import MOTIONS, Answer, Machine, Stage
+from armdrive.errors import SourceMark
+from armdrive.programs.acts import MOTIONS, Answer, ProgramMachine, RunStage
 from armdrive.programs.performing import Performer
 
 FOR_EVER = 0
 """So many loops have no end."""
 
 
-class Source(Protocol):
+class MachineSource(Protocol):
     """Where the machines of a program come from: one for each loop."""
 
-    def machine(self) -> Machine:
+    def machine(self) -> ProgramMachine:
         """Return a machine that stands at the beginning."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class RunStep:
     """One act of a run: `number` counts the acts of this run from 1, `loop` its loops."""
 
-    stage: Stage
+    stage: RunStage
     number: int
     loop: int
 
@@ -43,25 +43,25 @@ class Step:
 class Onlooker(Protocol):
     """Somebody who hears of every act before it begins and when it has ended."""
 
-    def begins(self, step: Step, machine: Machine) -> None:
+    def begins(self, step: RunStep, machine: ProgramMachine) -> None:
         """Hear of an act that is about to begin. What this raises ends the run before it."""
 
-    def ended(self, step: Step, answer: Answer, took_s: float) -> None:
+    def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
         """Hear of an act that has ended well, and how long it took on the arm's own clock."""
 
 
-class Run:
+class ProgramRun:
     """One run of a program, from its beginning or from where a machine stands."""
 
     def __init__(
         self,
-        source: Source,
+        source: MachineSource,
         performer: Performer,
         onlookers: Sequence[Onlooker] = (),
         *,
         loops: int = 1,
         loop: int = 1,
-        machine: Machine | None = None,
+        machine: ProgramMachine | None = None,
     ) -> None:
         """Run `loops` times, `FOR_EVER` for no end; `machine` stands in loop number `loop`."""
         self._source = source
@@ -70,7 +70,7 @@ class Run:
         self._loops = loops
         self.loop = loop
         self.done = 0
-        self.at: Step | None = None
+        self.at: RunStep | None = None
         self._machine = machine
 
     def carry_out(self) -> int:
@@ -78,12 +78,12 @@ class Run:
         while self._loops == FOR_EVER or self.loop <= self._loops:
             machine, self._machine = self._machine or self._source.machine(), None
             while (stage := machine.next()) is not None:
-                self._carry_out(Step(stage, self.done + 1, self.loop), machine)
+                self._carry_out(RunStep(stage, self.done + 1, self.loop), machine)
             self.loop += 1
         self.at = None
         return self.done
 
-    def _carry_out(self, step: Step, machine: Machine) -> None:
+    def _carry_out(self, step: RunStep, machine: ProgramMachine) -> None:
         self.at = step
         self._performer.require_no_stop()
         for onlooker in self._onlookers:
@@ -110,7 +110,7 @@ LOOPS_REHEARSED = 2
 class Took:
     """What one act of a rehearsal took, and where it stands in the program."""
 
-    mark: Mark
+    mark: SourceMark
     what: str
     took_s: float
 
@@ -129,7 +129,7 @@ class Estimate:
 UNKNOWN = Estimate()
 
 
-class Progress:
+class RunProgress:
     """Follows a run along its rehearsal."""
 
     def __init__(self, loops: Sequence[Sequence[Took]], *, repeated: int = 1) -> None:
@@ -151,7 +151,7 @@ class Progress:
             return None
         return sum(self._loop_s(number) for number in range(1, self._repeated + 1))
 
-    def begins(self, mark: Mark, loop: int = 1) -> None:
+    def begins(self, mark: SourceMark, loop: int = 1) -> None:
         """Note where the run is now."""
         fresh, self._loop = loop != self._loop, loop
         marks = [each.mark for each in self._rehearsed(loop)]
@@ -184,7 +184,7 @@ class Progress:
         return (self._ends(loop) or [0.0])[-1]
 
 
-def nearest(marks: Sequence[Mark], mark: Mark, expected: int) -> int | None:
+def nearest(marks: Sequence[SourceMark], mark: SourceMark, expected: int) -> int | None:
     """Return the index of a mark: the first from where it is expected on, else the last before.
 
     None where it is nowhere.

@@ -22,25 +22,25 @@ from typing import Any, cast
 from armdrive.arm import Arm, standing_in
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import SIM, connect_simulated, find
-from armdrive.errors import BadRequest, Mark
+from armdrive.errors import BadRequest, SourceMark
 from armdrive.errors.printable import printable_lines
 from armdrive.programs.rehearsal import (
     WORDS,
     Assumptions,
     Patience,
-    Plan,
     Rehearsal,
+    RehearsedPlan,
     Things,
     TooLong,
     knows_its_world,
     rehearsing_arm,
 )
 from armdrive.programs.running import Took
-from armdrive.sim.world.scene import Scene
+from armdrive.sim.world.scene import GripScene
 from armdrive.sim.world.table import Incident
 from armdrive.text.reading import read_bytes
 from armdrive.trace import calls as recorded
-from armdrive.trace.calls import Witness
+from armdrive.trace.calls import Tracer
 from kinematics.geometry import Point
 
 # The calls that a script makes of its arms, and the line of the script that made each.
@@ -66,7 +66,7 @@ class ScriptCall:
 Told = Callable[["Arm", ScriptCall], object]
 
 
-class CallWitness:
+class CallTracer:
     """Tells of an arm's calls on their way to the witness that it had before."""
 
     def __init__(self, arm: Arm, script: str, told: Told) -> None:
@@ -89,7 +89,7 @@ class CallWitness:
 
 def watch_calls(arm: Arm, script: str, told: Told) -> None:
     """Have the calls of an arm told that a script makes; `told` may raise to refuse one."""
-    arm.witness = cast("Witness", CallWitness(arm, script, told))
+    arm.witness = cast("Tracer", CallTracer(arm, script, told))
 
 
 def script_line(frame: FrameType | None, script: str) -> int | None:
@@ -255,7 +255,7 @@ NEAREST_MM = 1.0
 class TracedScene:
     """The scene of an arm's world, which is told every motion of the tip; all else is its own."""
 
-    def __init__(self, arm: Arm, scene: Scene, path: list[Point]) -> None:
+    def __init__(self, arm: Arm, scene: GripScene, path: list[Point]) -> None:
         self._arm = arm
         self._scene = scene
         self._path = path
@@ -278,7 +278,7 @@ def trace(arm: Arm, path: list[Point]) -> None:
     """Have a twin's tip leave its points in a path, in mm in the arm's base frame."""
     if arm.twin is not None:
         world = arm.twin.world
-        world.scene = cast("Scene", TracedScene(arm, world.scene, path))
+        world.scene = cast("GripScene", TracedScene(arm, world.scene, path))
 
 
 # A Python script rehearsed: it runs, and each of its arms is the simulated twin of that arm.
@@ -291,10 +291,12 @@ GRASPS = ("grasp", "feel")
 class _Stage:
     """Gives a script its twins, and notes what it does with them."""
 
-    def __init__(self, config: ArmConfig, arm: Arm | None, plan: Plan, script: Path) -> None:
+    def __init__(
+        self, config: ArmConfig, arm: Arm | None, plan: RehearsedPlan, script: Path
+    ) -> None:
         self.assumptions = Assumptions()
         self.path: list[Point] = []
-        self.calls: list[tuple[Mark, str, float]] = []
+        self.calls: list[tuple[SourceMark, str, float]] = []
         self.twins: list[Arm] = []
         self._config = config
         self._arm = arm
@@ -337,7 +339,7 @@ class _Stage:
     def told(self, arm: Arm, call: ScriptCall) -> None:
         """Note a call of the script."""
         self._patience.ask(self.elapsed_s)
-        mark = self.assumptions.mark = Mark(call.line, 1, self._script)
+        mark = self.assumptions.mark = SourceMark(call.line, 1, self._script)
         self.calls.append((mark, call.name, self.elapsed_s))
         if call.name in GRASPS:
             self._things[id(arm)].before_grasp(arm)
@@ -370,7 +372,7 @@ class _Stage:
 
 
 def rehearse_script(
-    script: Path, words: Sequence[str], config: ArmConfig, arm: Arm | None, plan: Plan
+    script: Path, words: Sequence[str], config: ArmConfig, arm: Arm | None, plan: RehearsedPlan
 ) -> Rehearsal:
     """Rehearse a script. What it raises, other than to end, is the refusal of the answer.
 
@@ -395,7 +397,7 @@ def rehearse_script(
         (stage.took(),),
         tuple(stage.assumptions.found),
         refusal,
-        None if line is None else Mark(line, 1, str(script)),
+        None if line is None else SourceMark(line, 1, str(script)),
         whole,
         path=tuple(stage.path),
     )

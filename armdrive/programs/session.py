@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from armdrive.errors import BadRequest, Mark, Problem, ProgramError
+from armdrive.errors import BadRequest, Problem, ProgramError, SourceMark
 from armdrive.programs.language.lines import Item, LineMistake, read_line
 from armdrive.programs.language.reading import read_tree
 from armdrive.programs.language.syntax import (
@@ -69,18 +69,18 @@ class Typed:
         mark = self._typed(problems[0].mark)
         return ProgramError("\n".join(texts), mark=mark, problems=tuple(problems))
 
-    def line_at(self, mark: Mark) -> str:
+    def line_at(self, mark: SourceMark) -> str:
         """Return the line that a mark points at; nothing where there is none."""
         return self._lines.get(mark.file, {}).get(mark.line, "")
 
-    def _typed(self, mark: Mark) -> Mark:
+    def _typed(self, mark: SourceMark) -> SourceMark:
         before = self._before if mark.file == self._latest else 0
-        return Mark(mark.line, max(mark.column - before, 1), mark.file)
+        return SourceMark(mark.line, max(mark.column - before, 1), mark.file)
 
     def _pointed(self, problem: Problem) -> str:
         """Return what is wrong, the line, and a caret under the place."""
         mark, line = self._typed(problem.mark), self.line_at(problem.mark)
-        alone = Mark(1, mark.column)
+        alone = SourceMark(1, mark.column)
         told = pointed(Problem(alone, problem.text), [line] if line else [])
         told = told.removeprefix(f"{alone}: ")
         seen = mark.file == self._latest and not self.title
@@ -95,7 +95,7 @@ OF_THE_ARM = (HERE, "input")
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class PromptEntry:
     """One entry that was read and checked; `says` tells that it only says values."""
 
     program: Program
@@ -128,7 +128,7 @@ class Session:
         """Whether a block has begun whose end has not come yet."""
         return bool(self._block)
 
-    def take(self, line: str, position: int = 1) -> Entry | None:
+    def take(self, line: str, position: int = 1) -> PromptEntry | None:
         """Take the next line; return an entry where that completes one.
 
         `position` is the line's number in the input. A line that cannot be read is not taken.
@@ -158,7 +158,7 @@ class Session:
         if lines:
             self._read(lines)
 
-    def load(self, program: Program, name: str) -> Entry:
+    def load(self, program: Program, name: str) -> PromptEntry:
         """Return the subprograms and given values of another program as an entry.
 
         Left out is what moves, waits, or asks the arm. Raises `ProgramError`.
@@ -212,15 +212,15 @@ class Session:
     def _file(self) -> str:
         return self.typed.title or f"entry {self.number}"
 
-    def _values(self, line: str) -> Entry:
+    def _values(self, line: str) -> PromptEntry:
         self.typed.add(self._file, [line], self._begin, before=len(SAYING))
         return replace(self._checked([SAYING + line], self._file, self._begin), says=True)
 
-    def _read(self, lines: list[str]) -> Entry:
+    def _read(self, lines: list[str]) -> PromptEntry:
         self.typed.add(self._file, lines, self._begin)
         return self._checked(lines, self._file, self._begin)
 
-    def _checked(self, lines: list[str], file: str, begin: int = 1) -> Entry:
+    def _checked(self, lines: list[str], file: str, begin: int = 1) -> PromptEntry:
         text = "\n".join(lines)
         tree, _ = read_tree(text, file, begin)
         known = replace(self.context, defines=_needed(tree, self.context))
@@ -228,11 +228,11 @@ class Session:
             program = read_program(text, file, known, begin)
         except ProgramError as error:
             raise self.typed.shown(error) from None
-        return Entry(program, lines=len(lines))
+        return PromptEntry(program, lines=len(lines))
 
     # -- remembering --------------------------------------------------------------------------
 
-    def learn(self, entry: Entry, machine: Machine, *, done: bool) -> None:
+    def learn(self, entry: PromptEntry, machine: Machine, *, done: bool) -> None:
         """Learn what an entry has brought so far; keep it where it was done to its end."""
         body = entry.program.tree.body
         own = tuple(line for line in body if isinstance(line, Define))

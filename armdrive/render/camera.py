@@ -187,7 +187,7 @@ def _sine(angle_rad: float) -> float:
 ORBIT_DEG = 10
 """One step round the arm or up; 36 of them lead back."""
 
-Look = Callable[[Camera, Point | None, Dome], Camera]
+ViewAngle = Callable[[Camera, Point | None, Dome], Camera]
 """From where the camera is, where the tip is, and what the arm can fill, to the next camera."""
 
 
@@ -203,7 +203,7 @@ def _take(view: Camera, _camera: Camera, _tip: Point | None, _of: Dome) -> Camer
     return view
 
 
-LOOKS: Mapping[str, Look] = MappingProxyType(
+LOOKS: Mapping[str, ViewAngle] = MappingProxyType(
     {
         "left": partial(_orbit, -1, 0),
         "right": partial(_orbit, 1, 0),

@@ -32,7 +32,7 @@ _LEAST_HEIGHT = 8
 
 
 @dataclass(frozen=True, slots=True)
-class Space:
+class SceneSpace:
     """What there is to see, in sheets of layers: the first stands still, the last moves most.
 
     A sheet is drawn anew only where one of its layers, or a sheet before it, has changed. `reach`
@@ -91,7 +91,7 @@ class _Easel:
         self._sheets: list[_Sheet] = []
         self._seen = projection(camera, dome, work.right + 1, work.bottom + 1, work.dot_aspect)
 
-    def show(self, space: Space) -> None:
+    def show(self, space: SceneSpace) -> None:
         """Draw sheets of layers, one over the other, of which all but the last are kept."""
         work = self.work
         under: _Sheet | None = None
@@ -122,7 +122,7 @@ class Studio:
         self._easel: _Easel | None = None
         self._legend = lru_cache(maxsize=8)(partial(_legend, braille=braille))
 
-    def draw(self, space: Space, camera: Camera, width: int, height: int) -> Painted:
+    def draw(self, space: SceneSpace, camera: Camera, width: int, height: int) -> Painted:
         """Return the picture on so many cells, with the legend in the last row."""
         worded = height >= _LEAST_HEIGHT
         key = (camera, width, height)
@@ -174,7 +174,7 @@ class Moment:
     planned: tuple[Point, ...] = ()
 
 
-class Scene:
+class ArmDrawing:
     """Makes the layers of one arm. Only `work_out` may be called from another thread."""
 
     def __init__(self, model: ArmModel) -> None:
@@ -211,13 +211,13 @@ class Scene:
         while len(self._outlines) > MOST_OUTLINES:
             self._outlines.popitem(last=False)
 
-    def space(self, moment: Moment, notice: str = "") -> Space:
+    def space(self, moment: Moment, notice: str = "") -> SceneSpace:
         """Return what there is to see; `notice` is said while nobody knows the posture."""
         self._want(moment)
         if moment.joints is None:
             self.trail.add(None)
             self.tip = None
-            return Space((self._backdrop, self._ahead, self.trail.full, ()), notice=notice)
+            return SceneSpace((self._backdrop, self._ahead, self.trail.full, ()), notice=notice)
         here = self.stance(moment.joints, moment.opening_mm)
         self.tip = here.tip
         self.trail.add(here.tip)
@@ -225,7 +225,7 @@ class Scene:
         words = self._outline.words if self._outline is not None else ""
         moving = (self.trail.latest, figure(here))
         sheets = (self._backdrop, self._ahead, self.trail.full, (self._reach,), moving)
-        return Space(sheets, words)
+        return SceneSpace(sheets, words)
 
     def _want(self, moment: Moment) -> None:
         """Draw the way that is planned and the ghost at its end, where they are other ones."""

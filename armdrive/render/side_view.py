@@ -26,7 +26,7 @@ _SPARSE = 3
 
 
 @dataclass(frozen=True, slots=True)
-class Box:
+class DrawnBox:
     """A block on the table: its centre in x and y, its underside in z, all in mm."""
 
     name: str
@@ -51,7 +51,7 @@ class ArmScene:
     opening_mm: float
     base_rad: float
     reach_mm: float
-    blocks: tuple[Box, ...] = ()
+    blocks: tuple[DrawnBox, ...] = ()
     goal: Point | None = None
     range_lines: tuple[tuple[Point, Point], ...] = ()
 

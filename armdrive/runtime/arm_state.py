@@ -11,38 +11,38 @@ from collections.abc import Callable, Iterable
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.controller import Controller, Stopping
 from armdrive.errors import ArmError, Refused, SettingsDiffer, StateFileError
-from armdrive.moves import Hold, Nudge
+from armdrive.moves import ContinuousJog, IncrementalJog
 from armdrive.registry import dialect
 from armdrive.runtime.backlash import doubt_words
-from armdrive.runtime.diagnostics import FAULT, Remarks, code_of
+from armdrive.runtime.diagnostics import FAULT, Diagnostics, code_of
 from armdrive.runtime.engine import Engine
-from armdrive.runtime.overrides import Tempo
+from armdrive.runtime.overrides import SpeedOverride
 from armdrive.runtime.persistence import Memory
-from armdrive.runtime.position import Leg, Whereabouts
+from armdrive.runtime.position import MotionSegment, PositionLedger
 from armdrive.runtime.states import Event, after
 from armdrive.runtime.stop_bounds import RunOn, StopBound, run_on, stretches
 from armdrive.runtime.trust import FIRST_BELIEF, Belief, require_reference
-from armdrive.status import Carried, Evidence, State, Status, Trust, Wakes, coded
-from armdrive.storage.record import Record, Recorder
+from armdrive.status import Evidence, LinkStats, SchedulingJitter, State, Status, Trust, coded
+from armdrive.storage.record import PositionRecorder, Record
 from armdrive.tasks import Difference
-from armdrive.trace.calls import NO_WITNESS, Witness
-from armdrive.trace.entries import Condition
+from armdrive.trace.calls import NO_TRACER, Tracer
+from armdrive.trace.entries import EntryCondition
 from kinematics import Joints, Motors
 
 
-class Core(Whereabouts, Remarks):
+class Core(PositionLedger, Diagnostics):
     """One arm's state. Touched under the pace's lock, by the engine's flows."""
 
     def __init__(
         self,
         config: ArmConfig,
         controller: Controller,
-        recorder: Recorder | None = None,
+        recorder: PositionRecorder | None = None,
         wake: Callable[[], None] | None = None,
     ) -> None:
-        Remarks.__init__(self)
-        Whereabouts.__init__(self, config, controller)
-        self.witness: Witness = NO_WITNESS
+        Diagnostics.__init__(self)
+        PositionLedger.__init__(self, config, controller)
+        self.witness: Tracer = NO_TRACER
         self.memory = Memory(recorder, self._record, wake)
         self.allow_restored = False
         self.geometry_known = config.model.verified
@@ -52,12 +52,12 @@ class Core(Whereabouts, Remarks):
         self.told_early: tuple[Evidence, str] | None = None
         """The first evidence that the device gave unasked, against a record that is read later."""
         self.belief: Belief = FIRST_BELIEF
-        self.hold: Hold | None = None
+        self.hold: ContinuousJog | None = None
         self.holds = 0
         """How often somebody has asked for a held jog, or for it to go on."""
-        self.nudges: list[Nudge] = []
+        self.nudges: list[IncrementalJog] = []
         self.still_since_s = 0.0
-        self.tempo = Tempo()
+        self.tempo = SpeedOverride()
         self.burst_s = config.motion.jog_burst_s
         self._planned: RunOn | None = None
         """How the planned motion under way goes on when it is stopped."""
@@ -203,9 +203,9 @@ class Core(Whereabouts, Remarks):
 
     # -- what is shown ------------------------------------------------------------------------
 
-    def condition(self) -> Condition:
+    def condition(self) -> EntryCondition:
         """Return what a flight recorder notes whenever it has changed."""
-        return Condition(
+        return EntryCondition(
             self.shift,
             self.state,
             (self.belief.trust, self.belief.reason, self.belief.since_s),
@@ -229,7 +229,7 @@ class Core(Whereabouts, Remarks):
             self._bound = planned, joints, planned.bound(self.config, joints)
         return self._bound[2]
 
-    def plans(self, legs: Iterable[Leg], burst_s: float) -> None:
+    def plans(self, legs: Iterable[MotionSegment], burst_s: float) -> None:
         """Announce from now on how a planned motion ends, until `settle`.
 
         Where it is slowed meanwhile, it is no longer the motion that was planned.
@@ -239,7 +239,7 @@ class Core(Whereabouts, Remarks):
         found = stretches(self.transmission, legs)
         self._planned = run_on(self.config, self.controller, burst_s, found) if found else None
 
-    def status(self, engine: Engine, *, simulated: bool, wakes: Wakes) -> Status:
+    def status(self, engine: Engine, *, simulated: bool, wakes: SchedulingJitter) -> Status:
         """Return a frozen picture of this moment."""
         known = self.belief.trust is not Trust.UNKNOWN
         joints, opening_mm = self.transmission.to_joints(self.seen)
@@ -280,5 +280,5 @@ class Core(Whereabouts, Remarks):
             speed_override=self.tempo.override,
             wakes=wakes,
             underruns=self.controller.underruns,
-            carried=Carried(engine.bytes_sent, engine.bytes_heard, self.config.connection.baud),
+            carried=LinkStats(engine.bytes_sent, engine.bytes_heard, self.config.connection.baud),
         )

@@ -35,7 +35,7 @@ def to_turn(taken: int, width: int, steps: int) -> int:
 
 
 @dataclass(frozen=True, slots=True)
-class Taken:
+class TakenUp:
     """Where motors are within their backlash: the assumption, and what it is at least and most."""
 
     at: Motors
@@ -43,35 +43,35 @@ class Taken:
     most: Motors
 
     @classmethod
-    def unknown(cls, widths: Motors) -> Taken:
+    def unknown(cls, widths: Motors) -> TakenUp:
         """Return the middle of each, as nobody knows better."""
         return cls(Motors(width // 2 for width in widths), Motors([0] * len(widths)), widths)
 
     @classmethod
-    def known(cls, at: Motors, widths: Motors, unsure: Iterable[int] = ()) -> Taken:
+    def known(cls, at: Motors, widths: Motors, unsure: Iterable[int] = ()) -> TakenUp:
         """Return what was remembered, of which some motors' was not certain."""
         doubted = set(unsure)
         least = Motors(0 if n in doubted else each for n, each in enumerate(at))
         most = Motors(widths[n] if n in doubted else each for n, each in enumerate(at))
         return cls(at, least, most)
 
-    def doubted(self, widths: Motors) -> Taken:
+    def doubted(self, widths: Motors) -> TakenUp:
         """Return the same as an assumption."""
-        return Taken(self.at, Motors([0] * len(widths)), widths)
+        return TakenUp(self.at, Motors([0] * len(widths)), widths)
 
-    def centred(self) -> Taken:
+    def centred(self) -> TakenUp:
         """Return the assumption that is wrong by least."""
         middles = ((low + high) // 2 for low, high in zip(self.least, self.most, strict=True))
-        return Taken(Motors(middles), self.least, self.most)
+        return TakenUp(Motors(middles), self.least, self.most)
 
-    def after(self, steps: Motors, widths: Motors) -> tuple[Taken, Motors]:
+    def after(self, steps: Motors, widths: Motors) -> tuple[TakenUp, Motors]:
         """Return this when motors have turned, and what they have driven."""
         moved = [turned(*each) for each in zip(self.at, widths, steps, strict=True)]
         least, most = (
             Motors(turned(*each)[0] for each in zip(bound, widths, steps, strict=True))
             for bound in (self.least, self.most)
         )
-        return Taken(Motors(new for new, _ in moved), least, most), Motors(n for _, n in moved)
+        return TakenUp(Motors(new for new, _ in moved), least, most), Motors(n for _, n in moved)
 
     @property
     def unsure(self) -> tuple[int, ...]:
@@ -93,7 +93,7 @@ class _Corner:
 
     turned: Motors
     driven: Motors
-    taken: Taken
+    taken: TakenUp
 
 
 class Slack:
@@ -111,9 +111,9 @@ class Slack:
         self.vague = False
         """Whether what was seen last may be before a reversal or behind it, steps apart."""
         self._passed = 0.0
-        self._stand(Taken.unknown(self.widths))
+        self._stand(TakenUp.unknown(self.widths))
 
-    def _stand(self, taken: Taken) -> None:
+    def _stand(self, taken: TakenUp) -> None:
         self._way = [_Corner(self._still, self._still, taken)]
         self._here = taken
         self._passed = 0.0
@@ -233,8 +233,8 @@ class Slack:
         fits = len(taken) == len(self.widths) and all(
             0 <= each <= width for each, width in zip(taken, self.widths, strict=True)
         )
-        known = Taken.known(Motors(taken), self.widths, unsure) if fits else None
-        self._stand(known or Taken.unknown(self.widths))
+        known = TakenUp.known(Motors(taken), self.widths, unsure) if fits else None
+        self._stand(known or TakenUp.unknown(self.widths))
         return fits
 
 

@@ -110,7 +110,7 @@ class SimulatedClock:
 
         Raises `ArmError` where nothing is left that could ever happen, or time does not pass.
         """
-        progress = Progress(self)
+        progress = ClockProgress(self)
         with SignalsBetweenSteps() as signals:
             while not done():
                 with self.lock:
@@ -126,7 +126,7 @@ class SimulatedClock:
         return True
 
 
-class Progress:
+class ClockProgress:
     """Jumps of a clock during one wait, and whether time passes between them."""
 
     def __init__(self, clock: SimulatedClock) -> None:

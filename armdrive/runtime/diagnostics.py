@@ -22,7 +22,7 @@ def code_of(cause: BaseException | Evidence) -> str:
     return "" if row is None else row.code
 
 
-class Remarks:
+class Diagnostics:
     """The error and the notice of one arm."""
 
     def __init__(self) -> None:

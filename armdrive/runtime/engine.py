@@ -19,18 +19,18 @@ from armdrive.runtime.deadlines import CALL_LIMIT_S
 from armdrive.runtime.received import Received
 from armdrive.tasks import (
     Alert,
-    Ask,
     Event,
-    Flow,
-    Oddity,
+    Exchange,
     Progress,
+    ProtocolWarning,
     Reply,
     Request,
-    Silence,
+    SleepUntil,
     Task,
-    Until,
+    TaskBody,
+    Timeout,
 )
-from armdrive.trace.calls import NO_WITNESS, Witness
+from armdrive.trace.calls import NO_TRACER, Tracer
 from armdrive.transports.link import Link
 
 T = TypeVar("T")
@@ -54,11 +54,11 @@ class Engine:
         link: Link,
         controller: Controller,
         *,
-        idle: Callable[[float], tuple[float, Flow[Any] | None]],
+        idle: Callable[[float], tuple[float, TaskBody[Any] | None]],
         stopping: Callable[[], None],
         lost: Callable[[LinkLost], None],
         noticed: Callable[[Alert | Progress], None],
-        witness: Witness = NO_WITNESS,
+        witness: Tracer = NO_TRACER,
         received: Received | None = None,
         call_limit_s: float = CALL_LIMIT_S,
     ) -> None:
@@ -89,7 +89,7 @@ class Engine:
         self._noticed = noticed
         self._task: Task[Any] | None = None
         self._next: Task[Any] | None = None
-        self._wait: Ask | Until | None = None
+        self._wait: Exchange | SleepUntil | None = None
         self._asked = False
         self._broken: LinkLost | None = None
         self._proved = True
@@ -126,7 +126,9 @@ class Engine:
         """The loss of the wire, once it has happened."""
         return self._broken
 
-    def start(self, flow: Flow[T], *, alone: bool = False, within_s: float = math.inf) -> Task[T]:
+    def start(
+        self, flow: TaskBody[T], *, alone: bool = False, within_s: float = math.inf
+    ) -> Task[T]:
         """Hand over a flow; it begins at an `advance`, when what is at work has ended.
 
         It ends with `NoAnswer` where it takes longer than `within_s`. The time counts from now
@@ -258,7 +260,7 @@ class Engine:
 
     def _hear(self, event: Event) -> None:
         self.witness.told(event)
-        if isinstance(event, Oddity):
+        if isinstance(event, ProtocolWarning):
             self.last_answer = event.text
         elif isinstance(event, Alert | Progress):
             self.last_answer = event.text if isinstance(event, Alert) else str(event.registers)
@@ -267,13 +269,13 @@ class Engine:
             self.last_answer = f"unexpected: {event}"
         else:
             self._asked = False
-            if isinstance(event, Silence):
+            if isinstance(event, Timeout):
                 self._resume(self._no_answer(event))
             else:
                 self.last_answer = str(event)
                 self._resume(event)
 
-    def _no_answer(self, silence: Silence) -> NoAnswer:
+    def _no_answer(self, silence: Timeout) -> NoAnswer:
         """Return the error of a silence: of a call with a deadline, with all the time it took."""
         task = self._task
         if task is None or math.isinf(task.within_s):
@@ -303,7 +305,7 @@ class Engine:
         task = self._task
         if task is None or self.now_s < task.until_s:
             return
-        silence = Silence(self.controller.last_said, 0.0, self.controller.look_at)
+        silence = Timeout(self.controller.last_said, 0.0, self.controller.look_at)
         error = self._no_answer(silence)
         if self._asked:
             self._asked = False
@@ -327,11 +329,11 @@ class Engine:
             if turns > MOST_TURNS:
                 self._resume(ArmError("a flow of work went round without waiting, and was ended"))
                 return
-            if isinstance(self._wait, Until):
+            if isinstance(self._wait, SleepUntil):
                 if self._wait.time_s > self.now_s and not self.stop_asked:
                     return
                 self._resume(self.now_s)
-            elif isinstance(self._wait, Ask):
+            elif isinstance(self._wait, Exchange):
                 self._send(self._wait.request)
 
     def _begin(self) -> bool:
@@ -342,7 +344,7 @@ class Engine:
                 self.stop_asked = self.stop_hard = False  # nothing is left to stop
                 return False
             task = Task(flow, routine=True, within_s=self.call_limit_s)
-        self._task, self._wait = task, Until(-math.inf)
+        self._task, self._wait = task, SleepUntil(-math.inf)
         self.received.clear()
         self._count_time()
         return True
@@ -402,7 +404,7 @@ class Engine:
             heard_s = min(heard_s, self._task.until_s)
         if self._asked:
             return heard_s
-        if isinstance(self._wait, Until):
+        if isinstance(self._wait, SleepUntil):
             return min(self._wait.time_s, heard_s)
         wake_s, _ = self._idle(self.now_s)
         return min(wake_s, heard_s)

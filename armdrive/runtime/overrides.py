@@ -41,7 +41,7 @@ def given_up(waited_s: float) -> WrongState:
     return WrongState(GIVEN_UP.format(waited_s))
 
 
-class Tempo:
+class SpeedOverride:
     """What was asked of one arm by whoever watches it, and what that has cost in time."""
 
     def __init__(self) -> None:

@@ -10,8 +10,8 @@ from collections.abc import Callable
 
 from armdrive.errors import StateFileError
 from armdrive.status import Trust
-from armdrive.storage.record import NoRecorder, Record, Recorder
-from armdrive.storage.record_writer import AtOnce, BesideTheWire, Keeper, Writer
+from armdrive.storage.record import NoRecorder, PositionRecorder, Record
+from armdrive.storage.record_writer import AtOnce, BesideTheWire, Keeper, RecordWriter
 
 
 class Memory:
@@ -23,14 +23,14 @@ class Memory:
 
     def __init__(
         self,
-        recorder: Recorder | None,
+        recorder: PositionRecorder | None,
         describe: Callable[[bool], Record],
         wake: Callable[[], None] | None = None,
     ) -> None:
         self._recorder = recorder or NoRecorder()
         self._describe = describe
         self._keeper = Keeper(self._recorder)
-        self._writer: Writer = AtOnce(self._keeper)
+        self._writer: RecordWriter = AtOnce(self._keeper)
         if wake is not None and not isinstance(self._recorder, NoRecorder):
             self._writer = BesideTheWire(self._keeper, wake)
         self._taken_up = False

@@ -20,31 +20,31 @@ from kinematics import Joints, Motors, Transmission
 
 
 @dataclass(frozen=True, slots=True)
-class Coordinates:
+class ArmCoordinates:
     """Where the arm is meant to be, before rounding to steps: joints and gripper opening."""
 
     joints: Joints
     opening_mm: float
 
-    def towards(self, other: Coordinates, fraction: float) -> Coordinates:
+    def towards(self, other: ArmCoordinates, fraction: float) -> ArmCoordinates:
         """Return the point at a fraction of the straight way in joint space."""
         if fraction >= 1.0:
             return other
         angles = (a + (b - a) * fraction for a, b in zip(self.joints, other.joints, strict=True))
         opening_mm = self.opening_mm + (other.opening_mm - self.opening_mm) * fraction
-        return Coordinates(Joints(tuple(angles), self.joints.names), opening_mm)
+        return ArmCoordinates(Joints(tuple(angles), self.joints.names), opening_mm)
 
 
 @dataclass(frozen=True, slots=True)
-class Leg:
+class MotionSegment:
     """A motion that is straight in joint space, and how long it takes at the speed asked for."""
 
-    start: Coordinates
-    end: Coordinates
+    start: ArmCoordinates
+    end: ArmCoordinates
     duration_s: float
 
 
-class Whereabouts:
+class PositionLedger:
     """The position of one arm. Raises `Refused` for one whose motors do not fit its controller."""
 
     def __init__(self, config: ArmConfig, controller: Controller) -> None:
@@ -110,7 +110,7 @@ class Whereabouts:
         self.commanded = commanded
         self.slack.takes_back()
 
-    def arrived(self, coordinates: Coordinates | None) -> None:
+    def arrived(self, coordinates: ArmCoordinates | None) -> None:
         """Note that the motion was acknowledged, and which unrounded point it stands for."""
         self.acknowledged = self.commanded
         self.slack.arrive()
@@ -179,7 +179,7 @@ class Whereabouts:
         self.counts = registers
         self.commanded = self.read_back = self.acknowledged
 
-    def refer(self, registers: Motors, there: Coordinates) -> None:
+    def refer(self, registers: Motors, there: ArmCoordinates) -> None:
         """Make the present registers mean a known posture."""
         position = self.transmission.to_motors(there.joints, there.opening_mm)
         self.slack.refer()
@@ -203,13 +203,13 @@ class Whereabouts:
             self.believe_registers()
         return counts == recorded and fits
 
-    def _recorded_point(self, record: Record) -> Coordinates | None:
+    def _recorded_point(self, record: Record) -> ArmCoordinates | None:
         """Return the unrounded point of a record, if it stands for the same whole steps."""
         names = self.coordinates.joints.names
         if len(record.coordinates) != len(names) + 1:
             return None
         *angles, opening_mm = record.coordinates
-        there = Coordinates(Joints(tuple(angles), names), opening_mm)
+        there = ArmCoordinates(Joints(tuple(angles), names), opening_mm)
         same = self.transmission.to_motors(there.joints, opening_mm) == self.acknowledged
         return there if same else None
 
@@ -222,7 +222,7 @@ class Whereabouts:
         low, high = self.config.model.gripper_range_mm
         return low + self.gripper_share * (high - low)
 
-    def coordinates_of(self, position: Motors) -> Coordinates:
+    def coordinates_of(self, position: Motors) -> ArmCoordinates:
         """Return the point that whole motor steps stand for."""
         joints, opening_mm = self.transmission.to_joints(position)
-        return Coordinates(joints, opening_mm)
+        return ArmCoordinates(joints, opening_mm)

@@ -14,14 +14,14 @@ from armdrive.status import Current, Evidence, Trust
 from armdrive.tasks import (
     Alert,
     AlertKind,
-    Ask,
-    Denied,
-    Flow,
+    Exchange,
     ReadPosition,
     Registers,
     Reply,
     Request,
-    Until,
+    RequestRejected,
+    SleepUntil,
+    TaskBody,
     never,
 )
 from kinematics.spaces import Motors
@@ -33,7 +33,7 @@ TRIES = 3
 """How often the registers are asked for: reading moves nothing, so it may be repeated."""
 
 
-class Asking:
+class RegisterReader:
     """What a flow needs that moves nothing: the time, whether to stop, requests, registers."""
 
     def __init__(self, engine: Engine, core: Core) -> None:
@@ -56,17 +56,17 @@ class Asking:
         """Return the error of a motion that a stop ended, with the reason where one is known."""
         return Stopped(words + self.engine.stop_why)
 
-    def request(self, request: Request, silence: Evidence = Evidence.SILENT) -> Flow[Reply]:
+    def request(self, request: Request, silence: Evidence = Evidence.SILENT) -> TaskBody[Reply]:
         """Send one request and return its reply; silence is a fault of the arm."""
         try:
-            reply: Reply = yield Ask(request)
+            reply: Reply = yield Exchange(request)
         except NoAnswer as error:
             self.core.learn(silence, self.now_s)
             self.core.fault(error)
             raise
         return reply
 
-    def ask_registers(self) -> Flow[Registers]:
+    def ask_registers(self) -> TaskBody[Registers]:
         """Read the registers, again where an exchange was disturbed. Raises `DeviceFault`.
 
         It ends within the limit of a call, also in the middle of a motion.
@@ -74,7 +74,7 @@ class Asking:
         with self.engine.limited():
             return (yield from self._ask_registers())
 
-    def _ask_registers(self) -> Flow[Registers]:
+    def _ask_registers(self) -> TaskBody[Registers]:
         """Ask until one answer is sure.
 
         After a disturbance an answer counts only if the line falls silent behind it: else it
@@ -89,11 +89,11 @@ class Asking:
                 yield from self.quiet()
             asked_s = self.now_s
             try:
-                reply: Reply = yield Ask(ReadPosition())
+                reply: Reply = yield Exchange(ReadPosition())
             except NoAnswer as error:
                 silence, mute = error, mute or self.engine.heard_s < asked_s
                 continue
-            if isinstance(reply, Denied) and reply.reason:  # it is there, and says why not
+            if isinstance(reply, RequestRejected) and reply.reason:  # it is there, and says why not
                 raise DeviceFault(reply.reason)
             heard_s = self.engine.heard_s
             if attempt and isinstance(reply, Registers):
@@ -109,7 +109,7 @@ class Asking:
             "check the cable, the port and the dialect"
         )
 
-    def quiet(self) -> Flow[None]:
+    def quiet(self) -> TaskBody[None]:
         """Wait until nothing has been heard for a while, and forget what was.
 
         Of a device whose line is never quiet, as long as late answers take.
@@ -118,7 +118,7 @@ class Asking:
         while self.now_s < (end_s := self._quiet_from_s(since_s) + QUIET_S):
             if self.stopping:
                 break
-            yield Until(end_s)
+            yield SleepUntil(end_s)
         self.engine.controller.forget()
 
     def _quiet_from_s(self, since_s: float) -> float:
@@ -128,7 +128,7 @@ class Asking:
     def _beats(self) -> bool:
         return self.core.controller.abilities.beats
 
-    def read(self) -> Flow[Motors]:
+    def read(self) -> TaskBody[Motors]:
         """Read the registers; return how far they are from the acknowledged ones.
 
         A difference is believed when it is read twice: the line has no check bytes.
@@ -140,7 +140,7 @@ class Asking:
             difference = yield from self._read_once()
         return difference
 
-    def _read_once(self) -> Flow[Motors]:
+    def _read_once(self) -> TaskBody[Motors]:
         try:
             registers = yield from self.ask_registers()
         except DeviceFault as fault:
@@ -149,11 +149,11 @@ class Asking:
             raise
         return self.core.compare(registers)
 
-    def look(self) -> Flow[None]:
+    def look(self) -> TaskBody[None]:
         """Weigh what the registers show of an arm that stands: somebody else may move it."""
         weigh_difference(self, (yield from self.read()))
 
-    def verify(self) -> Flow[None]:
+    def verify(self) -> TaskBody[None]:
         """Compare the registers with what was acknowledged; a difference is a fault."""
         difference = yield from self.read()
         if not difference.largest:
@@ -180,7 +180,7 @@ def without_reset(error: ArmError) -> str:
     return str(error).rstrip(".").removesuffix(", then call `reset()`")
 
 
-def weigh_difference(wire: Asking, difference: Motors) -> None:
+def weigh_difference(wire: RegisterReader, difference: Motors) -> None:
     """Say what registers mean that changed while nothing was moved from here."""
     core = wire.core
     if not difference.largest:
@@ -216,7 +216,7 @@ LONGEST_S = 5.0
 """A reference is good without its record: a disk that takes longer is not waited for."""
 
 
-def leave_standstill(wire: Asking, let_go: Callable[[], bool] = never) -> Flow[bool]:
+def leave_standstill(wire: RegisterReader, let_go: Callable[[], bool] = never) -> TaskBody[bool]:
     """Wait until the mark of motion is on the disk; raises `StateFileError` where it cannot be.
 
     False where a stop was asked for meanwhile, or `let_go()` became true: nothing may move then.
@@ -227,17 +227,17 @@ def leave_standstill(wire: Asking, let_go: Callable[[], bool] = never) -> Flow[b
     while not memory.mark_stands():
         if wire.stopping or let_go():
             return False
-        yield Until(wire.now_s + look_s)
+        yield SleepUntil(wire.now_s + look_s)
         look_s = min(look_s * SLOWER, LAST_LOOK_S)
     return True
 
 
-def be_remembered(wire: Asking) -> Flow[None]:
+def be_remembered(wire: RegisterReader) -> TaskBody[None]:
     """Wait until what was asked for is on the disk or has failed, which the notice tells then."""
     end_s = wire.now_s + LONGEST_S
     look_s = FIRST_LOOK_S
     while not (wire.core.memory.settled or wire.stopping or wire.now_s >= end_s):
-        yield Until(wire.now_s + look_s)
+        yield SleepUntil(wire.now_s + look_s)
         look_s = min(look_s * SLOWER, LAST_LOOK_S)
     wire.core.hear_memory()
 

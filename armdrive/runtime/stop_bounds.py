@@ -23,8 +23,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.controller import Controller, Part, Stopping
-from armdrive.runtime.position import Leg
+from armdrive.dialects.controller import Controller, StopPart, Stopping
+from armdrive.runtime.position import MotionSegment
 from kinematics import ArmGeometry, Joints, Transmission
 
 ROUNDING_STEPS = 1.0
@@ -56,10 +56,10 @@ class StopBound:
 
 
 @dataclass(frozen=True, slots=True)
-class Stretch:
+class StopStretch:
     """A part of a planned motion: how fast each joint and each motor turns in it, at most."""
 
-    part: Part
+    part: StopPart
     joints_rad_s: tuple[float, ...]
     motors_hz: tuple[float, ...]
 
@@ -97,7 +97,9 @@ def stop_bound(
     return run_on(config, controller, burst_s).bound(config, joints)
 
 
-def stretches(transmission: Transmission | None, legs: Iterable[Leg]) -> tuple[Stretch, ...]:
+def stretches(
+    transmission: Transmission | None, legs: Iterable[MotionSegment]
+) -> tuple[StopStretch, ...]:
     """Return the parts of a planned motion in which motors turn."""
     if transmission is None:
         return ()
@@ -111,16 +113,16 @@ def stretches(transmission: Transmission | None, legs: Iterable[Leg]) -> tuple[S
         turned = zip(leg.start.joints, leg.end.joints, strict=True)
         joints_rad_s = tuple(abs(b - a) / duration_s for a, b in turned)
         if max(motors_hz) > 0.0:
-            found.append(Stretch(Part(duration_s, max(motors_hz)), joints_rad_s, motors_hz))
+            found.append(StopStretch(StopPart(duration_s, max(motors_hz)), joints_rad_s, motors_hz))
     return tuple(found)
 
 
 def run_on(
-    config: ArmConfig, controller: Controller, burst_s: float, planned: Sequence[Stretch] = ()
+    config: ArmConfig, controller: Controller, burst_s: float, planned: Sequence[StopStretch] = ()
 ) -> RunOn:
     """Return how an arm goes on: in a planned motion, or in whatever may be commanded next."""
     whole = controller.stopping(burst_s, [stretch.part for stretch in planned])
-    ways: list[tuple[Stretch, Stopping]]
+    ways: list[tuple[StopStretch, Stopping]]
     if planned or not controller.abilities.coordinated:
         alone = planned or _single_motors(config, controller)
         ways = [(each, controller.stopping(burst_s, (each.part,))) for each in alone]
@@ -141,19 +143,19 @@ def run_on(
 # -- what turns ---------------------------------------------------------------------------------
 
 
-def _at_limits(config: ArmConfig, controller: Controller) -> Stretch:
+def _at_limits(config: ArmConfig, controller: Controller) -> StopStretch:
     """Return the motion of all joints, each as fast as its limit and its motors let it."""
     limits = config.model.joint_speeds_rad_s
     fastest_hz = controller.usable_rate_hz(math.inf)
     rows = _inverse(config)
     if not rows:
-        return Stretch(Part(math.inf, fastest_hz), limits, ())
+        return StopStretch(StopPart(math.inf, fastest_hz), limits, ())
     turns = (fastest_hz * math.fsum(map(abs, row)) for row in rows)
     speeds = tuple(min(limit, turn) for limit, turn in zip(limits, turns, strict=False))
-    return Stretch(Part(math.inf, fastest_hz), speeds, (fastest_hz,) * len(rows[0]))
+    return StopStretch(StopPart(math.inf, fastest_hz), speeds, (fastest_hz,) * len(rows[0]))
 
 
-def _single_motors(config: ArmConfig, controller: Controller) -> list[Stretch]:
+def _single_motors(config: ArmConfig, controller: Controller) -> list[StopStretch]:
     """Return a motion of each motor alone, as fast as it and its joints may turn."""
     transmission = config.model.transmission
     if transmission is None:
@@ -164,12 +166,14 @@ def _single_motors(config: ArmConfig, controller: Controller) -> list[Stretch]:
         wanted_hz = math.fsum(abs(one * speed) for one, speed in zip(row, speeds, strict=False))
         rate_hz = max(min(wanted_hz, controller.usable_rate_hz(math.inf)), LEAST_HZ)
         rates_hz = tuple(rate_hz if index == motor else 0.0 for index in range(len(row)))
-        found.append(Stretch(Part(math.inf, rate_hz), config.model.joint_speeds_rad_s, rates_hz))
+        found.append(
+            StopStretch(StopPart(math.inf, rate_hz), config.model.joint_speeds_rad_s, rates_hz)
+        )
     return found
 
 
 def _turned(
-    config: ArmConfig, stretch: Stretch, motion_s: float, extra_steps: float, *, free: bool
+    config: ArmConfig, stretch: StopStretch, motion_s: float, extra_steps: float, *, free: bool
 ) -> Turns:
     """Return what turns in so much of a motion; of a device whose motors are `free`, each motor."""
     rows = _inverse(config)

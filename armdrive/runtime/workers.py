@@ -13,11 +13,11 @@ from typing import Protocol
 from armdrive.runtime.clock import SimulatedClock
 
 
-class GivenUp(BaseException):
+class WorkerEnded(BaseException):
     """The task that awaited this call was cancelled: it ends as by Ctrl-C, and stops the arm."""
 
 
-class Strand(Protocol):
+class Worker(Protocol):
     """One call under way for an event loop."""
 
     @property
@@ -25,29 +25,29 @@ class Strand(Protocol):
         """The simulated time of that loop, in which arms live that are given no other."""
 
     def check(self) -> None:
-        """Raise `GivenUp` once where the call was given up."""
+        """Raise `WorkerEnded` once where the call was given up."""
 
     def park(self, clock: SimulatedClock, done: Callable[[], bool], end_s: float) -> bool | None:
         """Wait in simulated time while the loop drives the clock; None where the caller drives.
 
-        True when `done()`, False when the clock shows `end_s` first. Raises `GivenUp`.
+        True when `done()`, False when the clock shows `end_s` first. Raises `WorkerEnded`.
         """
 
 
 class _Here(threading.local):
     """What is known of the present thread alone."""
 
-    strand: Strand | None = None
+    strand: Worker | None = None
 
 
 _HERE = _Here()
 
 
-def present() -> Strand | None:
+def present() -> Worker | None:
     """Return the strand that the present thread is."""
     return _HERE.strand
 
 
-def become(strand: Strand) -> None:
+def become(strand: Worker) -> None:
     """Have the present thread be a strand from now on."""
     _HERE.strand = strand

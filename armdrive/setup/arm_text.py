@@ -13,33 +13,33 @@ from typing import Any
 
 from armdrive.config.arm import ArmConfig
 from armdrive.config.preset import LENGTHS
-from armdrive.setup.directions import Seen, Signs, conclude
+from armdrive.setup.directions import SeenMotion, Signs, conclude
 from armdrive.setup.draft import GRIPPER_MOTOR, HALF_STEP, Draft
-from armdrive.setup.plan import MM, Notes, Plan
+from armdrive.setup.plan import MM, CommissioningPlan, Notes
 from armdrive.setup.templates import COUPLED, model_text, typed_text
-from armdrive.text.toml import Entry, Section, document
+from armdrive.text.toml import TomlEntry, TomlSection, document
 
 # The motors of an arm file: steps per turn as a sum, and which joints a motor sees which way.
 
 
-def steps_section(draft: Draft) -> Section:
+def steps_section(draft: Draft) -> TomlSection:
     """Return [steps_per_turn] of a Mini-mover's build, empty where it is the preset's."""
     if not draft.measured or (draft.published_motors and not draft.template.half_steps):
-        return Section("steps_per_turn", ())
-    return Section("steps_per_turn", tuple(_turning(draft, motor) for motor in draft.motors))
+        return TomlSection("steps_per_turn", ())
+    return TomlSection("steps_per_turn", tuple(_turning(draft, motor) for motor in draft.motors))
 
 
-def gripper_entry(draft: Draft) -> list[Entry]:
+def gripper_entry(draft: Draft) -> list[TomlEntry]:
     """Return `steps_per_mm` of the gripper's motor, nothing where it is the preset's."""
     if draft.published_motors:
         if not draft.template.half_steps:
             return []
         published = draft.published_steps(GRIPPER_MOTOR)
-        return [Entry("steps_per_mm", _short(published), _microstepped(draft))]
-    return [Entry("steps_per_mm", _short(draft.gripper_steps_per_mm), _pulled(draft))]
+        return [TomlEntry("steps_per_mm", _short(published), _microstepped(draft))]
+    return [TomlEntry("steps_per_mm", _short(draft.gripper_steps_per_mm), _pulled(draft))]
 
 
-def array_of_motors(draft: Draft) -> Iterator[Section]:
+def array_of_motors(draft: Draft) -> Iterator[TomlSection]:
     """Give [[motors]] of an arm of a link table, each with the joint that it sees."""
     reversed_motors = draft.get("reversed.motors", ())
     reversed_joints = draft.get("reversed.joints", ())
@@ -47,38 +47,42 @@ def array_of_motors(draft: Draft) -> Iterator[Section]:
         turned = (motor in reversed_motors) != (motor in reversed_joints)
         sign = draft.direction(motor) * (-1 if turned else 1)
         entries = (
-            Entry("name", motor),
+            TomlEntry("name", motor),
             _named(_turning(draft, motor), "steps_per_turn"),
-            Entry("sees", {motor: sign}, "-1: it counts up as the joint goes down" * (sign < 0)),
+            TomlEntry(
+                "sees", {motor: sign}, "-1: it counts up as the joint goes down" * (sign < 0)
+            ),
         )
-        yield Section("motors", entries, array=True)
+        yield TomlSection("motors", entries, array=True)
     if draft.stepped:
         yield _gripper_motor(draft, set(reversed_motors))
 
 
-def _gripper_motor(draft: Draft, reversed_motors: set[str]) -> Section:
+def _gripper_motor(draft: Draft, reversed_motors: set[str]) -> TomlSection:
     sign = -1 if GRIPPER_MOTOR in reversed_motors else 1
     entries = [
-        Entry("name", GRIPPER_MOTOR),
-        Entry("steps_per_mm", _short(draft.gripper_steps_per_mm), _pulled(draft)),
-        Entry("sees", {"opening": sign}),
+        TomlEntry("name", GRIPPER_MOTOR),
+        TomlEntry("steps_per_mm", _short(draft.gripper_steps_per_mm), _pulled(draft)),
+        TomlEntry("sees", {"opening": sign}),
     ]
     if draft.gripper == COUPLED:
         over = draft.answers["gripper.over"]
         ratio = sign * (-1 if over in reversed_motors else 1)
-        entries.append(Entry("follows", {over: ratio}, "steps added for each step of that motor"))
-    return Section("motors", tuple(entries), array=True)
+        entries.append(
+            TomlEntry("follows", {over: ratio}, "steps added for each step of that motor")
+        )
+    return TomlSection("motors", tuple(entries), array=True)
 
 
-def _turning(draft: Draft, motor: str) -> Entry:
+def _turning(draft: Draft, motor: str) -> TomlEntry:
     if draft.published_motors:
-        return Entry(motor, _short(draft.published_steps(motor)), _microstepped(draft))
+        return TomlEntry(motor, _short(draft.published_steps(motor)), _microstepped(draft))
     gearing = draft.gearing(motor)
-    return Entry(motor, _short(gearing.steps_per_turn), str(gearing))
+    return TomlEntry(motor, _short(gearing.steps_per_turn), str(gearing))
 
 
-def _named(entry: Entry, key: str) -> Entry:
-    return Entry(key, entry.value, entry.comment)
+def _named(entry: TomlEntry, key: str) -> TomlEntry:
+    return TomlEntry(key, entry.value, entry.comment)
 
 
 def _microstepped(draft: Draft) -> str:
@@ -105,7 +109,7 @@ POSTURE_KEYS = ("x_mm", "y_mm", "z_mm", "pitch_deg", "roll_deg", "yaw_deg")
 
 
 @dataclass(frozen=True, slots=True)
-class Files:
+class ArmFiles:
     """What an interview comes to: texts, and the path of the model file from the arm file."""
 
     arm: str
@@ -120,10 +124,10 @@ class Files:
         return f"{self.arm}\n# --- and {self.model_path}:\n\n{self.model}"
 
 
-def files_of(draft: Draft) -> Files:
+def files_of(draft: Draft) -> ArmFiles:
     """Return the texts of the files."""
     path = f"{MODELS}/{draft.name}.toml"
-    return Files(document(_sections(draft, path), _heading(draft)), _links(draft), path)
+    return ArmFiles(document(_sections(draft, path), _heading(draft)), _links(draft), path)
 
 
 def _heading(draft: Draft) -> str:
@@ -150,7 +154,7 @@ def _links(draft: Draft) -> str | None:
     return typed_text(rows, draft.name, title)
 
 
-def _sections(draft: Draft, model_path: str) -> Iterator[Section]:
+def _sections(draft: Draft, model_path: str) -> Iterator[TomlSection]:
     yield _top(draft, model_path)
     yield _connection(draft)
     yield _device(draft)
@@ -158,81 +162,85 @@ def _sections(draft: Draft, model_path: str) -> Iterator[Section]:
     yield from _use(draft)
 
 
-def _top(draft: Draft, model_path: str) -> Section:
+def _top(draft: Draft, model_path: str) -> TomlSection:
     preset = draft.template.preset
     entries = [
-        Entry("model", preset or model_path, "" if preset else "the link table, beside this file"),
-        Entry("title", draft.get("title", draft.name)),
+        TomlEntry(
+            "model", preset or model_path, "" if preset else "the link table, beside this file"
+        ),
+        TomlEntry("title", draft.get("title", draft.name)),
     ]
     if draft.preset is not None and draft.measured and draft.stepped:
         entries += gripper_entry(draft)
-    return Section("", tuple(entries))
+    return TomlSection("", tuple(entries))
 
 
-def _connection(draft: Draft) -> Section:
+def _connection(draft: Draft) -> TomlSection:
     port = draft.get("connection.port", "")
     entries = [
-        Entry("dialect", draft.dialect.name),
-        Entry("port", port, "" if port else "none yet: the arm is only simulated"),
+        TomlEntry("dialect", draft.dialect.name),
+        TomlEntry("port", port, "" if port else "none yet: the arm is only simulated"),
     ]
     if (baud := draft.get("connection.baud")) is not None:
-        entries.append(Entry("baud", baud))
+        entries.append(TomlEntry("baud", baud))
     if draft.get("connection.keep_dtr"):
         entries += [
-            Entry("raise_dtr", True, "the board resets when DTR rises ..."),
-            Entry("keep_dtr_on_close", True, "... so it stays up between programs"),
+            TomlEntry("raise_dtr", True, "the board resets when DTR rises ..."),
+            TomlEntry("keep_dtr_on_close", True, "... so it stays up between programs"),
         ]
-    return Section("connection", tuple(entries))
+    return TomlSection("connection", tuple(entries))
 
 
-def _device(draft: Draft) -> Section:
+def _device(draft: Draft) -> TomlSection:
     """Return the dialect's own section: what was asked of it, and whether it homes."""
     known = draft.device_fields
     asked = [(key, draft.get(f"device.{key}")) for key in known]
-    entries = [Entry(key, value) for key, value in asked if value is not None]
+    entries = [TomlEntry(key, value) for key, value in asked if value is not None]
     if draft.get("homing.own") and "homing" in known:
-        entries.append(Entry("homing", True, "the board's own setting is checked against this"))
-    return Section(draft.dialect.name, tuple(entries))
+        entries.append(TomlEntry("homing", True, "the board's own setting is checked against this"))
+    return TomlSection(draft.dialect.name, tuple(entries))
 
 
-def _arm(draft: Draft) -> Iterator[Section]:
+def _arm(draft: Draft) -> Iterator[TomlSection]:
     if draft.preset is None:
         yield from array_of_motors(draft)
     else:
-        lengths = [Entry(k, draft.get(f"lengths.{k}")) for k in LENGTHS]
-        yield Section("lengths", tuple(entry for entry in lengths if entry.value is not None))
+        lengths = [TomlEntry(k, draft.get(f"lengths.{k}")) for k in LENGTHS]
+        yield TomlSection("lengths", tuple(entry for entry in lengths if entry.value is not None))
         yield steps_section(draft)
         yield from _signs(draft)
     every = draft.preset is None
-    yield Section("limits_deg", tuple(_per_joint(draft, "limits", every)))
-    yield Section("speeds_deg_s", tuple(_per_joint(draft, "speeds", every)))
+    yield TomlSection("limits_deg", tuple(_per_joint(draft, "limits", every)))
+    yield TomlSection("speeds_deg_s", tuple(_per_joint(draft, "speeds", every)))
 
 
-def _per_joint(draft: Draft, what: str, every: bool) -> Iterator[Entry]:
+def _per_joint(draft: Draft, what: str, every: bool) -> Iterator[TomlEntry]:
     known = {"limits": draft.limits_deg, "speeds": draft.speed_deg_s}[what]
     for joint in draft.joints:
         answered = draft.get(f"{what}.{joint}")
         if answered is not None:
-            yield Entry(joint, answered)
+            yield TomlEntry(joint, answered)
         elif every:
-            yield Entry(joint, known(joint))
+            yield TomlEntry(joint, known(joint))
 
 
-def _signs(draft: Draft) -> Iterator[Section]:
+def _signs(draft: Draft) -> Iterator[TomlSection]:
     for section, key in (("motor_signs", "reversed.motors"), ("joint_signs", "reversed.joints")):
         comment = "-1 counts the other way than the preset"
-        yield Section(section, tuple(Entry(name, -1) for name in draft.get(key, ())), comment)
+        yield TomlSection(
+            section, tuple(TomlEntry(name, -1) for name in draft.get(key, ())), comment
+        )
 
 
-def _use(draft: Draft) -> Iterator[Section]:
+def _use(draft: Draft) -> Iterator[TomlSection]:
     if not draft.stepped:
-        yield Section("gripper", (Entry("kind", draft.gripper),))
+        yield TomlSection("gripper", (TomlEntry("kind", draft.gripper),))
     if draft.preset is None and "fingers.range" in draft.answers:
         entries = (
-            Entry("range_mm", draft.answers["fingers.range"]),
-            Entry("speed_mm_s", draft.answers["fingers.speed"]),
+            TomlEntry("range_mm", draft.answers["fingers.range"]),
+            TomlEntry("speed_mm_s", draft.answers["fingers.speed"]),
         )
-        yield Section("fingers", entries)
+        yield TomlSection("fingers", entries)
     if draft.get("homing.own"):
         yield from _homing(draft)
     for key in ("reference", "park"):
@@ -240,29 +248,31 @@ def _use(draft: Draft) -> Iterator[Section]:
     yield _guards(draft)
 
 
-def _homing(draft: Draft) -> Iterator[Section]:
+def _homing(draft: Draft) -> Iterator[TomlSection]:
     entries = []
     if draft.stepped:
-        entries.append(Entry("opening_mm", draft.get("homing.opening", 0.0)))
+        entries.append(TomlEntry("opening_mm", draft.get("homing.opening", 0.0)))
     if draft.get("homing.groups"):
         order = "motors by number, in the order in which they home"
-        entries.append(Entry("groups", draft.answers["homing.groups"], order))
-    yield Section("homing", tuple(entries))
-    joints = tuple(Entry(joint, draft.answers[f"homing.joints.{joint}"]) for joint in draft.joints)
-    yield Section("homing.joints_deg", joints, "where every joint stands after homing")
+        entries.append(TomlEntry("groups", draft.answers["homing.groups"], order))
+    yield TomlSection("homing", tuple(entries))
+    joints = tuple(
+        TomlEntry(joint, draft.answers[f"homing.joints.{joint}"]) for joint in draft.joints
+    )
+    yield TomlSection("homing.joints_deg", joints, "where every joint stands after homing")
 
 
-def _posture(name: str, numbers: Sequence[float]) -> Section:
-    return Section(name, tuple(map(Entry, POSTURE_KEYS, numbers)))
+def _posture(name: str, numbers: Sequence[float]) -> TomlSection:
+    return TomlSection(name, tuple(map(TomlEntry, POSTURE_KEYS, numbers)))
 
 
-def _guards(draft: Draft) -> Section:
+def _guards(draft: Draft) -> TomlSection:
     tolerance_mm = draft.get("guards.tolerance_mm")
     usual = draft.preset.guards.tolerance_mm if draft.preset else None
     if tolerance_mm is None or tolerance_mm == usual:
-        return Section("guards", ())
+        return TomlSection("guards", ())
     comment = "how far below the table rounding may put a point"
-    return Section("guards", (Entry("tolerance_mm", tolerance_mm, comment),))
+    return TomlSection("guards", (TomlEntry("tolerance_mm", tolerance_mm, comment),))
 
 
 # From what was found to the arm's file: a new one, or the present one with what differs.
@@ -273,10 +283,10 @@ def _guards(draft: Draft) -> Section:
 DIGITS = 9
 
 
-def signs_of(plan: Plan, notes: Mapping[str, Notes]) -> Signs:
+def signs_of(plan: CommissioningPlan, notes: Mapping[str, Notes]) -> Signs:
     """Return which directions are reversed, of the motors that were tried."""
     tried = [(each, notes[each.name]) for each in plan.drives if _was_tried(notes, each.name)]
-    seen = [Seen(drive.trial, noted.way, noted.roll) for drive, noted in tried]
+    seen = [SeenMotion(drive.trial, noted.way, noted.roll) for drive, noted in tried]
     return conclude(seen, plan.roll_joint)
 
 
@@ -284,7 +294,9 @@ def _was_tried(notes: Mapping[str, Notes], name: str) -> bool:
     return name in notes and bool(notes[name].way)
 
 
-def merged(config: ArmConfig, plan: Plan, notes: Mapping[str, Notes], port: str) -> dict[str, Any]:
+def merged(
+    config: ArmConfig, plan: CommissioningPlan, notes: Mapping[str, Notes], port: str
+) -> dict[str, Any]:
     """Return the table of the arm's file with everything that was found."""
     table: dict[str, Any] = copy.deepcopy(dict(config.source.table if config.source else {}))
     wire = table.setdefault("connection", {})
@@ -302,7 +314,9 @@ def merged(config: ArmConfig, plan: Plan, notes: Mapping[str, Notes], port: str)
     return table
 
 
-def _put_device(section: dict[str, Any], plan: Plan, notes: Mapping[str, Notes]) -> None:
+def _put_device(
+    section: dict[str, Any], plan: CommissioningPlan, notes: Mapping[str, Notes]
+) -> None:
     currents = {each.current_ma for each in notes.values() if each.current_ma}
     alike = len(currents) == 1 and len(notes) == len(plan.drives)
     ids = [each.node for each in plan.drives]
@@ -310,7 +324,7 @@ def _put_device(section: dict[str, Any], plan: Plan, notes: Mapping[str, Notes])
 
 
 def _put_preset(
-    table: dict[str, Any], plan: Plan, per_unit: Mapping[str, float], signs: Signs
+    table: dict[str, Any], plan: CommissioningPlan, per_unit: Mapping[str, float], signs: Signs
 ) -> None:
     pulling = {each.name for each in plan.drives if each.unit == MM}
     for name, steps in per_unit.items():
@@ -346,13 +360,13 @@ def text_of(table: Mapping[str, Any], name: str, unclear: tuple[str, ...] = ()) 
 
 def _table_sections(
     table: Mapping[str, Any], name: str = "", array: bool = False
-) -> Iterator[Section]:
+) -> Iterator[TomlSection]:
     inner = {key: each for key, each in table.items() if _is_section(each)}
     if array:  # an array's entries keep their tables inline
         inner = {}
-    yield Section(
+    yield TomlSection(
         name,
-        tuple(Entry(key, each) for key, each in table.items() if key not in inner),
+        tuple(TomlEntry(key, each) for key, each in table.items() if key not in inner),
         array=array,
     )
     for key, each in inner.items():

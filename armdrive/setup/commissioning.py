@@ -8,17 +8,17 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from armdrive.dialects.bus.tools import listen
-from armdrive.dialog import About, Ask, Keep, Talk, agreed, say
+from armdrive.dialog import About, AskPerson, Keep, Talk, agreed, say
 from armdrive.setup.directions import NOTHING, OTHER, Sight, sight
 from armdrive.setup.finding import is_command
-from armdrive.setup.plan import MM, Notes, Plan, Planned
+from armdrive.setup.plan import MM, CommissioningPlan, Notes, Planned
 from armdrive.setup.trial import AS_SAID, MORE, NUDGE, counts_of, try_out
 from armdrive.sim.bus.drives import DrivesOnBus
-from armdrive.sim.simulated_arm import Twin
+from armdrive.sim.simulated_arm import SimulatedArm
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class CommissioningOutcome:
     """What came of it: notes by motor, the motors that were left out, and who is missing at last.
 
     `finished` says whether every drive has been met and settled.
@@ -34,24 +34,26 @@ class Outcome:
         return not self.left_out and not self.missing
 
 
-def walk(plan: Plan, notes: dict[str, Notes], *, again: bool = False) -> Talk[Outcome]:
+def walk(
+    plan: CommissioningPlan, notes: dict[str, Notes], *, again: bool = False
+) -> Talk[CommissioningOutcome]:
     """Commission every drive of an arm; what was noted before is not asked again, unless `again`.
 
     Ended at any question, it goes on there with the notes that were kept by then.
     """
     yield from _introduce(plan, notes, again=again)
     if (yield from _others_command()):
-        return Outcome(notes, tuple(each.name for each in plan.drives))
+        return CommissioningOutcome(notes, tuple(each.name for each in plan.drives))
     left_out = []
     for drive in plan.order:
         yield from say("", f"--- {drive.title}")
         if not (yield from one(plan, drive, notes, again=again)):
             left_out.append(drive.name)
     missing = yield from together(plan)
-    return Outcome(notes, tuple(left_out), missing)
+    return CommissioningOutcome(notes, tuple(left_out), missing)
 
 
-def _introduce(plan: Plan, notes: Mapping[str, Notes], *, again: bool) -> Talk[None]:
+def _introduce(plan: CommissioningPlan, notes: Mapping[str, Notes], *, again: bool) -> Talk[None]:
     listed = ", ".join(f"{each.node} {each.name}" for each in plan.drives)
     yield from say(
         f"Commissioning the {len(plan.drives)} drives of {plan.name}: {listed}.",
@@ -78,7 +80,9 @@ def _others_command() -> Talk[bool]:
     return bool(heard.commands)
 
 
-def one(plan: Plan, drive: Planned, notes: dict[str, Notes], *, again: bool) -> Talk[bool]:
+def one(
+    plan: CommissioningPlan, drive: Planned, notes: dict[str, Notes], *, again: bool
+) -> Talk[bool]:
     """Take one drive through its steps, keeping notes after each; return whether it is ready."""
     others = len(plan.drives) > 1
     at_hand = yield from plan.tools.arrive(plan.name, plan.device, drive, others)
@@ -103,7 +107,7 @@ def one(plan: Plan, drive: Planned, notes: dict[str, Notes], *, again: bool) -> 
     return noted.done
 
 
-def together(plan: Plan) -> Talk[tuple[str, ...]]:
+def together(plan: CommissioningPlan) -> Talk[tuple[str, ...]]:
     """Ask all drives, once all are plugged in; return who does not answer alone."""
     yield from say("", "--- all together")
     while True:
@@ -144,10 +148,10 @@ class Practice:
 
     def __init__(
         self,
-        twin: Twin,
-        plan: Plan,
+        twin: SimulatedArm,
+        plan: CommissioningPlan,
         tell: Callable[[str], None],
-        ask: Callable[[Ask], Any] | None = None,
+        ask: Callable[[AskPerson], Any] | None = None,
     ) -> None:
         """Begin with every drive's CAN cable pulled."""
         self.tell = tell
@@ -162,7 +166,7 @@ class Practice:
         """Look how the arm stands."""
         self._before = (self._twin.world.joints, self._twin.world.opening_mm)
 
-    def answer(self, asked: Ask) -> Any:
+    def answer(self, asked: AskPerson) -> Any:
         """Do what a question is about, then answer it or have it answered."""
         if asked.about is About.CONNECT:
             self._plug(asked.motor, on=True)
@@ -181,7 +185,7 @@ class Practice:
         if isinstance(device, DrivesOnBus):
             device.plug_drive(motor, on)
 
-    def _seen(self, asked: Ask) -> str:
+    def _seen(self, asked: AskPerson) -> str:
         drive = self._plan.drives[asked.motor]
         if asked.about is About.AMOUNT:
             return f"{self._moved(drive):.3g}"

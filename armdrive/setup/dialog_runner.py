@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Protocol, TypeVar
 
 from armdrive.dialects.bus.tools import BusHost
-from armdrive.dialog import Act, Ask, Hear, Keep, Mark, Put, Say, Stands, Talk
+from armdrive.dialog import Act, Announce, AskPerson, Hear, Keep, NotePosture, Put, Stands, Talk
 from armdrive.errors import LinkError
 from armdrive.setup.prober import Clock
 from armdrive.transports.link import Link
@@ -20,20 +20,20 @@ STOPS = 3
 BETWEEN_S = 0.01
 
 
-class Person(Protocol):
+class DialogPerson(Protocol):
     """Who is told, is asked, and looks at the arm."""
 
     def tell(self, text: str) -> None:
         """Hear a line."""
 
-    def answer(self, asked: Ask) -> Any:
+    def answer(self, asked: AskPerson) -> Any:
         """Answer a question, by its reader's value."""
 
     def watch(self, motor: int) -> None:
         """Look how the arm stands, before a motor turns."""
 
 
-class Nobody:
+class NobodyFound:
     """A survey asks no person anything."""
 
     def tell(self, text: str) -> None:
@@ -42,12 +42,12 @@ class Nobody:
     def watch(self, motor: int) -> None:
         """See nothing."""
 
-    def answer(self, asked: Ask) -> object:
+    def answer(self, asked: AskPerson) -> object:
         """Refuse: there is no question in a survey."""
         raise NotImplementedError(asked.question.words)
 
 
-class SimulatedClock:
+class DialogClock:
     """Time on a simulated bus: it passes when somebody waits."""
 
     def __init__(self) -> None:
@@ -62,7 +62,7 @@ class SimulatedClock:
         self._now_s = min(max(link.next_s(), self._now_s), until_s)
 
 
-class Carrier:
+class DialogRunner:
     """One link and the protocol spoken on it, one clock, one person."""
 
     def __init__(
@@ -70,7 +70,7 @@ class Carrier:
         link: Link,
         host: BusHost,
         clock: Clock,
-        person: Person,
+        person: DialogPerson,
         keep: Callable[[Mapping[str, Any]], None] = lambda _notes: None,
     ) -> None:
         self._link = link
@@ -105,11 +105,11 @@ class Carrier:
 
     def _do(self, act: Act) -> Any:
         match act:
-            case Say(text):
+            case Announce(text):
                 self._person.tell(text)
-            case Ask():
+            case AskPerson():
                 return self._person.answer(act)
-            case Mark(motor):
+            case NotePosture(motor):
                 self._person.watch(motor)
             case Keep(notes):
                 self._keep(notes)

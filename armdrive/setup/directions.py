@@ -132,7 +132,7 @@ class Trial:
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class SeenMotion:
     """What somebody saw of a trial: a word, and which way the hand turned where that was asked."""
 
     trial: Trial
@@ -195,7 +195,7 @@ def check_word(trial: Trial, word: str) -> None:
         )
 
 
-def conclude(seen: Iterable[Seen], roll_joint: str) -> Signs:
+def conclude(seen: Iterable[SeenMotion], roll_joint: str) -> Signs:
     """Return what is reversed; `roll_joint` is the one that two wrist motors turn together."""
     motors, unclear, rolls = [], [], []
     for each in seen:
@@ -238,7 +238,7 @@ def roll_joint(arm: ArmGeometry, posture: Joints) -> str:
 DIGITS = 9
 
 
-class Saw(Enum):
+class SawMotion(Enum):
     """What was seen of one motor, beside what ought to be seen."""
 
     AS_SHOWN = "it moved as shown"
@@ -249,25 +249,25 @@ class Saw(Enum):
     HALF = "about half as far"
 
 
-FARTHER: Mapping[Saw, float] = {Saw.TWICE: 2.0, Saw.HALF: 0.5}
+FARTHER: Mapping[SawMotion, float] = {SawMotion.TWICE: 2.0, SawMotion.HALF: 0.5}
 """How far it went, as a share of what the arm file says."""
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class MotorLook:
     """What was seen of one trial; `instead` names the motor whose part moved, `hand` how it turned.
 
     `hand` is a word of `WAYS["roll"]`, empty where it was not asked for.
     """
 
     trial: Trial
-    saw: Saw
+    saw: SawMotion
     instead: str = ""
     hand: str = ""
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class DirectionVerdict:
     """What all looks together say. `farther` is by motor; `order` the motor seen, by the one meant.
 
     Both leave out those that are right.
@@ -283,33 +283,33 @@ class Verdict:
         return not (self.farther or self.order or any((self.signs.motors, self.signs.joints)))
 
 
-def judge(looks: Iterable[Look], roll_joint: str) -> Verdict:
+def judge(looks: Iterable[MotorLook], roll_joint: str) -> DirectionVerdict:
     """Return what the looks say; a motor that was another one's tells nothing of directions."""
     looks = tuple(looks)
-    order = {each.trial.name: each.instead for each in looks if each.saw is Saw.ANOTHER}
+    order = {each.trial.name: each.instead for each in looks if each.saw is SawMotion.ANOTHER}
     farther = {each.trial.name: FARTHER[each.saw] for each in looks if each.saw in FARTHER}
     signs = conclude(map(_seen_of_look, looks), roll_joint)
     unclear = tuple(name for name in signs.unclear if name not in order)
     signs = Signs(signs.motors, signs.joints, unclear)
-    return Verdict(signs, farther, order)
+    return DirectionVerdict(signs, farther, order)
 
 
-def _seen_of_look(look: Look) -> Seen:
+def _seen_of_look(look: MotorLook) -> SeenMotion:
     way = look.trial.ways[0]
     word = look.trial.expected.word(way)
-    if look.saw is Saw.OTHER_WAY:
+    if look.saw is SawMotion.OTHER_WAY:
         word = next(each for each in WAYS[way] if each != word)
-    gone = {Saw.NOT_AT_ALL: NOTHING, Saw.ANOTHER: OTHER}
-    return Seen(look.trial, gone.get(look.saw, word), look.hand)
+    gone = {SawMotion.NOT_AT_ALL: NOTHING, SawMotion.ANOTHER: OTHER}
+    return SeenMotion(look.trial, gone.get(look.saw, word), look.hand)
 
 
-def swapped(verdict: Verdict) -> bool:
+def swapped(verdict: DirectionVerdict) -> bool:
     """Tell whether those that changed places are the same as those in whose place they are."""
     return bool(verdict.order) and set(verdict.order) == set(verdict.order.values())
 
 
 def changes(
-    table: Mapping[str, Any], transmission: Transmission, verdict: Verdict
+    table: Mapping[str, Any], transmission: Transmission, verdict: DirectionVerdict
 ) -> tuple[Change, ...]:
     """Return the keys of an arm file's table that have to say something else, but for the order."""
     if "motors" in table:
@@ -318,7 +318,7 @@ def changes(
 
 
 def _of_preset(
-    table: Mapping[str, Any], transmission: Transmission, verdict: Verdict
+    table: Mapping[str, Any], transmission: Transmission, verdict: DirectionVerdict
 ) -> Iterator[Change]:
     for section, names in (
         ("motor_signs", verdict.signs.motors),
@@ -326,7 +326,7 @@ def _of_preset(
     ):
         for name in names:
             known = table.get(section, {}).get(name, 1)
-            yield Change((section, name), -known, Saw.OTHER_WAY.value)
+            yield Change((section, name), -known, SawMotion.OTHER_WAY.value)
     turning = len(transmission.joint_names)
     for index, motor in enumerate(transmission.motors):
         share = verdict.farther.get(motor.name)
@@ -341,7 +341,7 @@ def _of_preset(
             yield Change(("steps_per_turn", motor.name), _short(known / share), _far(share))
 
 
-def _of_motors(motors: list[Mapping[str, Any]], verdict: Verdict) -> Iterator[Change]:
+def _of_motors(motors: list[Mapping[str, Any]], verdict: DirectionVerdict) -> Iterator[Change]:
     """Give the changes of a list of motors: what follows a motor follows its direction as well."""
     turned = dict.fromkeys(verdict.signs.motors, -1)
     joints = dict.fromkeys(verdict.signs.joints, -1)
@@ -352,7 +352,7 @@ def _of_motors(motors: list[Mapping[str, Any]], verdict: Verdict) -> Iterator[Ch
         if "sees" not in motor and own < 0:
             sees = {"opening": -1}  # what a motor of fingers sees that says nothing
         if sees and sees != motor.get("sees"):
-            yield Change(("motors", index, "sees"), sees, Saw.OTHER_WAY.value)
+            yield Change(("motors", index, "sees"), sees, SawMotion.OTHER_WAY.value)
         share = verdict.farther.get(name)
         if share is not None:
             key = "steps_per_mm" if "steps_per_mm" in motor else "steps_per_turn"
@@ -397,20 +397,20 @@ def _short(steps: float) -> float:
 # made. A motor is brought back before the next one's turn.
 
 
-class Check:
+class DirectionCheck:
     """Which motor's turn it is, and what was seen so far."""
 
     def __init__(self, arm: ArmGeometry, transmission: Transmission, posture: Joints) -> None:
         self.posture = posture
         self.transmission = transmission
         self.trials = trials(arm, transmission, posture)
-        self.looks: tuple[Look, ...] = ()
+        self.looks: tuple[MotorLook, ...] = ()
         self.away = False
         """Whether the motor stands where it was turned to, and not yet where it was."""
         self.shown = False
         """Whether the motor was turned at all since its turn came."""
         self._roll = roll_joint(arm, posture)
-        self._half: Saw | None = None
+        self._half: SawMotion | None = None
 
     @property
     def trial(self) -> Trial | None:
@@ -456,20 +456,20 @@ class Check:
         else:
             self.away = self.shown = True
 
-    def saw(self, what: Saw, instead: str = "") -> None:
+    def saw(self, what: SawMotion, instead: str = "") -> None:
         """Take what was seen. Raises `BadRequest` where nothing was turned yet."""
         trial = self.trial
         if trial is None:
             raise BadRequest("every motor has been answered for")
         if self.answered:
             raise BadRequest("it was answered already: bring it back first")
-        if not self.shown and what is not Saw.NOT_AT_ALL:
+        if not self.shown and what is not SawMotion.NOT_AT_ALL:
             raise BadRequest("turn it first: nothing has been seen of it yet")
-        told = what in (Saw.AS_SHOWN, Saw.OTHER_WAY)
+        told = what in (SawMotion.AS_SHOWN, SawMotion.OTHER_WAY)
         if told and trial.turns_hand and self._half is None:
             self._half = what
             return
-        self._note(Look(trial, what, instead))
+        self._note(MotorLook(trial, what, instead))
 
     def hand(self, word: str) -> None:
         """Take which way the hand turned about its own axis: a word, or "" for not seen."""
@@ -477,9 +477,9 @@ class Check:
         if self._half is None or trial is None:
             raise BadRequest("the hand's turning is not asked for now")
         half, self._half = self._half, None
-        self._note(Look(trial, half, hand=word))
+        self._note(MotorLook(trial, half, hand=word))
 
-    def _note(self, look: Look) -> None:
+    def _note(self, look: MotorLook) -> None:
         self.looks = (*self.looks, look)
         self.shown, self._half = False, None
 
@@ -488,12 +488,12 @@ class Check:
         now = self.trial
         return tuple(m.name for m in self.transmission.motors if now is None or m.name != now.name)
 
-    def verdict(self) -> Verdict:
+    def verdict(self) -> DirectionVerdict:
         """Return what all the looks so far say together."""
         return judge(self.looks, self._roll)
 
 
-def check_of(config: ArmConfig, joints: Joints | None) -> Check:
+def check_of(config: ArmConfig, joints: Joints | None) -> DirectionCheck:
     """Return the check of an arm that stands so, or, with None, as it is asked to be put.
 
     Raises `Refused` where nothing is known of its motors.
@@ -504,4 +504,4 @@ def check_of(config: ArmConfig, joints: Joints | None) -> Check:
             "no motor steps are known of this arm: give steps_per_mm and [steps_per_turn] first"
         )
     arm = config.model.arm
-    return Check(arm, transmission, joints or found_posture(arm))
+    return DirectionCheck(arm, transmission, joints or found_posture(arm))

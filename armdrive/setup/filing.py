@@ -12,14 +12,14 @@ from armdrive.config.arm import ArmConfig, read_arm_table
 from armdrive.config.write import amended
 from armdrive.errors import ArmFileError
 from armdrive.registry import arm_problems, load_arm
-from armdrive.setup.arm_text import Files
-from armdrive.setup.directions import Verdict, changes, swapped
+from armdrive.setup.arm_text import ArmFiles
+from armdrive.setup.directions import DirectionVerdict, changes, swapped
 from armdrive.storage.files import replace_file
 from armdrive.text.reading import read_text
 from kinematics import Transmission
 
 
-def checked(files: Files, name: str) -> ArmConfig:
+def checked(files: ArmFiles, name: str) -> ArmConfig:
     """Read the texts back as they would be read; nothing stays on the disk."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"{name}.toml"
@@ -27,7 +27,7 @@ def checked(files: Files, name: str) -> ArmConfig:
         return load_arm(path)
 
 
-def write(files: Files, path: Path) -> None:
+def write(files: ArmFiles, path: Path) -> None:
     """Write the model file, then the arm file that names it."""
     if files.model is not None:
         replace_file(path.parent / files.model_path, files.model.rstrip("\n"))
@@ -35,7 +35,7 @@ def write(files: Files, path: Path) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Proposal:
+class FileProposal:
     """An arm file as it stands and as it should be; `remarks` are what no file can mend."""
 
     path: Path
@@ -63,7 +63,7 @@ class Proposal:
         replace_file(self.path, self.after.rstrip("\n"))
 
 
-def propose(path: Path, transmission: Transmission, verdict: Verdict) -> Proposal:
+def propose(path: Path, transmission: Transmission, verdict: DirectionVerdict) -> FileProposal:
     """Return how an arm file should be changed. Writes nothing; raises `ArmFileError`."""
     before = _text(path)
     table = tomllib.loads(before)
@@ -77,7 +77,7 @@ def propose(path: Path, transmission: Transmission, verdict: Verdict) -> Proposa
     ]
     if new:
         raise ArmFileError(f"with these changes the arm file could not be used: {new[0]}")
-    return Proposal(path, before, text, tuple(_remarks(verdict, order)))
+    return FileProposal(path, before, text, tuple(_remarks(verdict, order)))
 
 
 def file_of(config: ArmConfig) -> Path | None:
@@ -91,7 +91,7 @@ def file_of(config: ArmConfig) -> Path | None:
         return None
 
 
-def _remarks(verdict: Verdict, order: dict[str, str]) -> list[str]:
+def _remarks(verdict: DirectionVerdict, order: dict[str, str]) -> list[str]:
     said = []
     if verdict.order and not order:
         pairs = ", ".join(f"{seen} moved for {meant}" for meant, seen in verdict.order.items())

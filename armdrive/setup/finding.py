@@ -28,7 +28,7 @@ from armdrive.dialog import Finding, Grade, WrongAnswer, note
 from armdrive.errors import ArmError, ArmFileError, PortUnavailable
 from armdrive.registry import DIALECTS
 from armdrive.setup import prober
-from armdrive.setup.dialog_runner import Carrier, Nobody
+from armdrive.setup.dialog_runner import DialogRunner, NobodyFound
 from armdrive.setup.draft import LinkFile, Surroundings
 from armdrive.setup.findings import Expected, findings, of_listening
 from armdrive.setup.ports import arm_files, look_at
@@ -104,7 +104,7 @@ def _asked(address: CanAddress) -> Found:
     """Listen on a bus, then ask every id who it is, unless somebody else commands its drives."""
     rate = address.option("bitrate")
     with closing(can_link.open_can_link(str(address.listening()))) as link:
-        carrier = Carrier(link, FrameHost(), prober.RealClock(), Nobody())
+        carrier = DialogRunner(link, FrameHost(), prober.RealClock(), NobodyFound())
         heard = carrier.run(tools.listen(is_command))
     told = of_listening(heard, LISTEN_S, int(rate) if rate.isdecimal() else 0)
     if heard.commands:
@@ -202,7 +202,7 @@ def ask_bus(
             break
         chosen = [each for each in spared(ids, answers, heard) if each <= row.most]
         if chosen or heard:
-            carrier = Carrier(link, row.host(), clock, Nobody())
+            carrier = DialogRunner(link, row.host(), clock, NobodyFound())
             answers.append(carrier.run(row.ask(chosen, heard)))
     return tuple(answers)
 

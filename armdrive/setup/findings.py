@@ -14,8 +14,8 @@ from armdrive.dialog import Finding, note, ok, problem
 from armdrive.registry import DIALECTS, likely
 from armdrive.runtime.received import excerpt
 from armdrive.setup.prober import Examination
-from armdrive.status import Lateness, Wakes
-from armdrive.tasks import Difference, Settings
+from armdrive.status import Lateness, SchedulingJitter
+from armdrive.tasks import DeviceSettings, Difference
 from armdrive.text.toml import value as toml
 from armdrive.transports.can_health import BusHealth, BusState, frame_bits
 
@@ -251,7 +251,7 @@ def of_arm(
 # The settings of a device that is known, compared with what its arm file expects.
 
 
-def settings_findings(settings: Settings) -> list[Finding]:
+def settings_findings(settings: DeviceSettings) -> list[Finding]:
     """Say which settings differ; those that keep the arm from moving are problems."""
     listed = [_finding(each) for each in settings.differences]
     told = f" ({settings.firmware})" if settings.firmware else ""
@@ -272,7 +272,7 @@ LATE_S = 5e-3
 """Later than this now and then is worth a word: a burst is some 100 ms long."""
 
 
-def measure(deadlines: int = DEADLINES, period_s: float = PERIOD_S) -> Wakes:
+def measure(deadlines: int = DEADLINES, period_s: float = PERIOD_S) -> SchedulingJitter:
     """Return how late a thread woke for so many deadlines that were set beforehand."""
     lateness = Lateness()
     due_s = time.perf_counter()
@@ -283,7 +283,7 @@ def measure(deadlines: int = DEADLINES, period_s: float = PERIOD_S) -> Wakes:
     return lateness.view()
 
 
-def finding(wakes: Wakes) -> Finding:
+def finding(wakes: SchedulingJitter) -> Finding:
     """Say whether it is punctual enough to drive an arm smoothly."""
     what = f"this computer's punctuality: {wakes}"
     if wakes.p99_s <= LATE_S:

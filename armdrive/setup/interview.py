@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from armdrive.dialog import Question, WrongAnswer
-from armdrive.setup.arm_text import Files, files_of
+from armdrive.setup.arm_text import ArmFiles, files_of
 from armdrive.setup.draft import Draft, Surroundings
 from armdrive.setup.filing import checked
 from armdrive.setup.finding import surroundings
@@ -149,7 +149,7 @@ class Describing:
         self._begin()
         return False
 
-    def files(self) -> Files:
+    def files(self) -> ArmFiles:
         """Return the texts that the answers make, read back. Raises `ArmFileError`."""
         files = files_of(self._interview.draft)
         checked(files, self.name)

@@ -45,7 +45,7 @@ _KNOWN = {b"1", b"2", b"3"}
 """Set, reset, and set for good: a mode that the terminal knows."""
 
 
-class Answer(Enum):
+class TerminalAnswer(Enum):
     """What a terminal can say of itself."""
 
     FOCUS = "it tells when its window gains or loses the focus"
@@ -55,7 +55,7 @@ class Answer(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Key:
+class KeyArrival:
     """A key event, as bytes, and when it arrived."""
 
     text: bytes
@@ -68,10 +68,10 @@ class Arrivals:
     def __init__(self) -> None:
         self._rest = b""
 
-    def feed(self, data: bytes, now_s: float) -> list[Key | Answer]:
+    def feed(self, data: bytes, now_s: float) -> list[KeyArrival | TerminalAnswer]:
         """Return what these bytes complete, in order."""
         data, self._rest = self._rest + data, b""
-        found: list[Key | Answer] = []
+        found: list[KeyArrival | TerminalAnswer] = []
         place = 0
         while place < len(data):
             match = _KEY.match(data, place)
@@ -79,16 +79,16 @@ class Arrivals:
                 self._rest = data[place:]  # the rest of it has not arrived
                 break
             place = match.end()
-            found.append(_answer(match[0]) or Key(match[0], now_s))
+            found.append(_answer(match[0]) or KeyArrival(match[0], now_s))
         return found
 
 
-def _answer(sequence: bytes) -> Answer | None:
+def _answer(sequence: bytes) -> TerminalAnswer | None:
     if focus := _FOCUS.fullmatch(sequence):
-        return Answer.FOCUS if focus[1] in _KNOWN else Answer.NO_FOCUS
+        return TerminalAnswer.FOCUS if focus[1] in _KNOWN else TerminalAnswer.NO_FOCUS
     if _RELEASES.fullmatch(sequence):
-        return Answer.RELEASES
-    return Answer.END if _END.fullmatch(sequence) else None
+        return TerminalAnswer.RELEASES
+    return TerminalAnswer.END if _END.fullmatch(sequence) else None
 
 
 # Whether a key that is held can hold an arm: what the desk's dead-man would make of its repeats.
@@ -236,7 +236,7 @@ def sentence(found: Held) -> str:
 # A terminal that hands over every byte as it comes, and is left as it was found.
 
 
-class Terminal(Protocol):
+class RawTerminal(Protocol):
     """A terminal whose keys are neither echoed nor gathered into lines."""
 
     def write(self, data: bytes) -> None:
@@ -253,7 +253,7 @@ class Terminal(Protocol):
 
 
 @contextlib.contextmanager
-def raw_terminal() -> Iterator[Terminal]:
+def raw_terminal() -> Iterator[RawTerminal]:
     """Take over the terminal of this process, and give it back however this ends."""
     if os.name == "nt":
         yield _Console()
@@ -376,37 +376,45 @@ class Examined:
 
 
 def examine(
-    terminal: Terminal, environment: Mapping[str, str], tell: Callable[[str], None]
+    terminal: RawTerminal, environment: Mapping[str, str], tell: Callable[[str], None]
 ) -> Examined:
     """Examine the keyboard of whoever sits at this terminal; `tell` says what to do."""
     answers = _ask(terminal)
     tell("Now hold the right arrow key for three seconds, then let go.")
     press = held(_press(terminal))
-    focus = True if Answer.FOCUS in answers else False if Answer.NO_FOCUS in answers else None
+    focus = (
+        True
+        if TerminalAnswer.FOCUS in answers
+        else False
+        if TerminalAnswer.NO_FOCUS in answers
+        else None
+    )
     return Examined(
         press,
         focus,
-        Answer.RELEASES in answers,
+        TerminalAnswer.RELEASES in answers,
         tmux="TMUX" in environment,
         screen="STY" in environment,
         remote="SSH_CONNECTION" in environment,
     )
 
 
-def _ask(terminal: Terminal) -> set[Answer]:
+def _ask(terminal: RawTerminal) -> set[TerminalAnswer]:
     """Ask the terminal what it knows; one that knows nothing says nothing."""
-    arrivals, found = Arrivals(), set[Answer]()
+    arrivals, found = Arrivals(), set[TerminalAnswer]()
     terminal.write(ASK_FOCUS + ASK_RELEASES + ASK_END)
     until_s = terminal.now_s() + ANSWERS_S
-    while Answer.END not in found and terminal.now_s() < until_s:
+    while TerminalAnswer.END not in found and terminal.now_s() < until_s:
         data = terminal.read(until_s - terminal.now_s())
         found |= {
-            each for each in arrivals.feed(data, terminal.now_s()) if isinstance(each, Answer)
+            each
+            for each in arrivals.feed(data, terminal.now_s())
+            if isinstance(each, TerminalAnswer)
         }
     return found
 
 
-def _press(terminal: Terminal) -> list[float]:
+def _press(terminal: RawTerminal) -> list[float]:
     """Return when the events of one long press came: those of its first key, until it is quiet."""
     arrivals = Arrivals()
     times_s: list[float] = []
@@ -416,7 +424,7 @@ def _press(terminal: Terminal) -> list[float]:
         data = terminal.read(left_s)
         now_s = terminal.now_s()
         for each in arrivals.feed(data, now_s):
-            if isinstance(each, Key) and (not first or each.text == first):
+            if isinstance(each, KeyArrival) and (not first or each.text == first):
                 first = each.text
                 times_s.append(each.time_s)
         if times_s:

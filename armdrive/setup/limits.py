@@ -19,7 +19,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.config.write import Change, amended
 from armdrive.errors import ArmFileError, DeviceFault, Refused, SettingsDiffer
 from armdrive.errors.table import named
-from armdrive.setup.filing import Proposal
+from armdrive.setup.filing import FileProposal
 from armdrive.status import State
 from armdrive.text.reading import read_text
 
@@ -54,7 +54,7 @@ class WiredSwitch:
     bit: int
 
 
-class Saw(Enum):
+class SawSwitch(Enum):
     """What the board made of a switch that was pressed."""
 
     ALARM = "the board sees it, and raises an alarm"
@@ -93,14 +93,14 @@ def make_ready(arm: Arm) -> None:
     arm.reset()
 
 
-def look(arm: Arm, switch: WiredSwitch, switches: tuple[WiredSwitch, ...]) -> Saw:
+def look(arm: Arm, switch: WiredSwitch, switches: tuple[WiredSwitch, ...]) -> SawSwitch:
     """Return what the board makes of a switch that is pressed now. An alarm is reset."""
     alarmed = clear(arm)
     inputs = arm.read_inputs()
     if not inputs >> switch.bit & 1:
         others = any(inputs >> each.bit & 1 for each in switches)
-        return Saw.ANOTHER if others else Saw.NOTHING
-    return Saw.ALARM if alarmed else Saw.PIN_ALONE
+        return SawSwitch.ANOTHER if others else SawSwitch.NOTHING
+    return SawSwitch.ALARM if alarmed else SawSwitch.PIN_ALONE
 
 
 def clear(arm: Arm) -> bool:
@@ -115,17 +115,20 @@ def clear(arm: Arm) -> bool:
     return True
 
 
-def all_work(seen: Mapping[str, Saw]) -> bool:
+def all_work(seen: Mapping[str, SawSwitch]) -> bool:
     """Tell whether every switch that there is raised an alarm, and there is one at least."""
-    return Saw.ALARM in seen.values() and set(seen.values()) <= {Saw.ALARM, Saw.NONE}
+    return SawSwitch.ALARM in seen.values() and set(seen.values()) <= {
+        SawSwitch.ALARM,
+        SawSwitch.NONE,
+    }
 
 
-def record(path: Path, config: ArmConfig, day: date) -> Proposal:
+def record(path: Path, config: ArmConfig, day: date) -> FileProposal:
     """Return the arm file with the day on which all switches were seen to work."""
     before = read_text(path, "the arm file", ArmFileError)
     change = Change((config.connection.dialect, CHECKED), day.isoformat(), "seen to raise an alarm")
     after = amended(before, (change,))
-    return Proposal(path, before, after)
+    return FileProposal(path, before, after)
 
 
 def limit_remarks(config: ArmConfig) -> tuple[str, ...]:

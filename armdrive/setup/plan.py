@@ -57,7 +57,7 @@ class Planned:
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class CommissioningPlan:
     """The arm as its file, or its preset, says; `device` is its dialect's own section."""
 
     name: str
@@ -81,7 +81,7 @@ def commissionable() -> tuple[Dialect, ...]:
     return tuple(row for row in DIALECTS.values() if row.bus and row.bus.commissioning)
 
 
-def plan_of(config: ArmConfig) -> Plan:
+def plan_of(config: ArmConfig) -> CommissioningPlan:
     """Return the plan for an arm. Raises `BadRequest` for one without drives on a CAN bus."""
     transmission, device = config.model.transmission, config.device
     spoken = config.connection.dialect
@@ -117,7 +117,9 @@ def plan_of(config: ArmConfig) -> Plan:
         amount = abs(trial.steps * per_step)
         gear = abs(spec.steps_per_unit) * (1.0 if unit == MM else math.tau) / tools.counts_per_turn
         drives.append(Planned(motor, spec.name, node, trial, moves, amount, unit, gear))
-    return Plan(config.name, tuple(drives), device, bus, tools, roll_joint(arm, posture))
+    return CommissioningPlan(
+        config.name, tuple(drives), device, bus, tools, roll_joint(arm, posture)
+    )
 
 
 # What has been found out of an arm's drives so far, kept between programs.

@@ -23,7 +23,7 @@ from armdrive.transports.ports import PortInfo, device_names, device_of, list_po
 
 
 @dataclass(frozen=True, slots=True)
-class Naming:
+class PortNaming:
     """Which port an arm file names, by a USB serial number if it gives one, else by its name.
 
     `error` says why a file cannot be used.
@@ -40,7 +40,7 @@ class Naming:
 
 
 @dataclass(frozen=True, slots=True)
-class Owner:
+class PortOwner:
     """An arm file that a port belongs to, and by what: a name, or the number of its adapter."""
 
     arm: str
@@ -51,31 +51,31 @@ class Owner:
         return f"{self.arm}{by}"
 
 
-def arm_files() -> tuple[Naming, ...]:
+def arm_files() -> tuple[PortNaming, ...]:
     """Return the ports that the arm files name, and the files that cannot be read."""
     return tuple(map(_naming, sorted(places.arm_files().glob("*.toml"))))
 
 
-def _naming(path: Path) -> Naming:
+def _naming(path: Path) -> PortNaming:
     try:
         wire = load_arm(path).connection
     except ArmError as error:
-        return Naming(path.stem, error=str(error))
-    return Naming(path.stem, wire.port, wire.usb_serial)
+        return PortNaming(path.stem, error=str(error))
+    return PortNaming(path.stem, wire.port, wire.usb_serial)
 
 
-def owners_of(port: str, namings: Iterable[Naming]) -> tuple[Owner, ...]:
+def owners_of(port: str, namings: Iterable[PortNaming]) -> tuple[PortOwner, ...]:
     """Return the arm files that a port belongs to, under whichever of its names."""
     found = []
     for each in namings:
         with contextlib.suppress(NoSuchPort):
             name = each.find()
             if name and same_port(name, port):
-                found.append(Owner(each.arm, each.usb_serial))
+                found.append(PortOwner(each.arm, each.usb_serial))
     return tuple(found)
 
 
-def strangers_to(port: str, namings: Iterable[Naming]) -> tuple[Naming, ...]:
+def strangers_to(port: str, namings: Iterable[PortNaming]) -> tuple[PortNaming, ...]:
     """Return the arm files that have a port's name, but want an adapter that it is not."""
     namings = [each for each in namings if each.usb_serial and each.port]
     owners = [owner.arm for owner in owners_of(port, namings)]
@@ -117,7 +117,7 @@ class Before:
     usb_serial: str = ""
 
 
-def look_at(port: str, files: Iterable[Naming] = ()) -> Before:
+def look_at(port: str, files: Iterable[PortNaming] = ()) -> Before:
     """Look at a port without opening it; of a network address only its arm files are known."""
     files = tuple(files)
     belongs, owners = _belongs(port, files)
@@ -148,7 +148,7 @@ def unfound(error: ArmError) -> Before:
     return Before((problem(what, mend),), openable=False)
 
 
-def _belongs(port: str, files: tuple[Naming, ...]) -> tuple[list[Finding], tuple[str, ...]]:
+def _belongs(port: str, files: tuple[PortNaming, ...]) -> tuple[list[Finding], tuple[str, ...]]:
     """Say which arm files a port belongs to, and which only name it."""
     owners = owners_of(port, files)
     found = [ok(f"it belongs to the arm file {each}") for each in owners]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from armdrive.registry import DIALECTS
-from armdrive.text.toml import Entry, Section, document
+from armdrive.text.toml import TomlEntry, TomlSection, document
 
 # Link tables of templates: joints by name, lengths that the interview asks for, and as a file.
 
@@ -57,17 +57,21 @@ def model_text(table: LinkTable, lengths_mm: Mapping[str, float], name: str, tit
     With the template's own lengths it says that nobody has measured them.
     """
     measured = any(lengths_mm[length.key] != length.mm for length in table.lengths)
-    top = Section(
+    top = TomlSection(
         "",
         (
-            Entry("name", name),
-            Entry("title", title),
-            Entry("source", table.source),
-            Entry("verified", measured, "true once you have measured your arm: allows Cartesian"),
-            Entry("convention", table.convention),
+            TomlEntry("name", name),
+            TomlEntry("title", title),
+            TomlEntry("source", table.source),
+            TomlEntry(
+                "verified", measured, "true once you have measured your arm: allows Cartesian"
+            ),
+            TomlEntry("convention", table.convention),
         ),
     )
-    tool = Section("tool", (Entry("z_mm", lengths_mm[table.tool], _words(table, table.tool)),))
+    tool = TomlSection(
+        "tool", (TomlEntry("z_mm", lengths_mm[table.tool], _words(table, table.tool)),)
+    )
     links = [_link(table, joint, lengths_mm) for joint in table.joints]
     return document((top, tool, *links), "A link table; docs/model-file.md explains the keys.")
 
@@ -75,25 +79,25 @@ def model_text(table: LinkTable, lengths_mm: Mapping[str, float], name: str, tit
 def typed_text(rows: Mapping[str, tuple[float, ...]], name: str, title: str) -> str:
     """Return the model file of rows that were typed: theta, d, a, alpha of each joint."""
     keys = ("offset_deg", "d_mm", "a_mm", "alpha_deg")
-    top = Section("", (Entry("name", name), Entry("title", title)))
+    top = TomlSection("", (TomlEntry("name", name), TomlEntry("title", title)))
     links = [
-        Section("links", (Entry("joint", joint), *map(Entry, keys, row)), array=True)
+        TomlSection("links", (TomlEntry("joint", joint), *map(TomlEntry, keys, row)), array=True)
         for joint, row in rows.items()
     ]
     return document((top, *links), "A link table; docs/model-file.md explains the keys.")
 
 
-def _link(table: LinkTable, joint: Joint, lengths_mm: Mapping[str, float]) -> Section:
-    entries = [Entry("joint", joint.name)]
+def _link(table: LinkTable, joint: Joint, lengths_mm: Mapping[str, float]) -> TomlSection:
+    entries = [TomlEntry("joint", joint.name)]
     for key, length in (("d_mm", joint.d), ("a_mm", joint.a)):
         if length:
-            entries.append(Entry(key, lengths_mm[length], _words(table, length)))
+            entries.append(TomlEntry(key, lengths_mm[length], _words(table, length)))
     entries += [
-        Entry(key, degrees)
+        TomlEntry(key, degrees)
         for key, degrees in (("alpha_deg", joint.alpha_deg), ("offset_deg", joint.offset_deg))
         if degrees
     ]
-    return Section("links", tuple(entries), array=True)
+    return TomlSection("links", tuple(entries), array=True)
 
 
 def _words(table: LinkTable, key: str) -> str:

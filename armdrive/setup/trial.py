@@ -11,7 +11,7 @@ import math
 from armdrive.dialects.bus.tools import DriveAtHand, Turned
 from armdrive.dialog import (
     About,
-    Mark,
+    NotePosture,
     Question,
     Talk,
     agreed,
@@ -22,7 +22,7 @@ from armdrive.dialog import (
 )
 from armdrive.setup.directions import AGAIN, NOTHING, OTHER, WAYS
 from armdrive.setup.draft import ratio
-from armdrive.setup.plan import Notes, Plan, Planned
+from armdrive.setup.plan import CommissioningPlan, Notes, Planned
 
 NUDGE = 8
 """The first motion is this part of the second."""
@@ -32,7 +32,9 @@ AS_SAID, MORE = "as announced", "more"
 MOST = 10_000.0
 
 
-def try_out(plan: Plan, drive: Planned, at_hand: DriveAtHand, notes: Notes) -> Talk[bool]:
+def try_out(
+    plan: CommissioningPlan, drive: Planned, at_hand: DriveAtHand, notes: Notes
+) -> Talk[bool]:
     """Find direction and gear of a motor; return whether that was done. Moves after each yes."""
     mounted = yield from agreed(
         f"Is the {drive.name} motor built into the arm, with space for a small motion? Then its "
@@ -92,7 +94,7 @@ def _nudged(drive: Planned, at_hand: DriveAtHand, start: int, gear: float) -> Ta
             )
         ):
             return 0.0
-        yield Mark(drive.motor)
+        yield NotePosture(drive.motor)
         turned = yield from at_hand.turn_to(start + counts, counts)
         seen = "" if turned.trouble else (yield from _compared(drive, about))
         back = yield from at_hand.turn_to(start, counts)
@@ -131,7 +133,7 @@ def _shown(
         )
     ):
         return ""
-    yield Mark(drive.motor)
+    yield NotePosture(drive.motor)
     turned = yield from at_hand.turn_to(start + counts, counts)
     word, roll, measured = "", "", 0.0
     if not turned.trouble:

@@ -18,7 +18,7 @@ from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.sim.mechanics.motors import Drive
+from armdrive.sim.mechanics.motors import MotorDrive
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import Json, Saved, block_to_json, incident_to_json, world_to_json
 from kinematics.errors import did_you_mean
@@ -218,7 +218,7 @@ class SimBase(abc.ABC):
     title: ClassVar[str]
     input_bits: ClassVar[int] = 8
 
-    def __init__(self, world: World, drive: Drive[Any], baud: int | None) -> None:
+    def __init__(self, world: World, drive: MotorDrive[Any], baud: int | None) -> None:
         self.world = world
         self.baud = baud
         self.powered = True

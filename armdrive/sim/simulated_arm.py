@@ -18,7 +18,7 @@ from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody, play_of
 from armdrive.sim.world.saved import MEND, Json, Saved, world_from_json
-from armdrive.sim.world.table import Block, Stand
+from armdrive.sim.world.table import Stand, TableBlock
 from armdrive.transports.in_process import MemoryLink
 from kinematics import Joints, Motors
 
@@ -95,7 +95,7 @@ TITLE = "simulated arm"
 
 
 @dataclass(frozen=True, slots=True)
-class Twin:
+class SimulatedArm:
     """The simulated counterpart of a connected arm. `world` is the physical truth.
 
     `faults` makes things go wrong: `twin.faults.add("drop", 0.01, side="host")`.
@@ -122,11 +122,11 @@ def simulated_arm(
     kind: SimDeviceKind,
     saved: object = None,
     *,
-    blocks: Iterable[Block] = (),
+    blocks: Iterable[TableBlock] = (),
     play: int | Sequence[int] | None = None,
     stand: Stand | None = None,
     **options: Value,
-) -> Twin:
+) -> SimulatedArm:
     """Build the twin of an arm: as it was saved, or as one finds it in the morning.
 
     `play` is the lost motion of every motor's train, or of each, in steps: without it, the
@@ -141,7 +141,7 @@ def simulated_arm(
     link = link_to(device)
     operator = SimulatedOperator(device.world, backlash_steps=config.backlash_steps)
     faults = Faults(device, link.line, LinkCable(link))
-    return Twin(config.connection.dialect, device, link, operator, faults)
+    return SimulatedArm(config.connection.dialect, device, link, operator, faults)
 
 
 def link_to(device: SimDevice) -> MemoryLink[PacedDevice]:
@@ -161,7 +161,7 @@ def simulated_device(
     kind: SimDeviceKind,
     saved: object = None,
     *,
-    blocks: Iterable[Block] = (),
+    blocks: Iterable[TableBlock] = (),
     play: int | Sequence[int] | None = None,
     stand: Stand | None = None,
     settings: Mapping[str, Value] | None = None,

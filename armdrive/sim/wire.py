@@ -171,7 +171,7 @@ class Rule:
     amount: Amount
 
 
-class Lane:
+class WireDirection:
     """One direction of the wire, with its faults; what is late stays in its order."""
 
     def __init__(self) -> None:
@@ -219,8 +219,8 @@ class WireFaults:
     """The two lanes: what the host says, and what the device says."""
 
     def __init__(self) -> None:
-        self.host = Lane()
-        self.device = Lane()
+        self.host = WireDirection()
+        self.device = WireDirection()
 
     @property
     def next_s(self) -> float:

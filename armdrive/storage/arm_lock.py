@@ -37,7 +37,7 @@ LONGEST_ADDRESS = 100
 """Bytes; the path of a local socket may have 103 on some systems, and 107 on others."""
 
 
-class Holding:
+class ArmLock:
     """The right to drive one arm, for as long as this program wants it."""
 
     def __init__(self, names: list[str]) -> None:
@@ -144,9 +144,9 @@ class Holding:
         return address
 
 
-def hold(*names: str) -> Holding:
+def hold(*names: str) -> ArmLock:
     """Take the right to drive an arm, by all the names it goes by."""
-    holding = Holding([name for name in dict.fromkeys(names) if name])
+    holding = ArmLock([name for name in dict.fromkeys(names) if name])
     holding.take()
     return holding
 

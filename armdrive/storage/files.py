@@ -44,7 +44,7 @@ _NO_SUCH_SYNC = frozenset({errno.EINVAL, errno.ENOTSUP, errno.EBADF})
 """The errors of a file system that cannot sync a folder by itself."""
 
 
-class Files:
+class StateFiles:
     """The operations on a disk. Each raises `OSError`, and each is a moment for a power cut."""
 
     def read(self, path: Path, most: int) -> bytes:
@@ -138,7 +138,7 @@ class Files:
         return not folder.exists() or os.access(folder, os.W_OK | os.X_OK)
 
 
-DISK = Files()
+DISK = StateFiles()
 
 
 class NotWanted(OSError):
@@ -151,7 +151,7 @@ def always() -> bool:
 
 
 def replace_durably(
-    files: Files,
+    files: StateFiles,
     path: Path,
     data: bytes | Iterable[bytes],
     *,
@@ -243,13 +243,13 @@ def stamp_of(path: Path) -> tuple[int, int] | None:
     return found.st_mtime_ns, found.st_size
 
 
-def put_aside(files: Files, path: Path, aside: Path) -> None:
+def put_aside(files: StateFiles, path: Path, aside: Path) -> None:
     """Rename a file, if it is there."""
     with contextlib.suppress(FileNotFoundError):
         files.replace(path, aside)
 
 
-def remove_durably(files: Files, path: Path) -> None:
+def remove_durably(files: StateFiles, path: Path) -> None:
     """Remove a file; when this returns, a power cut does not bring it back."""
     files.remove(path)
     files.sync_folder(path.parent)
@@ -260,7 +260,7 @@ def _require(wanted: Callable[[], bool], path: Path) -> None:
         raise NotWanted(errno.ECANCELED, "nobody wants it any more", str(path))
 
 
-def _write_whole(files: Files, handle: int, pieces: Iterable[bytes]) -> None:
+def _write_whole(files: StateFiles, handle: int, pieces: Iterable[bytes]) -> None:
     try:
         for piece in pieces:
             left = memoryview(piece)

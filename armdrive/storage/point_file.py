@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 from armdrive.errors import BadRequest, PointsChanged, PointsFileError, Refused, UnknownPoint
 from armdrive.storage import files as places
-from armdrive.storage.files import DISK, Files, NotWanted, followed, replace_durably, stamp_of
+from armdrive.storage.files import DISK, NotWanted, StateFiles, followed, replace_durably, stamp_of
 from armdrive.storage.points import (
     POINTS,
     SEQUENCES,
@@ -46,7 +46,7 @@ _HEADER = re.compile(r"\s*\[[^\[\]]+\]\s*(#.*)?")
 
 
 @dataclass(frozen=True, slots=True)
-class Writer:
+class PointWriter:
     """Writes the tables of one arm's file; `fk` gives the pose for the comment of a point."""
 
     arm: str
@@ -205,7 +205,7 @@ class PointFile:
     """What stands in the file, and changes of it. Raises `PointsFileError`."""
 
     def __init__(
-        self, path: Path, names: tuple[str, ...], writer: Writer, files: Files = DISK
+        self, path: Path, names: tuple[str, ...], writer: PointWriter, files: StateFiles = DISK
     ) -> None:
         """Take the file of an arm whose joints are `names`; it need not be there yet."""
         self.path = path
@@ -297,11 +297,11 @@ class Points(MutableMapping[str, Point]):
         names: tuple[str, ...],
         fk: Callable[[Joints], Pose],
         here: Callable[[], Point],
-        files: Files = DISK,
+        files: StateFiles = DISK,
     ) -> None:
         """Take the points of the arm whose joints are `names`; `here` is where it stands now."""
         self.path = path
-        self._file = PointFile(path, names, Writer(arm, fk), files)
+        self._file = PointFile(path, names, PointWriter(arm, fk), files)
         self._here = here
 
     # -- reading ------------------------------------------------------------------------------

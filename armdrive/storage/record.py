@@ -16,7 +16,14 @@ from typing import Any, Protocol
 
 from armdrive.errors import StateFileError
 from armdrive.status import Trust
-from armdrive.storage.files import DISK, Files, always, put_aside, remove_durably, replace_durably
+from armdrive.storage.files import (
+    DISK,
+    StateFiles,
+    always,
+    put_aside,
+    remove_durably,
+    replace_durably,
+)
 from kinematics.errors import finite
 from kinematics.spaces import Motors
 
@@ -174,13 +181,13 @@ def _coordinate(value: object) -> float:
     return number
 
 
-__all__ = ["FileRecorder", "NoRecorder", "Record", "Recorder"]
+__all__ = ["FileRecorder", "NoRecorder", "PositionRecorder", "Record"]
 
 BAD = ".bad"
 """The ending of a file that could not be used, kept aside when a new one took its place."""
 
 
-class Recorder(Protocol):
+class PositionRecorder(Protocol):
     """Somewhere that keeps a record. What cannot be done on the disk is an `OSError`."""
 
     def load(self) -> Record | None:
@@ -219,7 +226,7 @@ class NoRecorder:
 class FileRecorder:
     """Keeps the record in a file, which is always whole: it is replaced, never rewritten."""
 
-    def __init__(self, path: Path, files: Files = DISK) -> None:
+    def __init__(self, path: Path, files: StateFiles = DISK) -> None:
         self.path = path
         self._files = files
         self._refused = False

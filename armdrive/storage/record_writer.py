@@ -1,7 +1,7 @@
 """Who brings records to the disk: at once on simulated time, else a thread beside the wire's.
 
 Records are numbered as they are handed over. Of several that wait only the newest is written, so
-that a slow disk never has a queue; what became of the newest that was tried is the `Outcome`.
+that a slow disk never has a queue; what became of the newest that was tried is the `WriteOutcome`.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-from armdrive.storage.record import RESTORING, Record, Recorder
+from armdrive.storage.record import RESTORING, PositionRecorder, Record
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class WriteOutcome:
     """What became of the newest record that was tried; `error` says why it could not be kept.
 
     `kept` is the newest record that surely is on the disk, and `kept_number` its number.
@@ -30,7 +30,7 @@ class Outcome:
 class Keeper:
     """Brings one record after the other to the disk, and takes away what would mislead."""
 
-    def __init__(self, recorder: Recorder) -> None:
+    def __init__(self, recorder: PositionRecorder) -> None:
         self._recorder = recorder
         self._left: set[Record] = set()
         self._refused = False
@@ -49,16 +49,18 @@ class Keeper:
         """Write nothing from now on; what a slow disk is still busy with is not put in place."""
         self._ended = True
 
-    def keep(self, record: Record, number: int, before: Outcome) -> Outcome:
+    def keep(self, record: Record, number: int, before: WriteOutcome) -> WriteOutcome:
         """Bring a record to the disk, or say why that failed."""
         if self._ended:
             return before
         try:
             self._recorder.save(record, lambda: not self._ended)
         except Exception as error:  # whatever it is, the wire's thread has to hear of it
-            return Outcome(number, self._failed(record, error), before.kept, before.kept_number)
+            return WriteOutcome(
+                number, self._failed(record, error), before.kept, before.kept_number
+            )
         self._left, self._refused = {record}, False
-        return Outcome(number, "", record, number)
+        return WriteOutcome(number, "", record, number)
 
     def _failed(self, record: Record, error: Exception) -> str:
         """Take away what is still there if it would now be believed wrongly."""
@@ -81,11 +83,11 @@ def _misleads(left: Record, now: Record) -> bool:
     return now.trust not in RESTORING or now.offset != left.offset
 
 
-class Writer(Protocol):
+class RecordWriter(Protocol):
     """Takes records to the disk, in the order in which they are handed over."""
 
     @property
-    def outcome(self) -> Outcome:
+    def outcome(self) -> WriteOutcome:
         """What became of the newest record that was tried."""
 
     def put(self, record: Record) -> int:
@@ -100,7 +102,7 @@ class AtOnce:
 
     def __init__(self, keeper: Keeper) -> None:
         self._keeper = keeper
-        self.outcome = Outcome()
+        self.outcome = WriteOutcome()
         self._number = 0
 
     def put(self, record: Record) -> int:
@@ -124,7 +126,7 @@ class BesideTheWire:
     def __init__(self, keeper: Keeper, wake: Callable[[], None]) -> None:
         self._keeper = keeper
         self._wake = wake
-        self.outcome = Outcome()
+        self.outcome = WriteOutcome()
         self._number = 0
         self._turn = threading.Condition()
         self._waiting: Record | None = None

@@ -20,8 +20,8 @@ from armdrive.errors import ArmFileError, ArmInUse, BadRequest
 from armdrive.registry import simulate
 from armdrive.runtime.clock import SimulatedClock
 from armdrive.sim.faults.running import Faults
-from armdrive.sim.simulated_arm import Twin
-from armdrive.sim.world.table import Block, Incident, Stand, Table
+from armdrive.sim.simulated_arm import SimulatedArm
+from armdrive.sim.world.table import Incident, Stand, Table, TableBlock
 from armdrive.storage.files import always
 from armdrive.storage.record import Record
 from kinematics import Joints, Pose
@@ -32,7 +32,7 @@ ONLY = "arm"
 """The name of the arm of a world in which nobody has placed any by name."""
 
 
-class Remembered:
+class ReopenedArm:
     """What one arm's driver remembers between two connections, for as long as the world lasts."""
 
     def __init__(self) -> None:
@@ -60,8 +60,8 @@ class Placed:
     """One simulated arm at the table, and who holds it."""
 
     config: ArmConfig
-    twin: Twin
-    recorder: Remembered = field(default_factory=Remembered)
+    twin: SimulatedArm
+    recorder: ReopenedArm = field(default_factory=ReopenedArm)
     arm: Arm | None = None
 
     @property
@@ -200,7 +200,7 @@ class ArmWorld:
         y_mm: float = 0.0,
         turned_deg: float = 0.0,
         **options: Any,
-    ) -> Twin:
+    ) -> SimulatedArm:
         """Place an arm at the table under the name by which the program connects to it.
 
         `target` says what it is, `"sim:grbl"` or an arm file; the base stands at (x, y), turned
@@ -209,7 +209,7 @@ class ArmWorld:
         return self._places.add(name, target, (x_mm, y_mm, turned_deg), **options).twin
 
     @property
-    def arms(self) -> Mapping[str, Twin]:
+    def arms(self) -> Mapping[str, SimulatedArm]:
         """The simulated arms by their names; `.world` of each is its physical truth."""
         return MappingProxyType({name: each.twin for name, each in self._places.all.items()})
 
@@ -222,16 +222,16 @@ class ArmWorld:
         *,
         width_mm: float = 25.0,
         height_mm: float = 25.0,
-    ) -> Block:
+    ) -> TableBlock:
         """Set a block down, by the centre of its bottom; return where it came to rest."""
-        return self._table.put(Block(name, x_mm, y_mm, z_mm, width_mm, height_mm))
+        return self._table.put(TableBlock(name, x_mm, y_mm, z_mm, width_mm, height_mm))
 
-    def take(self, name: str) -> Block | None:
+    def take(self, name: str) -> TableBlock | None:
         """Take a block away; None where there is none of that name."""
         return self._table.take(name)
 
     @property
-    def blocks(self) -> Mapping[str, Block]:
+    def blocks(self) -> Mapping[str, TableBlock]:
         """Every block by its name, where it really is on the table."""
         return MappingProxyType(self._table.blocks)
 
@@ -244,7 +244,7 @@ class ArmWorld:
     # -- the first arm ------------------------------------------------------------------------
 
     @property
-    def twin(self) -> Twin:
+    def twin(self) -> SimulatedArm:
         """The first arm: its controller, its wire and its world."""
         return self._places.first().twin
 

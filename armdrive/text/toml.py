@@ -128,7 +128,7 @@ _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class TomlEntry:
     """One key with its value, and what a reader should know of it."""
 
     key: str
@@ -137,16 +137,16 @@ class Entry:
 
 
 @dataclass(frozen=True, slots=True)
-class Section:
+class TomlSection:
     """A table of a document; the first one has no name, and one of an array says so."""
 
     name: str
-    entries: tuple[Entry, ...]
+    entries: tuple[TomlEntry, ...]
     comment: str = ""
     array: bool = field(default=False)
 
 
-def document(sections: Iterable[Section], heading: str = "") -> str:
+def document(sections: Iterable[TomlSection], heading: str = "") -> str:
     """Return the text of a document, one line at the end."""
     lines = [each for line in heading.splitlines() for each in textwrap.wrap(line, WIDTH)]
     blocks = ["\n".join(f"# {line}" for line in lines)] if lines else []
@@ -154,7 +154,7 @@ def document(sections: Iterable[Section], heading: str = "") -> str:
     return "\n\n".join(blocks) + "\n"
 
 
-def _section(section: Section) -> str:
+def _section(section: TomlSection) -> str:
     lines = []
     if section.name:
         brackets = f"[[{section.name}]]" if section.array else f"[{section.name}]"

@@ -28,7 +28,7 @@ MOTION_S = 300.0
 _STALLED = 1000
 
 
-class Bench:
+class ReplayBench:
     """One twin. `late_s` is how far it has fallen behind the arm that was recorded.
 
     `passing` is the last of its reports that tell of a moment.

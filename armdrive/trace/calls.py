@@ -1,6 +1,6 @@
 """What a flight recorder is told: by the driver, and by the calls of a program or a person.
 
-The driver calls a `Witness` wherever something happens. Which calls of an arm are noted is a table;
+The driver calls a `Tracer` wherever something happens. Which calls of an arm are noted is a table;
 a wrapper around each notes what it raises as well. A stop is not in the table: a signal handler may
 ask for one, and the engine sees it.
 """
@@ -15,12 +15,12 @@ from typing import Any, Protocol, TypeVar
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import WrongState
 from armdrive.tasks import Event, Request
-from armdrive.trace.entries import Condition, Entry
+from armdrive.trace.entries import EntryCondition, TraceEntry
 
 # The few calls by which the driver tells what happens.
 
 
-class Witness(Protocol):
+class Tracer(Protocol):
     """Hears of everything, and changes nothing.
 
     Called under the lock of the arm's pace, but for `called` and `raised`: those come from any
@@ -32,7 +32,7 @@ class Witness(Protocol):
         config: ArmConfig,
         link: str,
         clock: Callable[[], float],
-        look: Callable[[], Condition],
+        look: Callable[[], EntryCondition],
     ) -> None:
         """Hear which arm it is, on which wire, by which clock, and how to look at it."""
 
@@ -79,14 +79,14 @@ class Witness(Protocol):
     def began_s(self) -> float:
         """The arm's clock when this began to look."""
 
-    def since(self, number: int, most: int, back: int) -> tuple[int, tuple[Entry, ...]]:
+    def since(self, number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:
         """Return entries from a number on, and the number of the first; see `Ring.since`."""
 
     def close(self) -> None:
         """Finish what is being written."""
 
 
-class NoWitness:
+class NoTracer:
     """Nobody looks."""
 
     def begin(
@@ -94,7 +94,7 @@ class NoWitness:
         config: ArmConfig,
         link: str,
         clock: Callable[[], float],
-        look: Callable[[], Condition],
+        look: Callable[[], EntryCondition],
     ) -> None:
         """Forget it."""
 
@@ -143,7 +143,7 @@ class NoWitness:
         """Never."""
         return 0.0
 
-    def since(self, number: int, most: int, back: int) -> tuple[int, tuple[Entry, ...]]:  # noqa: ARG002
+    def since(self, number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:  # noqa: ARG002
         """Raise `WrongState`: nothing is recorded."""
         raise _nothing()
 
@@ -155,7 +155,7 @@ def _nothing() -> WrongState:
     return WrongState("this arm was connected without a flight recorder: nothing was recorded")
 
 
-NO_WITNESS = NoWitness()
+NO_TRACER = NoTracer()
 
 
 # The calls of a program or a person.

@@ -8,15 +8,24 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from armdrive.dialects.words import Lines, Talk, answer
+from armdrive.dialects.words import AnswerLines, Describer, answer
 from armdrive.registry import DIALECTS
-from armdrive.tasks import Alert, Event, MoveAlong, MoveBy, Oddity, Registers, Request, Silence
-from armdrive.trace.entries import Kind
+from armdrive.tasks import (
+    Alert,
+    Event,
+    MoveAlong,
+    MoveBy,
+    ProtocolWarning,
+    Registers,
+    Request,
+    Timeout,
+)
+from armdrive.trace.entries import EntryKind
 
-_PLAIN = Talk(lambda: Lines(b"\r\n", answer), None)
+_PLAIN = Describer(lambda: AnswerLines(b"\r\n", answer), None)
 
 
-def talk(dialect: str) -> Talk:
+def talk(dialect: str) -> Describer:
     """Return how a dialect is put into words; of an unknown one, lines without words."""
     row = DIALECTS.get(dialect)
     return _PLAIN if row is None else row.driver().talk
@@ -34,15 +43,15 @@ def request_words(request: Request) -> str:
     return repr(request)
 
 
-def event_words(event: Event) -> tuple[Kind, str]:
+def event_words(event: Event) -> tuple[EntryKind, str]:
     """Return the kind of an answer or an alert, and its words; counts of motors come first."""
     if isinstance(event, Registers):
-        return Kind.REGISTERS, f"{_counts(event.positions)}; {event}"
+        return EntryKind.REGISTERS, f"{_counts(event.positions)}; {event}"
     if isinstance(event, Alert):
-        return Kind.ALERT, f"{event.kind.value}: {event.text}"
-    if isinstance(event, Oddity):
-        return Kind.ODDITY, event.text
-    return Kind.SILENCE if isinstance(event, Silence) else Kind.REPLY, str(event)
+        return EntryKind.ALERT, f"{event.kind.value}: {event.text}"
+    if isinstance(event, ProtocolWarning):
+        return EntryKind.ODDITY, event.text
+    return EntryKind.SILENCE if isinstance(event, Timeout) else EntryKind.REPLY, str(event)
 
 
 def call_words(name: str, words: tuple[Any, ...], named: Mapping[str, Any]) -> str:

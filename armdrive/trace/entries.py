@@ -13,7 +13,7 @@ from armdrive.status import Current, State, Trust
 from kinematics.spaces import Motors
 
 
-class Kind(StrEnum):
+class EntryKind(StrEnum):
     """What happened."""
 
     SENT = "sent"
@@ -38,48 +38,48 @@ class Kind(StrEnum):
     GAP = "gap"
 
 
-TITLES: Mapping[Kind, str] = MappingProxyType(
+TITLES: Mapping[EntryKind, str] = MappingProxyType(
     {
-        Kind.SENT: "bytes to the arm",
-        Kind.HEARD: "bytes from the arm",
-        Kind.CALL: "a call of a program or a person, with its arguments",
-        Kind.RAISED: "what a call or a task raised",
-        Kind.REQUEST: "a request that the driver began",
-        Kind.REGISTERS: "the controller's counts, in answer to a request",
-        Kind.REPLY: "any other answer to a request",
-        Kind.SILENCE: "no answer, and none was waited for any longer",
-        Kind.ALERT: "what the device said unasked, and what it means",
-        Kind.ODDITY: "something on the wire that answers nothing",
-        Kind.STATE: "the state machine's new state",
-        Kind.OFFSET: "what is added to the controller's counts, in motor steps",
-        Kind.TRUST: "the position's new trust, and why",
-        Kind.CURRENT: "whether the motors are held",
-        Kind.NOTICE: "the status's notice",
-        Kind.ERROR: "the status's error",
-        Kind.STOP: "a stop was asked for",
-        Kind.LOST: "the wire was lost",
-        Kind.FAILED: "the engine itself failed",
-        Kind.GAP: "what came next is no longer in the recording, apart from lasting settings",
+        EntryKind.SENT: "bytes to the arm",
+        EntryKind.HEARD: "bytes from the arm",
+        EntryKind.CALL: "a call of a program or a person, with its arguments",
+        EntryKind.RAISED: "what a call or a task raised",
+        EntryKind.REQUEST: "a request that the driver began",
+        EntryKind.REGISTERS: "the controller's counts, in answer to a request",
+        EntryKind.REPLY: "any other answer to a request",
+        EntryKind.SILENCE: "no answer, and none was waited for any longer",
+        EntryKind.ALERT: "what the device said unasked, and what it means",
+        EntryKind.ODDITY: "something on the wire that answers nothing",
+        EntryKind.STATE: "the state machine's new state",
+        EntryKind.OFFSET: "what is added to the controller's counts, in motor steps",
+        EntryKind.TRUST: "the position's new trust, and why",
+        EntryKind.CURRENT: "whether the motors are held",
+        EntryKind.NOTICE: "the status's notice",
+        EntryKind.ERROR: "the status's error",
+        EntryKind.STOP: "a stop was asked for",
+        EntryKind.LOST: "the wire was lost",
+        EntryKind.FAILED: "the engine itself failed",
+        EntryKind.GAP: "what came next is no longer in the recording, apart from lasting settings",
     }
 )
 """Every kind, and what it stands for: the docs are checked against this table."""
 
-WIRE = frozenset((Kind.SENT, Kind.HEARD))
+WIRE = frozenset((EntryKind.SENT, EntryKind.HEARD))
 """The kinds that hold bytes; all others hold text."""
 
 
-class Entry(NamedTuple):
+class TraceEntry(NamedTuple):
     """One thing that happened. `time_s` is on the arm's clock; `what` is bytes on the wire.
 
     A tuple, since thousands of them are made beside motions.
     """
 
     time_s: float
-    kind: Kind
+    kind: EntryKind
     what: bytes | str
 
 
-class Condition(NamedTuple):
+class EntryCondition(NamedTuple):
     """What is known of an arm at one moment, as far as a change of it is noted.
 
     `offset` is what is added to the controller's counts, `belief` the trust, its reason and when it
@@ -110,12 +110,12 @@ ENTRY_BYTES = 130
 
 LASTING = ("SwitchOn", "DropCurrent", "SetOutputs", "SetGripper", "ClearFault", "MendSetting")
 """Requests whose effect outlives them, and moves no motor."""
-EXCHANGE = frozenset((Kind.REQUEST, *WIRE))
-POSITION = frozenset((Kind.OFFSET, Kind.TRUST))
+EXCHANGE = frozenset((EntryKind.REQUEST, *WIRE))
+POSITION = frozenset((EntryKind.OFFSET, EntryKind.TRUST))
 """What tells where the arm is, and comes seldom."""
 
 
-class Ring:
+class EntryRing:
     """Entries in the order of their time. Not for several threads: its owner has the lock."""
 
     def __init__(
@@ -132,18 +132,18 @@ class Ring:
         self._longest_s = longest_s
         self._most_bytes = most_bytes
         self._most_opening_bytes = most_opening_bytes
-        self._opening: list[Entry] = []
-        self._lasting: list[Entry] = []
+        self._opening: list[TraceEntry] = []
+        self._lasting: list[TraceEntry] = []
         self._opening_bytes = 0
         self._open = True
         self._keeping = False
-        self._entries: deque[Entry] = deque()
+        self._entries: deque[TraceEntry] = deque()
 
     def seal(self) -> None:
         """Say that the connection's beginning is over."""
         self._open = False
 
-    def add(self, entry: Entry) -> None:
+    def add(self, entry: TraceEntry) -> None:
         """Remember an entry, and forget the oldest where there are too many."""
         size = ENTRY_BYTES + len(entry.what)
         self.added += 1
@@ -158,18 +158,18 @@ class Ring:
         while self.bytes > self._most_bytes or self._entries[0].time_s < oldest_s:
             self._drop()
 
-    def entries(self) -> tuple[Entry, ...]:
+    def entries(self) -> tuple[TraceEntry, ...]:
         """Return all that is remembered, with a `GAP` where something went before what remains."""
         if not self.dropped:
             return (*self._opening, *self._lasting, *self._entries)
         begun_s = self._opening[-1].time_s if self._opening else 0.0
         words = f"{self.dropped} entries have gone"
-        first = Entry(begun_s, Kind.GAP, words)
+        first = TraceEntry(begun_s, EntryKind.GAP, words)
         ended_s = self._lasting[-1].time_s if self._lasting else begun_s
-        last = Entry(ended_s, Kind.GAP, "from here on nothing is missing")
+        last = TraceEntry(ended_s, EntryKind.GAP, "from here on nothing is missing")
         return (*self._opening, first, *self._lasting, last, *self._entries)
 
-    def since(self, number: int, most: int, back: int) -> tuple[int, tuple[Entry, ...]]:
+    def since(self, number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:
         """Return at most so many entries from a number on, and the number of the first of them.
 
         That number is higher than the one asked for where what was asked for has gone, or lies
@@ -185,7 +185,7 @@ class Ring:
         first = max(first, self.added - kept)
         return first, self._from(first, most)
 
-    def _from(self, number: int, most: int) -> tuple[Entry, ...]:
+    def _from(self, number: int, most: int) -> tuple[TraceEntry, ...]:
         """Return entries behind the beginning, from a number on that is still remembered."""
         latest = islice(reversed(self._entries), max(self.added - number, 0))
         return tuple(latest)[::-1][:most]
@@ -194,7 +194,7 @@ class Ring:
         entry = self._entries.popleft()
         size = ENTRY_BYTES + len(entry.what)
         self.bytes -= size
-        if entry.kind is Kind.REQUEST:
+        if entry.kind is EntryKind.REQUEST:
             self._keeping = str(entry.what).startswith(LASTING)
         useful = entry.kind in POSITION or (self._keeping and entry.kind in EXCHANGE)
         if useful and self._opening_bytes + size <= self._most_opening_bytes:

@@ -19,14 +19,14 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from armdrive.config.arm import MODEL_FILE, ArmConfig, Source
+from armdrive.config.arm import MODEL_FILE, ArmConfig, ConfigSource
 from armdrive.config.write import complete
 from armdrive.errors import ArmError, ArmFileError, RecordingError, StateFileError
 from armdrive.registry import parse_arm
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, replace_durably
 from armdrive.text.reading import parse_toml, read_bytes, read_text
-from armdrive.trace.entries import WIRE, Entry, Kind
+from armdrive.trace.entries import WIRE, EntryKind, TraceEntry
 from kinematics import PRESETS
 from kinematics.errors import KinematicsError
 
@@ -100,7 +100,7 @@ def texts_of(config: ArmConfig) -> tuple[str, str]:
     return text, model
 
 
-def _model_text(source: Source, word: str) -> str:
+def _model_text(source: ConfigSource, word: str) -> str:
     return read_text(source.folder / word, "the model file", ArmFileError)
 
 
@@ -127,7 +127,7 @@ def free_path(folder: Path | None, header: Header) -> Path:
     return path
 
 
-def lines_of(header: Header, entries: Iterable[Entry]) -> Iterator[str]:
+def lines_of(header: Header, entries: Iterable[TraceEntry]) -> Iterator[str]:
     """Return the lines of a file, without their ends."""
     yield json.dumps({MARK: FORMAT, **asdict(header)})
     for time_s, kind, what in entries:
@@ -137,7 +137,7 @@ def lines_of(header: Header, entries: Iterable[Entry]) -> Iterator[str]:
 
 
 def write_recording(
-    path: Path, header: Header, entries: Iterable[Entry], *, most: Path | None = None
+    path: Path, header: Header, entries: Iterable[TraceEntry], *, most: Path | None = None
 ) -> None:
     """Write a file, whole or not at all. Raises `StateFileError`.
 
@@ -172,7 +172,7 @@ def _delete_oldest(folder: Path) -> None:
 MOST_FILE_BYTES = 64_000_000
 LATEST_S = 1e8
 """No arm's clock has ever shown more: three years."""
-_KINDS = {kind.value: kind for kind in Kind}
+_KINDS = {kind.value: kind for kind in EntryKind}
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,7 +180,7 @@ class Recording:
     """A recording as it was read; `cut_off` says that its last line was not whole."""
 
     header: Header
-    entries: tuple[Entry, ...]
+    entries: tuple[TraceEntry, ...]
     cut_off: bool = False
 
     def config(self) -> ArmConfig:
@@ -253,7 +253,7 @@ def _header(found: Mapping[str, Any]) -> Header:
     return Header(**values)
 
 
-def _entries(lines: Iterable[bytes]) -> Iterator[Entry]:
+def _entries(lines: Iterable[bytes]) -> Iterator[TraceEntry]:
     """Yield an entry for each whole line; a last line that was cut off is left out."""
     latest_s = -math.inf
     for number, line in enumerate(lines, 2):
@@ -266,7 +266,7 @@ def _entries(lines: Iterable[bytes]) -> Iterator[Entry]:
         yield entry
 
 
-def _entry(found: Mapping[str, Any], number: int) -> Entry:
+def _entry(found: Mapping[str, Any], number: int) -> TraceEntry:
     word = found.get("kind")
     kind = _KINDS.get(word) if isinstance(word, str) else None
     if kind is None:
@@ -278,9 +278,9 @@ def _entry(found: Mapping[str, Any], number: int) -> Entry:
     if not isinstance(what, str):
         raise RecordingError(f"{key} in line {number} must be text, not {what!r:.40}")
     if key == "text":
-        return Entry(time_s, kind, what)
+        return TraceEntry(time_s, kind, what)
     try:
-        return Entry(time_s, kind, what.encode("latin-1"))
+        return TraceEntry(time_s, kind, what.encode("latin-1"))
     except UnicodeEncodeError:
         raise RecordingError(f"line {number} has a character that is no byte") from None
 

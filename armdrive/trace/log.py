@@ -15,7 +15,7 @@ from typing import Any
 
 from armdrive.errors.table import code_of_name
 from armdrive.status import code_of_reason
-from armdrive.trace.entries import Entry, Kind
+from armdrive.trace.entries import EntryKind, TraceEntry
 from armdrive.trace.files import Recording
 from armdrive.trace.timeline import ARROWS, TEXT_AT, Teller
 
@@ -30,28 +30,28 @@ class Topic(StrEnum):
     ERRORS = "errors"
 
 
-TOPICS: Mapping[Kind, Topic] = MappingProxyType(
+TOPICS: Mapping[EntryKind, Topic] = MappingProxyType(
     {
-        Kind.SENT: Topic.BYTES,
-        Kind.HEARD: Topic.BYTES,
-        Kind.CALL: Topic.INTENTS,
-        Kind.RAISED: Topic.ERRORS,
-        Kind.REQUEST: Topic.REQUESTS,
-        Kind.REGISTERS: Topic.REQUESTS,
-        Kind.REPLY: Topic.REQUESTS,
-        Kind.SILENCE: Topic.ERRORS,
-        Kind.ALERT: Topic.ERRORS,
-        Kind.ODDITY: Topic.ERRORS,
-        Kind.STATE: Topic.STATES,
-        Kind.OFFSET: Topic.STATES,
-        Kind.TRUST: Topic.STATES,
-        Kind.CURRENT: Topic.STATES,
-        Kind.NOTICE: Topic.ERRORS,
-        Kind.ERROR: Topic.ERRORS,
-        Kind.STOP: Topic.INTENTS,
-        Kind.LOST: Topic.ERRORS,
-        Kind.FAILED: Topic.ERRORS,
-        Kind.GAP: Topic.STATES,
+        EntryKind.SENT: Topic.BYTES,
+        EntryKind.HEARD: Topic.BYTES,
+        EntryKind.CALL: Topic.INTENTS,
+        EntryKind.RAISED: Topic.ERRORS,
+        EntryKind.REQUEST: Topic.REQUESTS,
+        EntryKind.REGISTERS: Topic.REQUESTS,
+        EntryKind.REPLY: Topic.REQUESTS,
+        EntryKind.SILENCE: Topic.ERRORS,
+        EntryKind.ALERT: Topic.ERRORS,
+        EntryKind.ODDITY: Topic.ERRORS,
+        EntryKind.STATE: Topic.STATES,
+        EntryKind.OFFSET: Topic.STATES,
+        EntryKind.TRUST: Topic.STATES,
+        EntryKind.CURRENT: Topic.STATES,
+        EntryKind.NOTICE: Topic.ERRORS,
+        EntryKind.ERROR: Topic.ERRORS,
+        EntryKind.STOP: Topic.INTENTS,
+        EntryKind.LOST: Topic.ERRORS,
+        EntryKind.FAILED: Topic.ERRORS,
+        EntryKind.GAP: Topic.STATES,
     }
 )
 """The topic of each kind of entry."""
@@ -59,7 +59,7 @@ TOPICS: Mapping[Kind, Topic] = MappingProxyType(
 _CODED = re.compile(r"\[(E[0-9]{3})\] ")
 _RAISED = re.compile(r"([A-Za-z_]+): ")
 _TWICE = "; registers "
-_OF_CLASSES = frozenset((Kind.RAISED, Kind.LOST, Kind.FAILED))
+_OF_CLASSES = frozenset((EntryKind.RAISED, EntryKind.LOST, EntryKind.FAILED))
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ class LogLine:
 
     number: int
     time_s: float
-    kind: Kind
+    kind: EntryKind
     shown: str
     words: str
     code: str = ""
@@ -117,14 +117,16 @@ class Narrator:
         self._began_s = began_s
         self._teller = Teller(dialect)
 
-    def line(self, number: int, entry: Entry) -> LogLine:
+    def line(self, number: int, entry: TraceEntry) -> LogLine:
         """Return the line of an entry."""
         time_s = entry.time_s - self._began_s
         if isinstance(entry.what, bytes):
             shown, words = self._teller.shown(entry), self._teller.meaning(entry)
             return LogLine(number, time_s, entry.kind, shown, words)
         words = entry.what
-        if entry.kind is Kind.REGISTERS:  # the counts stand there twice: for replays, for people
+        if (
+            entry.kind is EntryKind.REGISTERS
+        ):  # the counts stand there twice: for replays, for people
             words = words.partition(_TWICE)[2] or words
         return LogLine(number, time_s, entry.kind, "", words, _code(entry.kind, words))
 
@@ -135,15 +137,15 @@ class Narrator:
         """
         self._teller = Teller(self._dialect)
         words = f"{missing} entries before this are not shown: they are too old"
-        return LogLine(number, time_s - self._began_s, Kind.GAP, "", words)
+        return LogLine(number, time_s - self._began_s, EntryKind.GAP, "", words)
 
 
-def _code(kind: Kind, words: str) -> str:
+def _code(kind: EntryKind, words: str) -> str:
     """Return the code of the catalogue that a sentence belongs to; empty where none does."""
     coded = _CODED.match(words)
     if coded is not None:
         return coded[1]
-    if kind is Kind.TRUST:
+    if kind is EntryKind.TRUST:
         return code_of_reason(words.partition(": ")[2])
     raised = _RAISED.match(words) if kind in _OF_CLASSES else None
     return "" if raised is None else code_of_name(raised[1])
@@ -151,7 +153,7 @@ def _code(kind: Kind, words: str) -> str:
 
 # Reading a flight recorder as it fills: only what has come since the last time, and bounded.
 
-Since = Callable[[int, int, int], tuple[int, tuple[Entry, ...]]]
+Since = Callable[[int, int, int], tuple[int, tuple[TraceEntry, ...]]]
 """A number, how many at most, and how far back at most: as `Ring.since`."""
 
 MOST = 500

@@ -18,7 +18,7 @@ from armdrive.errors import ArmError, StateFileError
 from armdrive.status import State
 from armdrive.tasks import Event, Progress, Request
 from armdrive.trace.describe import call_words, error_words, event_words, request_words
-from armdrive.trace.entries import Condition, Entry, Kind, Ring
+from armdrive.trace.entries import EntryCondition, EntryKind, EntryRing, TraceEntry
 from armdrive.trace.files import free_path, header_of, write_recording
 from kinematics.errors import KinematicsError
 
@@ -31,21 +31,21 @@ LONGEST_WORDS = 400
 class FlightRecorder:
     """A `Witness` that remembers. With a folder, a fault has it write a file there by itself."""
 
-    def __init__(self, folder: Path | None = None, *, ring: Ring | None = None) -> None:
+    def __init__(self, folder: Path | None = None, *, ring: EntryRing | None = None) -> None:
         self.folder = folder
-        self.ring = ring or Ring()
+        self.ring = ring or EntryRing()
         self.written: list[Path] = []
         self.trouble = ""
         self._config: ArmConfig | None = None
         self._link = ""
         self._clock: Callable[[], float] = lambda: 0.0
-        self._look: Callable[[], Condition] | None = None
+        self._look: Callable[[], EntryCondition] | None = None
         self._began: tuple[float, float] = (0.0, 0.0)
         self._now_s = 0.0
         self._stop: tuple[bool, bool] = (False, False)
-        self._seen: Condition | tuple[None, ...] = (None,) * len(_LOOKS)
+        self._seen: EntryCondition | tuple[None, ...] = (None,) * len(_LOOKS)
         self._last_error = 0
-        self._inbox: deque[tuple[float, Kind, str]] = deque()
+        self._inbox: deque[tuple[float, EntryKind, str]] = deque()
         self._writers: list[threading.Thread] = []
         self._writing = threading.Lock()
 
@@ -56,7 +56,7 @@ class FlightRecorder:
         config: ArmConfig,
         link: str,
         clock: Callable[[], float],
-        look: Callable[[], Condition],
+        look: Callable[[], EntryCondition],
     ) -> None:
         """Take up an arm, and note what is known of it."""
         self._config, self._link, self._clock, self._look = config, link, clock, look
@@ -77,20 +77,20 @@ class FlightRecorder:
         if self._stop != (stop_asked, stop_hard):
             self._stop = (stop_asked, stop_hard)
             if stop_asked:
-                self._note(Kind.STOP, "dead, whatever it costs" if stop_hard else "asked for")
+                self._note(EntryKind.STOP, "dead, whatever it costs" if stop_hard else "asked for")
 
     def sent(self, data: bytes) -> None:
         """Note bytes to the arm."""
-        self.ring.add(Entry(self._now_s, Kind.SENT, data))
+        self.ring.add(TraceEntry(self._now_s, EntryKind.SENT, data))
 
     def heard(self, data: bytes) -> None:
         """Note bytes from the arm."""
-        self.ring.add(Entry(self._now_s, Kind.HEARD, data))
+        self.ring.add(TraceEntry(self._now_s, EntryKind.HEARD, data))
 
     def asked(self, request: Request) -> None:
         """Note a request."""
         self.changed()
-        self._note(Kind.REQUEST, request_words(request))
+        self._note(EntryKind.REQUEST, request_words(request))
 
     def told(self, event: Event) -> None:
         """Note an answer or an alert; reports of a motion under way are in the bytes."""
@@ -116,13 +116,13 @@ class FlightRecorder:
     def called(self, name: str, words: tuple[Any, ...], named: dict[str, Any]) -> None:
         """Note a call."""
         self._last_error = 0
-        self._inbox.append((self._clock(), Kind.CALL, call_words(name, words, named)))
+        self._inbox.append((self._clock(), EntryKind.CALL, call_words(name, words, named)))
 
     def raised(self, error: BaseException) -> None:
         """Note an error, once, however many calls it passes."""
         if id(error) != self._last_error:
             self._last_error = id(error)
-            self._inbox.append((self._clock(), Kind.RAISED, error_words(error)))
+            self._inbox.append((self._clock(), EntryKind.RAISED, error_words(error)))
 
     def ended(self, error: BaseException | None) -> None:
         """Note how a task ended; an error that is no sentence for a person is a flaw of ours."""
@@ -134,12 +134,12 @@ class FlightRecorder:
 
     def lost(self, error: BaseException) -> None:
         """Note that the wire is lost, and write."""
-        self._note(Kind.LOST, error_words(error))
+        self._note(EntryKind.LOST, error_words(error))
         self._write_soon("link-lost")
 
     def failed(self, error: BaseException) -> None:
         """Note that the engine has failed, and write."""
-        self._note(Kind.FAILED, error_words(error))
+        self._note(EntryKind.FAILED, error_words(error))
         self._write_soon("engine-failed")
 
     # -- writing ------------------------------------------------------------------------------
@@ -166,7 +166,7 @@ class FlightRecorder:
         """The arm's clock at the connection."""
         return self._began[1]
 
-    def since(self, number: int, most: int, back: int) -> tuple[int, tuple[Entry, ...]]:
+    def since(self, number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:
         """Return entries from a number on, no more than `most` and none further `back`."""
         self._empty()
         return self.ring.since(number, most, back)
@@ -200,22 +200,22 @@ class FlightRecorder:
             self._now_s = max(self._now_s, time_s)
             self._add(kind, words)
 
-    def _note(self, kind: Kind, words: str) -> None:
+    def _note(self, kind: EntryKind, words: str) -> None:
         self._empty()
         self._add(kind, words)
 
-    def _add(self, kind: Kind, words: str) -> None:
+    def _add(self, kind: EntryKind, words: str) -> None:
         if len(words) > LONGEST_WORDS:
             words = f"{words[:LONGEST_WORDS]}..."
-        self.ring.add(Entry(self._now_s, kind, words))
+        self.ring.add(TraceEntry(self._now_s, kind, words))
 
 
-_LOOKS: tuple[tuple[Kind, Callable[[Any], str]], ...] = (
-    (Kind.OFFSET, lambda offset: " ".join(map(str, offset))),
-    (Kind.STATE, lambda state: str(state.value)),
-    (Kind.TRUST, lambda belief: f"{belief[0].value}: {belief[1]}"),
-    (Kind.CURRENT, lambda current: str(current.value)),
-    (Kind.NOTICE, str),
-    (Kind.ERROR, str),
+_LOOKS: tuple[tuple[EntryKind, Callable[[Any], str]], ...] = (
+    (EntryKind.OFFSET, lambda offset: " ".join(map(str, offset))),
+    (EntryKind.STATE, lambda state: str(state.value)),
+    (EntryKind.TRUST, lambda belief: f"{belief[0].value}: {belief[1]}"),
+    (EntryKind.CURRENT, lambda current: str(current.value)),
+    (EntryKind.NOTICE, str),
+    (EntryKind.ERROR, str),
 )
 """What `changed` looks at, in this order, and the words for it."""

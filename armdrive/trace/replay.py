@@ -13,13 +13,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from armdrive.dialects.words import Message, Talk, Weight
+from armdrive.dialects.words import Describer, Message, Weight
 from armdrive.errors import RecordingError
 from armdrive.sim.device import Value
 from armdrive.tasks import AlertKind
-from armdrive.trace.bench import Bench
+from armdrive.trace.bench import ReplayBench
 from armdrive.trace.describe import talk
-from armdrive.trace.entries import Entry, Kind
+from armdrive.trace.entries import EntryKind, TraceEntry
 from armdrive.trace.files import Recording
 from armdrive.trace.timeline import Parting
 
@@ -29,10 +29,10 @@ Counts = tuple[int, ...]
 
 _POSITIONED = ("referenced", "restored")
 _COUNTS = re.compile(r"(-?[0-9]{1,9}(?: -?[0-9]{1,9})*)(?:;|$)")
-_NO_COUNTS = (Kind.REQUEST, Kind.SILENCE, Kind.REPLY, Kind.LOST)
+_NO_COUNTS = (EntryKind.REQUEST, EntryKind.SILENCE, EntryKind.REPLY, EntryKind.LOST)
 
 
-def counts_of(entry: Entry) -> Counts:
+def counts_of(entry: TraceEntry) -> Counts:
     """Return the motors' counts that an entry begins with. Raises `RecordingError`."""
     found = _COUNTS.match(str(entry.what))
     if found is None:
@@ -40,26 +40,26 @@ def counts_of(entry: Entry) -> Counts:
     return tuple(int(word) for word in found[1].split(" "))
 
 
-def first_counts(entries: Sequence[Entry]) -> Counts | None:
+def first_counts(entries: Sequence[TraceEntry]) -> Counts | None:
     """Return what the controller told first."""
-    return next((counts_of(entry) for entry in entries if entry.kind is Kind.REGISTERS), None)
+    return next((counts_of(entry) for entry in entries if entry.kind is EntryKind.REGISTERS), None)
 
 
-def first_offset(entries: Sequence[Entry]) -> Counts | None:
+def first_offset(entries: Sequence[TraceEntry]) -> Counts | None:
     """Return what made counts a position when the position was first known."""
     offset = None
     for entry in entries:
-        if entry.kind is Kind.OFFSET:
+        if entry.kind is EntryKind.OFFSET:
             offset = counts_of(entry)
-        elif entry.kind is Kind.TRUST and str(entry.what).startswith(_POSITIONED):
+        elif entry.kind is EntryKind.TRUST and str(entry.what).startswith(_POSITIONED):
             return offset
     return None
 
 
-def offset_at(entries: Sequence[Entry], index: int) -> Counts | None:
+def offset_at(entries: Sequence[TraceEntry], index: int) -> Counts | None:
     """Return the offset at an entry, None where the position was not known by then."""
     known = first_offset(entries[:index])
-    found = (entry for entry in reversed(entries[:index]) if entry.kind is Kind.OFFSET)
+    found = (entry for entry in reversed(entries[:index]) if entry.kind is EntryKind.OFFSET)
     latest = next(found, None)
     return None if known is None or latest is None else counts_of(latest)
 
@@ -71,12 +71,12 @@ def position(counts: Counts, offset: Counts | None) -> Counts | None:
     return tuple(a + b for a, b in zip(counts, offset, strict=True))
 
 
-def gap(entries: Sequence[Entry]) -> range:
+def gap(entries: Sequence[TraceEntry]) -> range:
     """Return which entries are not to be compared: from the first gap to where counts are read.
 
     There the twin can be put to where the arm stood. Empty where nothing is missing.
     """
-    gaps = [index for index, entry in enumerate(entries) if entry.kind is Kind.GAP]
+    gaps = [index for index, entry in enumerate(entries) if entry.kind is EntryKind.GAP]
     if not gaps:
         return range(len(entries), len(entries))
     for index in range(gaps[-1], len(entries)):
@@ -85,13 +85,13 @@ def gap(entries: Sequence[Entry]) -> range:
     return range(gaps[0], len(entries))
 
 
-def answer_to(entries: Sequence[Entry], index: int) -> Entry | None:
+def answer_to(entries: Sequence[TraceEntry], index: int) -> TraceEntry | None:
     """Return the counts that answer an entry, if it asks for them and gets them."""
     entry = entries[index]
-    if entry.kind is not Kind.REQUEST or not str(entry.what).startswith("ReadPosition"):
+    if entry.kind is not EntryKind.REQUEST or not str(entry.what).startswith("ReadPosition"):
         return None
     for later in range(index + 1, len(entries)):
-        if entries[later].kind is Kind.REGISTERS:
+        if entries[later].kind is EntryKind.REGISTERS:
             return entries[later]
         if entries[later].kind in _NO_COUNTS:
             return None
@@ -108,7 +108,7 @@ _APART = frozenset((Weight.PASSING, Weight.SELF))
 class Judge:
     """Compares entry after entry, up to the first difference; `compared` counts what agreed."""
 
-    def __init__(self, bench: Bench, talk: Talk) -> None:
+    def __init__(self, bench: ReplayBench, talk: Describer) -> None:
         self.compared = 0
         self.parting: Parting | None = None
         self._bench = bench
@@ -122,7 +122,7 @@ class Judge:
         """Begin to listen behind a gap: a message that had begun before it is none."""
         self._splitter = self._talk.splitter()
 
-    def heard(self, index: int, entry: Entry, asked: str) -> None:
+    def heard(self, index: int, entry: TraceEntry, asked: str) -> None:
         """Compare the messages that the bytes of an entry complete."""
         data = entry.what if isinstance(entry.what, bytes) else b""
         for message in self._splitter.feed(data):
@@ -133,7 +133,7 @@ class Judge:
             if message.weight not in _APART and not beginning and self.parting is None:
                 self._compare(index, entry, message, asked)
 
-    def _compare(self, index: int, entry: Entry, message: Message, asked: str) -> None:
+    def _compare(self, index: int, entry: TraceEntry, message: Message, asked: str) -> None:
         said = self._talk.said(message.data)
         banner = message.weight is Weight.BANNER
         answer = (self._bench.banner if banner else self._bench.answer)(entry.time_s)
@@ -152,7 +152,7 @@ class Judge:
         turning = asked.startswith("Move") or self._bench.moving
         return of_moment and turning and message.kind == answer.kind
 
-    def counts(self, index: int, entry: Entry) -> None:
+    def counts(self, index: int, entry: TraceEntry) -> None:
         """Compare the counts of motors that stand."""
         if not self._told:
             self._told = True
@@ -166,7 +166,7 @@ class Judge:
         why = "the motors were counted otherwise" if stands else "the twin still moves"
         self._part(index, entry, why, _words(counts), _words(twin))
 
-    def silence(self, index: int, entry: Entry) -> None:
+    def silence(self, index: int, entry: TraceEntry) -> None:
         """Look whether the twin has spoken since the arm fell silent."""
         self._bench.advance(entry.time_s)
         self.unasked(index, entry, entry.time_s)
@@ -175,7 +175,7 @@ class Judge:
             why = f"the arm was silent from {self._heard_s:.3f} s on, and the twin was not"
             self._part(index, entry, why, str(entry.what), self._talk.said(said.data))
 
-    def alerted(self, index: int, entry: Entry) -> None:
+    def alerted(self, index: int, entry: TraceEntry) -> None:
         """Compare the last reports of a motion, where the arm's were of something else."""
         words = str(entry.what)
         ours, its = (
@@ -187,15 +187,15 @@ class Judge:
         elif words.startswith(AlertKind.ASTRAY.value) and ours != its:
             self._part(index, entry, "the arm was seen off the way that was sent", ours, its)
 
-    def unasked(self, index: int, entry: Entry, before_s: float) -> None:
+    def unasked(self, index: int, entry: TraceEntry, before_s: float) -> None:
         """Look whether the twin has said by then what the arm never said."""
         message = self._bench.unasked(before_s)
         if message is not None:
-            silent = str(entry.what) if entry.kind is Kind.SILENCE else "nothing"
+            silent = str(entry.what) if entry.kind is EntryKind.SILENCE else "nothing"
             its = self._talk.said(message.data)
             self._part(index, entry, "the twin said what the arm did not say", silent, its)
 
-    def _part(self, index: int, entry: Entry, why: str, arm: str, twin: str) -> None:
+    def _part(self, index: int, entry: TraceEntry, why: str, arm: str, twin: str) -> None:
         if self.parting is None:
             bench = self._bench
             self.parting = Parting(index, entry.time_s, why, arm, twin, bench.words, bench.view)
@@ -205,7 +205,7 @@ def _words(counts: tuple[int, ...]) -> str:
     return " ".join(map(str, counts))
 
 
-_ANSWERS = frozenset((Kind.REPLY, Kind.REGISTERS, Kind.SILENCE))
+_ANSWERS = frozenset((EntryKind.REPLY, EntryKind.REGISTERS, EntryKind.SILENCE))
 
 
 @dataclass(frozen=True, slots=True)
@@ -229,13 +229,13 @@ def replay(recording: Recording, settings: Mapping[str, Value] | None = None) ->
         )
     if recording.cut_off:
         notes.append("the recording's last line was cut off")
-    return _Replay(recording, Bench(config, settings), notes).run()
+    return _Replay(recording, ReplayBench(config, settings), notes).run()
 
 
 class _Replay:
     """One replay under way."""
 
-    def __init__(self, recording: Recording, bench: Bench, notes: list[str]) -> None:
+    def __init__(self, recording: Recording, bench: ReplayBench, notes: list[str]) -> None:
         self._entries = recording.entries
         self._bench = bench
         self._notes = notes
@@ -274,9 +274,9 @@ class _Replay:
         if offset is None:
             self._notes.append("the arm's position was never known: the twin stands anywhere")
 
-    def _pass_over(self, entry: Entry) -> None:
+    def _pass_over(self, entry: TraceEntry) -> None:
         """Have the twin hear settings that last; what it says to them is not compared."""
-        if entry.kind is Kind.SENT and isinstance(entry.what, bytes):
+        if entry.kind is EntryKind.SENT and isinstance(entry.what, bytes):
             self._bench.send(entry.what, entry.time_s)
 
     def _resume(self, index: int) -> None:
@@ -294,20 +294,20 @@ class _Replay:
 
     # -- what happens ---------------------------------------------------------------------------
 
-    def _take(self, index: int, entry: Entry) -> None:
+    def _take(self, index: int, entry: TraceEntry) -> None:
         judge = self._judge
-        if entry.kind is Kind.SENT and isinstance(entry.what, bytes):
+        if entry.kind is EntryKind.SENT and isinstance(entry.what, bytes):
             self._bench.send(entry.what, entry.time_s)
-        elif entry.kind is Kind.HEARD:
+        elif entry.kind is EntryKind.HEARD:
             judge.heard(index, entry, self._asked)
-        elif entry.kind is Kind.REQUEST:
+        elif entry.kind is EntryKind.REQUEST:
             judge.unasked(index, entry, entry.time_s - GRACE_S)
             self._asked = str(entry.what)
-        elif entry.kind is Kind.ALERT:
+        elif entry.kind is EntryKind.ALERT:
             judge.alerted(index, entry)
-        elif entry.kind is Kind.REGISTERS:
+        elif entry.kind is EntryKind.REGISTERS:
             judge.counts(index, entry)
-        elif entry.kind is Kind.SILENCE:
+        elif entry.kind is EntryKind.SILENCE:
             judge.silence(index, entry)
         if entry.kind in _ANSWERS:
             self._asked = ""

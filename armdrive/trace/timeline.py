@@ -8,13 +8,13 @@ from types import MappingProxyType
 from typing import Any
 
 from armdrive.trace.describe import talk
-from armdrive.trace.entries import Entry, Kind
+from armdrive.trace.entries import EntryKind, TraceEntry
 from armdrive.trace.files import Recording
 
 TEXT_AT = 34
 """The column where the meaning of bytes begins, where the bytes are shorter."""
 
-ARROWS: Mapping[Kind, str] = MappingProxyType({Kind.SENT: "->", Kind.HEARD: "<-"})
+ARROWS: Mapping[EntryKind, str] = MappingProxyType({EntryKind.SENT: "->", EntryKind.HEARD: "<-"})
 """Which way bytes went: to the arm, from the arm."""
 
 
@@ -36,26 +36,26 @@ class Teller:
         self._talk = talk(dialect)
         self._splitter = self._talk.splitter()
 
-    def meaning(self, entry: Entry) -> str:
+    def meaning(self, entry: TraceEntry) -> str:
         """Return what the bytes of an entry mean: of what is heard, the messages it completes."""
         data = entry.what if isinstance(entry.what, bytes) else b""
-        if entry.kind is Kind.SENT:
+        if entry.kind is EntryKind.SENT:
             return self._talk.words(data, self._talk.sent)
         heard = self._splitter.feed(data)
         return "; ".join(self._talk.words(each.data, self._talk.heard) for each in heard)
 
-    def shown(self, entry: Entry) -> str:
+    def shown(self, entry: TraceEntry) -> str:
         """Return the bytes of an entry as people write them; nothing where it has none."""
         return self._talk.shown(entry.what) if isinstance(entry.what, bytes) else ""
 
-    def line(self, entry: Entry) -> str:
+    def line(self, entry: TraceEntry) -> str:
         """Return an entry in a line."""
         if not isinstance(entry.what, bytes):
             return f"{entry.time_s:12.4f} s     {entry.kind.value}: {entry.what}"
         text = f"{self._talk.shown(entry.what):<{TEXT_AT}}  {self.meaning(entry)}".rstrip()
         return f"{entry.time_s:12.4f} s  {ARROWS[entry.kind]} {text}"
 
-    def view(self, entry: Entry) -> dict[str, Any]:
+    def view(self, entry: TraceEntry) -> dict[str, Any]:
         """Return an entry as plain data, the bytes in hexadecimal."""
         view: dict[str, Any] = {"time_s": entry.time_s, "kind": entry.kind.value}
         if not isinstance(entry.what, bytes):

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from armdrive.trace.entries import WIRE, Entry
+from armdrive.trace.entries import WIRE, TraceEntry
 
 MOST = 200
 """So many entries of the recorder are taken at once."""
@@ -21,7 +21,7 @@ PIECE_BYTES = 1024
 MESSAGE_BYTES = 8192
 
 Piece = tuple[float, str, str]
-Since = Callable[[int, int, int], tuple[int, tuple[Entry, ...]]]
+Since = Callable[[int, int, int], tuple[int, tuple[TraceEntry, ...]]]
 """Returns entries of the recorder, as `Ring.since` does."""
 
 
@@ -48,7 +48,7 @@ def overheard(
         time.sleep(every_s)
 
 
-def _pieces(entry: Entry) -> Iterator[Piece]:
+def _pieces(entry: TraceEntry) -> Iterator[Piece]:
     data = entry.what if isinstance(entry.what, bytes) else b""
     for at in range(0, len(data), PIECE_BYTES):
         yield entry.time_s, entry.kind.value, data[at : at + PIECE_BYTES].hex()

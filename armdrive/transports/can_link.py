@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from armdrive.errors import ArmError, LinkLost, PortUnavailable
 from armdrive.transports.address import CanAddress
 from armdrive.transports.can_health import BusHealth
-from armdrive.transports.can_threads import Reader, Watch, Writer
+from armdrive.transports.can_threads import CanReader, CanWriter, Watch
 from armdrive.transports.link import Bell
 from armdrive.transports.open_errors import NOT_INSTALLED, can_refusal, is_down, unknown_interface
 from armdrive.transports.ports import device_names
@@ -49,8 +49,8 @@ class CanLink:
         self._watch = Watch(time.monotonic, self._bell.ring)
         self._unpacker = Unpacker()
         self._closed = False
-        self._writer = Writer(bus, self._watch, time.monotonic)
-        self._reader = Reader(
+        self._writer = CanWriter(bus, self._watch, time.monotonic)
+        self._reader = CanReader(
             bus, frozenset(ids), self._watch, ring=self._bell.ring, also=self._writer.look
         )
 

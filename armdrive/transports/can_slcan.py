@@ -22,7 +22,7 @@ from can.interfaces.slcan import slcanBus
 
 from armdrive.transports.open_errors import NoConnection
 from firmware_protocol.frames import Frame
-from firmware_protocol.slcan import BELL, Lines, frame_of, line_of
+from firmware_protocol.slcan import BELL, SlcanLines, frame_of, line_of
 
 if sys.platform != "win32":
     import fcntl
@@ -57,7 +57,7 @@ class Slcan(slcanBus):
         self._status: int | None = None
         self._heard: deque[Frame] = deque()
         self._words: list[bytes] = []
-        self._lines = Lines()
+        self._lines = SlcanLines()
         self._lock_file = _Lock(channel)
         try:
             super().__init__(channel, sleep_after_open=sleep_after_open or 0.0, **settings)

@@ -132,7 +132,7 @@ MOST_UNREAD_FRAMES = 4096
 _MOST_BYTES = 8
 
 
-class Reader:
+class CanReader:
     """Hears a bus from its own thread into a queue that drops the oldest frames when it is full.
 
     python-can's Notifier would not do: it ends at the first error (hardbyte/python-can issues
@@ -261,7 +261,7 @@ REFUSES = "the adapter refuses frames: nobody acknowledges them, or it has resta
 _FULL = frozenset({errno.ENOBUFS, errno.EAGAIN, errno.ETIMEDOUT})
 
 
-class Writer:
+class CanWriter:
     """Sends frames from its own thread, so that a stuck adapter holds up nobody else.
 
     Frames leave one after the other. A frame that cannot leave in time ends the link, and the

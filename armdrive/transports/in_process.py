@@ -8,10 +8,10 @@ from __future__ import annotations
 from typing import Generic, TypeVar
 
 from armdrive.errors import LinkLost
-from armdrive.transports.link import Bell, Line
+from armdrive.transports.link import Bell, ByteLine
 from armdrive.transports.open_errors import NoSuchPort
 
-L = TypeVar("L", bound=Line)
+L = TypeVar("L", bound=ByteLine)
 
 
 class MemoryLink(Generic[L]):

@@ -39,7 +39,7 @@ class Link(Protocol):
         """Give the wire back. Closing twice is no error."""
 
 
-class Line(Protocol):
+class ByteLine(Protocol):
     """The far end of a link within this process: a device, and the line that paces its bytes."""
 
     @property

@@ -36,27 +36,27 @@ PROC = Path("/proc")
 
 
 @dataclass(frozen=True, slots=True)
-class Holder:
+class PortHolder:
     """A program that has a device open."""
 
     pid: int
     program: str
 
 
-def holders(devices: Iterable[str], proc: Path = PROC) -> dict[str, Holder]:
+def holders(devices: Iterable[str], proc: Path = PROC) -> dict[str, PortHolder]:
     """Return the first holder of each device that has one; links are followed."""
     wanted: dict[str, list[str]] = {}
     for device in devices:
         wanted.setdefault(os.path.realpath(device), []).append(device)
-    found: dict[str, Holder] = {}
+    found: dict[str, PortHolder] = {}
     for folder in _processes(proc) if wanted else ():
         for opened in _open_files(folder):
             for device in wanted.get(opened, ()):
-                found.setdefault(device, Holder(int(folder.name), _program(folder)))
+                found.setdefault(device, PortHolder(int(folder.name), _program(folder)))
     return found
 
 
-def holder(device: str) -> Holder | None:
+def holder(device: str) -> PortHolder | None:
     """Return who has a device open, where that can be seen."""
     return holders([device]).get(device)
 

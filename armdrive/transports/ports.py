@@ -15,8 +15,8 @@ from armdrive.errors import LinkError
 from armdrive.transports.address import CanAddress, is_can
 from armdrive.transports.open_errors import (
     NET,
-    Holder,
     NoSuchPort,
+    PortHolder,
     bring_up,
     can_interfaces,
     holders,
@@ -42,7 +42,7 @@ class PortInfo:
     pid: int | None = None
     serial_number: str | None = None
     manufacturer: str | None = None
-    holder: Holder | None = None
+    holder: PortHolder | None = None
     readable: bool = True
     group: str | None = None
     stable_name: str | None = None

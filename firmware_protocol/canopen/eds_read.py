@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from configparser import Error, RawConfigParser, SectionProxy
 
 from firmware_protocol.canopen.datatypes import DataType, Value
-from firmware_protocol.canopen.objects import Access, Dictionary, Entry
+from firmware_protocol.canopen.objects import Access, Dictionary, ObjectEntry
 from firmware_protocol.canopen.sdo_messages import Place
 from firmware_protocol.errors import BadField, RemoteProtocolError
 
@@ -30,7 +30,7 @@ def read_eds(text: str) -> Dictionary:
     except Error as error:
         reason = " ".join(error.message.split())
         raise RemoteProtocolError(f"this is no EDS file: {reason}") from None
-    entries: dict[Place, Entry] = {}
+    entries: dict[Place, ObjectEntry] = {}
     records: dict[int, str] = {}
     for name in parser.sections():
         found = _OBJECT.fullmatch(name)
@@ -49,15 +49,15 @@ def read_eds(text: str) -> Dictionary:
     return Dictionary(entries.values(), records)
 
 
-def _compact(index: int, section: SectionProxy) -> Iterator[Entry]:
+def _compact(index: int, section: SectionProxy) -> Iterator[ObjectEntry]:
     """Give the entries of an array that is described in one section."""
     count = _number(section, "CompactSubObj", 0)
     if not count:
         return
-    yield Entry(Place(index), "Highest sub-index", DataType.U8, Access.CONST, default=count)
+    yield ObjectEntry(Place(index), "Highest sub-index", DataType.U8, Access.CONST, default=count)
     model = _entry(Place(index), section)
     for sub in range(1, count + 1):
-        yield Entry(
+        yield ObjectEntry(
             Place(index, sub),
             f"{model.name} {sub}",
             model.type,
@@ -69,10 +69,10 @@ def _compact(index: int, section: SectionProxy) -> Iterator[Entry]:
         )
 
 
-def _entry(place: Place, section: SectionProxy) -> Entry:
+def _entry(place: Place, section: SectionProxy) -> ObjectEntry:
     kind = _type(_number(section, "DataType", 0))
     default, adds_node = _default(kind, section.get("DefaultValue"))
-    return Entry(
+    return ObjectEntry(
         place,
         _word(section, "ParameterName"),
         kind,

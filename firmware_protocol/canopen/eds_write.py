@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from firmware_protocol.canopen.datatypes import DataType
 from firmware_protocol.canopen.eds_read import RECORD, VARIABLE
-from firmware_protocol.canopen.objects import Dictionary, Entry, one_line
+from firmware_protocol.canopen.objects import Dictionary, ObjectEntry, one_line
 
 _MANDATORY = frozenset((0x1000, 0x1001, 0x1018))
 _MANUFACTURERS = range(0x2000, 0x6000)
@@ -48,7 +48,7 @@ def _object(dictionary: Dictionary, index: int) -> Iterator[str]:
         yield _section(f"{index:04X}{sub}", _values(entry))
 
 
-def _values(entry: Entry) -> dict[str, str]:
+def _values(entry: ObjectEntry) -> dict[str, str]:
     values = {
         "ParameterName": entry.name,
         "ObjectType": f"0x{VARIABLE:X}",
@@ -63,7 +63,7 @@ def _values(entry: Entry) -> dict[str, str]:
     return values
 
 
-def _default(entry: Entry) -> str | None:
+def _default(entry: ObjectEntry) -> str | None:
     value = entry.default
     if value is None:
         return None

@@ -44,7 +44,7 @@ def one_line(field: str, value: object) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class ObjectEntry:
     """One object, or one sub-index of a record.
 
     `unit` is in the drive's own words, since CiA 402 leaves position units to its factors.
@@ -90,8 +90,10 @@ class Dictionary:
     `records` names the indices whose objects are sub-indices; one without is called like its first.
     """
 
-    def __init__(self, entries: Iterable[Entry], records: Mapping[int, str] | None = None) -> None:
-        self._entries: dict[Place, Entry] = {}
+    def __init__(
+        self, entries: Iterable[ObjectEntry], records: Mapping[int, str] | None = None
+    ) -> None:
+        self._entries: dict[Place, ObjectEntry] = {}
         for entry in sorted(entries, key=lambda entry: (entry.place.index, entry.place.sub)):
             if entry.place in self._entries:
                 raise BadField("place", str(entry.place), "of one object alone")
@@ -106,7 +108,7 @@ class Dictionary:
             if entry.place.sub:
                 self._records.setdefault(entry.place.index, entry.name)
 
-    def __iter__(self) -> Iterator[Entry]:
+    def __iter__(self) -> Iterator[ObjectEntry]:
         return iter(self._entries.values())
 
     def __len__(self) -> int:
@@ -129,11 +131,11 @@ class Dictionary:
         """The names of what has sub-indices."""
         return dict(self._records)
 
-    def find(self, place: Place) -> Entry | None:
+    def find(self, place: Place) -> ObjectEntry | None:
         """Return the object at a place; None where there is none."""
         return self._entries.get(place)
 
-    def named(self, name: str) -> Entry:
+    def named(self, name: str) -> ObjectEntry:
         """Return the object of a name; raises `LocalProtocolError` unless there is just one."""
         found = [entry for entry in self if entry.name == name]
         if len(found) != 1:

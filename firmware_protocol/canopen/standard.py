@@ -7,7 +7,7 @@ CiA 301, object dictionary; CiA 402-2 and -3 (IEC 61800-7-201), objects of the d
 from __future__ import annotations
 
 from firmware_protocol.canopen.datatypes import DataType
-from firmware_protocol.canopen.objects import Access, Dictionary, Entry
+from firmware_protocol.canopen.objects import Access, Dictionary, ObjectEntry
 from firmware_protocol.canopen.sdo_messages import Place
 
 _U8, _U16, _U32 = DataType.U8, DataType.U16, DataType.U32
@@ -111,7 +111,7 @@ _MAPPED = frozenset(
 
 STANDARD = Dictionary(
     (
-        Entry(place, name, kind, access, unit, default, mappable=place in _MAPPED)
+        ObjectEntry(place, name, kind, access, unit, default, mappable=place in _MAPPED)
         for place, name, kind, access, unit, default in _ROWS
     ),
     _RECORDS,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from firmware_protocol.canopen.cob import checked_node
 from firmware_protocol.canopen.datatypes import Value
-from firmware_protocol.canopen.objects import Dictionary, Entry
+from firmware_protocol.canopen.objects import Dictionary, ObjectEntry
 from firmware_protocol.canopen.sdo_codes import AbortCode
 from firmware_protocol.canopen.sdo_messages import Place
 from firmware_protocol.canopen.sdo_server import Ask, ReadAsked, SdoServer
@@ -75,7 +75,7 @@ class ObjectStore:
         refusal = self.write(ask.place, ask.data, exact=ask.exact)
         return server.accept(ask) if refusal is None else server.refuse(ask, refusal)
 
-    def _entry(self, place: Place) -> Entry:
+    def _entry(self, place: Place) -> ObjectEntry:
         entry = self._dictionary.find(place)
         if entry is None:
             raise BadField("place", str(place), "an object of this dictionary")

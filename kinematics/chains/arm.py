@@ -1,8 +1,8 @@
 """An arm of five or six turning joints, of any build, driven by its link table.
 
 Units: mm and rad. Inverse kinematics is found by numbers, from the seed first, so that the posture
-near the seed is found where there is one. `Task` says what poses of such an arm mean. The last part
-finds a posture a small step away, as a jog needs it.
+near the seed is found where there is one. `HandTask` says what poses of such an arm mean. The last
+part finds a posture a small step away, as a jog needs it.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from kinematics.chains.inverse import Effort, First, Solution, descend, solve_go
 from kinematics.chains.links import Convention, JointKind
 from kinematics.chains.singularities import length_of
 from kinematics.chains.task import (
-    Task,
+    HandTask,
     chain_refusal,
     goal_of,
     nearest_of,
@@ -65,7 +65,7 @@ class ChainArm:
 
     chain: Chain
     limits: tuple[JointRange, ...] = field(init=False)
-    task: Task = field(init=False)
+    task: HandTask = field(init=False)
     moving_points: tuple[str, ...] = field(init=False, compare=False)
     _shown: tuple[int, ...] = field(init=False, repr=False, compare=False)
     _made: Generated = field(init=False, repr=False, compare=False)
@@ -86,7 +86,7 @@ class ChainArm:
     @property
     def has_yaw(self) -> bool:
         """Whether poses of this arm have a yaw: those of six joints."""
-        return self.task is Task.WHOLE
+        return self.task is HandTask.WHOLE
 
     @property
     def meaning(self) -> Chain:

@@ -68,7 +68,7 @@ class Relation(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class AxisLine:
     """A line in space: any point on it, and its direction, which is made 1 long.
 
     Raises `ZeroVector` for no direction and `BadNumber` for what is not a finite number.
@@ -101,7 +101,7 @@ class AxisPair:
     far: Vector
 
 
-def relate(first: Line, second: Line, level: Vector) -> AxisPair:
+def relate(first: AxisLine, second: AxisLine, level: Vector) -> AxisPair:
     """Return the common normal of two axes, through the height of `level` where it is free."""
     across = cross(first.direction, second.direction)
     if norm(across) < SAME_DIRECTION:
@@ -139,9 +139,9 @@ class JointAxis:
     high: float = math.inf
 
     @property
-    def line(self) -> Line:
+    def line(self) -> AxisLine:
         """The axis without its joint."""
-        return Line(self.point, self.direction)
+        return AxisLine(self.point, self.direction)
 
 
 @dataclass(frozen=True, slots=True)

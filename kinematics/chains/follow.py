@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.inverse import Solution, descend
-from kinematics.chains.task import Task, goal_of, pose_of
+from kinematics.chains.task import HandTask, goal_of, pose_of
 from kinematics.frames.quaternions import Quaternion, quaternion_of
 from kinematics.frames.transforms import position_of, rotation_of, transform
 from kinematics.frames.vectors import Vector
@@ -30,7 +30,7 @@ class ChainFollower:
     """The posture near the one before; `chain` has limits widened to the start."""
 
     chain: Chain
-    task: Task
+    task: HandTask
     first: Hand
     posture = ""
 
@@ -42,7 +42,7 @@ class ChainFollower:
     def hand(self, pose: Pose, near: Hand) -> Hand:
         """Return how a pose holds the hand; refuses a yaw that is missing or cannot be taken."""
         goal = goal_of(pose, self.task, self.centre)
-        if self.task is Task.WHOLE:
+        if self.task is HandTask.WHOLE:
             turn = _four(quaternion_of(rotation_of(goal.frame)))
             opposite = sum(a * b for a, b in zip(near, turn, strict=True)) < 0.0
             return tuple(-part for part in turn) if opposite else turn
@@ -50,13 +50,13 @@ class ChainFollower:
 
     def between(self, a: Hand, b: Hand, share: float) -> Hand:
         """Return the hand at a share of the turn from one to another."""
-        if self.task is Task.WHOLE and share < 1.0:
+        if self.task is HandTask.WHOLE and share < 1.0:
             return _turned(a, b, share)
         return in_proportion(a, b, share)
 
     def pose(self, tip: Point, hand: Hand) -> Pose:
         """Return the pose of a tip and a hand."""
-        if self.task is Task.WHOLE:
+        if self.task is HandTask.WHOLE:
             frame = transform(Quaternion.of(*hand).rotation(), tip)
             return pose_of(frame, self.task, self.centre)
         return Pose(*tip, *hand)
@@ -72,10 +72,10 @@ class ChainFollower:
         return joints
 
 
-def chain_line(chain: Chain, task: Task, start: Joints, origin: Pose, goal: Pose) -> Line:
+def chain_line(chain: Chain, task: HandTask, start: Joints, origin: Pose, goal: Pose) -> Line:
     """Return the line to a pose from a posture, whose own pose is `origin`."""
     first: Hand = (origin.pitch_rad, origin.roll_rad)
-    if task is Task.WHOLE:
+    if task is HandTask.WHOLE:
         first = _four(quaternion_of(rotation_of(chain.fk(start.angles_rad))))
     follower = ChainFollower(_widened(chain, start), task, first)
     tip = origin.x_mm, origin.y_mm, origin.z_mm

@@ -46,7 +46,7 @@ Monomial = tuple[str, ...]
 
 
 @dataclass(slots=True)
-class Lines:
+class CodeLines:
     """Assignments in order, each made once; `live` leaves out those that nothing needs."""
 
     _assigned: dict[str, str] = field(default_factory=dict)
@@ -186,7 +186,7 @@ class _Walk:
     """The way from the base to the tool, writing down what must be computed."""
 
     def __init__(self, chain: Chain) -> None:
-        self.lines = Lines()
+        self.lines = CodeLines()
         self.axes: list[_Axis] = []
         self.runs: list[tuple[Column, Column, Column, Column]] = []
         self.hops: list[tuple[Column, Term, Term]] = []
@@ -333,7 +333,7 @@ def _columns(frame: Transform) -> tuple[Column, Column, Column, Column]:
     return x, y, z, p
 
 
-def _function(name: str, chain: Chain, lines: Lines, results: list[list[list[Term]]]) -> str:
+def _function(name: str, chain: Chain, lines: CodeLines, results: list[list[list[Term]]]) -> str:
     """Return the source of a function of the joints' values."""
     values = [f"q{index}" for index in range(len(chain.links))]
     needed = lines.live(term for rows in results for row in rows for term in row)

@@ -45,7 +45,7 @@ PLANE_SINE = 1e-9
 _LOOKS = 8
 
 
-class Task(Enum):
+class HandTask(Enum):
     """What an arm can ask of its hand."""
 
     IN_PLANE = "position, pitch in the arm's plane, roll"
@@ -53,10 +53,10 @@ class Task(Enum):
     WHOLE = "position, pitch, roll and yaw"
 
 
-def task_of(chain: Chain) -> Task:
+def task_of(chain: Chain) -> HandTask:
     """Return the task of a chain of five or six joints; `KinematicsError` for any other number."""
     if len(chain) == 6:
-        return Task.WHOLE
+        return HandTask.WHOLE
     if len(chain) != 5:
         raise KinematicsError(
             f"an arm that is to be driven has five or six joints, not {len(chain)}"
@@ -65,13 +65,13 @@ def task_of(chain: Chain) -> Task:
     postures = (tuple(draw.uniform(-3.0, 3.0) for _ in chain.links) for _ in range(_LOOKS))
     centre = position_of(chain.base)
     planar = all(abs(_off_plane(chain.fk(values), centre)) < PLANE_SINE for values in postures)
-    return Task.IN_PLANE if planar else Task.ELEVATION
+    return HandTask.IN_PLANE if planar else HandTask.ELEVATION
 
 
-def pose_of(frame: Transform, task: Task, centre: Vector) -> Pose:
+def pose_of(frame: Transform, task: HandTask, centre: Vector) -> Pose:
     """Return the pose of the hand's frame; `centre` is a point of the base axis."""
     x, _, hand = columns(rotation_of(frame))
-    if task is Task.IN_PLANE:
+    if task is HandTask.IN_PLANE:
         outwards = _outwards(frame, centre)
         pitch = math.atan2(hand[2], dot(hand, outwards))
     else:
@@ -80,19 +80,19 @@ def pose_of(frame: Transform, task: Task, centre: Vector) -> Pose:
         pitch = math.atan2(hand[2], norm(level))
     up = _up(outwards, pitch)
     roll = math.atan2(dot(x, cross(hand, up)), dot(x, up))
-    yaw = math.atan2(outwards[1], outwards[0]) if task is Task.WHOLE else None
+    yaw = math.atan2(outwards[1], outwards[0]) if task is HandTask.WHOLE else None
     return Pose(*position_of(frame), pitch, roll, yaw)
 
 
-def goal_of(pose: Pose, task: Task, centre: Vector) -> Goal:
+def goal_of(pose: Pose, task: HandTask, centre: Vector) -> Goal:
     """Return what a pose asks of the hand. Raises `KinematicsError` for a missing or extra yaw."""
-    if (pose.yaw_rad is not None) != (task is Task.WHOLE):
+    if (pose.yaw_rad is not None) != (task is HandTask.WHOLE):
         raise KinematicsError(
             "this arm has six joints, so its poses need a yaw: give yaw_deg"
-            if task is Task.WHOLE
+            if task is HandTask.WHOLE
             else "this arm has five joints: it cannot take a yaw, which follows from the position"
         )
-    if task is Task.IN_PLANE:
+    if task is HandTask.IN_PLANE:
         return pose_goal(pose, centre=centre)
     heading = pose.yaw_rad or 0.0
     outwards = (math.cos(heading), math.sin(heading), 0.0)
@@ -100,7 +100,7 @@ def goal_of(pose: Pose, task: Task, centre: Vector) -> Goal:
     hand = add(scale(math.cos(pose.pitch_rad), outwards), scale(math.sin(pose.pitch_rad), Z_AXIS))
     x = add(scale(math.cos(pose.roll_rad), up), scale(math.sin(pose.roll_rad), cross(hand, up)))
     frame = transform(from_columns(x, cross(hand, x), hand), (pose.x_mm, pose.y_mm, pose.z_mm))
-    if task is Task.WHOLE:
+    if task is HandTask.WHOLE:
         return Goal(frame, outwards)
     level = (hand[0], hand[1], 0.0)
     return Goal(
@@ -140,7 +140,7 @@ HELD_RAD = 1e-6
 """An angle of the hand nearer to the asked one than this is the asked one."""
 
 
-def chain_refusal(chain: Chain, task: Task, pose: Pose, found: Solution) -> Unreachable:
+def chain_refusal(chain: Chain, task: HandTask, pose: Pose, found: Solution) -> Unreachable:
     """Return the error that explains the best posture found for a pose."""
     nearest = nearest_of(chain, task, pose, found)
     if found.reason is Reason.BEYOND_REACH:
@@ -168,7 +168,7 @@ def chain_refusal(chain: Chain, task: Task, pose: Pose, found: Solution) -> Unre
 
 
 def step_refusal(
-    chain: Chain, task: Task, pose: Pose, found: Solution, seed: Joints, here: Pose
+    chain: Chain, task: HandTask, pose: Pose, found: Solution, seed: Joints, here: Pose
 ) -> Unreachable:
     """Return the error for a small step that leads nowhere near the posture it starts from.
 
@@ -189,7 +189,7 @@ def step_refusal(
     return _not_found(pose, nearest_of(chain, task, pose, found), found)
 
 
-def nearest_of(chain: Chain, task: Task, pose: Pose, found: Solution) -> Pose:
+def nearest_of(chain: Chain, task: HandTask, pose: Pose, found: Solution) -> Pose:
     """Return the pose of the best posture found, in the goal's own angles where they are held.
 
     A tip on the other side of the base axis than the goal holds another pitch and roll, although

@@ -21,7 +21,7 @@ from typing import Protocol, runtime_checkable
 
 from kinematics.errors import JointLimit, KinematicsError, Unreachable, finite
 from kinematics.five_axis import closed_form
-from kinematics.five_axis.closed_form import Angles, Build, Lengths, build, solve_pose
+from kinematics.five_axis.closed_form import Angles, ArmBuild, Lengths, build, solve_pose
 from kinematics.five_axis.follow import line_from
 from kinematics.five_axis.frame import (
     FrameAngles,
@@ -90,7 +90,7 @@ class FiveAxisArm:
     forearm_mm: float
     hand_mm: float
     limits: tuple[JointRange, ...]
-    _build: Build = field(init=False, repr=False, compare=False)
+    _build: ArmBuild = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         for name in [entry.name for entry in fields(self)[:4]]:

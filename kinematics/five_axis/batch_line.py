@@ -38,7 +38,7 @@ REGULAR = 1e-12
 """Squares of the sine and cosine of half the bend below which the elbow is straight or folded."""
 
 
-class Course(NamedTuple):
+class LineCourse(NamedTuple):
     """A line in the frame that the start's base angle turns with, in the arm's own plane.
 
     `start` and `change` are of: along, across, 0, height of the tip above the shoulder.
@@ -84,7 +84,7 @@ class LineSolver:
         )
         self._one_turn = all(b - a < math.tau for a, b in zip(low[1:4], high[1:4], strict=True))
 
-    def solve(self, course: Course, joints: Array) -> bool:
+    def solve(self, course: LineCourse, joints: Array) -> bool:
         """Fill joints (5, N); False where anything is irregular, and a closer look is needed."""
         if not self._one_turn or not self._directions(course):
             return False
@@ -98,7 +98,7 @@ class LineSolver:
         roll += course.roll
         return self._within(joints)
 
-    def _directions(self, course: Course) -> bool:
+    def _directions(self, course: LineCourse) -> bool:
         """Find the four directions; False where the elbow is straight, folded or out of reach."""
         linear, hand = self._linear, self._arm.hand_mm
         start, change = np.array((course.start, course.change))[:, :, None]
@@ -121,7 +121,7 @@ class LineSolver:
         np.arctan2(self._y, self._x, self._angles)
         return True
 
-    def _take_hand(self, course: Course, hand: float) -> None:
+    def _take_hand(self, course: LineCourse, hand: float) -> None:
         """Go back from the tip to the wrist."""
         if not course.pitch_change:
             self._r -= hand * math.cos(course.pitch)
@@ -150,7 +150,7 @@ class LineSolver:
         return True
 
 
-def course_of(arm: FiveAxisArm, start: Angles, goal: Pose) -> Course | None:
+def course_of(arm: FiveAxisArm, start: Angles, goal: Pose) -> LineCourse | None:
     """Return the line from a posture to a pose, or None where its start is irregular.
 
     That is one beyond a limit, with a straight elbow, or with the tip on the base axis.
@@ -170,7 +170,7 @@ def course_of(arm: FiveAxisArm, start: Angles, goal: Pose) -> Course | None:
     if along <= AXIS_MM or abs(math.remainder(elbow, math.pi)) <= REGULAR:
         return None
     turn = wrap(goal.pitch_rad - pitch)
-    return Course(
+    return LineCourse(
         base,
         back,
         math.copysign(1.0, elbow),
@@ -370,7 +370,7 @@ class LinePlanner:
             before = reached
 
 
-def _leaps(course: Course, joints: Array) -> bool:
+def _leaps(course: LineCourse, joints: Array) -> bool:
     """Tell whether the base turns too far between two points.
 
     It does not where the line passes the base axis at a distance that a step is short of; the

@@ -160,7 +160,7 @@ Span = tuple[float, float]
 _FOLDED_MM2 = REACH_MM * REACH_MM
 
 
-class Build(NamedTuple):
+class ArmBuild(NamedTuple):
     """What the choice needs of an arm, worked out once.
 
     `square_sum` is a2^2 + a3^2 and `double_product` 2 a2 a3, of the cosine rule. No base or elbow
@@ -178,11 +178,11 @@ class Build(NamedTuple):
     bounds: tuple[Span, Span, Span, Span, Span]
 
 
-def build(lengths: Lengths, bounds: tuple[Span, ...]) -> Build:
+def build(lengths: Lengths, bounds: tuple[Span, ...]) -> ArmBuild:
     """Return what `nearest_posture` needs of an arm with these lengths and limits."""
     height, upper, fore, hand = lengths
     base, shoulder, elbow, wrist, roll = bounds
-    return Build(
+    return ArmBuild(
         height,
         upper,
         fore,
@@ -196,7 +196,7 @@ def build(lengths: Lengths, bounds: tuple[Span, ...]) -> Build:
 
 
 def solve_pose(
-    goal: tuple[float, float, float, float, float], arm: Build, table_roll: float, near: Angles
+    goal: tuple[float, float, float, float, float], arm: ArmBuild, table_roll: float, near: Angles
 ) -> Angles | None:
     """Return the posture for x, y, z, pitch and roll; see `closed_form.inverse` for the terms."""
     x, y, z, pitch, roll = goal
@@ -222,7 +222,7 @@ def nearest_posture(
     pitch: float,
     roll: float,
     mirrored_too: bool,
-    arm: Build,
+    arm: ArmBuild,
     near: Angles,
 ) -> Angles | None:
     """Return the posture within limits with the least sum of squared changes from `near`.

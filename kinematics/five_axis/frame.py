@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from math import asin, atan2, hypot
 from typing import NamedTuple
 
-from kinematics.five_axis.closed_form import Angles, Build, Lengths, nearest_posture
+from kinematics.five_axis.closed_form import Angles, ArmBuild, Lengths, nearest_posture
 from kinematics.frames.transforms import Transform
 from kinematics.spaces import Joints, Pose
 
@@ -98,7 +98,7 @@ def forward_frame(angles: Angles, lengths: Lengths) -> Transform:
     )
 
 
-def solve_frame(goal: Transform, arm: Build, near: Angles) -> FrameAngles:
+def solve_frame(goal: Transform, arm: ArmBuild, near: Angles) -> FrameAngles:
     """Return the posture within limits nearest to `near`, and how far the goal is off.
 
     Nothing is checked: `goal` must be a transform of finite numbers. A goal off the manifold is

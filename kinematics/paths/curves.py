@@ -13,7 +13,7 @@ from typing import Generic, TypeVar
 from kinematics.errors import PathBroken
 from kinematics.geometry import ArmGeometry, Follower, Hand, NotFollowed, Point
 from kinematics.limits import turn_near
-from kinematics.paths.traces import BLEND_CHORDS, Segment, Trace, cubic
+from kinematics.paths.traces import BLEND_CHORDS, LineSegment, Trace, cubic
 from kinematics.spaces import Joints, Pose
 
 # What followers of every build do alike: turn the hand in proportion, refuse to leap. Of a hand
@@ -111,7 +111,7 @@ class HandCurve(Generic[T]):
         return leap_sentence("base", turn, f"the {self.shape} meets the base axis")
 
 
-Line = HandCurve[Segment]
+Line = HandCurve[LineSegment]
 """A straight line of the tip."""
 
 
@@ -167,4 +167,4 @@ class JointCurve:
 def straight_between(follower: Follower, start: Point, hand: Hand, goal: Pose) -> Line:
     """Return the straight line from a tip and a hand to a pose."""
     end = goal.x_mm, goal.y_mm, goal.z_mm
-    return HandCurve(follower, Segment(start, end), (hand, follower.hand(goal, hand)))
+    return HandCurve(follower, LineSegment(start, end), (hand, follower.hand(goal, hand)))

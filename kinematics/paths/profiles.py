@@ -50,7 +50,7 @@ class Phase(NamedTuple):
         return self.acceleration == 0.0 == self.jerk
 
 
-class Step(NamedTuple):
+class ProfileStep(NamedTuple):
     """A phase before it is joined to others: how long, and its acceleration at its beginning."""
 
     duration_s: float
@@ -133,9 +133,17 @@ def jerk_limited(distance: float, speed: float, acceleration: float, jerk: float
         peak, jerk = acceleration, 0.0
     else:
         peak = jerk * build_s
-    up = (Step(build_s, 0.0, jerk), Step(hold_s, peak, 0.0), Step(build_s, peak, -jerk))
-    down = (Step(build_s, 0.0, -jerk), Step(hold_s, -peak, 0.0), Step(build_s, -peak, jerk))
-    return joined(length, (*up, Step(steady_s, 0.0, 0.0), *down))
+    up = (
+        ProfileStep(build_s, 0.0, jerk),
+        ProfileStep(hold_s, peak, 0.0),
+        ProfileStep(build_s, peak, -jerk),
+    )
+    down = (
+        ProfileStep(build_s, 0.0, -jerk),
+        ProfileStep(hold_s, -peak, 0.0),
+        ProfileStep(build_s, -peak, jerk),
+    )
+    return joined(length, (*up, ProfileStep(steady_s, 0.0, 0.0), *down))
 
 
 def _ramp(length: float, speed: float, acceleration: float, jerk: float) -> tuple[float, ...]:
@@ -159,7 +167,7 @@ def _peak_speed(length: float, acceleration: float, build_s: float) -> float:
     return 2.0 * length / (build_s + math.sqrt(build_s * build_s + 4.0 * length / acceleration))
 
 
-def joined(length: float, steps: Iterable[Step]) -> Profile:
+def joined(length: float, steps: Iterable[ProfileStep]) -> Profile:
     """Return the profile of steps that follow one another from rest; empty ones are left out."""
     phases = []
     distance = speed = 0.0

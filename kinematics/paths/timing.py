@@ -44,7 +44,7 @@ from kinematics.paths.profiles import Phase, Profile, jerk_limited
 # coordinate i within its limit if weight_i * |a| + bend_i * v^2 <= 1.
 
 
-class Chord(NamedTuple):
+class TimedChord(NamedTuple):
     """A straight part of a path: the least time for it, and the way."""
 
     least_s: float
@@ -59,7 +59,7 @@ class Cell(NamedTuple):
     bends: Point
 
 
-def cells_of(chords: Sequence[Chord], accelerations: Sequence[float]) -> list[Cell]:
+def cells_of(chords: Sequence[TimedChord], accelerations: Sequence[float]) -> list[Cell]:
     """Return a cell for each corner and half a chord at each end; what has no limit is left out."""
     bounded = [(index, limit) for index, limit in enumerate(accelerations) if limit < math.inf]
     shares = [
@@ -376,11 +376,11 @@ def timed(
     least_s = [limits.least_s(change) / speed for change in changes]
     least_s = [each_s if each_s > INSTANT_S else 0.0 for each_s in least_s]
     marks = tuple(accumulate(least_s, initial=0.0))
-    chords = [Chord(*both) for both in zip(least_s, changes, strict=True) if both[0] > 0.0]
+    chords = [TimedChord(*both) for both in zip(least_s, changes, strict=True) if both[0] > 0.0]
     return TimedPath(points, marks, _profile(chords, marks[-1], limits))
 
 
-def _profile(chords: list[Chord], length: float, limits: MotionLimits) -> Profile:
+def _profile(chords: list[TimedChord], length: float, limits: MotionLimits) -> Profile:
     """Return how the parameter runs: its speed is 1 at most."""
     build_s = limits.jerk_s
     if len(chords) < 2 or not limits.ramps:
@@ -393,7 +393,7 @@ def _profile(chords: list[Chord], length: float, limits: MotionLimits) -> Profil
     return averaged(quickest(widened(cells, build_s), length), build_s)
 
 
-def _hardness(chord: Chord, limits: MotionLimits) -> float:
+def _hardness(chord: TimedChord, limits: MotionLimits) -> float:
     """Return how much of the most limited acceleration a straight way takes."""
     pairs = zip(chord.change, limits.accelerations, strict=True)
     return max(abs(change) / limit for change, limit in pairs) / chord.least_s

@@ -53,7 +53,7 @@ class Blendable(Trace, Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Segment:
+class LineSegment:
     """A straight way between two points."""
 
     start: Point

@@ -1,8 +1,8 @@
 """How symbols are written down, as plain text and as LaTeX: the order of terms, brackets, C12.
 
 Sums are written with common cosines and sines in front of a bracket, as S1 (L2 S2 + L3 S23) in
-equation 2.35. `Text` and `Latex` say what each part looks like; `definitions` names the steps of a
-solution.
+equation 2.35. `SymbolText` and `Latex` say what each part looks like; `definitions` names the steps
+of a solution.
 """
 
 from __future__ import annotations
@@ -178,7 +178,7 @@ _NUMBERED = re.compile(r"([A-Za-z]+?)_?(\d*)")
 _FUNCTION = re.compile(r"(cos|sin)\((\w+)\)")
 
 
-class Text(Notation):
+class SymbolText(Notation):
     """Plain characters: l2 C12, x^2, sqrt(x^2 + y^2)."""
 
     def name(self, name: str) -> str:
@@ -277,7 +277,7 @@ class Latex(Notation):
 
 def matrix_text(matrix: Transform) -> str:
     """Return a matrix as text; where it would be too wide, its entries listed by their names."""
-    cells = [[Text().write(entry) for entry in row] for row in matrix]
+    cells = [[SymbolText().write(entry) for entry in row] for row in matrix]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     if sum(widths) + 2 * len(widths) + 2 > WIDEST:
         return "\n".join(

@@ -12,7 +12,7 @@ from kinematics.textbook.jacobians import ROW_NAMES, Lost
 from kinematics.textbook.study import Study
 from kinematics.textbook.systems import NamedBranch
 from kinematics.textbook.worked_example import (
-    Section,
+    ExampleSection,
     joints_text,
     plain,
     symbolic_chain_example,
@@ -29,24 +29,24 @@ NONE_NAMED = "searching: it takes a moment, while the arm rests"
 
 def sections(
     of: Study, width: int, searched: tuple[Lost, ...] | None = None
-) -> tuple[Section, ...]:
+) -> tuple[ExampleSection, ...]:
     """Return a study in text no wider than `width` where words can be broken.
 
     `searched` is the singularity that was found nearest for a link table, None before it is.
     """
     found = (
-        Section("link table", tuple(_links(of))),
-        Section("A matrices", tuple(_matrices(of))),
-        Section("T, the hand in the base's frame", tuple(_forward(of))),
-        Section("Jacobian", tuple(_jacobian(of, width))),
-        Section("how well it moves", tuple(_measures(of))),
-        Section("singularities", tuple(_lost(of, searched))),
-        Section("solutions for this place of the hand", tuple(_branches(of))),
+        ExampleSection("link table", tuple(_links(of))),
+        ExampleSection("A matrices", tuple(_matrices(of))),
+        ExampleSection("T, the hand in the base's frame", tuple(_forward(of))),
+        ExampleSection("Jacobian", tuple(_jacobian(of, width))),
+        ExampleSection("how well it moves", tuple(_measures(of))),
+        ExampleSection("singularities", tuple(_lost(of, searched))),
+        ExampleSection("solutions for this place of the hand", tuple(_branches(of))),
     )
-    return tuple(Section(one.title, tuple(wrapped(one.lines, width))) for one in found)
+    return tuple(ExampleSection(one.title, tuple(wrapped(one.lines, width))) for one in found)
 
 
-def symbol_sections(of: Study, width: int) -> tuple[Section, ...]:
+def symbol_sections(of: Study, width: int) -> tuple[ExampleSection, ...]:
     """Return matrices, product and solutions in C1, S12. Takes up to seconds for six joints."""
     subject = of.subject
     example = (
@@ -55,7 +55,7 @@ def symbol_sections(of: Study, width: int) -> tuple[Section, ...]:
         else symbolic_system(subject.system)
     )
     return tuple(
-        Section(f"{one.title}, in symbols", tuple(wrapped(one.lines, width)))
+        ExampleSection(f"{one.title}, in symbols", tuple(wrapped(one.lines, width)))
         for one in symbolic_sections(example)
     )
 
@@ -228,7 +228,7 @@ PLAIN_RULE = "-"
 
 
 def laid(
-    sections: Iterable[Section], width: int, height: int, *, plain: bool = False
+    sections: Iterable[ExampleSection], width: int, height: int, *, plain: bool = False
 ) -> tuple[Column, ...]:
     """Return the columns that hold all sections in order, none higher than `height` lines.
 

@@ -22,7 +22,7 @@ from kinematics.frames.transforms import IN_PLACE, Transform, position_of, rotat
 from kinematics.textbook.notation import (
     Definition,
     Latex,
-    Text,
+    SymbolText,
     definitions,
     matrix_latex,
     matrix_text,
@@ -33,7 +33,7 @@ from kinematics.textbook.symbolic_systems import (
     symbolic_goal,
     symbolic_system,
 )
-from kinematics.textbook.systems import NamedBranch, Quantity, Step, System
+from kinematics.textbook.systems import NamedBranch, NamedStep, Quantity, System
 
 FRAME_COORDINATES = ("x_mm", "y_mm", "z_mm", "phi_rad", "theta_rad", "psi_rad")
 """The goal of a chain that is no named system: a position, or a position and an orientation."""
@@ -64,7 +64,7 @@ class WorkedExample:
     title: str
     source: str
     figure: str
-    derivation: tuple[Step, ...]
+    derivation: tuple[NamedStep, ...]
     chain: Chain
     joints: tuple[float, ...]
     matrices: tuple[Transform, ...]
@@ -220,26 +220,26 @@ DIGITS_MM, DIGITS_DEG, DIGITS_RATIO = 2, 2, 4
 
 
 @dataclass(frozen=True, slots=True)
-class Section:
+class ExampleSection:
     """A heading and the lines under it."""
 
     title: str
     lines: tuple[str, ...]
 
 
-def sections(example: WorkedExample) -> Iterator[Section]:
+def sections(example: WorkedExample) -> Iterator[ExampleSection]:
     """Return the worked example section by section."""
     if example.figure:
-        yield Section("Figure", tuple(example.figure.splitlines()))
-    yield Section("Links", tuple(table_text(example.chain).splitlines()))
-    yield Section("A matrices at this posture", tuple(_matrices(example)))
-    yield Section("Forward kinematics", tuple(_forward(example)))
+        yield ExampleSection("Figure", tuple(example.figure.splitlines()))
+    yield ExampleSection("Links", tuple(table_text(example.chain).splitlines()))
+    yield ExampleSection("A matrices at this posture", tuple(_matrices(example)))
+    yield ExampleSection("Forward kinematics", tuple(_forward(example)))
     if example.derivation:
-        yield Section("How it is solved", tuple(_derivation(example)))
+        yield ExampleSection("How it is solved", tuple(_derivation(example)))
     if example.solution is None:
-        yield Section("Inverse kinematics", tuple(_inverse(example)))
+        yield ExampleSection("Inverse kinematics", tuple(_inverse(example)))
     else:
-        yield Section("Inverse kinematics, by numbers", tuple(_solved(example)))
+        yield ExampleSection("Inverse kinematics, by numbers", tuple(_solved(example)))
 
 
 def joints_text(chain: Chain, joints: Sequence[float]) -> str:
@@ -410,7 +410,7 @@ class SymbolicExample:
 def symbolic_system_example(system: System) -> SymbolicExample:
     """Return a named system in symbols: its lengths and joints as its figure calls them."""
     plain, symbolic = system.chain(), symbolic_system(system)
-    names = [Text().write(symbol) for symbol in joint_symbols(plain)]
+    names = [SymbolText().write(symbol) for symbol in joint_symbols(plain)]
     goal = symbolic_goal(system.coordinates)
     branches = []
     for name in system.signs:
@@ -426,17 +426,17 @@ def symbolic_chain_example(chain: Chain) -> SymbolicExample:
     return _symbolic_example(symbolic_chain(chain), ())
 
 
-def symbolic_sections(example: SymbolicExample, *, latex: bool = False) -> Iterator[Section]:
+def symbolic_sections(example: SymbolicExample, *, latex: bool = False) -> Iterator[ExampleSection]:
     """Return the symbolic example section by section, as text or as LaTeX displays."""
-    yield Section("A matrices", tuple(_symbolic_matrices(example, latex)))
-    yield Section("Product", tuple(_product(example, latex)))
+    yield ExampleSection("A matrices", tuple(_symbolic_matrices(example, latex)))
+    yield ExampleSection("Product", tuple(_product(example, latex)))
     if example.branches:
-        yield Section("Solutions", tuple(_solutions(example.branches, latex)))
+        yield ExampleSection("Solutions", tuple(_solutions(example.branches, latex)))
 
 
 def equation(step: Definition, *, latex: bool = False) -> str:
     """Return a step as an equation."""
-    writer = Latex() if latex else Text()
+    writer = Latex() if latex else SymbolText()
     return f"{writer.name(step.name)} = {writer.write(step.symbol)}"
 
 
@@ -464,7 +464,7 @@ def _product(example: SymbolicExample, latex: bool) -> Iterator[str]:
         factors.insert(0, "base")
     if example.tool != IN_PLACE:
         factors.append("tool")
-    written = " ".join(map(Latex().name if latex else Text().name, factors))
+    written = " ".join(map(Latex().name if latex else SymbolText().name, factors))
     yield from _matrix("T", example.product, latex, f" = {written}")
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from armdrive.arm import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.registry import simulate
-from armdrive.sim.armdroid.board import Board
+from armdrive.sim.armdroid.board import ArmdroidBoard
 from armdrive.sim.armdroid.device import SimArmdroid
 from armdrive.sim.simulated_arm import link_to
 from armdrive.status import Trust
@@ -22,7 +22,7 @@ class Bench:
     """Writes characters and reads what comes, on simulated time."""
 
     def __init__(self, **board):
-        self.device = SimArmdroid(board=Board(**({"character_s": 0.0} | board)))
+        self.device = SimArmdroid(board=ArmdroidBoard(**({"character_s": 0.0} | board)))
         self.link = link_to(self.device)
         self.now_s = 0.0
 

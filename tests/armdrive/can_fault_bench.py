@@ -16,7 +16,7 @@ from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import ArmError, DeviceFault
 from armdrive.registry import simulate
 from armdrive.runtime.clock import SimulatedClock
-from armdrive.sim.simulated_arm import Twin
+from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.status import State, Trust
 from firmware_protocol.canopen import CONTROLWORD, MODE, TARGET_POSITION, Service, service_of
 from firmware_protocol.frames import Frame, Unpacker
@@ -74,7 +74,7 @@ class Bus:
         self.find(simulate(self.config, **self.options))
         self.twin.device.bring_to(START, 20.0)
 
-    def find(self, twin: Twin) -> None:
+    def find(self, twin: SimulatedArm) -> None:
         """Have other drives turn the arm."""
         self.twin, unpacker, send = twin, Unpacker(), twin.link.line.send
 

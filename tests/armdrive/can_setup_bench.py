@@ -11,14 +11,14 @@ from typing import Any
 
 from waiting import LONG_S, until
 
-from armdrive.config.arm import ArmConfig, Source
+from armdrive.config.arm import ArmConfig, ConfigSource
 from armdrive.config.sections import Connection
 from armdrive.dialects.mks.settings import MksSettings
-from armdrive.dialog import About, Ask
+from armdrive.dialog import About, AskPerson
 from armdrive.registry import simulate, simulate_device
-from armdrive.setup.commissioning import Outcome, Practice, one, walk
-from armdrive.setup.dialog_runner import Carrier, SimulatedClock
-from armdrive.setup.plan import Plan, plan_of
+from armdrive.setup.commissioning import CommissioningOutcome, Practice, one, walk
+from armdrive.setup.dialog_runner import DialogClock, DialogRunner
+from armdrive.setup.plan import CommissioningPlan, plan_of
 from armdrive.sim.mks.device import SimMks
 from armdrive.sim.serving.loop import make_server, run_device
 from firmware_protocol.errors import ProtocolError
@@ -43,7 +43,7 @@ READING = frozenset(code for code in Code if code < Code.CLEAR_STALL) | {
 def arm(model: ArmModel = MODEL, **mks: Any) -> ArmConfig:
     """Return an arm on six drives as its file would have it."""
     wire = Connection("mks", "", 500_000)
-    source = Source({"model": "minimover5-mks"})
+    source = ConfigSource({"model": "minimover5-mks"})
     device = MksSettings(**mks)
     return ArmConfig("bench", model.title, model, wire, device=device, source=source)
 
@@ -61,10 +61,10 @@ def really(signs: tuple[int, ...] = (1,) * 6, gears: tuple[float, ...] = (1.0,) 
 class Person(Practice):
     """Sees what there is to see; `says` has the answers that are another's, by words or by kind."""
 
-    def __init__(self, twin: Any, plan: Plan) -> None:
+    def __init__(self, twin: Any, plan: CommissioningPlan) -> None:
         super().__init__(twin, plan, self._told)
         self.heard: list[str] = []
-        self.asked: list[Ask] = []
+        self.asked: list[AskPerson] = []
         self.says: dict[str | About, str | Callable[[], str]] = {}
 
     def _told(self, text: str) -> None:
@@ -75,7 +75,7 @@ class Person(Practice):
         """All that was said to the person, and by it."""
         return "\n".join(self.heard)
 
-    def answer(self, asked: Ask) -> Any:
+    def answer(self, asked: AskPerson) -> Any:
         """Answer as the test said, else as one who looks and agrees."""
         self.asked.append(asked)
         assert len(self.asked) < MOST_QUESTIONS, f"asked for ever: {asked.question.words}"
@@ -99,13 +99,15 @@ class Bench:
         self.twin = simulate(arm(truth), **({"factory": True} | settings))
         assert isinstance(self.twin.device, SimMks)
         self.device: SimMks = self.twin.device
-        self.clock = SimulatedClock()
+        self.clock = DialogClock()
         self.person = Person(self.twin, self.plan)
         self.kept: dict[str, Any] = {}
         self.said: list[tuple[int, Request]] = []
         self._spy()
 
-    def walk(self, notes: dict[str, Any] | None = None, *, again: bool = False) -> Outcome:
+    def walk(
+        self, notes: dict[str, Any] | None = None, *, again: bool = False
+    ) -> CommissioningOutcome:
         """Hold the whole talk."""
         return self.run(walk(self.plan, {} if notes is None else notes, again=again))
 
@@ -118,7 +120,9 @@ class Bench:
     def run(self, talk: Any) -> Any:
         """Hold any talk."""
         host = self.plan.bus.host()
-        return Carrier(self.twin.link, host, self.clock, self.person, self.kept.update).run(talk)
+        return DialogRunner(self.twin.link, host, self.clock, self.person, self.kept.update).run(
+            talk
+        )
 
     def codes(self) -> set[Code]:
         """Return the codes of all that was put to drives."""

@@ -12,8 +12,8 @@ from firmware_protocol.canopen import (
     Access,
     DataType,
     Dictionary,
-    Entry,
     NodeState,
+    ObjectEntry,
     ObjectStore,
     Place,
     SdoServer,
@@ -23,7 +23,7 @@ from firmware_protocol.frames import Frame, Unpacker, pack
 ANSWER_S = 0.001
 NAME = Place(0x1008)
 OBJECTS = Dictionary(
-    (*STANDARD, Entry(NAME, "Device name", DataType.VISIBLE_STRING, Access.CONST)),
+    (*STANDARD, ObjectEntry(NAME, "Device name", DataType.VISIBLE_STRING, Access.CONST)),
     STANDARD.records,
 )
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 from armdrive.connect.target import simulated_config
 from armdrive.dialects.cia402.controller import Cia402Controller
 from armdrive.registry import DIALECTS, simulate
-from armdrive.tasks import Alert, Event, MoveAlong, MoveBy, Oddity, Progress, SwitchOn
+from armdrive.tasks import Alert, Event, MoveAlong, MoveBy, Progress, ProtocolWarning, SwitchOn
 from firmware_protocol.canopen import Service, Statusword, service_of
 from firmware_protocol.frames import Frame, Unpacker
 from kinematics import Motors
@@ -122,7 +122,7 @@ class Rig:
         """Return what the request has come to, None while nothing; note what else was heard."""
         while (event := self.controller.next_event()) is not None:
             self.heard.append(event)
-            if not isinstance(event, Alert | Oddity | Progress):
+            if not isinstance(event, Alert | ProtocolWarning | Progress):
                 return event
         return None
 

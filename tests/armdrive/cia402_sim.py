@@ -10,7 +10,7 @@ from armdrive.config.sections import Connection, HomingSettings
 from armdrive.registry import simulate
 from armdrive.sim.cia402.device import SimCia402
 from armdrive.sim.cia402.objects import dictionary
-from armdrive.sim.simulated_arm import Twin
+from armdrive.sim.simulated_arm import SimulatedArm
 from firmware_protocol.canopen import (
     CONSUMER_HEARTBEAT,
     CONTROLWORD,
@@ -81,7 +81,7 @@ class Bench:
     def __init__(
         self, *, config: ArmConfig | None = None, saved: object = None, **settings: Any
     ) -> None:
-        self.twin: Twin = simulate(config or arm_config(), saved, **settings)
+        self.twin: SimulatedArm = simulate(config or arm_config(), saved, **settings)
         assert isinstance(self.twin.device, SimCia402)
         self.device: SimCia402 = self.twin.device
         self.world = self.twin.world

@@ -11,7 +11,7 @@ from doctor_bench import lead
 from serial.tools import list_ports as pyserial
 
 from armdrive.setup import findings as timing
-from armdrive.status import Wakes
+from armdrive.status import SchedulingJitter
 from armdrive.transports import can_link, can_threads
 
 
@@ -24,7 +24,7 @@ def call(capsys):
 @pytest.fixture
 def _punctual(monkeypatch):
     """Have the doctor find the computer punctual at once, however busy it is with tests."""
-    monkeypatch.setattr(timing, "measure", lambda: Wakes(60, 1e-4, 2e-4, 3e-4))
+    monkeypatch.setattr(timing, "measure", lambda: SchedulingJitter(60, 1e-4, 2e-4, 3e-4))
 
 
 @pytest.fixture

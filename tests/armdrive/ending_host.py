@@ -21,7 +21,7 @@ from typing import Any
 
 from mortal_host import ready
 
-from armdrive.cli.runner import Ended, _signals
+from armdrive.cli.runner import CommandEnded, _signals
 from kinematics import Motors
 
 LONG_S = 600.0
@@ -59,7 +59,7 @@ def live(order: dict[str, Any]) -> int:
     try:
         with _signals():
             drive(sys.argv[1], sys.argv[2], order)
-    except Ended as ended:
+    except CommandEnded as ended:
         return 128 + ended.number
     except Trouble:
         return 1

@@ -12,7 +12,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.registry import DIALECTS, simulate
 from armdrive.runtime.drive import SimulatedPace
 from armdrive.runtime.engine import Engine
-from armdrive.sim.simulated_arm import Twin
+from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.transports.link import Link
 from firmware_protocol.frames import Frame, Unpacker, pack
 
@@ -45,7 +45,7 @@ def noise(dialect: str, size: int) -> bytes:
 class Wire:
     """A link to a simulated arm that behaves until `spoil` puts another wire in its place."""
 
-    def __init__(self, twin: Twin) -> None:
+    def __init__(self, twin: SimulatedArm) -> None:
         self.engine: Engine | None = None
         self.twin = twin
         self.now: Link = twin.link

@@ -8,7 +8,7 @@ from dataclasses import replace
 from armdrive.config.sections import GripperSettings
 from armdrive.connect.target import simulated_config
 from armdrive.registry import simulate_device
-from armdrive.sim.grbl.hardware import Switch
+from armdrive.sim.grbl.hardware import LimitInput
 from armdrive.sim.wire import PacedDevice
 from armdrive.transports.in_process import MemoryLink
 from firmware_protocol.grbl import Banner, Host, LineReader, StatusReport
@@ -135,7 +135,7 @@ def stream(bench, commands, host=None):
 def at_the_end(bench, units=100.0):
     """Put every switch so far ahead of where its motor stands."""
     motors = bench.device.world.motors
-    found = {n: Switch(n, count + round(units * 10), 1) for n, count in enumerate(motors)}
+    found = {n: LimitInput(n, count + round(units * 10), 1) for n, count in enumerate(motors)}
     bench.board.switches.by_axis = found
     bench.board.limits.forget(bench.board)
     return bench

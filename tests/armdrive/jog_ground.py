@@ -13,7 +13,7 @@ from armdrive.arm import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.moves import CARTESIAN_AXES, GRIPPER_AXIS
 from armdrive.registry import simulate
-from armdrive.runtime.position import Coordinates
+from armdrive.runtime.position import ArmCoordinates
 from armdrive.status import State
 from kinematics import Joints
 from kinematics.guards.shapes import Box
@@ -109,7 +109,7 @@ class Stand:
         """Return a posture further on along a line, not far before it meets a bound."""
         before_mm = self.draw.uniform(2.0, 60.0) * min(self.share, 1.0)
         passed = [joints]
-        for there in self.probe.onwards(jog, Coordinates(joints, 0.0), COARSE_MM):
+        for there in self.probe.onwards(jog, ArmCoordinates(joints, 0.0), COARSE_MM):
             if there is None or min(self.probe.guarded.room(there.joints)) <= 0.0:
                 break
             passed.append(there.joints)

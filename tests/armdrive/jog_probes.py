@@ -9,7 +9,7 @@ from armdrive import Jog
 from armdrive.config.arm import ArmConfig
 from armdrive.motion.resolve import axes_of
 from armdrive.moves import CARTESIAN_AXES, GRIPPER_AXIS, Space
-from armdrive.runtime.position import Coordinates
+from armdrive.runtime.position import ArmCoordinates
 from kinematics import Joints, Pose
 
 GRID_MM, GRID_RAD = 0.02, math.radians(0.02)
@@ -44,7 +44,7 @@ class Probe:
 
     def left_steps(self, jog: Jog, joints: Joints, opening_mm: float) -> float | None:
         """Return how many steps the arm could go on as it was going; None where it is very far."""
-        here = Coordinates(joints, opening_mm)
+        here = ArmCoordinates(joints, opening_mm)
         furthest = here
         for there in self.onwards(jog, here):
             if there is None or self.config.model.guards.violations(self.geometry, there.joints):
@@ -55,8 +55,8 @@ class Probe:
         return None
 
     def onwards(
-        self, jog: Jog, here: Coordinates, grid_mm: float = GRID_MM
-    ) -> Iterator[Coordinates | None]:
+        self, jog: Jog, here: ArmCoordinates, grid_mm: float = GRID_MM
+    ) -> Iterator[ArmCoordinates | None]:
         if jog.space is Space.JOINT:
             yield from self._joints_onwards(jog, here)
             return
@@ -80,9 +80,9 @@ class Probe:
                 yield None
                 return
             before = joints
-            yield Coordinates(joints, here.opening_mm)
+            yield ArmCoordinates(joints, here.opening_mm)
 
-    def _joints_onwards(self, jog: Jog, here: Coordinates) -> Iterator[Coordinates | None]:
+    def _joints_onwards(self, jog: Jog, here: ArmCoordinates) -> Iterator[ArmCoordinates | None]:
         """Yield points until the last of the axes is at its end: the others go on without it."""
         low_mm, high_mm = self.config.model.gripper_range_mm
         limits = self.geometry.limits
@@ -100,7 +100,7 @@ class Probe:
                 wanted = here.joints[index] + amount * point * GRID_RAD
                 angles[index] = limits[index].clamp(wanted)
                 ended += angles[index] != wanted
-            yield Coordinates(Joints(tuple(angles)), opening_mm)
+            yield ArmCoordinates(Joints(tuple(angles)), opening_mm)
             if ended == len(going):
                 yield None
                 return

@@ -11,8 +11,8 @@ from armdrive.config.sections import Connection
 from armdrive.dialects.mks.controller import MksController
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.registry import DIALECTS
-from armdrive.sim.mks.node import SetPoint
-from armdrive.tasks import Alert, Event, Oddity, Progress, SwitchOn
+from armdrive.sim.mks.node import MksSetPoint
+from armdrive.tasks import Alert, Event, Progress, ProtocolWarning, SwitchOn
 from firmware_protocol.frames import Frame, Unpacker, pack
 from firmware_protocol.mks import (
     ANGLE_ERROR_PER_TURN,
@@ -66,7 +66,7 @@ class Node:
     def __init__(self, node: int, firmware=LATEST, at: int = 0) -> None:
         self.device = Device(node, firmware)
         self.firmware = firmware
-        self.motor = SetPoint(at)
+        self.motor = MksSetPoint(at)
         self.settings = {
             Code.MODE: SetMode(Mode.BUS_FOC),
             Code.MICROSTEPS: SetMicrosteps(16),
@@ -271,7 +271,7 @@ class MksBench:
     def _reply(self):
         while (event := self.controller.next_event()) is not None:
             self.heard.append(event)
-            if not isinstance(event, Alert | Oddity | Progress):
+            if not isinstance(event, Alert | ProtocolWarning | Progress):
                 return event
         return None
 

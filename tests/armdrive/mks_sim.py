@@ -9,7 +9,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection, HomingSettings
 from armdrive.registry import simulate
 from armdrive.sim.mks.device import SimMks
-from armdrive.sim.simulated_arm import Twin
+from armdrive.sim.simulated_arm import SimulatedArm
 from firmware_protocol.mks import (
     Answered,
     EncoderRead,
@@ -47,7 +47,7 @@ class Bench:
         saved: object = None,
         **settings: Any,
     ) -> None:
-        self.twin: Twin = simulate(config or arm_config(), saved, **settings)
+        self.twin: SimulatedArm = simulate(config or arm_config(), saved, **settings)
         assert isinstance(self.twin.device, SimMks)
         self.device: SimMks = self.twin.device
         self.world = self.twin.world

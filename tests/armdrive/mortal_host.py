@@ -26,7 +26,7 @@ from waiting import until
 from armdrive import Arm
 from armdrive.motion import idle as idling
 from armdrive.status import State
-from armdrive.storage.files import Files
+from armdrive.storage.files import StateFiles
 from kinematics import Motors
 
 MOVE_DEG = 4.0
@@ -44,15 +44,15 @@ def mortal_disk(count: int) -> None:
     left = [count]
 
     def wrapped(name: str) -> None:
-        inner = getattr(Files, name)
+        inner = getattr(StateFiles, name)
 
-        def operation(self: Files, *args: Any) -> Any:
+        def operation(self: StateFiles, *args: Any) -> Any:
             if left[0] == 0:
                 die()
             left[0] -= 1
             return inner(self, *args)
 
-        setattr(Files, name, operation)
+        setattr(StateFiles, name, operation)
 
     for name in OPERATIONS:
         wrapped(name)

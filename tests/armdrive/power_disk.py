@@ -10,7 +10,7 @@ import errno
 import itertools
 import math
 
-from armdrive.storage.files import Files, is_leftover
+from armdrive.storage.files import StateFiles, is_leftover
 from armdrive.transports.in_process import MemoryLink
 
 MOTION = b"@STEP"
@@ -62,7 +62,7 @@ class Inode:
         self.data = self.safe = b""
 
 
-class PowerDisk(Files):
+class PowerDisk(StateFiles):
     """Names and data as programs see them, and as a power cut would leave them."""
 
     def __init__(self):

@@ -6,12 +6,14 @@ from pathlib import Path
 
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
-from armdrive.trace.entries import Entry, Kind, Ring
+from armdrive.trace.entries import EntryKind, EntryRing, TraceEntry
 from armdrive.trace.files import Recording, read_recording
 from armdrive.trace.recorder import FlightRecorder
 
 
-def recorded_arm(dialect="teachmover", folder: Path | None = None, ring: Ring | None = None, **how):
+def recorded_arm(
+    dialect="teachmover", folder: Path | None = None, ring: EntryRing | None = None, **how
+):
     """Connect to a simulated arm that is recorded, its motors on."""
     witness = FlightRecorder(folder, ring=ring)
     arm = Arm(connect_simulated(simulated_config(dialect), witness=witness, **how))
@@ -27,5 +29,5 @@ def written(folder: Path) -> list[Path]:
     return sorted(folder.glob("*"))
 
 
-def of_kind(entries: tuple[Entry, ...], kind: Kind) -> list[bytes | str]:
+def of_kind(entries: tuple[TraceEntry, ...], kind: EntryKind) -> list[bytes | str]:
     return [entry.what for entry in entries if entry.kind is kind]

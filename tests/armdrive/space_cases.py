@@ -9,7 +9,7 @@ from pathlib import Path
 from hypothesis import strategies as st
 
 from armdrive.render.camera import VIEWS, Camera
-from armdrive.render.scene import Moment, Scene, Studio
+from armdrive.render.scene import ArmDrawing, Moment, Studio
 from kinematics import Joints, preset
 from kinematics.chains.arm import ChainArm
 from kinematics.frames.transforms import translation
@@ -49,7 +49,7 @@ def six_axes():
 
 def driven(model):
     """A scene whose arm has come a little way, with its outline worked out."""
-    scene = Scene(model)
+    scene = ArmDrawing(model)
     for step in range(60, -1, -1):
         scene.space(Moment(Joints.of(20.0 - step * 0.8, 60.0 - step * 0.2, -80.0, -60.0, 15.0)))
     scene.keep(scene.missing, scene.work_out(scene.missing))

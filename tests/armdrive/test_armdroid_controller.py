@@ -17,21 +17,21 @@ from armdrive.tasks import (
     Alert,
     AlertKind,
     ClearFault,
-    Denied,
+    DeviceSettings,
     Done,
     DropCurrent,
     Halted,
     HomeDevice,
     MoveBy,
-    Oddity,
+    ProtocolWarning,
     ReadPosition,
     ReadSettings,
     Registers,
+    RequestRejected,
     SetGripper,
     SetOutputs,
-    Settings,
-    Silence,
     SwitchOn,
+    Timeout,
 )
 from kinematics import Motors, Pose
 
@@ -136,7 +136,7 @@ class TestConversation:
             )
             assert "D" not in said
         reply = talked.event
-        assert isinstance(reply, Denied)
+        assert isinstance(reply, RequestRejected)
         assert not reply.moved
 
     def test_a_stop_before_the_letter_lets_nothing_begin(self):
@@ -169,7 +169,7 @@ class TestConversation:
         talked.answer("offsets = 7,0,0,0,-3,112", 0.2)
         talked.silence()
         reply = talked.event
-        assert isinstance(reply, Denied)
+        assert isinstance(reply, RequestRejected)
         assert reply.moved
         assert "112" in reply.reason
         assert talked.begin(ClearFault()) == "v"
@@ -186,7 +186,7 @@ class TestConversation:
         talked = Talked().met().loaded()
         assert talked.silence() == ""
         reply = talked.event
-        assert isinstance(reply, Silence)
+        assert isinstance(reply, Timeout)
         assert reply.to == NUMBERS + "D"
         assert talked.begin(ClearFault()) == "v"
 
@@ -234,7 +234,7 @@ class TestConversation:
         talked = Talked()
         talked.begin(ReadPosition())
         talked.answer("Welcome, Armdroid!")
-        assert isinstance(talked.event, Oddity)
+        assert isinstance(talked.event, ProtocolWarning)
         talked.answer(VERSION)
         talked.answer("speed = 25")
         talked.answer(ZERO)
@@ -253,7 +253,7 @@ class TestConversation:
     def test_it_tells_its_version_as_its_settings(self):
         talked = Talked().met()
         talked.begin(ReadSettings())
-        assert talked.event == Settings(firmware="2.0")
+        assert talked.event == DeviceSettings(firmware="2.0")
 
 
 class TestNumbers:

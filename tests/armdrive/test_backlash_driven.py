@@ -16,7 +16,7 @@ from backlash_bench import (
 
 from armdrive import Jog, Pose
 from armdrive.errors import ArmError, Stopped
-from armdrive.sim.world.table import Block
+from armdrive.sim.world.table import TableBlock
 from armdrive.status import State, Trust
 from armdrive.tasks import MoveAlong, MoveBy
 
@@ -179,7 +179,7 @@ def test_fingers_that_a_motor_with_backlash_pulls_measure_what_they_hold():
     pose = Pose.of(x_mm=250, y_mm=0, z_mm=20, pitch_deg=-90)
     arm.gripper.open()
     arm.move_to(replace(pose, z_mm=90))
-    arm.twin.world.put(Block("A", 250.0, 0.0, 0.0, 30.0, 40.0))
+    arm.twin.world.put(TableBlock("A", 250.0, 0.0, 0.0, 30.0, 40.0))
     arm.move_to(pose)
     for _ in range(3):
         assert arm.gripper.grasp() == pytest.approx(30.0, abs=0.3)

@@ -8,15 +8,19 @@ from test_mks_arm import ready
 from armdrive.errors import DeviceFault
 from armdrive.motion.context import _evidence, _refused_words
 from armdrive.status import Evidence
-from armdrive.tasks import Denied
+from armdrive.tasks import RequestRejected
 
 
 @pytest.mark.parametrize(
     ("reply", "evidence", "words"),
     [
-        (Denied(), Evidence.MOTION_REFUSED, "a byte may have been garbled"),
-        (Denied("the door is open"), Evidence.BROKEN_OFF, "broken off: the door is open"),
-        (Denied("drive 2 is mute", silent=True), Evidence.SILENT, "broken off: drive 2 is mute"),
+        (RequestRejected(), Evidence.MOTION_REFUSED, "a byte may have been garbled"),
+        (RequestRejected("the door is open"), Evidence.BROKEN_OFF, "broken off: the door is open"),
+        (
+            RequestRejected("drive 2 is mute", silent=True),
+            Evidence.SILENT,
+            "broken off: drive 2 is mute",
+        ),
     ],
 )
 def test_what_ended_a_motion_is_said(reply, evidence, words):

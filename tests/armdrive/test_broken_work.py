@@ -4,12 +4,12 @@ import pytest
 from faults import ready_arm
 
 from armdrive.errors import ArmError
-from armdrive.tasks import Denied, ReadPosition, Until
+from armdrive.tasks import ReadPosition, RequestRejected, SleepUntil
 
 
 def restless(now_s):
     while True:
-        yield Until(now_s)
+        yield SleepUntil(now_s)
 
 
 def test_a_flow_that_goes_round_without_waiting_is_ended():
@@ -24,7 +24,7 @@ def test_a_script_that_goes_round_without_waiting_is_ended():
     controller.script = lambda _request: restless_script()
     controller.begin(ReadPosition(), 0.0)
     controller.advance(0.0)
-    assert isinstance(controller.next_event(), Denied)
+    assert isinstance(controller.next_event(), RequestRejected)
     assert not controller.busy
 
 

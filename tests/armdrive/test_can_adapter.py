@@ -9,7 +9,7 @@ from test_can_wire import frames
 
 from armdrive.sim.serving.servers import Adapter
 from firmware_protocol.frames import Frame
-from firmware_protocol.slcan import LONGEST, Lines, frame_of, line_of
+from firmware_protocol.slcan import LONGEST, SlcanLines, frame_of, line_of
 
 LINES = [
     (Frame(0x7FF, bytes.fromhex("01F601403A")), b"t7FF501F601403A\r"),
@@ -44,7 +44,7 @@ def test_what_is_no_frame_is_none(line):
 
 @given(st.lists(st.binary(max_size=20)))
 def test_garbage_never_raises_neither_in_lines_nor_in_the_adapter(pieces):
-    lines, adapter = Lines(), opened()
+    lines, adapter = SlcanLines(), opened()
     for piece in pieces:
         for line in lines.feed(piece):
             frame_of(line)
@@ -55,14 +55,14 @@ def test_garbage_never_raises_neither_in_lines_nor_in_the_adapter(pieces):
 @given(st.lists(frames(), max_size=5), st.integers(1, 9))
 def test_lines_are_the_same_in_any_chunks(sent, size):
     text = b"".join(map(line_of, sent))
-    lines = Lines()
+    lines = SlcanLines()
     chunks = [text[at : at + size] for at in range(0, len(text), size)]
     heard = [frame_of(line) for chunk in chunks for line in lines.feed(chunk)]
     assert heard == sent
 
 
 def test_noise_without_an_end_is_forgotten_and_the_next_line_is_read():
-    lines = Lines()
+    lines = SlcanLines()
     for _ in range(10):
         assert lines.feed(b"?" * LONGEST) == []
     assert lines.feed(b"\rt0010\r") == [b"t0010"]

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from waiting import at_last, soon
 
 from armdrive import Arm
-from armdrive.dialects.bus.words import Check, Kind
+from armdrive.dialects.bus.words import FrameCheck, FrameKind
 from armdrive.dialects.mks.words import MksEar
 from armdrive.errors import NoAnswer
 from armdrive.transports.open import open_link
@@ -35,7 +35,7 @@ from firmware_protocol.mks import (
 )
 
 needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
-REQUEST, ANSWER, UNKNOWN = Kind.REQUEST, Kind.ANSWER, Kind.UNKNOWN
+REQUEST, ANSWER, UNKNOWN = FrameKind.REQUEST, FrameKind.ANSWER, FrameKind.UNKNOWN
 
 CONVERSATION = (
     (encode(1, ReadEncoder()), REQUEST, "drive 1: read encoder"),
@@ -69,7 +69,7 @@ def test_a_conversation_is_told_in_words():
 
 def test_a_wrong_check_byte_is_told():
     said = MksEar().hear(Frame(1, bytes.fromhex("3133")))
-    assert said.check is Check.WRONG
+    assert said.check is FrameCheck.WRONG
     assert "CHECK BYTE WRONG" in said.line(0.0)
     assert said.view(0.25) == {
         "time_s": 0.25,

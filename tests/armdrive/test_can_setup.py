@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from can_setup_bench import NAMES, READING, TURNING, Bench, arm, really
 
-from armdrive.config.arm import Source
+from armdrive.config.arm import ConfigSource
 from armdrive.dialog import About
 from armdrive.errors import BadRequest
 from armdrive.registry import parse_arm
@@ -83,7 +83,9 @@ def test_an_arm_of_a_link_table_gets_its_numbers_where_its_motors_are(walked):
         {"name": "shoulder", "steps_per_turn": 1, "sees": {"shoulder": 1, "elbow": -1}},
         {"name": "gripper", "steps_per_mm": 1},
     ]
-    source = Source({"model": "models/a.toml", "motors": motors, "speeds_deg_s": {"base": 30}})
+    source = ConfigSource(
+        {"model": "models/a.toml", "motors": motors, "speeds_deg_s": {"base": 30}}
+    )
     table = merged(replace(bench.config, source=source), bench.plan, outcome.notes, "")
     read = tomllib.loads(text_of(table, "bench"))
     assert read["speeds_deg_s"] == {"base": 30}

@@ -6,14 +6,14 @@ import can
 from can_bench import LONG_S, FailingBus
 from waiting import until
 
-from armdrive.transports.can_threads import MOST_AWAKE_S, PATIENCE_S, Watch, Writer
+from armdrive.transports.can_threads import MOST_AWAKE_S, PATIENCE_S, CanWriter, Watch
 from firmware_protocol.frames import Frame
 
 
 def test_a_frame_that_waited_while_the_program_was_suspended_is_forgotten():
     now_s = [0.0]
     bus, watch = FailingBus(), Watch(lambda: now_s[0], lambda: None)
-    writer = Writer(bus, watch, lambda: now_s[0])
+    writer = CanWriter(bus, watch, lambda: now_s[0])
     bus.stuck.clear()
     writer.put([Frame(1)])
     until(lambda: writer._began_s is not None)
@@ -31,7 +31,7 @@ def test_a_frame_that_waited_while_the_program_was_suspended_is_forgotten():
 
 def stuck_writer(now_s):
     bus, watch = FailingBus(), Watch(lambda: now_s[0], lambda: None)
-    writer = Writer(bus, watch, lambda: now_s[0])
+    writer = CanWriter(bus, watch, lambda: now_s[0])
     bus.stuck.clear()
     writer.put([Frame(1)])
     until(lambda: writer._began_s is not None)
@@ -86,7 +86,7 @@ def test_a_frame_whose_time_ran_out_in_a_suspension_is_forgotten_and_the_bus_is_
     now_s = [0.0]
     bus = SleepyBus(now_s)
     watch = Watch(lambda: now_s[0], lambda: None)
-    writer = Writer(bus, watch, lambda: now_s[0])
+    writer = CanWriter(bus, watch, lambda: now_s[0])
     writer.put([Frame(1)])
     until(lambda: watch.health.forgotten == 1)
     writer.put([Frame(2)])

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.errors import LinkLost
-from armdrive.sim.bus.line import BusLine, FrameWire, Side
+from armdrive.sim.bus.line import BusLine, BusSide, FrameWire
 from armdrive.sim.wire import Next, Rule, Share, frame_lost, late, lost, overtaken
 from armdrive.transports.can_health import frame_bits, most_frame_bits
 from armdrive.transports.in_process import MemoryLink
@@ -71,38 +71,38 @@ def test_the_longest_frames_are_as_long_as_the_literature_says():
 class TestWire:
     def test_a_frame_arrives_when_its_last_bit_has_passed(self):
         wire, frame = FrameWire(BITRATE), Frame(5, b"abc")
-        wire.push(frame, Side.HOST, 1.0)
+        wire.push(frame, BusSide.HOST, 1.0)
         end_s = 1.0 + frame_bits(frame) / BITRATE
         assert wire.next_s() == pytest.approx(end_s)
         assert wire.pull(end_s - 1e-6) == []
         (arrival,) = wire.pull(end_s + 1e-9)
-        assert (arrival.frame, arrival.sender) == (frame, Side.HOST)
+        assert (arrival.frame, arrival.sender) == (frame, BusSide.HOST)
         assert arrival.time_s == pytest.approx(end_s)
         assert wire.next_s() == float("inf")
 
     def test_of_those_that_wait_the_lowest_id_goes_first(self):
         wire = FrameWire(BITRATE)
         for can_id in (7, 6, 1, 3):
-            wire.push(Frame(can_id), Side.DEVICE, 0.0)
+            wire.push(Frame(can_id), BusSide.DEVICE, 0.0)
         assert [each.frame.can_id for each in wire.pull(1.0)] == [7, 1, 3, 6]
 
     def test_an_adapter_sends_in_its_own_order_and_yields_to_drives(self):
         wire = FrameWire(BITRATE)
         for can_id in (9, 2, 8):
-            wire.push(Frame(can_id), Side.HOST, 0.0)
-        wire.push(Frame(4), Side.DEVICE, 0.0)
+            wire.push(Frame(can_id), BusSide.HOST, 0.0)
+        wire.push(Frame(4), BusSide.DEVICE, 0.0)
         assert [each.frame.can_id for each in wire.pull(1.0)] == [9, 2, 4, 8]
 
     def test_short_ids_win_over_long_ones_that_begin_alike(self):
         wire = FrameWire(BITRATE)
-        wire.push(Frame(0x7FF), Side.DEVICE, 0.0)
-        wire.push(Frame(5 << 18, extended=True), Side.DEVICE, 0.0)
-        wire.push(Frame(5, remote=True), Side.DEVICE, 0.0)
-        wire.push(Frame(5), Side.DEVICE, 0.0)
+        wire.push(Frame(0x7FF), BusSide.DEVICE, 0.0)
+        wire.push(Frame(5 << 18, extended=True), BusSide.DEVICE, 0.0)
+        wire.push(Frame(5, remote=True), BusSide.DEVICE, 0.0)
+        wire.push(Frame(5), BusSide.DEVICE, 0.0)
         order = [(each.frame.extended, each.frame.remote) for each in wire.pull(1.0)[1:]]
         assert order[-1] == (True, False)
 
-    @given(st.lists(st.tuples(frames(), st.sampled_from(Side), st.floats(0, 0.01)), max_size=12))
+    @given(st.lists(st.tuples(frames(), st.sampled_from(BusSide), st.floats(0, 0.01)), max_size=12))
     def test_nothing_is_lost_and_no_two_frames_overlap(self, sent):
         wire = FrameWire(BITRATE)
         for frame, side, time_s in sorted(sent, key=lambda each: each[2]):
@@ -125,8 +125,8 @@ class TestWire:
         seen = []
         for time_s, frame in sorted(sent, key=lambda each: each[0]):
             seen += often.pull(time_s)
-            often.push(frame, Side.DEVICE, time_s)
-            once.push(frame, Side.DEVICE, time_s)
+            often.push(frame, BusSide.DEVICE, time_s)
+            once.push(frame, BusSide.DEVICE, time_s)
         assert seen + often.pull(1.0) == once.pull(1.0)
 
 

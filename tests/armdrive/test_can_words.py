@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.dialects.bus.words import Check, Kind, PackedFrames
+from armdrive.dialects.bus.words import FrameCheck, FrameKind, PackedFrames
 from armdrive.dialects.cia402 import words as messages_canopen
 from armdrive.dialects.cia402.objects import held_words
 from armdrive.dialects.cia402.words import CanopenEar
@@ -40,7 +40,7 @@ from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.frames import Frame, pack
 from firmware_protocol.mks import ReadEncoder, encode
 
-REQUEST, ANSWER, UNKNOWN = Kind.REQUEST, Kind.ANSWER, Kind.UNKNOWN
+REQUEST, ANSWER, UNKNOWN = FrameKind.REQUEST, FrameKind.ANSWER, FrameKind.UNKNOWN
 NAME = Place(0x1008)
 
 
@@ -159,7 +159,7 @@ def test_a_frame_is_told_in_words(frame, kind, words):
     said = CanopenEar().hear(frame)
     assert said.kind is kind
     assert said.words == words or ("node" not in words and words in said.words)
-    assert said.check is Check.NONE
+    assert said.check is FrameCheck.NONE
     assert str(frame) in said.line(1.5)
 
 

@@ -85,7 +85,7 @@ class TestWriter:
             return message(frame)
 
         monkeypatch.setattr(can_threads, "_message", suspended)
-        writer = can_threads.Writer(bus, watch, lambda: now_s[0])
+        writer = can_threads.CanWriter(bus, watch, lambda: now_s[0])
         writer.put([Frame(1)])
         writer.drain(LONG_S)
         writer.put([Frame(2)])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from cia402_rig import Rig, steps
 
-from armdrive.tasks import ClearFault, Denied, Done, Halted, MoveAlong, MoveBy, SwitchOn
+from armdrive.tasks import ClearFault, Done, Halted, MoveAlong, MoveBy, RequestRejected, SwitchOn
 
 LINE = tuple(MoveBy(steps(1000, -500), 20_000.0) for _ in range(20))
 BLOCKED_S = 0.05
@@ -22,7 +22,7 @@ def blocked(*, mute: bool) -> Rig:
     rig.device.mute_drive(0, mute)
     rig.stop()
     reply = rig.finish()
-    assert isinstance(reply, Denied if mute else Halted)
+    assert isinstance(reply, RequestRejected if mute else Halted)
     return rig
 
 

@@ -12,7 +12,7 @@ from waiting import looks
 
 from armdrive import Arm
 from armdrive.cli.set_up import doctor_can
-from armdrive.connect.port import Wiring
+from armdrive.connect.port import PortOpening
 from armdrive.connect.target import find
 from armdrive.dialects.bus.tools import listen
 from armdrive.dialects.cia402.master import Cia402Bus
@@ -33,7 +33,7 @@ def test_what_the_drives_of_the_arm_say_is_listened_to_and_no_more(monkeypatch):
     monkeypatch.setattr(url, "open_link", lambda name, *_words, **_named: opened.append(name))
     config = find(PORT, dialect_name="cia402").config
     device = replace(config.device, ids=(3, 10))
-    Wiring(replace(config, device=device)).open()
+    PortOpening(replace(config, device=device)).open()
     heard = [0x80 + node + base for node in (3, 10) for base in (0, 0x100, 0x500, 0x680)]
     rival = 0x700 + device.master_id  # another program that beats as this one
     assert opened == [f"{PORT}&ids={','.join(map(str, sorted((*heard, rival))))}"]

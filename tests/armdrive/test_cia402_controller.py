@@ -11,7 +11,6 @@ from cia402_rig import Rig, steps
 from armdrive.tasks import (
     AlertKind,
     ClearFault,
-    Denied,
     Done,
     DropCurrent,
     Halted,
@@ -19,8 +18,9 @@ from armdrive.tasks import (
     MoveBy,
     ReadPosition,
     Registers,
-    Silence,
+    RequestRejected,
     SwitchOn,
+    Timeout,
 )
 from firmware_protocol.canopen import (
     CONSUMER_HEARTBEAT,
@@ -56,19 +56,19 @@ def test_the_first_request_sets_every_drive_up_and_moves_nothing():
 def test_no_drive_at_all_is_silence_and_one_that_is_missing_is_named():
     rig = Rig()
     rig.device.power_off()
-    assert isinstance(rig.do(ReadPosition()), Silence)
+    assert isinstance(rig.do(ReadPosition()), Timeout)
     rig = Rig()
     rig.device.set_drive_id(2, 33)
     rig.run(1.0)
     reply = rig.do(ReadPosition())
-    assert isinstance(reply, Denied)
+    assert isinstance(reply, RequestRejected)
     assert "drive 3 (elbow) does not answer" in reply.reason
 
 
 def test_a_drive_that_comes_later_is_found_by_the_same_controller():
     rig = Rig()
     rig.device.power_drive(2, on=False)
-    assert isinstance(rig.do(ReadPosition()), Denied)
+    assert isinstance(rig.do(ReadPosition()), RequestRejected)
     rig.device.power_drive(2, on=True)
     rig.run(1.0)
     assert isinstance(rig.do(ReadPosition()), Registers)
@@ -85,7 +85,7 @@ def test_a_drive_that_comes_later_is_found_by_the_same_controller():
 )
 def test_what_an_arm_cannot_do_without_refuses_contact_in_words(options, words):
     reply = Rig(**options).do(ReadPosition())
-    assert isinstance(reply, Denied)
+    assert isinstance(reply, RequestRejected)
     assert not reply.moved
     assert re.search(words, reply.reason)
 
@@ -93,7 +93,7 @@ def test_what_an_arm_cannot_do_without_refuses_contact_in_words(options, words):
 def test_a_drive_that_cannot_mind_the_heartbeat_is_not_switched_on():
     rig = Rig(missing="1016")
     reply = rig.do(SwitchOn())
-    assert isinstance(reply, Denied)
+    assert isinstance(reply, RequestRejected)
     assert "1016:01" in reply.reason
     assert rig.states() == {DriveState.DISABLED}
 
@@ -103,7 +103,7 @@ def test_another_master_on_the_bus_refuses_contact():
     beat = pack(Heartbeat(rig.config.device.master_id, NodeState.OPERATIONAL).frame)
     rig.at_s = {0.0005: lambda: rig.controller.receive(beat, rig.now_s)}
     reply = rig.do(ReadPosition())
-    assert isinstance(reply, Denied)
+    assert isinstance(reply, RequestRejected)
     assert "another program" in reply.reason
 
 
@@ -223,7 +223,7 @@ def test_drives_that_stopped_by_themselves_in_motion_end_it_with_their_words():
     rig.run(0.4)
     rig.dead = False
     reply = rig.finish()
-    assert isinstance(reply, Denied)
+    assert isinstance(reply, RequestRejected)
     assert "stopped by itself, and holds: a heartbeat or life guard is missing" in reply.reason
     assert [alert.kind for alert in rig.alerts()] == [AlertKind.ALARM]
     assert rig.do(ClearFault()) == Done()
@@ -390,7 +390,7 @@ def test_a_drive_in_fault_at_rest_is_told_in_words_and_reset_leads_out():
     assert "drive 2 (shoulder) is in fault" in alert.text
     assert "drive too hot" in alert.text
     refused = rig.do(ClearFault())
-    assert isinstance(refused, Denied)
+    assert isinstance(refused, RequestRejected)
     assert "does not leave it" in refused.reason
     rig.device.mend_drive(1, 0x4310)
     assert rig.do(ClearFault()) == Done()
@@ -406,7 +406,7 @@ def test_a_fault_in_motion_stops_the_others_and_names_the_drive():
     rig.device.ail_drive(0, 0x2310)
     there = rig.positions
     reply = rig.finish()
-    assert isinstance(reply, Denied)
+    assert isinstance(reply, RequestRejected)
     assert "drive 1 (base) is in fault" in reply.reason
     assert abs(rig.positions[1] - there[1]) < 10_000 * 0.2
     rig.run(0.5)
@@ -431,7 +431,7 @@ def test_a_drive_that_boots_in_motion_stops_the_others():
     rig.device.reset_drive(1)
     there = rig.positions[0]
     reply = rig.finish()
-    assert isinstance(reply, Denied)
+    assert isinstance(reply, RequestRejected)
     assert rig.positions[0] - there < 20_000 * 0.35
     assert any(alert.kind is AlertKind.RESTARTED for alert in rig.alerts()) or reply.silent
 
@@ -443,7 +443,7 @@ def test_a_drive_that_falls_mute_in_motion_stops_the_others():
     rig.device.mute_drive(1, True)
     there = rig.positions[0]
     reply = rig.finish()
-    assert isinstance(reply, Denied)
+    assert isinstance(reply, RequestRejected)
     assert reply.silent
     assert "drive 2 (shoulder)" in reply.reason
     assert rig.positions[0] - there < 20_000 * 0.3
@@ -455,7 +455,7 @@ def test_a_mode_that_somebody_else_sets_ends_the_motion():
     rig.run(0.5)
     rig.device.set_drive_mode(1, 1)
     reply = rig.finish()
-    assert isinstance(reply, Denied)
+    assert isinstance(reply, RequestRejected)
     assert "mode" in reply.reason
     assert rig.do(ClearFault()) == Done()
     assert rig.along(MOVE) == Done()

@@ -11,7 +11,7 @@ from cia402_rig import Rig, steps
 from armdrive.dialects.cia402.cyclic import SmoothTrack
 from armdrive.tasks import (
     ClearFault,
-    Denied,
+    DeviceSettings,
     Done,
     Halted,
     HomeDevice,
@@ -20,8 +20,8 @@ from armdrive.tasks import (
     MoveBy,
     ReadPosition,
     ReadSettings,
-    Settings,
-    Silence,
+    RequestRejected,
+    Timeout,
 )
 from firmware_protocol.canopen import DriveState, OperationMode, Service
 from kinematics import Motors
@@ -135,7 +135,7 @@ def test_drives_that_were_out_of_reach_for_a_moment_do_not_leap_far(fault, lasts
         there = rig.positions
     assert max(ways) <= 20_000 * PERIOD_S * (5 if fault == "alone" else 1.5)
     if lasts_s > 0.12:
-        assert isinstance(rig.reply(), Denied | Silence)
+        assert isinstance(rig.reply(), RequestRejected | Timeout)
         assert sum(ways[12:]) == 0
 
 
@@ -208,7 +208,7 @@ def test_a_stop_during_frames_that_are_lost_still_stops():
     rig.device.mute_drive(4, True)  # another one is not heard at all
     rig.stop()
     reply = rig.finish()
-    assert isinstance(reply, Denied | Halted)
+    assert isinstance(reply, RequestRejected | Halted)
     rig.run(0.5)
     assert rig.positions[0] - there <= 20_000 * 0.2
 
@@ -261,7 +261,7 @@ def test_a_drive_that_does_not_turn_faults_and_the_arm_can_be_used_again():
     rig.run(0.3)
     rig.device.ail_drive(0, 0x8611)
     reply = rig.finish()
-    assert isinstance(reply, Denied)
+    assert isinstance(reply, RequestRejected)
     assert "following error" in reply.reason
     rig.device.mend_drive(0, 0x8611)
     assert rig.do(ClearFault()) == Done()
@@ -287,14 +287,14 @@ def test_homing_by_a_method_of_the_arm_file_counts_from_the_home():
 def test_a_homing_that_fails_is_told():
     rig = Rig({"homing_methods": (1,) * 6}).ready()
     reply = rig.do(HomeDevice(((0,),)))
-    assert isinstance(reply, Denied)
+    assert isinstance(reply, RequestRejected)
     assert "drive 1 (base)" in reply.reason
 
 
 def test_settings_that_differ_are_told_with_the_line_that_mends_them():
     rig = Rig({"encoder_increments": 4096})
     told = rig.do(ReadSettings())
-    assert isinstance(told, Settings)
+    assert isinstance(told, DeviceSettings)
     first = next(each for each in told.differences if "608F:01" in each.setting)
     assert (first.found, first.expected, first.must) == ("10000", "4096", True)
     assert first.mend == "1: 608F:01 u32 4096"

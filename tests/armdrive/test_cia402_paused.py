@@ -9,7 +9,7 @@ from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.registry import simulate
 from armdrive.status import State, Trust
-from armdrive.tasks import Denied, Done, Halted, MoveAlong, MoveBy
+from armdrive.tasks import Done, Halted, MoveAlong, MoveBy, RequestRejected
 from kinematics import Joints
 
 LINE = tuple(MoveBy(steps(1000, -500), 20_000.0) for _ in range(20))
@@ -96,7 +96,7 @@ def test_a_drive_that_falls_silent_in_such_a_pause_is_told():
     pause = Pause(0.08)
     pause.rig.device.mute_drive(2, True)  # counted from 0
     reply = pause.rig.finish()
-    assert isinstance(reply, Denied)
+    assert isinstance(reply, RequestRejected)
     assert "drive 3 (elbow)" in reply.reason
 
 

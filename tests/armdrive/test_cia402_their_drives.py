@@ -28,8 +28,8 @@ from armdrive.tasks import (  # noqa: E402
     Halted,
     MoveAlong,
     MoveBy,
-    Oddity,
     Progress,
+    ProtocolWarning,
     ReadPosition,
     SwitchOn,
 )
@@ -139,7 +139,7 @@ class Bus:
     def _reply(self):
         while (event := self.controller.next_event()) is not None:
             self.heard.append(event)
-            if not isinstance(event, Alert | Oddity | Progress):
+            if not isinstance(event, Alert | ProtocolWarning | Progress):
                 return event
         return None
 

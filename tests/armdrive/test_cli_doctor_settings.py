@@ -15,7 +15,7 @@ from doctor_bench import made
 from armdrive.connect import target as connecting
 from armdrive.errors import PortUnavailable
 from armdrive.setup import prober as probing
-from armdrive.tasks import Difference, Settings
+from armdrive.tasks import DeviceSettings, Difference
 from firmware_protocol.robko01 import Device
 
 if sys.platform != "win32":
@@ -50,7 +50,7 @@ def differ(monkeypatch, differences: list[Difference]) -> list[str]:
         for each in list(differences):
             if each.mend in lines:
                 differences.remove(each)
-        return Settings(tuple(differences))
+        return DeviceSettings(tuple(differences))
 
     monkeypatch.setattr(Arm, "mend_settings", mend)
     return written

@@ -23,7 +23,7 @@ from armdrive.setup.arm_text import files_of
 from armdrive.setup.directions import (
     NOTHING,
     OTHER,
-    Seen,
+    SeenMotion,
     check_word,
     conclude,
     roll_joint,
@@ -85,7 +85,7 @@ def looked(trial, motors, joints):
     (before, open0), (after, open1) = truth.to_joints(here), truth.to_joints(there)
     seen = sight(MODEL.arm, before, after, open1 - open0)
     way = next(way for way in seen.visible() if way in trial.ways)
-    return Seen(trial, seen.word(way), seen.word("roll"))
+    return SeenMotion(trial, seen.word(way), seen.word("roll"))
 
 
 @settings(max_examples=20)
@@ -122,7 +122,7 @@ def test_only_the_wrist_turns_the_hand_and_the_other_way():
 
 def test_what_nobody_saw_stays_unclear():
     made = trials(MODEL.arm, MODEL.transmission, POSTURE)
-    found = conclude([Seen(made[0], NOTHING), Seen(made[1], OTHER)], "wrist_roll")
+    found = conclude([SeenMotion(made[0], NOTHING), SeenMotion(made[1], OTHER)], "wrist_roll")
     assert found.unclear == ("gripper", "base")
     assert found.motors == ()
 
@@ -131,8 +131,8 @@ def test_wrist_motors_that_contradict_each_other_are_unclear():
     made = {trial.name: trial for trial in trials(MODEL.arm, MODEL.transmission, POSTURE)}
     right, left = made["right wrist"], made["left wrist"]
     seen = [
-        Seen(right, right.expected.word(right.ways[0]), right.expected.word("roll")),
-        Seen(left, left.expected.word(left.ways[0]), right.expected.word("roll")),
+        SeenMotion(right, right.expected.word(right.ways[0]), right.expected.word("roll")),
+        SeenMotion(left, left.expected.word(left.ways[0]), right.expected.word("roll")),
     ]
     assert conclude(seen, "wrist_roll").unclear == ("wrist_roll",)
 

@@ -13,7 +13,7 @@ from armdrive.config.write import complete, shortest
 from armdrive.dialog import WrongAnswer
 from armdrive.registry import load_arm
 from armdrive.setup.draft import Gearing, flattened, ratio
-from armdrive.text.toml import Entry, Section, document
+from armdrive.text.toml import TomlEntry, TomlSection, document
 
 
 @pytest.mark.parametrize(
@@ -49,7 +49,7 @@ VALUES = st.recursive(
 
 @given(st.text(st.characters(exclude_categories=["Cs"])), VALUES)
 def test_what_is_written_reads_back_the_same(key, value):
-    text = document([Section("", (Entry(key, value, "a comment"),))])
+    text = document([TomlSection("", (TomlEntry(key, value, "a comment"),))])
     assert tomllib.loads(text) == {key: value}
 
 

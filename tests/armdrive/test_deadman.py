@@ -16,7 +16,7 @@ from armdrive.motion.dead_man import (
     WATCH_S,
     DeadMan,
     Disarm,
-    Hold,
+    HeldKey,
     Increment,
     Release,
 )
@@ -105,7 +105,7 @@ def test_a_repeat_soon_after_means_held():
     desk = Desk().run([(1.0, "q"), (1.5, "q")])
     assert desk.log == [
         (1.0, Increment("q")),
-        (1.5 + GATE_S, Hold("q", 1.5 + HOLD_LONGEST_S)),
+        (1.5 + GATE_S, HeldKey("q", 1.5 + HOLD_LONGEST_S)),
         (1.5 + HOLD_LONGEST_S, Release("q")),
     ]
 
@@ -193,9 +193,9 @@ def test_a_stall_of_a_second_moves_nothing_and_disarms(rate_hz, delay_s):
     stalled_s = next(time_s for time_s, _ in events if time_s > 2.5) + 0.001
     before = [event for event in events if event[0] < stalled_s]
     desk = Desk().run(before)
-    quiet = len(desk.of(Increment)), len(desk.of(Hold))
+    quiet = len(desk.of(Increment)), len(desk.of(HeldKey))
     desk = Desk().run(stalled(events, stalled_s, stalled_s + 1.0))
-    assert (len(desk.of(Increment)), len(desk.of(Hold))) == quiet
+    assert (len(desk.of(Increment)), len(desk.of(HeldKey))) == quiet
     assert desk.of(Disarm) == [Disarm(BACKLOG_REASON)]
     assert not desk.deadman.armed
 
@@ -205,7 +205,7 @@ def test_a_stall_that_begins_right_after_the_first_press_moves_nothing_more(stal
     desk = Desk().run(stalled(keyboard(33.0, 3.0), 1.01, 1.01 + stall_s))
     assert len(desk.of(Increment)) == 1
     assert desk.of(Disarm) == [Disarm(BACKLOG_REASON)]
-    assert desk.of(Hold) == []
+    assert desk.of(HeldKey) == []
 
 
 def test_pasted_text_moves_at_most_one_increment():
@@ -255,7 +255,7 @@ def test_nothing_is_in_force_a_quarter_second_after_the_last_event(gaps):
     for gap_s, key in gaps:
         now_s += gap_s
         desk.key(key, now_s)
-        assert all(hold.until_s <= now_s + QUARTER_S for hold in desk.of(Hold))
+        assert all(hold.until_s <= now_s + QUARTER_S for hold in desk.of(HeldKey))
         assert desk.deadman.next_s() <= now_s + QUARTER_S or desk.deadman.held is None
     desk.until(now_s + QUARTER_S)
     assert desk.deadman.held is None
@@ -271,7 +271,7 @@ def test_every_hold_is_released_before_anything_else_begins(gaps):
     desk.until(math.inf)
     held = None
     for _, action in desk.log:
-        if isinstance(action, Hold):
+        if isinstance(action, HeldKey):
             assert held in (None, action.key)
             held = action.key
         elif isinstance(action, Release):
@@ -295,11 +295,11 @@ def test_backlog_after_a_hold_never_moves_anything(rate_hz, silence_s, count, ga
     for time_s, held_key in events:
         desk.key(held_key, time_s)
     desk.until(events[-1][0] + silence_s)
-    before = len(desk.of(Increment)), len(desk.of(Hold))
+    before = len(desk.of(Increment)), len(desk.of(HeldKey))
     for index in range(count):
         desk.key(key, events[-1][0] + silence_s + index * gap_s)
     desk.until(math.inf)
-    assert (len(desk.of(Increment)), len(desk.of(Hold))) == before
+    assert (len(desk.of(Increment)), len(desk.of(HeldKey))) == before
     assert desk.of(Disarm) == [Disarm(BACKLOG_REASON)]
 
 
@@ -313,7 +313,7 @@ def test_a_late_tick_changes_when_but_never_gives_stale_motion(gaps, late_s):
         event_s = now_s
     given_late = deadman.tick(event_s + late_s)
     if late_s >= HOLD_LONGEST_S:
-        assert not any(isinstance(action, Increment | Hold) for action in given_late)
+        assert not any(isinstance(action, Increment | HeldKey) for action in given_late)
 
 
 def test_a_seeded_minute_of_a_real_looking_keyboard_holds_throughout():

@@ -21,7 +21,7 @@ from armdrive.dialects.cia402.survey import (
 from armdrive.dialog import any_problem
 from armdrive.setup import finding
 from armdrive.setup import findings as can_findings
-from armdrive.setup.dialog_runner import Carrier, Nobody, SimulatedClock
+from armdrive.setup.dialog_runner import DialogClock, DialogRunner, NobodyFound
 from armdrive.setup.finding import PROTOCOLS, ask_bus, spared
 from armdrive.transports.can_health import BusHealth, frame_bits
 from firmware_protocol.canopen import (
@@ -65,11 +65,11 @@ def drive(number, **values):
 
 
 def carried(talk, bus, clock):
-    return Carrier(bus, FrameHost(), clock, Nobody()).run(talk)
+    return DialogRunner(bus, FrameHost(), clock, NobodyFound()).run(talk)
 
 
 def survey(bus, ids=range(1, 7), heard=None):
-    return carried(ask_nodes(tuple(ids), heard or {}), bus, SimulatedClock())
+    return carried(ask_nodes(tuple(ids), heard or {}), bus, DialogClock())
 
 
 def words(findings):
@@ -190,7 +190,7 @@ def test_a_server_that_begins_a_transfer_without_end_is_not_told_so_by_an_abort(
 
 
 def test_the_bus_is_not_loaded_by_being_asked():
-    bus, clock = NodesBus(*(drive(number) for number in range(1, 7))), SimulatedClock()
+    bus, clock = NodesBus(*(drive(number) for number in range(1, 7))), DialogClock()
     carried(ask_nodes(tuple(range(1, 128))), bus, clock)
     bits = 2.2 * sum(map(frame_bits, bus.said))  # questions, and answers of the same length
     assert bits / clock.now_s() < 0.05 * 500_000
@@ -221,7 +221,7 @@ def test_ids_that_mean_something_to_canopen_are_not_asked_as_mks_drives():
 
 
 def test_a_bus_without_an_arm_file_is_asked_in_every_protocol():
-    answers = ask_bus(NodesBus(drive(1), drive(2)), SimulatedClock(), (1, 2, 0x201))
+    answers = ask_bus(NodesBus(drive(1), drive(2)), DialogClock(), (1, 2, 0x201))
     assert [each.protocol for each in answers] == ["canopen", "mks"]
     assert [each.there for each in answers] == [(1, 2), ()]
     assert answers[1].asked == (1, 2)
@@ -229,16 +229,16 @@ def test_a_bus_without_an_arm_file_is_asked_in_every_protocol():
     on.device.plug_drive(0, True)
     line = on.twin.link.line
     line.send = type(line).send.__get__(line)  # nobody looks that all is of the MKS protocol
-    answers = ask_bus(on.twin.link, SimulatedClock(), (1,))
+    answers = ask_bus(on.twin.link, DialogClock(), (1,))
     assert [each.there for each in answers] == [(), (1,)]
 
 
 def test_an_arm_files_bus_is_asked_as_that_says_and_otherwise_where_nobody_answers():
     bus = NodesBus(drive(1))
-    assert [each.protocol for each in ask_bus(bus, SimulatedClock(), (1,), {}, "cia402")] == [
+    assert [each.protocol for each in ask_bus(bus, DialogClock(), (1,), {}, "cia402")] == [
         "canopen"
     ]
-    answers = ask_bus(bus, SimulatedClock(), (1,), {}, "mks")
+    answers = ask_bus(bus, DialogClock(), (1,), {}, "mks")
     assert [(each.protocol, each.there) for each in answers] == [("mks", ()), ("canopen", (1,))]
     assert {row.dialect for row in PROTOCOLS.values()} == {"mks", "cia402"}
 

@@ -17,7 +17,7 @@ from armdrive.setup import findings as after
 from armdrive.setup import ports as before
 from armdrive.setup.findings import settings_findings
 from armdrive.setup.prober import Examination
-from armdrive.tasks import Difference, Settings
+from armdrive.tasks import DeviceSettings, Difference
 
 
 @pytest.mark.parametrize(
@@ -165,10 +165,10 @@ def test_every_dialect_can_be_recommended():
 def test_settings_that_differ_are_findings_with_the_line_that_mends_them():
     must = Difference("step idle delay $1", "25", "255", "$1=255")
     may = Difference("max rate $110", "500", "600", "$110=600", must=False)
-    listed = settings_findings(Settings((must, may)))
+    listed = settings_findings(DeviceSettings((must, may)))
     assert [each.grade for each in listed] == [Grade.PROBLEM, Grade.NOTE]
     assert [each.mend for each in listed] == ["$1=255", "$110=600"]
-    assert settings_findings(Settings(firmware="Grbl 1.1h"))[0].grade is Grade.OK
+    assert settings_findings(DeviceSettings(firmware="Grbl 1.1h"))[0].grade is Grade.OK
 
 
 def test_an_adapter_that_holds_bytes_back_is_found(tmp_path):

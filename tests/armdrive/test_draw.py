@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.render.canvas import Canvas, can_braille
-from armdrive.render.side_view import ArmScene, Box, side_view, top_view
+from armdrive.render.side_view import ArmScene, DrawnBox, side_view, top_view
 
 REACH_MM = 452.0
 
@@ -162,7 +162,7 @@ def test_turning_the_base_left_moves_the_drawing_left():
 
 def test_both_axes_have_one_scale():
     """A square block is as many dots wide as it is high, with ASCII dots twice as tall."""
-    block = Box("", 0.0, 0.0, 400.0, 200.0, 200.0)
+    block = DrawnBox("", 0.0, 0.0, 400.0, 200.0, 200.0)
     far = ArmScene(((0.0, 0.0, 0.0), (0.0, 0.0, 195.0)), 0.0, 0.0, REACH_MM, (block,))
     rows = side_view(far, 100, 40, False)
     cells = [(x, y) for x, y in ink(rows) if rows[y][x] == "#"]
@@ -179,7 +179,7 @@ def test_opening_the_gripper_changes_the_fork():
 
 def test_blocks_carry_their_initial_and_the_goal_its_cross():
     rows = side_view(
-        scene(blocks=(Box("red", 250.0, 0.0, 0.0, 60.0, 60.0),), goal=(-200.0, 0.0, 100.0)),
+        scene(blocks=(DrawnBox("red", 250.0, 0.0, 0.0, 60.0, 60.0),), goal=(-200.0, 0.0, 100.0)),
         60,
         20,
         False,

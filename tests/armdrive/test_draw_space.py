@@ -19,7 +19,7 @@ from space_cases import (
 from armdrive.render.camera import VIEWS
 from armdrive.render.inks import PATTERNS, Ink, Layer, Letters, Stroke
 from armdrive.render.raster import raster
-from armdrive.render.scene import Moment, Scene, Space, Studio
+from armdrive.render.scene import ArmDrawing, Moment, SceneSpace, Studio
 from kinematics import Joints
 from kinematics.guards.shapes import Box
 
@@ -34,8 +34,10 @@ LAYERS = st.builds(
     st.lists(POINTS, max_size=3).map(tuple),
 )
 SHEETS = st.lists(st.lists(LAYERS, max_size=3).map(tuple), min_size=1, max_size=3).map(tuple)
-SPACES = st.builds(Space, SHEETS, st.sampled_from(("", "reach at pitch 5")), st.text(max_size=9))
-DOME = Scene(guarded()).dome
+SPACES = st.builds(
+    SceneSpace, SHEETS, st.sampled_from(("", "reach at pitch 5")), st.text(max_size=9)
+)
+DOME = ArmDrawing(guarded()).dome
 
 
 @given(SPACES, CAMERAS, SIZES, st.booleans())
@@ -61,7 +63,7 @@ def test_kept_sheets_show_what_a_fresh_drawing_shows(spaces, camera, braille):
 def test_a_sheet_that_grows_shows_what_a_fresh_one_shows(layers, moving):
     kept = Studio(DOME, braille=True)
     for count in range(len(layers) + 1):
-        space = Space((tuple(layers[:count]), (moving,)))
+        space = SceneSpace((tuple(layers[:count]), (moving,)))
         fresh = Studio(DOME, braille=True).draw(space, VIEWS["iso"], 40, 20)
         assert kept.draw(space, VIEWS["iso"], 40, 20) == fresh
 
@@ -152,7 +154,7 @@ def test_a_dashed_line_has_its_gaps_over_corners_too(ink):
 
 @pytest.mark.parametrize("model", [guarded(), six_axes()])
 def test_the_arm_its_ghost_its_way_and_its_axes_are_all_there(model):
-    scene = Scene(model)
+    scene = ArmDrawing(model)
     bent = tuple(0.6 * one.low_rad + 0.4 * one.high_rad for one in model.arm.limits)
     goal = Joints(tuple(angle + 0.3 for angle in bent), model.arm.joint_names)
     here = Joints(bent, model.arm.joint_names)
@@ -181,13 +183,13 @@ def test_an_unknown_posture_is_said_and_not_drawn():
 
 def test_the_name_of_a_box_can_send_nothing_to_the_terminal():
     box = Box("\x1b[2J\u202e\xe4", (200.0, -150.0, 0.0), (320.0, -60.0, 60.0))
-    scene = Scene(guarded(boxes=(box,)))
+    scene = ArmDrawing(guarded(boxes=(box,)))
     painted = Studio(scene.dome, braille=False).draw(scene.space(Moment()), VIEWS["top"], 80, 30)
     assert any("?[2J??" in row for row in painted.rows())
 
 
 def test_open_fingers_are_as_far_apart_as_they_are():
-    scene = Scene(guarded())
+    scene = ArmDrawing(guarded())
     widths = []
     for opening_mm in (0.0, 70.0):
         studio = Studio(scene.dome, braille=True)

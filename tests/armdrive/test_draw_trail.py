@@ -10,7 +10,7 @@ from space_cases import HERE, guarded, six_axes
 
 from armdrive.render.figure import dome
 from armdrive.render.reach import key_of, outline
-from armdrive.render.scene import MOST_OUTLINES, Moment, Scene
+from armdrive.render.scene import MOST_OUTLINES, ArmDrawing, Moment
 from armdrive.render.surroundings import LEAP, MOST_PIECES, PIECE, Trail
 from kinematics import Joints
 from kinematics.five_axis.workspace import section
@@ -66,7 +66,7 @@ def test_a_lost_position_ends_the_way_and_clearing_forgets_it():
 
 
 def test_an_arm_that_stands_leaves_no_way():
-    scene = Scene(guarded())
+    scene = ArmDrawing(guarded())
     for _ in range(50):
         scene.space(Moment(HERE))
     assert strokes(scene.trail) == []
@@ -100,7 +100,7 @@ def test_the_outline_of_any_other_arm_is_within_its_dome_and_not_far_from_it():
 
 
 def test_the_last_outline_stays_until_the_next_one_is_there():
-    scene = Scene(guarded())
+    scene = ArmDrawing(guarded())
     assert not reach(scene.space(Moment(HERE)))
     key = scene.missing
     scene.keep(key, scene.work_out(key))
@@ -117,7 +117,7 @@ def reach(space):
 
 
 def test_no_more_outlines_are_kept_than_there_is_room_for():
-    scene = Scene(guarded())
+    scene = ArmDrawing(guarded())
     scene.space(Moment(HERE))
     found = scene.work_out(scene.missing)
     for pitch in range(MOST_OUTLINES + 40):

@@ -19,7 +19,7 @@ from grbl_arm import (
 )
 
 from armdrive import Jog
-from armdrive.dialects.grbl.settings import Axes
+from armdrive.dialects.grbl.settings import BoardAxes
 from armdrive.errors import Stopped
 from armdrive.status import State, Trust
 from kinematics import Pose
@@ -105,7 +105,7 @@ def test_joints_that_share_motors_are_no_slower_together_than_alone():
 
 
 def test_what_is_expected_of_a_motor_that_several_joints_share_is_their_sum_up_to_the_fastest():
-    expected = Axes.of(config()).expected(config().device)
+    expected = BoardAxes.of(config()).expected(config().device)
     base, shoulder, elbow, right, left, gripper = expected.rates
     assert right == left == gripper == base  # 733 and 544 would be their sums
     assert shoulder == pytest.approx(168.8, abs=0.1)

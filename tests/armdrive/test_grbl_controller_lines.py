@@ -8,8 +8,8 @@ from grbl_arm import config
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from armdrive.dialects.grbl.in_flight import Limits, Road, SegmentBuffer, planned_s, way
-from armdrive.dialects.grbl.settings import Axes, Comparison, feed
+from armdrive.dialects.grbl.in_flight import InFlightLines, Limits, SegmentBuffer, planned_s, way
+from armdrive.dialects.grbl.settings import BoardAxes, Comparison, feed
 from armdrive.errors import ArmFileError
 from armdrive.registry import parse_arm
 from armdrive.sim.mechanics.planner import PathLimits, PathRack
@@ -24,7 +24,7 @@ MODES = Modal(distance="G91", feed=1000.0)
 
 
 def axes_of(unit="steps"):
-    return Axes.of(config(device={"unit": unit}))
+    return BoardAxes.of(config(device={"unit": unit}))
 
 
 def moved(text):
@@ -100,7 +100,7 @@ def test_the_planners_time_is_what_a_planner_takes(lines):
 
 
 def test_a_road_knows_where_on_it_a_position_is():
-    road = Road(ZERO, LIMITS, 2.0, SegmentBuffer(9))
+    road = InFlightLines(ZERO, LIMITS, 2.0, SegmentBuffer(9))
     for index in range(3):
         steps = Motors((100, 10 * index, 0, 0, 0, 0))
         road.send(steps, way(steps, 0.3, LIMITS), 0.0)
@@ -117,7 +117,7 @@ def test_a_road_knows_where_on_it_a_position_is():
 
 
 def test_a_road_knows_when_its_motion_may_have_ended():
-    road = Road(ZERO, LIMITS, 2.0, SegmentBuffer(9))
+    road = InFlightLines(ZERO, LIMITS, 2.0, SegmentBuffer(9))
     assert not road.ends_by(1.0)  # nothing is under way
     steps = Motors((100, 0, 0, 0, 0, 0))
     road.send(steps, way(steps, 0.5, LIMITS), 0.0)
@@ -176,7 +176,7 @@ def test_what_the_board_really_does_is_reckoned_with():
 
 def test_axes_are_found_in_the_boards_own_order():
     device = replace(config().device, axes="CBAZYX")
-    axes = Axes.of(replace(config(), device=device))
+    axes = BoardAxes.of(replace(config(), device=device))
     assert axes.motors((1.0, 2.0, 3.0, 4.0, 5.0, 6.0), "XYZABC") == Motors((6, 5, 4, 3, 2, 1))
     assert axes.words(ZERO, Motors((7, 0, 0, 0, 0, -8))) == "C+7X-8"
 
@@ -198,7 +198,7 @@ def test_axes_are_found_in_the_boards_own_order():
 def test_an_arm_file_is_refused_by_the_name_of_its_key(section, words):
     table = {"model": "minimover5", "connection": {"dialect": "grbl"}, "grbl": section}
     with pytest.raises(ArmFileError, match=words):
-        Axes.of(parse_arm(table, name="bench"))
+        BoardAxes.of(parse_arm(table, name="bench"))
 
 
 def test_a_line_fits_the_shortest_board():

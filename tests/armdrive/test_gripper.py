@@ -6,7 +6,7 @@ import pytest
 from faults import OVER_THE_TABLE, sim_arm, sim_config
 
 from armdrive.errors import BadRequest, DeviceFault, OutOfBounds, Stopped
-from armdrive.sim.world.table import Block
+from armdrive.sim.world.table import TableBlock
 from armdrive.status import State, Trust
 from kinematics import Pose
 
@@ -15,7 +15,7 @@ TAKE = Pose.of(x_mm=260, y_mm=0, z_mm=15, pitch_deg=-90)
 
 def arm_around_a_block(width_mm, config=None):
     """An arm whose open fingers stand around a block."""
-    block = Block("A", 260.0, 0.0, 0.0, width_mm, 30.0)
+    block = TableBlock("A", 260.0, 0.0, 0.0, width_mm, 30.0)
     arm = sim_arm(config, at=OVER_THE_TABLE, blocks=[block])
     arm.gripper.open()
     arm.move_to(Pose.of(x_mm=260, y_mm=0, z_mm=80, pitch_deg=-90))

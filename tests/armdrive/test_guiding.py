@@ -11,7 +11,7 @@ from cli_calls import Caller, write_arm_file
 from armdrive import Arm
 from armdrive.cli import terminal_person
 from armdrive.cli.sim_state import connect_remembered, world_file
-from armdrive.cli.terminal_person import Guide, difference, parse_jogs, posture_pictures
+from armdrive.cli.terminal_person import TerminalOperator, difference, parse_jogs, posture_pictures
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
 from armdrive.status import State, Trust
@@ -109,7 +109,7 @@ def test_the_posture_is_drawn_from_two_sides_with_what_is_left(dialect):
 def test_the_arm_stays_where_it_was_when_the_guide_only_looked():
     arm = Arm.connect(ARM)
     before = arm.twin.world.motors
-    guide = Guide(iter(["show\n", "help\n", ""]).__next__, terminal=False)
+    guide = TerminalOperator(iter(["show\n", "help\n", ""]).__next__, terminal=False)
     assert not guide(arm.reference_request())
     assert arm.twin.world.motors == before
 
@@ -147,7 +147,7 @@ def test_the_desk_may_be_opened_in_between(call, typing, monkeypatch):
 
     at_the_mark()
     monkeypatch.setattr(tui, "run_desk", desk)
-    monkeypatch.setattr(home, "Guide", lambda terminal: Guide(terminal=True))
+    monkeypatch.setattr(home, "TerminalOperator", lambda terminal: TerminalOperator(terminal=True))
     typing("ok", "desk", "base -1", "done")
     assert "referenced: tip" in call("home", "--guide", code=0).out
     assert opened == [State.STANDBY]
@@ -261,7 +261,7 @@ def test_a_person_types_the_tips_onto_the_mark():
     arm = Arm.connect(ARM)
     arm.home()
     lines = iter(["z -10\n", "z -10\n", "z -10\n", "done\n"])
-    found = arm.verify(operator=Guide(lines.__next__, terminal=False))
+    found = arm.verify(operator=TerminalOperator(lines.__next__, terminal=False))
     assert found.drift.steps.largest <= 1
     assert arm.status.state is State.STANDBY
     assert arm.status.trust is Trust.REFERENCED

@@ -5,19 +5,19 @@ from served import Served
 
 from armdrive import Arm
 from armdrive.errors import StateFileError
-from armdrive.storage.files import Files
+from armdrive.storage.files import StateFiles
 
 
 @pytest.fixture
 def full(monkeypatch):
-    create = Files.create
+    create = StateFiles.create
 
     def created(files, path):
         if ".holder" in path.name:
             raise OSError(28, "No space left on device")
         return create(files, path)
 
-    monkeypatch.setattr(Files, "create", created)
+    monkeypatch.setattr(StateFiles, "create", created)
     return monkeypatch
 
 

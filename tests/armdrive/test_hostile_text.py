@@ -26,9 +26,9 @@ from armdrive.errors.printable import (
 )
 from armdrive.programs.problems import excerpt
 from armdrive.storage import files as places
-from armdrive.trace.entries import WIRE, Kind
+from armdrive.trace.entries import WIRE, EntryKind
 from armdrive.transports import ports
-from armdrive.transports.open_errors import Holder
+from armdrive.transports.open_errors import PortHolder
 from armdrive.transports.ports import PortInfo
 
 SOURCES = Path(armdrive.__file__).parent
@@ -196,7 +196,7 @@ def recording(text):
         {"t": 0.0, "kind": kind.value, "bytes": wire}
         if kind in WIRE
         else {"t": 0.0, "kind": kind.value, "text": text}
-        for kind in Kind
+        for kind in EntryKind
     ]
     Path("r.jsonl").write_text("".join(f"{json.dumps(each)}\n" for each in [header, *entries]))
 
@@ -378,7 +378,7 @@ def test_the_words_of_an_adapter_are_not_printed_raw(call, text, monkeypatch):
         description=text,
         serial_number=text,
         manufacturer=text,
-        holder=Holder(1234, text),
+        holder=PortHolder(1234, text),
         group=text,
         stable_name=text,
     )

@@ -8,11 +8,11 @@ import pytest
 
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
-from armdrive.motion.jog.bounds import Ended, furthest
-from armdrive.motion.jog.course import JogCourse, Proposal, Terms, Wish
-from armdrive.motion.segments import Speeds
+from armdrive.motion.jog.bounds import JogEnded, furthest
+from armdrive.motion.jog.course import JogCourse, JogProposal, Terms, Wish
+from armdrive.motion.segments import SpeedLimits
 from armdrive.moves import Jog
-from armdrive.runtime.position import Coordinates
+from armdrive.runtime.position import ArmCoordinates
 from kinematics import Joints, Pose
 from kinematics.frames.graph import UserFrame
 
@@ -29,11 +29,11 @@ class Driven:
     def __init__(self, joints=OVER_THE_TABLE, config=CONFIG, run_on_s=0.0, queued=True, hz=1e9):
         model = config.model
         self.config = config
-        self.speeds = Speeds(
+        self.speeds = SpeedLimits(
             model.joint_speeds_rad_s, model.gripper_speed_mm_s, hz, model.transmission
         )
         self.course = JogCourse(config, self.speeds, Terms(RAMP_S, queued, run_on_s))
-        self.here = Coordinates(joints, 30.0)
+        self.here = ArmCoordinates(joints, 30.0)
         self.now_s = 0.0
         self.ended = None
 
@@ -43,7 +43,7 @@ class Driven:
 
     def leg(self, jog, speed=1.0, known=True):
         found = self.course.propose(Wish(jog, speed, known), self.here, LEG_S, self.now_s)
-        if isinstance(found, Ended):
+        if isinstance(found, JogEnded):
             self.ended = found
             return None
         self.course.take(found, self.now_s)
@@ -276,7 +276,7 @@ def test_nobody_jogs_in_a_frame_that_is_not_known():
 def test_a_wish_for_nothing_ends_at_once_without_a_word():
     arm = Driven()
     assert arm.leg(Jog.joint(base=0.0)) is None
-    assert arm.ended == Ended("")
+    assert arm.ended == JogEnded("")
 
 
 def test_without_a_known_position_there_are_no_bounds():
@@ -288,7 +288,7 @@ def test_without_a_known_position_there_are_no_bounds():
 def test_an_arm_that_rounding_has_put_beyond_a_limit_can_leave_it_on_a_line():
     arm = Driven(OVER_THE_TABLE.replace(base=math.radians(90.0) + 2e-4))
     assert arm.leg(Jog.cartesian(y=-1.0, x=0.3)) is not None
-    assert isinstance(arm.leg(Jog.cartesian(x=0.3)), Proposal)
+    assert isinstance(arm.leg(Jog.cartesian(x=0.3)), JogProposal)
 
 
 def test_the_furthest_good_is_found_and_something_beyond_it():

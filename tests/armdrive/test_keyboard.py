@@ -4,7 +4,15 @@ import random
 
 import pytest
 
-from armdrive.setup.keyboard import Answer, Arrivals, Key, advice, examine, held, sentence
+from armdrive.setup.keyboard import (
+    Arrivals,
+    KeyArrival,
+    TerminalAnswer,
+    advice,
+    examine,
+    held,
+    sentence,
+)
 
 RIGHT = b"\x1b[C"
 
@@ -95,8 +103,11 @@ def test_sequences_cut_by_a_read_are_put_together():
     arrivals = Arrivals()
     whole = RIGHT + b"x" + b"\x1b[?1004;1$y" + b"\x1b[?0u" + b"\x1b[?64;1;2c"
     found = [each for byte in whole for each in arrivals.feed(bytes([byte]), 1.0)]
-    assert [each.text for each in found if isinstance(each, Key)][-1] == b"x"
-    assert {each for each in found if isinstance(each, Answer)} >= {Answer.FOCUS, Answer.END}
+    assert [each.text for each in found if isinstance(each, KeyArrival)][-1] == b"x"
+    assert {each for each in found if isinstance(each, TerminalAnswer)} >= {
+        TerminalAnswer.FOCUS,
+        TerminalAnswer.END,
+    }
 
 
 def test_a_good_terminal_is_told_so():

@@ -19,7 +19,7 @@ from armdrive.registry import DIALECTS, simulate
 from armdrive.runtime.clock import SimulatedClock
 from armdrive.runtime.drive import SimulatedPace
 from armdrive.status import State, Trust
-from armdrive.tasks import ReadPosition, Registers, Silence
+from armdrive.tasks import ReadPosition, Registers, Timeout
 from kinematics import Motors
 
 LATE_S = {
@@ -107,7 +107,7 @@ class Waiting(Scripted):
 
 @pytest.mark.parametrize(
     ("came", "reply"),
-    [(b"ready", Registers), (b"noise more ready", Registers), (b"noise", Silence), (b"", Silence)],
+    [(b"ready", Registers), (b"noise more ready", Registers), (b"noise", Timeout), (b"", Timeout)],
 )
 def test_a_late_program_reads_all_that_has_come_before_it_calls_an_answer_missing(came, reply):
     driver = Waiting(DIALECTS["teachmover"].abilities, Words())
@@ -124,4 +124,4 @@ def test_a_wire_that_never_falls_silent_does_not_keep_a_driver_waiting():
         assert driver.busy
         driver.receive(b"noise", now_s)
         driver.advance(now_s)
-    assert isinstance(driver.next_event(), Silence)
+    assert isinstance(driver.next_event(), Timeout)

@@ -9,7 +9,7 @@ from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.dialog import Grade
 from armdrive.setup.findings import finding, measure
-from armdrive.status import Lateness, Wakes, status_view
+from armdrive.status import Lateness, SchedulingJitter, status_view
 
 
 @given(st.lists(st.floats(0.0, 3.0), min_size=1))
@@ -51,7 +51,7 @@ def test_a_thread_that_drives_an_arm_counts_its_deadlines():
 
 def test_the_doctor_measures_this_computer_and_judges_it():
     assert measure(deadlines=5, period_s=1e-3).count == 5
-    assert finding(Wakes(100, 1e-4, 2e-4, 3e-4)).grade is Grade.OK
-    late = finding(Wakes(100, 1e-3, 2e-2, 5e-2))
+    assert finding(SchedulingJitter(100, 1e-4, 2e-4, 3e-4)).grade is Grade.OK
+    late = finding(SchedulingJitter(100, 1e-3, 2e-2, 5e-2))
     assert late.grade is Grade.NOTE
     assert "50 ms late" in late.what

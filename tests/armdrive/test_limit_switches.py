@@ -16,7 +16,14 @@ from armdrive.connect.target import connect_simulated
 from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.errors import ArmFileError, Refused, SettingsDiffer
 from armdrive.registry import load_arm, simulate
-from armdrive.setup.limits import Saw, all_work, limit_remarks, make_ready, record, switches_of
+from armdrive.setup.limits import (
+    SawSwitch,
+    all_work,
+    limit_remarks,
+    make_ready,
+    record,
+    switches_of,
+)
 from armdrive.sim.device import SwitchState
 from armdrive.status import State
 from armdrive.storage import files as places
@@ -46,7 +53,7 @@ def test_switches_that_raise_alarms_work_and_nothing_moves(firmware):
     arm = found(config(LIMITED), firmware=firmware, limit_interrupts=True)
     before = arm.twin.world.motors
     seen = seen_of(arm)
-    assert seen == dict.fromkeys(MOTORS, Saw.ALARM)
+    assert seen == dict.fromkeys(MOTORS, SawSwitch.ALARM)
     assert all_work(seen)
     assert arm.twin.world.motors == before
     assert arm.status.state is State.STANDBY
@@ -54,7 +61,7 @@ def test_switches_that_raise_alarms_work_and_nothing_moves(firmware):
 
 def test_a_board_that_accepts_hard_limits_and_does_nothing_is_found_out():
     arm = found(config(LIMITED))  # the default RAMPS build
-    assert seen_of(arm) == dict.fromkeys(MOTORS, Saw.PIN_ALONE)
+    assert seen_of(arm) == dict.fromkeys(MOTORS, SawSwitch.PIN_ALONE)
     assert arm.status.state is State.STANDBY
 
 
@@ -78,16 +85,16 @@ def test_a_switch_on_another_pin_and_one_without_a_wire_are_told():
     base, shoulder, *others = switches_of(arm.config)
     device, press = arm.twin.device, arm.twin.device.set_switch
     device.set_switch = lambda axis, state: press({0: 1}.get(axis, axis), state)
-    assert check(arm, (base,), alone=True) == {"base": Saw.NOTHING}
-    assert check(arm, (base, shoulder), alone=True)["base"] is Saw.ANOTHER
+    assert check(arm, (base,), alone=True) == {"base": SawSwitch.NOTHING}
+    assert check(arm, (base, shoulder), alone=True)["base"] is SawSwitch.ANOTHER
     device.set_switch = lambda axis, state: None
-    assert check(arm, tuple(others), alone=True) == dict.fromkeys(MOTORS[2:], Saw.NOTHING)
+    assert check(arm, tuple(others), alone=True) == dict.fromkeys(MOTORS[2:], SawSwitch.NOTHING)
 
 
 def test_all_have_to_work_but_those_that_are_not_there():
-    assert all_work({"base": Saw.ALARM, "gripper": Saw.NONE})
-    assert not all_work({"base": Saw.NONE})
-    assert not all_work({"base": Saw.ALARM, "gripper": Saw.PIN_ALONE})
+    assert all_work({"base": SawSwitch.ALARM, "gripper": SawSwitch.NONE})
+    assert not all_work({"base": SawSwitch.NONE})
+    assert not all_work({"base": SawSwitch.ALARM, "gripper": SawSwitch.PIN_ALONE})
 
 
 def test_an_arm_that_counts_on_no_switches_is_refused():

@@ -9,7 +9,7 @@ import serial
 from serial.tools import list_ports as pyserial
 
 from armdrive.transports import ports
-from armdrive.transports.open_errors import Holder, NoSuchPort, owning_group
+from armdrive.transports.open_errors import NoSuchPort, PortHolder, owning_group
 from armdrive.transports.ports import PortInfo, device_names, list_ports
 from armdrive.transports.serial_port import SerialLink
 
@@ -66,7 +66,7 @@ def test_nothing_is_opened_to_list_them(adapter, monkeypatch):
 def test_who_has_a_port_open_is_named(adapter):
     with adapter[0].open():
         held = {info.device: info.holder for info in list_ports()}
-    assert isinstance(held[str(adapter[0])], Holder)
+    assert isinstance(held[str(adapter[0])], PortHolder)
     assert held[str(adapter[0])].pid == os.getpid()
     assert held[str(adapter[1])] is None
 

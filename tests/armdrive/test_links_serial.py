@@ -14,9 +14,9 @@ from armdrive.errors import PortUnavailable
 from armdrive.transports import open_errors as refusals
 from armdrive.transports.open import open_link
 from armdrive.transports.open_errors import (
-    Holder,
     NoSuchPort,
     PortForbidden,
+    PortHolder,
     PortInUse,
     holder,
     holders,
@@ -71,7 +71,7 @@ def test_a_port_in_use_names_who_has_it(port, monkeypatch):
     link = SerialLink(port[1], 9600)
     with pytest.raises(PortInUse, match=rf"this one \(pid {os.getpid()}\): close the connection"):
         SerialLink(port[1], 9600)
-    monkeypatch.setattr(refusals, "holder", lambda device: Holder(4711, "miniterm"))
+    monkeypatch.setattr(refusals, "holder", lambda device: PortHolder(4711, "miniterm"))
     with pytest.raises(PortInUse, match=r"miniterm \(pid 4711\): end that program first"):
         SerialLink(port[1], 9600)
     link.close()
@@ -183,6 +183,6 @@ def test_processes_that_cannot_be_looked_at_are_passed_over(tmp_path):
     (tmp_path / "7" / "comm").write_text("miniterm\n")
     (tmp_path / "5").mkdir()  # no fd: somebody else's
     (tmp_path / "self").mkdir()
-    assert holders(["/dev/arm"], tmp_path) == {"/dev/arm": Holder(7, "miniterm")}
-    assert holders(["/dev/other"], tmp_path) == {"/dev/other": Holder(12, "unknown")}
+    assert holders(["/dev/arm"], tmp_path) == {"/dev/arm": PortHolder(7, "miniterm")}
+    assert holders(["/dev/other"], tmp_path) == {"/dev/other": PortHolder(12, "unknown")}
     assert holders(["/dev/arm"], tmp_path / "nowhere") == {}

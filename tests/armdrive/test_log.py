@@ -11,8 +11,8 @@ from recorder_bench import recorded_arm
 from armdrive import Arm, ArmError, WrongState
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors.table import found
-from armdrive.trace.calls import NO_WITNESS
-from armdrive.trace.entries import ENTRY_BYTES, Entry, Kind, Ring
+from armdrive.trace.calls import NO_TRACER
+from armdrive.trace.entries import ENTRY_BYTES, EntryKind, EntryRing, TraceEntry
 from armdrive.trace.log import TOPICS, LogBook, LogLine, LogReader, Sieve, Topic
 
 
@@ -27,7 +27,7 @@ def arm():
         yield arm
 
 
-def line(number, kind=Kind.REPLY, words="done", **more):
+def line(number, kind=EntryKind.REPLY, words="done", **more):
     return LogLine(number, float(number), kind, **({"shown": "", "words": words} | more))
 
 
@@ -39,7 +39,7 @@ def reader(ring, **how):
 
 
 def test_every_kind_of_entry_has_a_topic():
-    assert set(TOPICS) == set(Kind)
+    assert set(TOPICS) == set(EntryKind)
     assert set(TOPICS.values()) == set(Topic)
 
 
@@ -60,13 +60,13 @@ def test_a_motion_is_read_in_words_with_its_intent_and_its_bytes(arm):
 
 
 def test_counts_are_told_once(arm):
-    told = next(each for each in arm.log().read() if each.kind is Kind.REGISTERS)
+    told = next(each for each in arm.log().read() if each.kind is EntryKind.REGISTERS)
     assert told.told == "registers: 0 0 0 0 0 0, inputs 0"
 
 
 def test_times_are_counted_from_the_connection():
-    ring = Ring()
-    ring.add(Entry(1000.5, Kind.SENT, b"@READ\r"))
+    ring = EntryRing()
+    ring.add(TraceEntry(1000.5, EntryKind.SENT, b"@READ\r"))
     (read,) = LogReader(ring.since, "teachmover", 1000.0).read()
     assert read.time_s == 0.5
     assert str(read).split() == ["0.500", "s", "->", "@READ\\r", "read", "the", "registers"]
@@ -79,9 +79,9 @@ def test_errors_carry_the_code_of_the_catalogue(arm):
         arm.move_motors(0, 0, 0, 0, 5, 0)
     lines = arm.log().read()
     codes = {each.kind: each.code for each in lines if each.code}
-    assert codes[Kind.RAISED] == "E502"
-    assert codes[Kind.ERROR] == arm.status.error_code
-    assert codes[Kind.TRUST] in ("E706", "E707")
+    assert codes[EntryKind.RAISED] == "E502"
+    assert codes[EntryKind.ERROR] == arm.status.error_code
+    assert codes[EntryKind.TRUST] in ("E706", "E707")
 
 
 @pytest.mark.parametrize("dialect", ["robko01", "armdroid", "grbl", "mks", "cia402"])
@@ -89,20 +89,20 @@ def test_every_dialect_has_a_log(dialect):
     with recorded_arm(dialect) as arm:
         arm.move_motors(0, 0, 0, 0, 3, 0)
         lines = arm.log().read(5000)
-    assert any(each.kind is Kind.SENT and each.words for each in lines)
-    assert any(each.kind is Kind.HEARD and each.words for each in lines)
+    assert any(each.kind is EntryKind.SENT and each.words for each in lines)
+    assert any(each.kind is EntryKind.HEARD and each.words for each in lines)
 
 
 def test_frames_of_a_bus_are_written_as_frames():
     with recorded_arm("mks") as arm:
         lines = arm.log().read()
-    sent = next(each for each in lines if each.kind is Kind.SENT)
+    sent = next(each for each in lines if each.kind is EntryKind.SENT)
     assert sent.shown.startswith("001#")
     assert sent.words == "1 2 3 4 5 6: read encoder"
 
 
 def test_an_arm_that_is_not_recorded_has_no_log():
-    arm = Arm(connect_simulated(simulated_config("teachmover"), witness=NO_WITNESS))
+    arm = Arm(connect_simulated(simulated_config("teachmover"), witness=NO_TRACER))
     with pytest.raises(WrongState, match="flight recorder"):
         arm.log()
     arm.close()
@@ -119,8 +119,8 @@ def test_an_arm_that_is_not_recorded_has_no_log():
 )
 def test_whatever_comes_is_read_once_in_order_or_counted_as_gone(runs, most, sealed, kept):
     """`runs` are so many entries between two looks; what is missing is always said."""
-    entry = Entry(0.0, Kind.REPLY, "done")
-    ring = Ring(most_bytes=kept * (ENTRY_BYTES + len(entry.what)))
+    entry = TraceEntry(0.0, EntryKind.REPLY, "done")
+    ring = EntryRing(most_bytes=kept * (ENTRY_BYTES + len(entry.what)))
     log = reader(ring, back=1000)
     read, added = [], 0
     for run in [*runs, *[0] * 60]:
@@ -130,38 +130,38 @@ def test_whatever_comes_is_read_once_in_order_or_counted_as_gone(runs, most, sea
             ring.add(entry)
             added += 1
         read += log.read(most)
-    told = [each.number for each in read if each.kind is not Kind.GAP]
-    gone = sum(int(each.words.split()[0]) for each in read if each.kind is Kind.GAP)
+    told = [each.number for each in read if each.kind is not EntryKind.GAP]
+    gone = sum(int(each.words.split()[0]) for each in read if each.kind is EntryKind.GAP)
     assert told == sorted(set(told))
     assert len(told) + gone == added == ring.added
 
 
 def test_a_reader_looks_no_further_back_than_it_was_told():
-    ring = Ring()
+    ring = EntryRing()
     for number in range(100):
-        ring.add(Entry(float(number), Kind.REPLY, str(number)))
+        ring.add(TraceEntry(float(number), EntryKind.REPLY, str(number)))
     gap, *lines = reader(ring, back=10).read()
     assert gap.words.startswith("90 entries")
     assert [each.words for each in lines] == [str(number) for number in range(90, 100)]
 
 
 def test_a_reader_may_begin_with_what_is_yet_to_come():
-    ring = Ring()
-    ring.add(Entry(0.0, Kind.REPLY, "old"))
+    ring = EntryRing()
+    ring.add(TraceEntry(0.0, EntryKind.REPLY, "old"))
     log = reader(ring, back=0)
-    ring.add(Entry(1.0, Kind.REPLY, "new"))
+    ring.add(TraceEntry(1.0, EntryKind.REPLY, "new"))
     assert [each.words for each in log.read()] == ["new"]
 
 
 def test_a_message_that_began_before_a_gap_is_no_message():
-    ring = Ring(most_bytes=2 * (ENTRY_BYTES + 2))
+    ring = EntryRing(most_bytes=2 * (ENTRY_BYTES + 2))
     ring.seal()
     log = reader(ring)
-    ring.add(Entry(0.0, Kind.HEARD, b"1,"))
+    ring.add(TraceEntry(0.0, EntryKind.HEARD, b"1,"))
     log.read()
     for _ in range(5):
-        ring.add(Entry(0.0, Kind.HEARD, b"x"))
-    ring.add(Entry(0.0, Kind.HEARD, b"\r1\r"))
+        ring.add(TraceEntry(0.0, EntryKind.HEARD, b"x"))
+    ring.add(TraceEntry(0.0, EntryKind.HEARD, b"\r1\r"))
     assert log.read()[-1].words.endswith("done")
 
 
@@ -175,8 +175,8 @@ def test_two_readers_do_not_disturb_each_other(arm):
 
 def test_topics_and_texts_are_sieved():
     book = LogBook()
-    sent = line(0, Kind.SENT, "base +37", shown="@STEP")
-    failed = line(1, Kind.RAISED, "NoAnswer: no answer", code="E502")
+    sent = line(0, EntryKind.SENT, "base +37", shown="@STEP")
+    failed = line(1, EntryKind.RAISED, "NoAnswer: no answer", code="E502")
     assert book.take([sent, failed]) == 2
     for sieve, passed in (
         (Sieve(frozenset({Topic.BYTES})), [sent]),
@@ -195,14 +195,14 @@ def test_topics_and_texts_are_sieved():
 def test_a_book_is_bounded_and_forgets_what_is_too_old_for_it():
     book = LogBook(kept=3)
     book.choose(Sieve(frozenset({Topic.ERRORS})))
-    assert book.take([line(0, Kind.ERROR), *map(line, range(1, 5))]) == 1
+    assert book.take([line(0, EntryKind.ERROR), *map(line, range(1, 5))]) == 1
     assert book.total == 3
     assert not book.lines
     book.clear()
     assert book.total == 0
 
 
-@given(st.lists(st.sampled_from(list(Kind)), max_size=30), st.integers(1, 8))
+@given(st.lists(st.sampled_from(list(EntryKind)), max_size=30), st.integers(1, 8))
 def test_what_passes_is_the_same_whether_it_is_chosen_before_or_after(kinds, kept):
     lines = [line(number, kind) for number, kind in enumerate(kinds)]
     wanted = Sieve(frozenset({Topic.ERRORS, Topic.BYTES}))

@@ -9,7 +9,7 @@ import pytest
 from waiting import LONG_S
 
 from armdrive.connect import reconnect as mending
-from armdrive.connect.reconnect import Mender, Rewiring
+from armdrive.connect.reconnect import NewLink, Reconnector
 from armdrive.errors import LinkLost
 from armdrive.transports.open_errors import PortInUse
 
@@ -48,7 +48,7 @@ def looking(port):
     engine = SimpleNamespace(link=port)
     core = SimpleNamespace(notify=lambda *_words: None)
     wire = SimpleNamespace(engine=engine, core=core, now_s=0.0)
-    mender = Mender(wire, Rewiring(port.open_again, beside=True))
+    mender = Reconnector(wire, NewLink(port.open_again, beside=True))
     mender.lost(0.0)
     engine.link = SimpleNamespace(wake=port.woken)
     mender.ask(0.0)

@@ -13,7 +13,7 @@ from test_mks_holdups import BOTH, ORDERS, hold_up
 from armdrive.dialects.mks.drive import WAY_S
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.steering import LOOKS
-from armdrive.tasks import AlertKind, Denied, Done
+from armdrive.tasks import AlertKind, Done, RequestRejected
 from kinematics import Motors
 
 POLL_S = MksSettings().poll_s
@@ -62,7 +62,7 @@ def test_a_drive_that_lags_ends_the_motion_before_the_arm_is_far_off_its_way(spe
     (alert,) = bench.alerts()
     assert alert.kind is AlertKind.ASTRAY
     assert "drive 1 (base)" in alert.text
-    assert isinstance(bench.finish(), Denied)
+    assert isinstance(bench.finish(), RequestRejected)
     noticed = speed * 10 * (1.0 - share) * (LOOKS + 1) * POLL_S
     assert worst <= let_pass(speed) + noticed
 
@@ -76,7 +76,7 @@ def test_one_that_is_too_slow_for_half_a_second_is_told_of_though_it_stays_near_
     bench = moving((speed, -speed, 700, 0, 0, 0), count)
     bench.run(0.5)
     weaken(bench, 1, share)
-    assert isinstance(bench.finish(), Denied)
+    assert isinstance(bench.finish(), RequestRejected)
     (alert,) = bench.alerts()
     assert alert.kind is AlertKind.ASTRAY
     assert "drive 1 (base)" in alert.text

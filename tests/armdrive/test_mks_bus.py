@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from armdrive import Arm
-from armdrive.connect.port import Wiring
+from armdrive.connect.port import PortOpening
 from armdrive.connect.target import find
 from armdrive.errors import ArmError, PortUnavailable
 from armdrive.status import State, Trust
@@ -36,7 +36,7 @@ def test_only_the_ids_of_the_arm_are_listened_to(port, heard, monkeypatch):
     config = find(PORT, dialect_name="mks").config
     device = replace(config.device, ids=(1, 2, 3, 4, 5, 9))
     wire = replace(config.connection, port=port)
-    Wiring(replace(config, device=device, connection=wire)).open()
+    PortOpening(replace(config, device=device, connection=wire)).open()
     assert opened == [heard]
 
 

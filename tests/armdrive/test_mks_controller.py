@@ -11,7 +11,7 @@ from armdrive.errors import ArmFileError, Refused
 from armdrive.tasks import (
     AlertKind,
     ClearFault,
-    Denied,
+    DeviceSettings,
     Done,
     DropCurrent,
     HomeDevice,
@@ -19,9 +19,9 @@ from armdrive.tasks import (
     ReadPosition,
     ReadSettings,
     Registers,
-    Settings,
-    Silence,
+    RequestRejected,
     SwitchOn,
+    Timeout,
 )
 from firmware_protocol.mks import Code, Enable, Mode, SetMode, SilenceWatchdog, decode_request
 from kinematics import Motors
@@ -31,14 +31,14 @@ MOVING = {0xF4, 0xF5, 0xF6, 0xFD, 0xFE, 0x91, 0x92, 0x80, 0xF3}
 
 
 def denied(reply) -> str:
-    assert isinstance(reply, Denied), reply
+    assert isinstance(reply, RequestRejected), reply
     return reply.reason
 
 
 def test_contact_tells_the_encoders_and_sends_nothing_that_moves_or_switches():
     bench = MksBench(starts=STARTS)
     assert bench.do(ReadPosition()) == Registers(Motors(STARTS))
-    assert isinstance(bench.do(ReadSettings()), Settings)
+    assert isinstance(bench.do(ReadSettings()), DeviceSettings)
     assert not MOVING & {frame.data[0] for _, frame in bench.sent}
     assert bench.controller.firmware == "1.0.9"
 
@@ -81,7 +81,7 @@ def test_a_silent_bus_is_silence():
     bench = MksBench()
     for node in bench.nodes:
         node.mute = True
-    assert isinstance(bench.do(ReadPosition()), Silence)
+    assert isinstance(bench.do(ReadPosition()), Timeout)
 
 
 def test_two_drives_with_one_id_are_found():
@@ -104,7 +104,7 @@ def test_a_wrong_mode_is_a_difference_that_can_be_mended():
     bench.node(2).settings[Code.MODE] = SetMode(Mode.PULSE_FOC)
     bench.do(ReadPosition())
     found = bench.do(ReadSettings())
-    assert isinstance(found, Settings)
+    assert isinstance(found, DeviceSettings)
     (wrong,) = found.differences
     assert wrong.must
     assert "drive 2 (shoulder)" in wrong.setting

@@ -6,7 +6,7 @@ import pytest
 from mks_bench import MksBench
 from test_mks_controller_motion import along
 
-from armdrive.dialects.mks.drive import Drive, slope_of
+from armdrive.dialects.mks.drive import MksDrive, slope_of
 from armdrive.tasks import Done, MoveBy
 from kinematics import Motors
 
@@ -16,7 +16,7 @@ CONFIGURED = 252
 @pytest.mark.parametrize("share", [0.05, 0.3, 1.0])
 @pytest.mark.parametrize(("speed", "left"), [(20_000.0, 4000), (20_000.0, -4000), (3000.0, 60)])
 def test_a_drive_is_given_a_ramp_by_which_it_can_end(share, speed, left):
-    drive = Drive(1, "base")
+    drive = MksDrive(1, "base")
     drive.speed = speed if left > 0 else -speed
     slope = slope_of(drive.ramp_to(left, CONFIGURED, share))
     assert slope <= slope_of(CONFIGURED)
@@ -26,7 +26,7 @@ def test_a_drive_is_given_a_ramp_by_which_it_can_end(share, speed, left):
 @pytest.mark.parametrize("share", [0.05, 0.3, 0.8, 1.0])
 @pytest.mark.parametrize(("speed", "left"), [(22_937.0, 266), (41_000.0, 900), (9000.0, 90)])
 def test_it_can_end_there_though_the_order_comes_a_little_late(share, speed, left):
-    drive = Drive(5, "left wrist")
+    drive = MksDrive(5, "left wrist")
     drive.speed = speed
     slope = slope_of(drive.ramp_to(left, CONFIGURED, share))
     late = speed * 0.002
@@ -36,7 +36,7 @@ def test_it_can_end_there_though_the_order_comes_a_little_late(share, speed, lef
 @pytest.mark.parametrize("share", [0.05, 0.1, 0.3])
 @pytest.mark.parametrize("ahead_s", [0.0005, 0.001, 0.003])
 def test_it_keeps_the_ramp_by_which_it_brakes_though_its_model_is_there_already(share, ahead_s):
-    drive = Drive(2, "shoulder")
+    drive = MksDrive(2, "shoulder")
     drive.send_to(10_000, 60, 235, 0.0)
     drive.advance(0.6)
     drive.send_to(10_000, 14, 246, 0.6)
@@ -52,7 +52,7 @@ def test_it_keeps_the_ramp_by_which_it_brakes_though_its_model_is_there_already(
 
 
 def test_one_that_stands_begins_by_its_share_of_the_ramp_again():
-    drive = Drive(2, "shoulder")
+    drive = MksDrive(2, "shoulder")
     drive.send_to(1000, 14, 246, 0.0)
     drive.rest_at(1000, 2.0)
     assert drive.ramp_to(5000, CONFIGURED, 0.1) == drive.ramp_to(-5000, CONFIGURED, 0.1)

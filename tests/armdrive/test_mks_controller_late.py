@@ -8,7 +8,7 @@ import pytest
 from mks_bench import MksBench
 from test_mks_controller_motion import BURSTS, along, straight
 
-from armdrive.tasks import Denied, Done, MoveBy, ReadPosition, Registers, SwitchOn
+from armdrive.tasks import Done, MoveBy, ReadPosition, Registers, RequestRejected, SwitchOn
 from firmware_protocol.frames import Unpacker, pack
 from firmware_protocol.mks import (
     Code,
@@ -100,7 +100,7 @@ def test_a_drive_that_is_blocked_is_called_so_after_a_late_wake_as_well():
     bench.node(3).blocked = True
     bench.node(3).motor.hold(bench.node(3).at(bench.now_s))
     send_late(bench, 0.3)
-    assert isinstance(bench.finish(), Denied)
+    assert isinstance(bench.finish(), RequestRejected)
     (alert,) = bench.alerts()
     assert "drive 3 (elbow)" in alert.text
     assert bench.now_s < 2.0

@@ -13,14 +13,14 @@ from mks_bench import MksBench
 
 from armdrive.tasks import (
     AlertKind,
-    Denied,
     Done,
     Halted,
     MoveAlong,
     MoveBy,
     ReadPosition,
     Registers,
-    Silence,
+    RequestRejected,
+    Timeout,
 )
 from firmware_protocol.mks import (
     BROADCAST,
@@ -314,7 +314,7 @@ def test_a_drive_that_falls_silent_ends_the_motion_of_all():
     bench = MksBench().ready()
     bench.at_s[bench.now_s + 0.3] = lambda: setattr(bench.node(2), "mute", True)
     reply = bench.do(along(straight(40)))
-    assert isinstance(reply, Denied)
+    assert isinstance(reply, RequestRejected)
     assert "drive 2 (shoulder)" in reply.reason
     stood = bench.positions
     bench.run(1.0)
@@ -325,14 +325,14 @@ def test_a_bus_that_falls_silent_is_silence():
     bench = MksBench().ready()
     began_s = bench.now_s
     bench.loses = lambda frame, host: bench.now_s > began_s + 0.3
-    assert isinstance(bench.do(along(straight(40))), Silence)
+    assert isinstance(bench.do(along(straight(40))), Timeout)
 
 
 def test_a_blocked_drive_is_noticed_by_its_encoder():
     bench = MksBench().ready()
     bench.node(3).blocked = True
     reply = bench.do(along(straight(20)))
-    assert isinstance(reply, Denied)
+    assert isinstance(reply, RequestRejected)
     (alert,) = bench.alerts()
     assert alert.kind is AlertKind.ASTRAY
     assert "drive 3 (elbow)" in alert.text
@@ -348,7 +348,7 @@ def test_a_stall_names_the_drive_and_says_that_it_let_go():
         node.stalled, node.enabled = True, False
 
     bench.at_s[bench.now_s + 0.4] = stall
-    assert isinstance(bench.do(along(straight(20))), Denied)
+    assert isinstance(bench.do(along(straight(20))), RequestRejected)
     (alert,) = bench.alerts()
     assert alert.kind is AlertKind.SWITCHED_OFF
     assert "drive 2 (shoulder) has stalled" in alert.text
@@ -357,7 +357,7 @@ def test_a_stall_names_the_drive_and_says_that_it_let_go():
 def test_a_drive_that_is_reset_in_motion_is_recognised():
     bench = MksBench(starts=(50_000,) * 6).ready()
     bench.at_s[bench.now_s + 0.4] = bench.node(1).reset
-    assert isinstance(bench.do(along(straight(20))), Denied)
+    assert isinstance(bench.do(along(straight(20))), RequestRejected)
     (alert,) = bench.alerts()
     assert alert.kind is AlertKind.RESTARTED
     assert "drive 1 (base)" in alert.text
@@ -367,7 +367,7 @@ def test_a_drive_in_another_mode_refuses_and_is_named():
     bench = MksBench().ready()
     bench.node(5).settings[Code.MODE] = SetMode(Mode.PULSE_FOC)
     reply = bench.do(along(straight(20)))
-    assert isinstance(reply, Denied)
+    assert isinstance(reply, RequestRejected)
     assert "drive 5 (left wrist) is in mode 2" in reply.reason
 
 
@@ -383,7 +383,7 @@ def test_a_limit_switch_ends_the_motion():
         bench._answer(node.device.tell(asked, Outcome.LIMIT_STOP))
 
     bench.at_s[bench.now_s + 0.4] = reach
-    assert isinstance(bench.do(along(straight(20))), Denied)
+    assert isinstance(bench.do(along(straight(20))), RequestRejected)
     assert "drive 1 (base) has run into a limit switch" in bench.alerts()[0].text
 
 
@@ -391,7 +391,7 @@ def test_disabled_motors_are_not_moved():
     bench = MksBench()
     bench.do(ReadPosition())
     reply = bench.do(along(straight(2)))
-    assert isinstance(reply, Denied)
+    assert isinstance(reply, RequestRejected)
     assert not reply.moved
     assert bench.positions == Motors([0] * 6)
 
@@ -399,7 +399,7 @@ def test_disabled_motors_are_not_moved():
 def test_a_target_beyond_what_can_be_said_is_refused():
     bench = MksBench(starts=(TARGET_MAX - 100, 0, 0, 0, 0, 0)).ready()
     reply = bench.do(along(straight(2)))
-    assert isinstance(reply, Denied)
+    assert isinstance(reply, RequestRejected)
     assert "512 turns" in reply.reason
     stood = bench.positions
     bench.run(1.0)
@@ -432,7 +432,7 @@ def test_a_drive_that_stores_nothing_keeps_all_from_moving():
     bench = MksBench(settings=BURSTS).ready()
     bench.node(2).stalled = True
     reply = bench.do(MoveBy(Motors((9000, -4500, 300, 0, 20, 0)), 30_000))
-    assert isinstance(reply, Denied)
+    assert isinstance(reply, RequestRejected)
     assert not reply.moved
     assert "drive 2 (shoulder) has stalled" in reply.reason
     bench.run(1.0)

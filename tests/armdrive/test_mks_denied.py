@@ -8,8 +8,8 @@ import pytest
 from mks_bench import MksBench
 from test_mks_controller_motion import BURSTS, along, straight
 
-from armdrive.dialects.mks.observer import BESIDE_S, Denials
-from armdrive.tasks import Denied, Done, MoveBy
+from armdrive.dialects.mks.observer import BESIDE_S, Rejections
+from armdrive.tasks import Done, MoveBy, RequestRejected
 from firmware_protocol.mks import (
     Code,
     Failed,
@@ -47,7 +47,7 @@ def test_half_a_wrist_that_takes_no_orders_stops_the_other_half_at_once(after_s)
     bench = MksBench().ready()
     bench.at_s[bench.now_s + after_s] = lambda: give_mode(bench, 5, Mode.PULSE_FOC)
     reply = bench.do(along(straight(20, way=TOGETHER)))
-    assert isinstance(reply, Denied)
+    assert isinstance(reply, RequestRejected)
     assert "drive 5 (left wrist) is in mode 2" in reply.reason
     noticed_s = 2.0 * PERIOD_S + 2.0 * BESIDE_S + 0.01
     assert apart(bench) <= SPEED * (noticed_s + bench.controller.ramp_s / 2.0)
@@ -67,7 +67,7 @@ def test_a_burst_ends_soon_in_which_a_drive_takes_no_orders():
     ways = Motors(8 * way for way in TOGETHER)
     bench.at_s[bench.now_s + 0.2] = lambda: give_mode(bench, 5, Mode.PULSE_FOC)
     reply = bench.do(MoveBy(ways, SPEED))
-    assert isinstance(reply, Denied)
+    assert isinstance(reply, RequestRejected)
     assert "drive 5 (left wrist) is in mode 2" in reply.reason
     assert apart(bench) <= SPEED * 0.12
 
@@ -91,14 +91,14 @@ def test_a_word_that_an_order_began_may_be_lost(lost):
 
 def test_words_that_come_right_beside_each_other_are_of_one_order():
     for first, second in ((Superseded(1, ONE), Started(1, TWO)), (Started(1, TWO), Failed(1, ONE))):
-        denials = Denials()
+        denials = Rejections()
         denials.heard(first, 1.0)
         denials.heard(second, 1.0 + BESIDE_S / 2.0)
         assert denials.due_s > 1e9
 
 
 def test_a_failure_alone_is_a_denial_and_two_are_looked_into():
-    denials = Denials()
+    denials = Rejections()
     denials.heard(Started(1, ONE), 0.5)
     denials.heard(Superseded(1, ONE), 1.0)
     assert denials.due_s == pytest.approx(1.0 + BESIDE_S)

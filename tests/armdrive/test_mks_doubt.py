@@ -10,7 +10,7 @@ from test_mks_holdups import BOTH, ORDERS, STARTS, hold_up
 from armdrive.dialects.mks.drive import WAY_S
 from armdrive.dialects.mks.observer import AGAIN_S
 from armdrive.dialects.mks.settings import MksSettings
-from armdrive.tasks import AlertKind, Denied, Done, MoveAlong
+from armdrive.tasks import AlertKind, Done, MoveAlong, RequestRejected
 from kinematics import Motors
 
 SHORT_AHEAD_S = 0.06
@@ -105,7 +105,7 @@ def test_a_blocked_shaft_is_told_where_its_motor_has_come_back_halfway_to_it():
     there, back = (9000, 0, 0, 0, 0, 0), (-3000, 0, 0, 0, 0, 0)
     bench = moving(segments(*([there] * 5 + [back] * 10)), 0.2, 0.3)
     block(bench, 1)
-    assert isinstance(bench.finish(), Denied)
+    assert isinstance(bench.finish(), RequestRejected)
     assert bench.now_s < 1.0
 
 

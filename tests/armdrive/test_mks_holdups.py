@@ -7,7 +7,7 @@ from mks_bench import MksBench
 from test_mks_controller_late import stand_still
 from test_mks_controller_motion import AHEAD_S, BURSTS, along, off_the_way, segments, straight
 
-from armdrive.tasks import AlertKind, Denied, Done, Halted, MoveAlong, MoveBy, Silence
+from armdrive.tasks import AlertKind, Done, Halted, MoveAlong, MoveBy, RequestRejected, Timeout
 from kinematics import Motors
 
 WAY = (6000, -3000, 1500, 0, 700, 20)
@@ -63,7 +63,7 @@ def test_one_that_stands_still_for_long_ends_the_motion_and_blames_no_drive(for_
     bench = moving(after_s)
     hold_up(bench, for_s, sides)
     reply = bench.finish()
-    assert isinstance(reply, Silence) or (reply.silent and "no drive was heard" in reply.reason)
+    assert isinstance(reply, Timeout) or (reply.silent and "no drive was heard" in reply.reason)
     assert not bench.alerts()
     bench.run(for_s)
     stood = bench.positions
@@ -118,7 +118,7 @@ def test_a_drive_that_is_blocked_meanwhile_is_found_all_the_same():
     hold_up(bench, 0.4)
     bench.node(3).blocked = True
     bench.node(3).motor.hold(bench.node(3).at(bench.now_s))
-    assert isinstance(bench.finish(), Denied)
+    assert isinstance(bench.finish(), RequestRejected)
     (alert,) = bench.alerts()
     assert "drive 3 (elbow)" in alert.text
     assert bench.now_s < 2.5
@@ -141,7 +141,7 @@ def test_a_supply_of_all_drives_that_fails_for_a_moment_is_told_from_a_late_bus(
     for node in bench.nodes:
         node.mute, node.moving, node.enabled = False, None, True
         node.motor.hold(0)
-    assert isinstance(bench.finish(), Denied)
+    assert isinstance(bench.finish(), RequestRejected)
     assert bench.alerts()[0].kind is AlertKind.RESTARTED
     bench.run(2.0)
     assert bench.positions.largest < 4500
@@ -204,7 +204,7 @@ def test_nothing_moves_from_the_pause_on_where_answers_alone_were_late():
 def test_one_that_is_turned_in_such_a_pause_ends_the_motion():
     bench, _ = paused_in_a_hold_up(ANSWERS)
     bench.node(2).slipped = 300
-    assert isinstance(bench.finish(), Denied)
+    assert isinstance(bench.finish(), RequestRejected)
     (alert,) = bench.alerts()
     assert "drive 2 (shoulder)" in alert.text
 
@@ -221,4 +221,4 @@ def test_a_stop_in_such_a_pause_ends_the_motion_and_nothing_moves():
 def test_a_bus_that_falls_silent_in_such_a_pause_is_told():
     bench, _ = paused_in_a_hold_up(ANSWERS)
     bench.loses = lambda *_: True
-    assert isinstance(bench.finish(), Silence)
+    assert isinstance(bench.finish(), Timeout)

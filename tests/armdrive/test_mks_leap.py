@@ -11,7 +11,7 @@ from test_mks_controller_motion import BURSTS, along, segments
 from test_mks_holdups import BOTH, ORDERS, hold_up
 
 from armdrive.dialects.mks.observer import MARGIN
-from armdrive.tasks import AlertKind, Denied, Done, Halted, MoveBy
+from armdrive.tasks import AlertKind, Done, Halted, MoveBy, RequestRejected
 from firmware_protocol.mks import COUNTS_PER_TURN
 from kinematics import Motors
 
@@ -62,7 +62,7 @@ def test_a_drive_that_begins_anew_at_once_is_found_and_goes_no_farther_than_was_
     bench = moving(start, speed, after_s)
     began_s, stood = bench.now_s, bench.node(1).at(bench.now_s)
     shaft = begin_anew(bench, 1, dead_s=dead_s)
-    assert isinstance(bench.finish(), Denied)
+    assert isinstance(bench.finish(), RequestRejected)
     (alert,) = bench.alerts()
     assert "drive 1 (base)" in alert.text
     assert "reset" in alert.text
@@ -75,7 +75,7 @@ def test_a_drive_that_begins_anew_at_once_is_found_and_goes_no_farther_than_was_
 def test_one_that_keeps_its_angle_is_found_by_the_turns_that_are_missing():
     bench = moving(40_000, 3000, 0.47)
     begin_anew(bench, 1, keeps_angle=True)
-    assert isinstance(bench.finish(), Denied)
+    assert isinstance(bench.finish(), RequestRejected)
     assert "drive 1 (base)" in bench.alerts()[0].text
 
 
@@ -84,7 +84,7 @@ def test_one_that_does_not_move_is_found_as_well():
     bench.begin(along(segments(*([(3000, 0, 0, 0, 0, 0)] * 12))))
     bench.run(0.3)
     begin_anew(bench, 3)
-    assert isinstance(bench.finish(), Denied)
+    assert isinstance(bench.finish(), RequestRejected)
     assert "drive 3 (elbow)" in bench.alerts()[0].text
 
 
@@ -95,7 +95,7 @@ def test_in_a_burst_it_is_found_as_well(start, after_s):
     bench.begin(MoveBy(Motors((30_000, -9000, 0, 0, 0, 0)), 30_000.0))
     bench.run(after_s)
     begin_anew(bench, 1)
-    assert isinstance(bench.finish(), Denied)
+    assert isinstance(bench.finish(), RequestRejected)
     assert bench.alerts()[0].kind in (AlertKind.RESTARTED, AlertKind.ASTRAY)
     assert "drive 1 (base)" in bench.alerts()[0].text
 

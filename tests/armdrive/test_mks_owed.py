@@ -8,8 +8,8 @@ from mks_bench import MksBench
 from test_mks_controller_late import stand_still
 from test_mks_controller_motion import BURSTS, along, straight
 
-from armdrive.dialects.mks.observer import LATEST_S, Owed
-from armdrive.tasks import Done, MoveBy, Oddity, ReadPosition
+from armdrive.dialects.mks.observer import LATEST_S, LateReplies
+from armdrive.tasks import Done, MoveBy, ProtocolWarning, ReadPosition
 from firmware_protocol.frames import pack
 from firmware_protocol.mks import Code, EncoderRead, Outcome
 from firmware_protocol.mks.wire import encode
@@ -19,11 +19,11 @@ WAY = (3000, -1500, 700, 0, 300, 20)
 
 
 def oddities(bench):
-    return [event.text for event in bench.heard if isinstance(event, Oddity)]
+    return [event.text for event in bench.heard if isinstance(event, ProtocolWarning)]
 
 
 def test_one_late_answer_is_expected_for_each_question_that_was_given_up():
-    owed = Owed()
+    owed = LateReplies()
     owed.give_up(2, 0x31, 1.0)
     assert not owed.takes(3, 0x31, 1.1)
     assert not owed.takes(2, 0xF1, 1.1)
@@ -32,7 +32,7 @@ def test_one_late_answer_is_expected_for_each_question_that_was_given_up():
 
 
 def test_nothing_is_late_for_ever():
-    owed = Owed()
+    owed = LateReplies()
     owed.give_up(2, 0x31, 1.0)
     assert not owed.takes(2, 0x31, 1.1 + LATEST_S)
 

@@ -9,7 +9,15 @@ from test_mks_controller_motion import along, straight
 
 from armdrive.errors import ArmError
 from armdrive.status import State, Trust
-from armdrive.tasks import AlertKind, ClearFault, Denied, DropCurrent, Halted, Oddity, SwitchOn
+from armdrive.tasks import (
+    AlertKind,
+    ClearFault,
+    DropCurrent,
+    Halted,
+    ProtocolWarning,
+    RequestRejected,
+    SwitchOn,
+)
 from firmware_protocol.mks import (
     Code,
     Mode,
@@ -158,7 +166,7 @@ def test_a_drive_that_tells_no_error_of_its_angle_is_stopped_all_the_same():
 def test_who_is_blocked_and_resting_far_off_is_told_of_once():
     bench = MksBench(starts=(50_000,) * 6).ready()
     bench.node(1).blocked = True
-    assert isinstance(bench.do(along(straight(20))), Denied)
+    assert isinstance(bench.do(along(straight(20))), RequestRejected)
     assert len(bench.alerts()) == 1
 
 
@@ -193,7 +201,7 @@ def test_a_drive_that_pushes_when_the_arm_is_enabled_or_reset_is_told_once_to_st
     assert order == 50_000 + counts
     assert not any(eased(bench, node, began_s) for node in (1, 3, 4, 5, 6))
     assert not bench.alerts()
-    (odd,) = (event for event in bench.heard if isinstance(event, Oddity))
+    (odd,) = (event for event in bench.heard if isinstance(event, ProtocolWarning))
     assert "drive 2 (shoulder) pressed" in odd.text
 
 
@@ -217,7 +225,7 @@ def test_a_reset_fails_where_a_drive_that_pushes_is_in_a_mode_that_cannot_be_tol
     press(bench, 2, 700)
     bench.node(2).settings[Code.MODE] = SetMode(Mode.PULSE_FOC)
     reply = bench.do(ClearFault())
-    assert isinstance(reply, Denied)
+    assert isinstance(reply, RequestRejected)
     assert "drive 2 (shoulder) is in mode 2" in reply.reason
     assert not reply.moved
     bench.node(2).settings[Code.MODE] = SetMode(Mode.BUS_FOC)

@@ -10,7 +10,7 @@ from test_mks_controller_late import stand_still
 from test_mks_controller_motion import BURSTS, along, segments, straight
 from test_mks_holdups import hold_up
 
-from armdrive.tasks import AlertKind, Denied, Done, Halted, MoveBy
+from armdrive.tasks import AlertKind, Done, Halted, MoveBy, RequestRejected
 from firmware_protocol.mks import Code
 from kinematics import Motors
 
@@ -38,7 +38,7 @@ def begins_anew(bench, number, after_s, dead_s=DEAD_S):
 def test_a_steered_drive_that_was_gone_for_a_moment_near_zero_ends_the_motion(start, after_s):
     bench = MksBench(starts=(start, 0, 0, 0, 0, 0)).ready()
     begins_anew(bench, 1, after_s)
-    assert isinstance(bench.do(along(straight(20, (2500, 400, 0, 0, 0, 0)))), Denied)
+    assert isinstance(bench.do(along(straight(20, (2500, 400, 0, 0, 0, 0)))), RequestRejected)
     (alert,) = bench.alerts()
     assert alert.kind is AlertKind.RESTARTED
     assert "drive 1 (base)" in alert.text
@@ -50,7 +50,7 @@ def test_a_drive_that_began_anew_in_a_burst_is_not_sent_the_whole_way_again(star
     bench = MksBench(settings=BURSTS, starts=(start, 0, 0, 0, 0, 0)).ready()
     begins_anew(bench, 1, after_s, 0.15)
     burst = MoveBy(Motors((30_000, 300, 0, 0, 0, 0)), 30_000.0)
-    assert isinstance(bench.do(burst), Denied)
+    assert isinstance(bench.do(burst), RequestRejected)
     assert bench.alerts()[0].kind is AlertKind.RESTARTED
     sent = [order for at_s, order in bench.node(1).orders if at_s > 0.0]
     assert len(sent) == 1
@@ -107,7 +107,7 @@ def test_drives_that_all_began_anew_in_a_burst_are_not_sent_the_whole_way_again(
     for number in range(1, 7):
         begins_anew(bench, number, after_s + number * 1e-6, dead_s)
     burst = MoveBy(Motors((30_000, 300, 0, 0, 0, 0)), 30_000.0)
-    assert isinstance(bench.do(burst), Denied)
+    assert isinstance(bench.do(burst), RequestRejected)
     sent = [order for at_s, order in bench.node(1).orders if at_s > 0.0]
     assert len(sent) == 1
 
@@ -125,7 +125,7 @@ def test_one_that_began_anew_while_it_was_fast_is_found_though_it_is_slow_since(
     bench.loses = lambda frame, host: (  # it is not looked at until it is slow
         not host and frame.data[0] == Code.ENCODER and 0.3 < bench.now_s - began_s < 0.68
     )
-    assert isinstance(bench.do(along(segments(*([fast] * 5 + [later] * 8)))), Denied)
+    assert isinstance(bench.do(along(segments(*([fast] * 5 + [later] * 8)))), RequestRejected)
     (alert,) = bench.alerts()
     assert alert.kind is AlertKind.RESTARTED
     assert "drive 1 (base)" in alert.text

@@ -6,13 +6,13 @@ import contextlib
 from types import SimpleNamespace
 
 from armdrive.connect.control_socket import REQUESTS, WIRE
-from armdrive.trace.entries import Entry, Kind, Ring
+from armdrive.trace.entries import EntryKind, EntryRing, TraceEntry
 from armdrive.trace.wire_tap import BACK, MESSAGE_BYTES, MOST, overheard
 
 
 def held():
     """An arm of which nothing is there but its recorder."""
-    ring = Ring()
+    ring = EntryRing()
     ring.seal()
     return ring, SimpleNamespace(witness=ring, closed=False)
 
@@ -34,11 +34,11 @@ def told(arm, ring, entries):
 
 def test_bytes_are_told_in_their_order_and_nothing_else_is():
     ring, arm = held()
-    ring.add(Entry(1.0, Kind.SENT, b"before"))
+    ring.add(TraceEntry(1.0, EntryKind.SENT, b"before"))
     entries = [
-        Entry(2.0, Kind.SENT, b"\x01\xff"),
-        Entry(2.1, Kind.STATE, "moving"),
-        Entry(2.2, Kind.HEARD, b"\x02"),
+        TraceEntry(2.0, EntryKind.SENT, b"\x01\xff"),
+        TraceEntry(2.1, EntryKind.STATE, "moving"),
+        TraceEntry(2.2, EntryKind.HEARD, b"\x02"),
     ]
     (message,) = told(arm, ring, entries)
     assert message == {
@@ -51,7 +51,9 @@ def test_bytes_are_told_in_their_order_and_nothing_else_is():
 def test_messages_are_bounded_and_nothing_is_lost_between_them():
     ring, arm = held()
     sizes = [1, 5000, 300, 1024, 1025, *[40] * (3 * MOST)]
-    messages = told(arm, ring, [Entry(3.0, Kind.HEARD, bytes([7]) * size) for size in sizes])
+    messages = told(
+        arm, ring, [TraceEntry(3.0, EntryKind.HEARD, bytes([7]) * size) for size in sizes]
+    )
     pieces = [piece for message in messages for piece in message["wire"]]
     assert sum(len(data) // 2 for _, _, data in pieces) == sum(sizes)
     assert all(
@@ -62,7 +64,7 @@ def test_messages_are_bounded_and_nothing_is_lost_between_them():
 def test_who_reads_too_slowly_is_told_how_much_was_passed_over():
     ring, arm = held()
     more = 10
-    messages = told(arm, ring, [Entry(3.0, Kind.SENT, b"x")] * (BACK + more))
+    messages = told(arm, ring, [TraceEntry(3.0, EntryKind.SENT, b"x")] * (BACK + more))
     assert sum(message["missed"] for message in messages) == more
     assert sum(len(message["wire"]) for message in messages) == BACK
 

@@ -19,9 +19,9 @@ from armdrive import (
 from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmFileError
 from armdrive.motion.plan import plan_joints, plan_route
-from armdrive.motion.segments import Speeds, fewer, legs_along
+from armdrive.motion.segments import SpeedLimits, fewer, legs_along
 from armdrive.registry import parse_arm
-from armdrive.runtime.position import Coordinates
+from armdrive.runtime.position import ArmCoordinates
 from kinematics import Joints, preset
 
 STEP_MM = 0.6
@@ -137,11 +137,11 @@ def test_a_joint_move_is_part_of_a_path_as_well():
 
 def speeds(**more):
     model = preset("teachmover")
-    return Speeds(model.joint_speeds_rad_s, 20.0, 470.0, model.transmission, **more)
+    return SpeedLimits(model.joint_speeds_rad_s, 20.0, 470.0, model.transmission, **more)
 
 
-START = Coordinates(Joints.of(0, 70, -95, -35, 0), 20.0)
-END = Coordinates(Joints.of(60, 60, -80, -35, 90), 20.0)
+START = ArmCoordinates(Joints.of(0, 70, -95, -35, 0), 20.0)
+END = ArmCoordinates(Joints.of(60, 60, -80, -35, 90), 20.0)
 
 
 def rates_rad_s(legs):

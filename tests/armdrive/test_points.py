@@ -21,8 +21,8 @@ from armdrive.errors import (
     UnknownPoint,
 )
 from armdrive.storage import files as places
-from armdrive.storage.files import Files
-from armdrive.storage.point_file import Points, Writer, points_of, rounded
+from armdrive.storage.files import StateFiles
+from armdrive.storage.point_file import Points, PointWriter, points_of, rounded
 from armdrive.storage.points import Point, Step, StepList, Taught, parse_points
 from kinematics import JOINT_NAMES, Joints, preset
 
@@ -242,7 +242,7 @@ def test_what_somebody_changed_meanwhile_is_not_overwritten(book):
         book.put_sequence("wait", STACK, instead_of=None)
 
 
-class Meddler(Files):
+class Meddler(StateFiles):
     """A disk on which somebody else writes the file just before it is replaced."""
 
     def __init__(self, path, times, number=0):
@@ -266,7 +266,7 @@ def test_a_file_that_changes_while_it_is_written_loses_nothing(tmp_path):
     assert "late" not in book
 
 
-class FullDisk(Files):
+class FullDisk(StateFiles):
     def write(self, handle, data):
         raise OSError(28, "No space left on device")
 
@@ -314,7 +314,7 @@ TAUGHT = st.builds(
     st.dictionaries(NAMES, POINTS, max_size=4),
     st.dictionaries(NAMES, LISTS, max_size=3),
 )
-WRITER = Writer("bench", ARM.fk)
+WRITER = PointWriter("bench", ARM.fk)
 
 
 @given(TAUGHT)

@@ -12,7 +12,7 @@ from waiting import until
 
 from armdrive import Arm, LinkLost
 from armdrive.config.sections import Connection
-from armdrive.connect.port import Wiring
+from armdrive.connect.port import PortOpening
 from armdrive.connect.target import find
 from armdrive.errors import PortUnavailable
 from armdrive.status import State, Trust
@@ -68,7 +68,9 @@ class TestFinding:
 
     def test_an_arm_file_may_give_the_number_alone(self, plugged):
         config = find("/dev/ttyUSB0", dialect_name="teachmover").config
-        wiring = Wiring(replace(config, connection=Connection("teachmover", usb_serial=NUMBER)))
+        wiring = PortOpening(
+            replace(config, connection=Connection("teachmover", usb_serial=NUMBER))
+        )
         with pytest.raises(NoSuchPort):
             wiring.open()
         plugged["/dev/no-such-port"] = NUMBER
@@ -76,7 +78,7 @@ class TestFinding:
         with pytest.raises(PortUnavailable, match="/dev/no-such-port"):
             wiring.open()
         with pytest.raises(PortUnavailable, match="usb_serial"):
-            Wiring(replace(config, connection=Connection("teachmover")))
+            PortOpening(replace(config, connection=Connection("teachmover")))
 
 
 def moving(arm, there):

@@ -13,7 +13,7 @@ from armdrive.registry import simulate
 from armdrive.status import Evidence, State, Trust
 from armdrive.storage import record as record_text
 from armdrive.storage.record import FileRecorder, Record
-from armdrive.storage.record_writer import Keeper, Outcome
+from armdrive.storage.record_writer import Keeper, WriteOutcome
 
 
 @pytest.fixture
@@ -132,7 +132,7 @@ def test_a_program_that_has_ended_changes_nothing_on_the_disk_any_more(tmp_path)
     keeper = Keeper(recorder)
     keeper.found(good)
     keeper.end()
-    before = Outcome()
+    before = WriteOutcome()
     assert keeper.keep(replace(good, trust="suspect"), 1, before) is before
     assert recorder.load() == good
 

@@ -10,11 +10,11 @@ from recorder_bench import of_kind, recorded_arm, saved, written
 from armdrive import Arm, Jog, LinkLost, OutOfBounds, Space
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import StateFileError, WrongState
-from armdrive.moves import Hold
+from armdrive.moves import ContinuousJog
 from armdrive.registry import DIALECTS
 from armdrive.trace import files
-from armdrive.trace.calls import NO_WITNESS, NoWitness, Witness
-from armdrive.trace.entries import Kind
+from armdrive.trace.calls import NO_TRACER, NoTracer, Tracer
+from armdrive.trace.entries import EntryKind
 from armdrive.trace.recorder import FlightRecorder
 from armdrive.transports.in_process import MemoryLink
 
@@ -52,8 +52,8 @@ def test_every_byte_of_the_wire_is_noted_in_order(dialect, tmp_path, monkeypatch
     arm = recorded_arm(dialect)
     arm.move_motors(5, 5, 5, 5, 5, 5)
     entries = saved(arm, tmp_path).entries
-    assert b"".join(of_kind(entries, Kind.SENT)) == passed["sent"]
-    assert b"".join(of_kind(entries, Kind.HEARD)) == passed["heard"]
+    assert b"".join(of_kind(entries, EntryKind.SENT)) == passed["sent"]
+    assert b"".join(of_kind(entries, EntryKind.HEARD)) == passed["heard"]
     arm.close()
 
 
@@ -62,33 +62,35 @@ def test_calls_are_noted_with_their_arguments_and_what_they_raised(arm, tmp_path
         arm.move_j(shoulder_deg=200)
     arm.gripper.open(30.0)
     entries = saved(arm, tmp_path).entries
-    calls = of_kind(entries, Kind.CALL)
+    calls = of_kind(entries, EntryKind.CALL)
     assert "move_j(shoulder_deg=200)" in calls
     assert "move_gripper(30.0, 1.0)" in calls
-    (raised,) = of_kind(entries, Kind.RAISED)
+    (raised,) = of_kind(entries, EntryKind.RAISED)
     assert raised.startswith("OutOfBounds: ")
 
 
 def test_requests_and_their_answers_are_noted(arm, tmp_path):
     arm.move_motors(0, 0, 0, 0, 5, 0)
     entries = saved(arm, tmp_path).entries
-    assert any(text.startswith("MoveBy(0 0 0 0 5 0; ") for text in of_kind(entries, Kind.REQUEST))
-    assert "done" in of_kind(entries, Kind.REPLY)
-    told = of_kind(entries, Kind.REGISTERS)[-1]
+    assert any(
+        text.startswith("MoveBy(0 0 0 0 5 0; ") for text in of_kind(entries, EntryKind.REQUEST)
+    )
+    assert "done" in of_kind(entries, EntryKind.REPLY)
+    told = of_kind(entries, EntryKind.REGISTERS)[-1]
     assert told.startswith(" ".join(map(str, arm.twin.device.registers)))
 
 
 def test_changes_of_state_trust_current_and_offset_are_noted_with_reasons(arm, tmp_path):
     arm.disable()
     entries = saved(arm, tmp_path).entries
-    states = of_kind(entries, Kind.STATE)
+    states = of_kind(entries, EntryKind.STATE)
     assert states[:3] == ["disconnected", "standby", "homing"]
     assert states[-1] == "disabled"
-    trust = of_kind(entries, Kind.TRUST)
+    trust = of_kind(entries, EntryKind.TRUST)
     assert "referenced: referenced in the reference posture" in trust
     assert trust[-1] == "suspect: the motor current was switched off, and the arm can sag"
-    assert of_kind(entries, Kind.CURRENT)[-1] == "off"
-    assert len(of_kind(entries, Kind.OFFSET)) >= 2
+    assert of_kind(entries, EntryKind.CURRENT)[-1] == "off"
+    assert len(of_kind(entries, EntryKind.OFFSET)) >= 2
 
 
 def test_a_stop_is_noted_once_and_a_dead_one_says_so(arm, tmp_path):
@@ -98,7 +100,7 @@ def test_a_stop_is_noted_once_and_a_dead_one_says_so(arm, tmp_path):
     assert handle.done
     arm.estop()
     arm.sleep(0.5)
-    stops = of_kind(saved(arm, tmp_path).entries, Kind.STOP)
+    stops = of_kind(saved(arm, tmp_path).entries, EntryKind.STOP)
     assert stops == ["asked for", "dead, whatever it costs"]
 
 
@@ -182,7 +184,7 @@ def test_scripts_on_a_simulated_arm_leave_no_files(tmp_path, monkeypatch):
 
 
 def test_without_a_recorder_nothing_can_be_saved():
-    arm = Arm(connect_simulated(simulated_config("teachmover"), witness=NO_WITNESS))
+    arm = Arm(connect_simulated(simulated_config("teachmover"), witness=NO_TRACER))
     arm.move_motors(0, 0, 0, 0, 3, 0)
     with pytest.raises(WrongState, match="without a flight recorder"):
         arm.save_recording()
@@ -190,8 +192,8 @@ def test_without_a_recorder_nothing_can_be_saved():
 
 
 def test_both_witnesses_have_every_call_of_the_protocol():
-    wanted = {name for name in vars(Witness) if not name.startswith("_")}
-    for kind in (NoWitness, FlightRecorder):
+    wanted = {name for name in vars(Tracer) if not name.startswith("_")}
+    for kind in (NoTracer, FlightRecorder):
         assert wanted <= set(dir(kind))
 
 
@@ -221,7 +223,7 @@ def test_calls_that_let_go_of_an_arm_wait_for_no_lock(arm, name, tmp_path):
     planner.start()
     planning.wait(10.0)
     stopper = threading.Thread(target=getattr(arm, name))
-    arm.core.hold = Hold(Jog(Space.JOINT, (("base", 1.0),)), 0.1, 1e9)
+    arm.core.hold = ContinuousJog(Jog(Space.JOINT, (("base", 1.0),)), 0.1, 1e9)
     stopper.start()
     let_go = threading.Event()
     for _ in range(5000):
@@ -232,4 +234,4 @@ def test_calls_that_let_go_of_an_arm_wait_for_no_lock(arm, name, tmp_path):
     stopper.join()
     planner.join()
     assert let_go_first
-    assert f"{name}()" in of_kind(saved(arm, tmp_path).entries, Kind.CALL)
+    assert f"{name}()" in of_kind(saved(arm, tmp_path).entries, EntryKind.CALL)

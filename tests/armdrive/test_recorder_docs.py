@@ -7,14 +7,14 @@ from pathlib import Path
 
 from armdrive.trace import entries as ring
 from armdrive.trace import files
-from armdrive.trace.entries import TITLES, Kind
+from armdrive.trace.entries import TITLES, EntryKind
 
 PAGE = (Path(__file__).parents[2] / "docs" / "flight-recorder.md").read_text(encoding="utf-8")
 
 
 def test_the_page_lists_every_kind_of_entry_in_its_words():
     shown = re.findall(r"^\| `(\w+)` \| (.+) \|$", PAGE, re.MULTILINE)
-    assert shown == [(kind.value, TITLES[kind]) for kind in Kind]
+    assert shown == [(kind.value, TITLES[kind]) for kind in EntryKind]
 
 
 def test_the_page_names_the_bounds():

@@ -5,9 +5,11 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.trace.entries import ENTRY_BYTES, Entry, Kind, Ring
+from armdrive.trace.entries import ENTRY_BYTES, EntryKind, EntryRing, TraceEntry
 
-kinds = st.sampled_from([Kind.SENT, Kind.HEARD, Kind.REQUEST, Kind.REPLY, Kind.OFFSET])
+kinds = st.sampled_from(
+    [EntryKind.SENT, EntryKind.HEARD, EntryKind.REQUEST, EntryKind.REPLY, EntryKind.OFFSET]
+)
 words = st.sampled_from(["MoveBy(1)", "SwitchOn()", "SetOutputs(bits=3)", "1 2 3", "done"])
 
 
@@ -17,12 +19,12 @@ def runs(draw):
     for _ in range(draw(st.integers(0, 60))):
         time_s += draw(st.floats(0.0, 20.0))
         kind, text = draw(kinds), draw(words)
-        run.append(Entry(time_s, kind, text.encode() if kind is Kind.SENT else text))
+        run.append(TraceEntry(time_s, kind, text.encode() if kind is EntryKind.SENT else text))
     return run
 
 
 def filled(entries, sealed_after, **bounds):
-    ring = Ring(**bounds)
+    ring = EntryRing(**bounds)
     for index, entry in enumerate(entries):
         if index == sealed_after:
             ring.seal()
@@ -49,7 +51,7 @@ def test_it_never_grows_beyond_its_bounds(run, sealed_after, most_bytes, longest
     )
     kept = ring.entries()
     assert ring.bytes <= most_bytes
-    size = sum(ENTRY_BYTES + len(each.what) for each in kept if each.kind is not Kind.GAP)
+    size = sum(ENTRY_BYTES + len(each.what) for each in kept if each.kind is not EntryKind.GAP)
     assert size <= most_bytes + opening + ENTRY_BYTES + 20  # the entry that closes the beginning
     assert [each.time_s for each in kept] == sorted(each.time_s for each in kept)
 
@@ -60,20 +62,22 @@ def test_the_beginning_the_end_and_settings_that_last_are_there(run, sealed_afte
     kept = ring.entries()
     beginning = run[:sealed_after]
     assert list(kept[: len(beginning)]) == beginning
-    assert not run or kept[-1] == run[-1] or kept[-1].kind is Kind.GAP
+    assert not run or kept[-1] == run[-1] or kept[-1].kind is EntryKind.GAP
     for entry in run:
-        lasting = entry.kind is Kind.REQUEST and entry.what.startswith(("SwitchOn", "SetOutputs"))
-        assert entry in kept or not (lasting or entry.kind is Kind.OFFSET)
+        lasting = entry.kind is EntryKind.REQUEST and entry.what.startswith(
+            ("SwitchOn", "SetOutputs")
+        )
+        assert entry in kept or not (lasting or entry.kind is EntryKind.OFFSET)
 
 
 def test_a_gap_stands_where_something_went():
-    run = [Entry(float(t), Kind.REPLY, "done") for t in range(100)]
+    run = [TraceEntry(float(t), EntryKind.REPLY, "done") for t in range(100)]
     kept = filled(run, 1, longest_s=10.0).entries()
-    assert [each.kind for each in kept[:3]] == [Kind.REPLY, Kind.GAP, Kind.GAP]
+    assert [each.kind for each in kept[:3]] == [EntryKind.REPLY, EntryKind.GAP, EntryKind.GAP]
     assert kept[3].time_s == 89.0
 
 
 def test_a_connection_that_never_comes_about_is_bounded_too():
-    ring = filled([Entry(float(t), Kind.HEARD, b"x" * 100) for t in range(5000)], -1)
+    ring = filled([TraceEntry(float(t), EntryKind.HEARD, b"x" * 100) for t in range(5000)], -1)
     assert sum(len(each.what) for each in ring.entries()) < 5_000_000
     assert ring.bytes <= 4_000_000

@@ -11,21 +11,21 @@ from hypothesis import strategies as st
 from recorder_bench import recorded_arm, saved
 
 from armdrive.errors import RecordingError
-from armdrive.trace.entries import WIRE, Entry, Kind
+from armdrive.trace.entries import WIRE, EntryKind, TraceEntry
 from armdrive.trace.files import LATEST_S, header_of, lines_of, parse_recording, read_recording
 from armdrive.trace.replay import replay
 from armdrive.trace.timeline import Teller, heading, lines
 
-text_kinds = st.sampled_from([kind for kind in Kind if kind not in WIRE])
+text_kinds = st.sampled_from([kind for kind in EntryKind if kind not in WIRE])
 times = st.lists(st.floats(-LATEST_S, LATEST_S), max_size=12).map(sorted)
 
 
 @st.composite
 def entry_lists(draw):
     return tuple(
-        Entry(time_s, draw(st.sampled_from(sorted(WIRE))), draw(st.binary(max_size=20)))
+        TraceEntry(time_s, draw(st.sampled_from(sorted(WIRE))), draw(st.binary(max_size=20)))
         if draw(st.booleans())
-        else Entry(time_s, draw(text_kinds), draw(st.text(max_size=20)))
+        else TraceEntry(time_s, draw(text_kinds), draw(st.text(max_size=20)))
         for time_s in draw(times)
     )
 

@@ -8,7 +8,7 @@ from recorder_bench import recorded_arm, saved, written
 from armdrive import Arm, ArmError
 from armdrive.registry import DIALECTS
 from armdrive.trace import replay as replaying
-from armdrive.trace.entries import Ring
+from armdrive.trace.entries import EntryRing
 from armdrive.trace.files import read_recording
 from armdrive.trace.replay import replay, replayed_view
 from armdrive.trace.timeline import lines
@@ -47,7 +47,7 @@ def test_every_dialect_can_be_replayed():
 @pytest.fixture(scope="module")
 def replays(days):
     """What came of replaying each day, and where the twin's motors stood at its end."""
-    benches, bench = [], replaying.Bench
+    benches, bench = [], replaying.ReplayBench
 
     def remembered(*words):
         benches.append(bench(*words))
@@ -167,7 +167,7 @@ def test_a_lost_wire_is_no_difference(tmp_path):
 
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_what_remains_of_a_long_run_is_replayed_from_where_counts_were_read(dialect, tmp_path):
-    arm = recorded_arm(dialect, ring=Ring(longest_s=6.0))
+    arm = recorded_arm(dialect, ring=EntryRing(longest_s=6.0))
     referenced(arm)
     arm.move_j(shoulder_deg=30)
     arm.sleep(3.0)

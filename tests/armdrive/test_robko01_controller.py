@@ -23,23 +23,23 @@ from armdrive.dialects.robko01.controller import RobkoController
 from armdrive.dialects.robko01.settings import RobkoSettings
 from armdrive.errors import ArmError, DeviceFault, NoAnswer, Refused, WrongState
 from armdrive.registry import dialect
-from armdrive.sim.robko01.box import RobkoHabits
+from armdrive.sim.robko01.box import RobkoQuirks
 from armdrive.sim.robko01.device import SimRobko
 from armdrive.sim.simulated_arm import link_to
 from armdrive.status import Current, State, Trust
 from armdrive.tasks import (
     Alert,
     AlertKind,
-    Denied,
     Done,
     HomeDevice,
     MoveBy,
-    Oddity,
     Progress,
+    ProtocolWarning,
     ReadPosition,
     Registers,
+    RequestRejected,
     SetGripper,
-    Silence,
+    Timeout,
 )
 from firmware_protocol.robko01 import Op
 from kinematics import Motors, Pose
@@ -67,7 +67,7 @@ class Script:
             if data := self.controller.advance(self.now_s):
                 self.link.write(data, self.now_s)
             while (event := self.controller.next_event()) is not None:
-                if isinstance(event, Oddity):
+                if isinstance(event, ProtocolWarning):
                     self.oddities.append(event)
                     continue
                 if not isinstance(event, Progress | Alert):
@@ -117,7 +117,7 @@ class TestRequests:
         script = enabled()
         script.device.count_from(counts)
         reply = script.ask(MOVE)
-        assert isinstance(reply, Denied)
+        assert isinstance(reply, RequestRejected)
         assert not reply.moved
         assert "32790" in str(reply) or "-32776" in str(reply)
         assert script.device.registers == Motors(counts)
@@ -136,7 +136,7 @@ class TestRequests:
     @pytest.mark.parametrize("fraction", [1.0, 0.5, 0.3, 0.1])
     @pytest.mark.parametrize("error", [0.0, 0.2])
     def test_a_motion_is_as_fast_as_was_asked_for(self, fraction, error):
-        script = enabled(habits=RobkoHabits(slowness=error))
+        script = enabled(habits=RobkoQuirks(slowness=error))
         wanted_hz = script.controller.usable_rate_hz(125.0 * fraction)
         for steps in (100, -100):
             began_s = script.now_s
@@ -171,7 +171,7 @@ class TestRequests:
         script = enabled()
         script.device._drive.rack.move_at(1, 500, 20.0, script.now_s)
         reply = script.ask(MOVE)
-        assert reply == Denied("it is still moving", moved=False)
+        assert reply == RequestRejected("it is still moving", moved=False)
         assert script.device._drive.rack.mask(script.now_s) == 2
 
     def test_a_stop_ends_a_move_part_of_the_way_by_a_ramp(self):
@@ -196,20 +196,20 @@ class TestRequests:
     def test_a_move_with_the_motors_off_is_denied_and_nothing_has_moved(self):
         script = Script()
         reply = script.ask(MOVE)
-        assert reply == Denied("its motors are disabled: call `enable()`", moved=False)
+        assert reply == RequestRejected("its motors are disabled: call `enable()`", moved=False)
         assert script.events == []
 
     def test_motors_that_are_off_although_they_were_on_are_an_alert(self):
         script = enabled()
         script.device.reset()
-        assert isinstance(script.ask(MOVE), Denied)
+        assert isinstance(script.ask(MOVE), RequestRejected)
         assert [event.kind for event in script.events] == [AlertKind.SWITCHED_OFF]
 
     def test_a_board_that_is_reset_in_motion_is_an_alert(self):
         script = enabled()
         script.ask(MOVE)
         script.device.at(script.now_s + 0.3, script.device.reset)
-        assert isinstance(script.ask(MOVE), Denied)
+        assert isinstance(script.ask(MOVE), RequestRejected)
         alerts = [event.kind for event in script.events if isinstance(event, Alert)]
         assert alerts == [AlertKind.RESTARTED]
 
@@ -234,7 +234,7 @@ class TestRequests:
         script = enabled()
         script.device.power_off()
         began_s = script.now_s
-        assert isinstance(script.ask(ReadPosition()), Silence)
+        assert isinstance(script.ask(ReadPosition()), Timeout)
         assert 0.25 < script.now_s - began_s < 2.0
 
     @pytest.mark.parametrize("request_", [SetGripper(0.5), HomeDevice()])

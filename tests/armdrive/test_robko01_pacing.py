@@ -7,12 +7,14 @@ from amounts import amount
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from armdrive.dialects.robko01.settings import BOARDS, Board, PaceMeter, Pacing, RobkoSettings
+from armdrive.dialects.robko01.settings import BOARDS, PaceMeter, Pacing, RobkoBoard, RobkoSettings
 from armdrive.errors import ArmFileError
 from armdrive.registry import parse_arm
 from armdrive.sim.mechanics.profiles import UncoordinatedRack
 
-BOARD = st.sampled_from([*BOARDS.values(), Board(700.0, 300.0, 0.0), Board(75.0, 125.0, 0.008)])
+BOARD = st.sampled_from(
+    [*BOARDS.values(), RobkoBoard(700.0, 300.0, 0.0), RobkoBoard(75.0, 125.0, 0.008)]
+)
 STEPS = st.tuples(*[st.integers(-90, 90)] * 6).filter(any)
 RATES = st.one_of(st.floats(1.0, 400.0), st.sampled_from([31.25, 62.0, 62.5, 63.0, 125.0]))
 
@@ -127,5 +129,5 @@ def test_an_arm_file_corrects_what_is_known_of_a_board():
     config = parse_arm(table, name="bench")
     assert config.connection.baud == 115_200
     assert config.motion.planned_burst_s == 0.5
-    assert config.device.known == Board(700.0, 100.0, 0.0, obeys_speed=False)
+    assert config.device.known == RobkoBoard(700.0, 100.0, 0.0, obeys_speed=False)
     assert RobkoSettings().known == BOARDS["avr"]

@@ -7,7 +7,7 @@ from faults import ready_arm, sim_config
 
 from armdrive.errors import BadRequest, OutOfBounds, Refused, Stopped
 from armdrive.programs.teaching.sequence import Stepper
-from armdrive.sim.world.table import Block
+from armdrive.sim.world.table import TableBlock
 from armdrive.storage.points import Point, Step, StepList
 from kinematics import Joints
 
@@ -200,7 +200,7 @@ def test_what_cannot_be_carried_out_is_said(arm):
 
 
 def test_the_fingers_open_close_and_grasp():
-    block = Block("cube", x_mm=250.0, y_mm=0.0)
+    block = TableBlock("cube", x_mm=250.0, y_mm=0.0)
     arm = ready_arm(sim_config(planned_burst_s=0.5), blocks=(block,))
     steps = StepList((Step(gripper="open"), Step(gripper="close"), Step(gripper="grasp")))
     stepper = Stepper(arm, steps, {})

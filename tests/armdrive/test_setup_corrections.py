@@ -7,7 +7,7 @@ import pytest
 from armdrive.config.write import Change, amended
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import load_arm
-from armdrive.setup.directions import WAYS, Check, Saw, Verdict
+from armdrive.setup.directions import WAYS, DirectionCheck, DirectionVerdict, SawMotion
 from armdrive.setup.filing import propose
 from armdrive.sim.world.body import found_posture
 from kinematics import preset
@@ -55,10 +55,12 @@ def arm_file(folder, text=PRESET):
 def checked(saw, **more):
     """Go through all motors of a TeachMover; `saw` names those that were not as shown."""
     model = preset("teachmover")
-    check = Check(model.arm, model.transmission, found_posture(model.arm))
+    check = DirectionCheck(model.arm, model.transmission, found_posture(model.arm))
     while (trial := check.trial) is not None:
         check.turned()
-        check.saw(saw.get(trial.name, Saw.AS_SHOWN), more.get(trial.name.replace(" ", "_"), ""))
+        check.saw(
+            saw.get(trial.name, SawMotion.AS_SHOWN), more.get(trial.name.replace(" ", "_"), "")
+        )
         if check.asks_hand:
             check.hand(trial.expected.word("roll"))
         check.turned()
@@ -74,7 +76,7 @@ def test_an_arm_that_moves_as_shown_leaves_its_file_alone(tmp_path):
 
 
 def test_directions_and_gears_are_written_and_every_other_line_stays(tmp_path):
-    verdict, transmission = checked({"elbow": Saw.OTHER_WAY, "base": Saw.TWICE})
+    verdict, transmission = checked({"elbow": SawMotion.OTHER_WAY, "base": SawMotion.TWICE})
     proposal = propose(arm_file(tmp_path), transmission, verdict)
     proposal.write()
     text = proposal.path.read_text(encoding="utf-8")
@@ -88,7 +90,7 @@ def test_directions_and_gears_are_written_and_every_other_line_stays(tmp_path):
 
 
 def test_checked_once_more_the_direction_goes_back(tmp_path):
-    verdict, transmission = checked({"elbow": Saw.OTHER_WAY})
+    verdict, transmission = checked({"elbow": SawMotion.OTHER_WAY})
     path = arm_file(tmp_path)
     propose(path, transmission, verdict).write()
     propose(path, transmission, verdict).write()
@@ -96,7 +98,7 @@ def test_checked_once_more_the_direction_goes_back(tmp_path):
 
 
 def test_half_as_far_at_the_fingers_is_of_their_own_key(tmp_path):
-    verdict, transmission = checked({"gripper": Saw.HALF})
+    verdict, transmission = checked({"gripper": SawMotion.HALF})
     path = arm_file(tmp_path)
     propose(path, transmission, verdict).write()
     after = load_arm(path).model.transmission.motors[-1].steps_per_unit
@@ -105,7 +107,7 @@ def test_half_as_far_at_the_fingers_is_of_their_own_key(tmp_path):
 
 def test_motors_of_a_preset_that_changed_places_are_a_matter_of_plugs(tmp_path):
     verdict, transmission = checked(
-        {"base": Saw.ANOTHER, "elbow": Saw.ANOTHER}, base="elbow", elbow="base"
+        {"base": SawMotion.ANOTHER, "elbow": SawMotion.ANOTHER}, base="elbow", elbow="base"
     )
     proposal = propose(arm_file(tmp_path), transmission, verdict)
     assert not proposal.differs
@@ -114,13 +116,13 @@ def test_motors_of_a_preset_that_changed_places_are_a_matter_of_plugs(tmp_path):
 
 
 def test_a_motor_that_moved_nothing_is_named(tmp_path):
-    verdict, transmission = checked({"shoulder": Saw.NOT_AT_ALL})
+    verdict, transmission = checked({"shoulder": SawMotion.NOT_AT_ALL})
     remarks = propose(arm_file(tmp_path), transmission, verdict).remarks
     assert remarks == ("not told: shoulder. Look at plugs and drivers, then check once more",)
 
 
 def test_a_file_that_was_changed_meanwhile_is_left_alone(tmp_path):
-    verdict, transmission = checked({"elbow": Saw.OTHER_WAY})
+    verdict, transmission = checked({"elbow": SawMotion.OTHER_WAY})
     path = arm_file(tmp_path)
     proposal = propose(path, transmission, verdict)
     path.write_text(PRESET + "# somebody's own\n", encoding="utf-8")
@@ -154,7 +156,7 @@ def test_what_follows_a_motor_follows_its_direction_and_its_gear():
     from armdrive.setup.directions import Signs, changes
 
     table = tomllib.loads(SIX)
-    verdict = Verdict(Signs(motors=("one",)), {"one": 2.0})
+    verdict = DirectionVerdict(Signs(motors=("one",)), {"one": 2.0})
     found = {each.name: each.value for each in changes(table, None, verdict)}
     assert found["motors.0.sees"] == {"one": -1}
     assert found["motors.0.steps_per_turn"] == 32000
@@ -163,27 +165,27 @@ def test_what_follows_a_motor_follows_its_direction_and_its_gear():
 
 def test_nothing_is_said_of_a_motor_that_was_not_turned():
     model = preset("teachmover")
-    check = Check(model.arm, model.transmission, found_posture(model.arm))
+    check = DirectionCheck(model.arm, model.transmission, found_posture(model.arm))
     with pytest.raises(BadRequest, match="turn it first"):
-        check.saw(Saw.AS_SHOWN)
+        check.saw(SawMotion.AS_SHOWN)
     assert check.steps(6)[5] == check.trial.steps
     check.turned()
     assert check.steps(6)[5] == -check.trial.steps
     name = check.trial.name
-    check.saw(Saw.AS_SHOWN)
+    check.saw(SawMotion.AS_SHOWN)
     assert check.trial.name == name  # it has to come back before the next one's turn
     with pytest.raises(BadRequest, match="bring it back"):
-        check.saw(Saw.AS_SHOWN)
+        check.saw(SawMotion.AS_SHOWN)
     check.turned()
     assert check.trial.name != name
 
 
 def test_a_reversed_wrist_is_told_from_a_reversed_roll():
     model = preset("teachmover")
-    check = Check(model.arm, model.transmission, found_posture(model.arm))
+    check = DirectionCheck(model.arm, model.transmission, found_posture(model.arm))
     while (trial := check.trial) is not None:
         check.turned()
-        check.saw(Saw.AS_SHOWN)
+        check.saw(SawMotion.AS_SHOWN)
         if check.asks_hand:
             words = WAYS["roll"]
             check.hand(next(each for each in words if each != trial.expected.word("roll")))

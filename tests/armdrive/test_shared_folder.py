@@ -26,7 +26,7 @@ from armdrive.storage.point_file import Points
 from armdrive.storage.record import FileRecorder
 from armdrive.storage.verifications import last_entry, logbook_file
 from armdrive.trace.files import Header, write_recording
-from tui.settings import Remembered, memory_file, recall, remember
+from tui.settings import DeskMemory, memory_file, recall, remember
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="files have owners and modes on POSIX")
 
@@ -95,7 +95,7 @@ def a_journal():
 
 
 def a_memory():
-    remember(memory_file(), Remembered())
+    remember(memory_file(), DeskMemory())
     return memory_file()
 
 
@@ -238,7 +238,7 @@ def read_journal():
 
 
 def read_memory():
-    assert recall(memory_file()) == Remembered()
+    assert recall(memory_file()) == DeskMemory()
 
 
 def read_notice():

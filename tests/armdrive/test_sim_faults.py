@@ -18,12 +18,12 @@ from armdrive.sim.faults.running import Faults
 from armdrive.sim.faults.table import FAULTS, faults_of
 from armdrive.sim.teachmover.device import SimTeachMover
 from armdrive.sim.wire import (
-    Lane,
     Next,
     Nth,
     PacedDevice,
     Rule,
     Share,
+    WireDirection,
     changed,
     late,
     lost,
@@ -290,7 +290,7 @@ seeds = st.integers(0, 1000)
 
 
 def through(effect, amount, data):
-    lane = Lane()
+    lane = WireDirection()
     lane.rules.append(Rule(effect, amount))
     return b"".join(piece for one in data for piece in lane.passed(one, 0.0))
 
@@ -318,7 +318,7 @@ def test_the_nth_byte_is_that_byte_however_it_comes(data, number):
 
 @given(messages, st.floats(0.01, 5.0), st.floats(0, 1), seeds)
 def test_late_messages_come_whole_and_in_order(data, delay_s, share, seed):
-    lane, now, heard = Lane(), 0.0, []
+    lane, now, heard = WireDirection(), 0.0, []
     lane.rules.append(Rule(late(delay_s), share_of(share, seed)))
     for one in data:
         heard += lane.due(now)

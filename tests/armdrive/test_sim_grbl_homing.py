@@ -9,7 +9,7 @@ from grbl_bench import HOMING, Bench, config_of, homing_bench
 
 from armdrive.config.sections import HomingSettings
 from armdrive.sim.device import SwitchState
-from armdrive.sim.grbl.hardware import Switch
+from armdrive.sim.grbl.hardware import LimitInput
 from firmware_protocol.grbl import State
 
 RESET = "\x18"
@@ -31,7 +31,7 @@ def test_homing_over_a_hundred_units_takes_three_and_a_half_seconds():
 
 def test_an_axis_homes_alone_and_downwards_where_its_bit_says_so():
     bench = homing_bench({**HOMING, 23: 1})
-    low = Switch(0, -300, -1)
+    low = LimitInput(0, -300, -1)
     bench.board.switches.by_axis = {**bench.board.switches.by_axis, 0: low}
     bench.say("$HX", 20.0)
     assert bench.ask().machine_position == (-199.0, 0, 0, 0, 0, 0)

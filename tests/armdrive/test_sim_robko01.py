@@ -10,7 +10,7 @@ from robko_bench import RobkoBench, axes
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
 from armdrive.registry import simulate, simulate_device
-from armdrive.sim.robko01.box import ESP32, RobkoHabits
+from armdrive.sim.robko01.box import ESP32, RobkoQuirks
 from armdrive.sim.robko01.device import SimRobko
 from firmware_protocol.robko01 import (
     Axes,
@@ -49,7 +49,7 @@ def bench():
 
 def esp32(**habits) -> RobkoBench:
     habits = {"grid_s": 0.0, "top_speed_hz": 100.0, **habits}
-    return RobkoBench(SimRobko(habits=RobkoHabits(ESP32, **habits))).enabled()
+    return RobkoBench(SimRobko(habits=RobkoQuirks(ESP32, **habits))).enabled()
 
 
 def positions(bench):
@@ -389,9 +389,9 @@ class TestPower:
 
 def test_settings_choose_the_board():
     config = simulated_config("robko01")
-    assert simulate_device(config).habits == RobkoHabits()
+    assert simulate_device(config).habits == RobkoQuirks()
     chosen = simulate_device(config, settings={"board": "esp32", "watchdog_s": 3.0}).habits
-    assert chosen == RobkoHabits(ESP32, 75.0, 0.0, watchdog_s=3.0, top_speed_hz=100.0)
+    assert chosen == RobkoQuirks(ESP32, 75.0, 0.0, watchdog_s=3.0, top_speed_hz=100.0)
     with pytest.raises(BadRequest):
         simulate_device(config, settings={"watchdog_s": -1.0})
 

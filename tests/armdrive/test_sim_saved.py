@@ -13,14 +13,14 @@ from armdrive.sim.teachmover.device import SimTeachMover
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody
 from armdrive.sim.world.saved import world_from_json, world_to_json
-from armdrive.sim.world.table import Block
+from armdrive.sim.world.table import TableBlock
 from firmware_protocol.teachmover import Key, ProgramRow, QWrite, Step
 from kinematics.presets import preset
 
 
 def lived_in():
     """A world with a block in the air, one on the table, and an incident."""
-    world = World(blocks=[Block("A", 250, 40, 0, 30, 30), Block("B", 200, -100)])
+    world = World(blocks=[TableBlock("A", 250, 40, 0, 30, 30), TableBlock("B", 200, -100)])
     descend(world, 250, 40, 15, opening=50)
     grasp(world)
     lift(world, 60)

@@ -12,7 +12,7 @@ from sim_bench import BYTE_S, Bench, descend, grasp, spread
 from armdrive.errors import BadRequest, LinkLost
 from armdrive.sim.teachmover.device import SimTeachMover
 from armdrive.sim.world.arm import World
-from armdrive.sim.world.table import Block
+from armdrive.sim.world.table import TableBlock
 from firmware_protocol.teachmover import (
     Arm,
     Close,
@@ -131,7 +131,7 @@ class TestCommands:
         assert bench.now_s - before < 0.05
 
     def test_close_ends_at_a_block(self):
-        world = World(blocks=[Block("A", 250, 40, 0, 30, 30)])
+        world = World(blocks=[TableBlock("A", 250, 40, 0, 30, 30)])
         bench = Bench(SimTeachMover(world))
         descend(world, 250, 40, 15, opening=60)
         bench.ask(Close())

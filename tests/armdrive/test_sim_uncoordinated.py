@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.sim.mechanics.motors import Drive
+from armdrive.sim.mechanics.motors import MotorDrive
 from armdrive.sim.mechanics.profiles import UncoordinatedRack
 from armdrive.sim.world.arm import World
 
@@ -156,7 +156,7 @@ class Watched(World):
 @pytest.mark.parametrize("looks", [1, 200])
 def test_the_arm_goes_the_crooked_way_however_seldom_somebody_looks(looks):
     world = Watched()
-    drive = Drive(world, rack(axes=len(world.motors)))
+    drive = MotorDrive(world, rack(axes=len(world.motors)))
     start = world.motors
     drive.follow(100.0)
     drive.rack.move_at(0, 100, 100.0, 100.0)

@@ -14,11 +14,11 @@ from armdrive.sim.world import arm as world_module
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody
 from armdrive.sim.world.saved import world_from_json, world_to_json
-from armdrive.sim.world.table import Block, IncidentKind
+from armdrive.sim.world.table import IncidentKind, TableBlock
 from kinematics.presets import preset
 from kinematics.spaces import Joints
 
-BLOCK = Block("A", 250, 40, 0, width_mm=30, height_mm=30)
+BLOCK = TableBlock("A", 250, 40, 0, width_mm=30, height_mm=30)
 
 
 def kinds(world):
@@ -145,7 +145,7 @@ class TestFingers:
     @settings(max_examples=25)
     @given(st.floats(5, 70))
     def test_fingers_measure_what_is_between_them(self, width):
-        world = World(blocks=[Block("A", 250, 40, 0, width, 30)])
+        world = World(blocks=[TableBlock("A", 250, 40, 0, width, 30)])
         descend(world, 250, 40, 15, opening=76)
         grasp(world)
         assert world.scene.held == "A"
@@ -208,7 +208,7 @@ class TestBlocks:
         assert world.incidents == []
 
     def test_let_go_in_the_air_it_falls_on_what_is_below(self):
-        world = World(blocks=[BLOCK, Block("B", 200, -100, 0, 40, 25)])
+        world = World(blocks=[BLOCK, TableBlock("B", 200, -100, 0, 40, 25)])
         descend(world, 250, 40, 15, opening=50)
         grasp(world)
         lift(world, 100)
@@ -217,7 +217,7 @@ class TestBlocks:
         assert block(world).z_mm == 25.0
 
     def test_blocks_can_be_stacked_and_stand(self):
-        world = World(blocks=[BLOCK, Block("B", 200, -100, 0, 40, 25)])
+        world = World(blocks=[BLOCK, TableBlock("B", 200, -100, 0, 40, 25)])
         descend(world, 250, 40, 15, opening=50)
         grasp(world)
         lift(world, 100)
@@ -229,7 +229,7 @@ class TestBlocks:
         assert world.incidents == []
 
     def test_what_stands_on_a_carried_block_comes_along(self):
-        world = World(blocks=[BLOCK, Block("B", 250, 40, 30, 20, 20)])
+        world = World(blocks=[BLOCK, TableBlock("B", 250, 40, 30, 20, 20)])
         descend(world, 250, 40, 15, opening=50)
         grasp(world)
         lift(world, 60)
@@ -238,13 +238,13 @@ class TestBlocks:
         assert block(world, "B").z_mm == 30.0
 
     def test_a_block_whose_support_is_taken_away_falls(self):
-        world = World(blocks=[BLOCK, Block("B", 250, 40, 30, 20, 20)])
+        world = World(blocks=[BLOCK, TableBlock("B", 250, 40, 30, 20, 20)])
         world.take("A")
         assert block(world, "B").z_mm == 0.0
 
     def test_a_block_put_onto_another_stands_on_it(self):
         world = World(blocks=[BLOCK])
-        assert world.put(Block("B", 255, 45, 90, 20, 20)).z_mm == 30.0
+        assert world.put(TableBlock("B", 255, 45, 90, 20, 20)).z_mm == 30.0
 
     def test_closed_fingers_push_a_block_ahead_of_them(self):
         world = World(blocks=[BLOCK])
@@ -265,7 +265,7 @@ class TestBlocks:
         assert world.scene.held is None
 
     def test_a_carried_block_knocks_what_it_runs_into(self):
-        world = World(blocks=[BLOCK, Block("B", 250, -60, 0, 30, 60)])
+        world = World(blocks=[BLOCK, TableBlock("B", 250, -60, 0, 30, 60)])
         descend(world, 250, 40, 15, opening=50)
         grasp(world)
         lift(world, 20)
@@ -298,7 +298,7 @@ class TestBlocks:
     )
     def test_impossible_blocks_are_refused(self, sizes):
         with pytest.raises(BadRequest):
-            Block(*sizes)
+            TableBlock(*sizes)
 
 
 class TestFingersOfAServo:

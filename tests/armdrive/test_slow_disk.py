@@ -16,15 +16,15 @@ from armdrive.errors import ArmError, StateFileError, Stopped
 from armdrive.motion import idle as idling
 from armdrive.moves import Jog, Space
 from armdrive.registry import simulate
-from armdrive.runtime.position import Coordinates
+from armdrive.runtime.position import ArmCoordinates
 from armdrive.status import State
-from armdrive.storage.files import Files
+from armdrive.storage.files import StateFiles
 from armdrive.storage.record import FileRecorder
 
 FASTER = 20.0
 
 
-class SlowDisk(Files):
+class SlowDisk(StateFiles):
     """Brings nothing to the disk while it is held; says who waits for it."""
 
     def __init__(self):
@@ -179,7 +179,7 @@ def test_of_many_beliefs_a_slow_disk_writes_the_newest(bench, monkeypatch):
     bench.arm.move_j(base_deg=1.0)
     bench.disk.hold()
     for angle_deg in (10.0, 20.0, 30.0):
-        there = Coordinates(OVER_THE_TABLE.replace(base=math.radians(angle_deg)), 20.0)
+        there = ArmCoordinates(OVER_THE_TABLE.replace(base=math.radians(angle_deg)), 20.0)
         with bench.arm.pace.lock:
             core.refer(core.acknowledged - core.offset, there)
             core.remember()

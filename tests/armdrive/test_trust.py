@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from armdrive.errors import ArmError, DeviceFault, NotReferenced, PositionMismatch, Refused
 from armdrive.motion.reference import poll, take_reference, vouched
-from armdrive.runtime.position import Coordinates
+from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.trust import FIRST_BELIEF, RESULTS, Belief, require_reference
 from armdrive.status import Current, Evidence, State, Trust
 from kinematics import Pose
@@ -247,7 +247,7 @@ def test_a_posture_is_not_taken_when_the_look_before_has_seen_the_registers_fall
     arm.sleep(3.0)
     here, device = arm.twin.world.joints, arm.twin.device
     assert arm.status.trust is Trust.SUSPECT
-    word = vouched(arm.core, Coordinates(here, 20.0), Evidence.DECLARED, arm.pace.now_s())
+    word = vouched(arm.core, ArmCoordinates(here, 20.0), Evidence.DECLARED, arm.pace.now_s())
     device.power_off()
     device.power_on()
     arm.perform(poll(arm.wire))

@@ -15,7 +15,7 @@ from armdrive.errors import StateFileError
 from armdrive.registry import simulate
 from armdrive.status import Trust
 from armdrive.storage import files as places
-from armdrive.storage.files import Files
+from armdrive.storage.files import StateFiles
 from armdrive.storage.record import FileRecorder
 
 DRIVING = [
@@ -65,8 +65,8 @@ def a_read_only_disk(monkeypatch, tmp_path):
 
     places.states().mkdir(parents=True)
     for name in ("create", "make_folder", "replace", "remove"):
-        monkeypatch.setattr(Files, name, refused)
-    monkeypatch.setattr(Files, "may_change", lambda files, folder: False)
+        monkeypatch.setattr(StateFiles, name, refused)
+    monkeypatch.setattr(StateFiles, "may_change", lambda files, folder: False)
     monkeypatch.setattr(Path, "unlink", refused)
 
 
@@ -134,8 +134,8 @@ def a_read_only_disk_of_this(patched):
         raise OSError(30, "Read-only file system", str(words[-1]))
 
     for name in ("create", "replace", "remove"):
-        patched.setattr(Files, name, refused)
-    patched.setattr(Files, "may_change", lambda files, folder: False)
+        patched.setattr(StateFiles, name, refused)
+    patched.setattr(StateFiles, "may_change", lambda files, folder: False)
 
 
 @pytest.mark.skipif(

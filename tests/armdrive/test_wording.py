@@ -8,7 +8,7 @@ from recorder_bench import recorded_arm
 from armdrive.dialects.teachmover.words import FIRST_LINE
 from armdrive.registry import DIALECTS
 from armdrive.trace.describe import talk
-from armdrive.trace.entries import WIRE, Kind
+from armdrive.trace.entries import WIRE, EntryKind
 from armdrive.trace.timeline import Teller
 from firmware_protocol.frames import Frame, pack
 from firmware_protocol.teachmover.messages import Close, Delay, Key, Registers, Status
@@ -113,8 +113,8 @@ def test_a_whole_session_has_words_and_none_of_them_is_python(dialect):
     arm.close()
     teller = Teller(dialect)
     told = [(entry, teller.meaning(entry)) for entry in entries if entry.kind in WIRE]
-    assert all(words for entry, words in told if entry.kind is Kind.SENT)
-    assert any(words for entry, words in told if entry.kind is Kind.HEARD)
+    assert all(words for entry, words in told if entry.kind is EntryKind.SENT)
+    assert any(words for entry, words in told if entry.kind is EntryKind.HEARD)
     for _, words in told:
         assert not {"(", "<", "unreadable"} & set(words.split()[:1])
         assert "()" not in words

@@ -18,7 +18,7 @@ from armdrive.runtime.stop_bounds import StopBound
 from armdrive.sim.bus.drives import DrivesOnBus
 from armdrive.sim.device import Options, Value
 from armdrive.sim.faults.running import Faults, LinkCable
-from armdrive.sim.simulated_arm import TITLE, SimulatedOperator, Twin, line_to
+from armdrive.sim.simulated_arm import TITLE, SimulatedArm, SimulatedOperator, line_to
 from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody
@@ -142,7 +142,7 @@ class Stand:
         self.pace = SimulatedPace()
         self.arm = Arm(assemble(config, self.link, self.pace, simulated=True))
         operator = SimulatedOperator(self.world, backlash_steps=config.backlash_steps)
-        self.arm.twin = Twin(config.connection.dialect, device, self.link, operator, faults)
+        self.arm.twin = SimulatedArm(config.connection.dialect, device, self.link, operator, faults)
         if self.arm.status.state is State.DISABLED:
             self.arm.enable()
         joints, opening_mm = transmission.to_joints(self.world.motors)

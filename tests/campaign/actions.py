@@ -14,7 +14,7 @@ from armdrive.arm.moving import PATIENCE
 from armdrive.connect.parts import PATIENCE_S
 from armdrive.motion.execute import Moved
 from armdrive.moves import Jog
-from armdrive.sim.world.table import Block
+from armdrive.sim.world.table import TableBlock
 from armdrive.status import State, Status
 from kinematics import LineMove
 from tests.conformance.going import beside
@@ -331,7 +331,7 @@ def grasp(stage: Stage) -> Typed | None:
     there = draw.random() < 0.7 and z_mm > 0.0 and widest_mm > BLOCK_MM
     if there:
         width_mm = draw.uniform(BLOCK_MM, widest_mm)
-        world.put(Block(BLOCK, x_mm, y_mm, width_mm=width_mm, height_mm=z_mm + ROOM_MM))
+        world.put(TableBlock(BLOCK, x_mm, y_mm, width_mm=width_mm, height_mm=z_mm + ROOM_MM))
     command = command_of(stage, "grasp a block" if there else "grasp", GraspAim())
     try:
         return call(stage, arm_of(stage).gripper.grasp, command, 60.0)

@@ -6,12 +6,12 @@ import errno
 import random
 from pathlib import Path
 
-from armdrive.storage.files import Files, is_leftover
+from armdrive.storage.files import StateFiles, is_leftover
 
 from .clock import CampaignPace
 
 
-class Disk(Files):
+class Disk(StateFiles):
     """Names and their texts, as programs see them and as a power cut would leave them."""
 
     def __init__(self) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from armdrive.arm import Arm
-from armdrive.runtime.position import Coordinates
+from armdrive.runtime.position import ArmCoordinates
 from kinematics import Joints, Motors, Pose
 from kinematics.guards.guards import GuardedArm
 from tests.conformance.going import beside
@@ -80,7 +80,7 @@ def joint_goal(
         for name, turn in turns.items():
             low, high = limits[name].low_rad, limits[name].high_rad
             turns[name] = min(max(here[name] + turn, low), high) - here[name]
-    whole = Coordinates(
+    whole = ArmCoordinates(
         start.joints.replace(**{name: here[name] + turn for name, turn in turns.items()}),
         start.opening_mm,
     )
@@ -111,10 +111,10 @@ def supposed_motors(stage: Stage) -> Motors:
     return stage.world.supposed
 
 
-def supposed_place(stage: Stage) -> Coordinates:
+def supposed_place(stage: Stage) -> ArmCoordinates:
     """Return the posture that the arm would have if no motor had slipped."""
     joints, opening_mm = stage.world.body.transmission.to_joints(supposed_motors(stage))
-    return Coordinates(joints, opening_mm)
+    return ArmCoordinates(joints, opening_mm)
 
 
 def joints_aim(stage: Stage, goal_deg: Mapping[str, float], *, clipped: bool = False) -> JointsAim:

@@ -13,7 +13,7 @@ from armdrive.abilities import Abilities
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import assemble
-from armdrive.connect.reconnect import Rewiring
+from armdrive.connect.reconnect import NewLink
 from armdrive.connect.target import simulated_config
 from armdrive.dialects.controller import Controller
 from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS
@@ -22,12 +22,12 @@ from armdrive.registry import dialect, simulated_kind
 from armdrive.sim.bus.drives import DrivesOnBus
 from armdrive.sim.device import Options
 from armdrive.sim.faults.running import Faults, LinkCable
-from armdrive.sim.simulated_arm import TITLE, SimulatedOperator, Twin, line_to
+from armdrive.sim.simulated_arm import TITLE, SimulatedArm, SimulatedOperator, line_to
 from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.body import ArmBody
 from armdrive.status import State
 from armdrive.storage.record import FileRecorder
-from armdrive.trace.calls import NO_WITNESS
+from armdrive.trace.calls import NO_TRACER
 from armdrive.trace.recorder import FlightRecorder
 from armdrive.transports.in_process import MemoryLink
 from kinematics import Joints, Motors
@@ -107,7 +107,7 @@ class Stage:
         self.world = WatchedWorld(ArmBody.of_preset(self.config.model))
         device = kind.make(self.config, self.world, Options(kind.options, board_of(name, variant)))
         self.link = Deadly(line_to(device), TITLE)
-        self.twin = Twin(
+        self.twin = SimulatedArm(
             name,
             device,
             self.link,
@@ -180,8 +180,8 @@ class Stage:
                     recorder=FileRecorder(STATE, self.disk),
                     allow_restored=allow_restored,
                     operator=self._look_and_vouch,
-                    witness=FlightRecorder() if recorded else NO_WITNESS,
-                    rewiring=Rewiring(self.link.reopen, automatic=automatic),
+                    witness=FlightRecorder() if recorded else NO_TRACER,
+                    rewiring=NewLink(self.link.reopen, automatic=automatic),
                 )
             )
         finally:

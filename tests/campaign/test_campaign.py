@@ -21,7 +21,7 @@ from armdrive.motion.jog import session as jog_aims
 from armdrive.motion.jog import session as jogging
 from armdrive.registry import DIALECTS
 from armdrive.runtime.arm_state import Core
-from armdrive.runtime.overrides import Tempo
+from armdrive.runtime.overrides import SpeedOverride
 from armdrive.runtime.trust import Belief
 from armdrive.status import Evidence
 from kinematics.paths.motion_limits import MotionLimits
@@ -72,7 +72,7 @@ def test_limits_that_are_moved_by_three_degrees_are_found_out(monkeypatch):
 
 def test_a_speed_override_that_is_ignored_is_found_out(monkeypatch):
     only(monkeypatch, "pause")
-    monkeypatch.setattr(Tempo, "slowed_s", lambda _, duration_s: duration_s)
+    monkeypatch.setattr(SpeedOverride, "slowed_s", lambda _, duration_s: duration_s)
     assert "degrees a second" in found_by_the_campaign("grbl")
 
 
@@ -212,7 +212,7 @@ def test_a_stop_that_is_ignored_is_found_out(monkeypatch):
 
 
 def test_a_pause_that_is_ignored_is_found_out(monkeypatch):
-    monkeypatch.setattr(Tempo, "pause", lambda _: None)
+    monkeypatch.setattr(SpeedOverride, "pause", lambda _: None)
     assert "pause" in found_by_the_campaign("grbl")
 
 

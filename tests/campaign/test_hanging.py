@@ -8,9 +8,9 @@ from armdrive.errors import WrongState
 from armdrive.motion.execute import follow
 from armdrive.runtime.drive import SimulatedPace
 from armdrive.runtime.engine import Engine
-from armdrive.runtime.overrides import LONGEST_SIMULATED_PAUSE_S, Tempo
+from armdrive.runtime.overrides import LONGEST_SIMULATED_PAUSE_S, SpeedOverride
 from armdrive.status import State
-from armdrive.tasks import Until
+from armdrive.tasks import SleepUntil
 
 from . import clock
 from .actions import move_j
@@ -32,7 +32,7 @@ def test_no_time_passes(monkeypatch):
 def test_a_flow_goes_round_without_waiting(monkeypatch):
     def circling(wire, plan):
         while True:
-            yield Until(wire.now_s)
+            yield SleepUntil(wire.now_s)
 
     monkeypatch.setattr("armdrive.arm.moving.motion.follow", circling)
     seeds = (run_mission("teachmover", seed) for seed in range(8))
@@ -46,7 +46,7 @@ def test_time_passes_for_ever(monkeypatch):
 
     def waiting(wire, plan):
         while not wire.stopping:
-            yield Until(wire.now_s + 1.0)
+            yield SleepUntil(wire.now_s + 1.0)
         yield from follow(wire, plan)
 
     monkeypatch.setattr("armdrive.arm.moving.motion.follow", waiting)
@@ -61,7 +61,7 @@ def test_time_passes_for_ever(monkeypatch):
 
 def test_a_pause_is_waited_in_for_ever(monkeypatch):
     """The hang of old: the driver without its limit, and a mission that does not resume."""
-    monkeypatch.setattr(Tempo, "breathe", lambda *_: None)
+    monkeypatch.setattr(SpeedOverride, "breathe", lambda *_: None)
     mission = ready()
     mission.stage.arm.pause()
     with pytest.raises(Broken, match=r"hangs: move_j\(.* had not ended at"):

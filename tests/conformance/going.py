@@ -10,7 +10,7 @@ from armdrive.arm.handle import Handle
 from armdrive.errors import ArmError
 from armdrive.motion.execute import Moved
 from armdrive.moves import Jog
-from armdrive.runtime.position import Coordinates
+from armdrive.runtime.position import ArmCoordinates
 from kinematics import Motors, Pose
 
 from .seen import Broken
@@ -32,7 +32,7 @@ def joints_from(
     named = {first: math.radians(here[first] + first_deg)}
     named[second] = math.radians(here[second] + second_deg)
     start = arm.core.coordinates
-    end = Coordinates(start.joints.replace(**named), start.opening_mm)
+    end = ArmCoordinates(start.joints.replace(**named), start.opening_mm)
     share = min(LONGEST_S / arm.speeds.duration_s(start, end, 1.0), 1.0)
     return {
         f"{first}_deg": here[first] + share * first_deg,
@@ -67,7 +67,7 @@ def sweep_plan(arm: Arm, turn_deg: float = 60.0) -> tuple[Motors, Motors, float]
     first = arm.model.arm.joint_names[0]
     start = arm.core.coordinates
     angle_rad = math.radians(arm.joints.deg[first] + turn_deg)
-    end = Coordinates(start.joints.replace(**{first: angle_rad}), start.opening_mm)
+    end = ArmCoordinates(start.joints.replace(**{first: angle_rad}), start.opening_mm)
     transmission = arm.model.transmission
     assert transmission is not None
     ends = (transmission.to_motors(each.joints, each.opening_mm) for each in (start, end))

@@ -11,14 +11,14 @@ from typing import Any, ClassVar
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import assemble
-from armdrive.connect.reconnect import Rewiring
+from armdrive.connect.reconnect import NewLink
 from armdrive.connect.target import simulated_config
 from armdrive.dialog import Operator
 from armdrive.registry import simulate
 from armdrive.runtime.drive import SimulatedPace
 from armdrive.sim.faults.request import parse_words
 from armdrive.sim.faults.running import Faults
-from armdrive.sim.simulated_arm import Twin, link_to
+from armdrive.sim.simulated_arm import SimulatedArm, link_to
 from armdrive.storage.record import FileRecorder
 
 from .bench import Bench
@@ -78,7 +78,7 @@ class MemoryBench(Bench):
                 simulated=True,
                 recorder=FileRecorder(self._record_file),
                 operator=self.twin.operator,
-                rewiring=Rewiring(self.twin.link.reopen, reconnect),
+                rewiring=NewLink(self.twin.link.reopen, reconnect),
                 **options,
             )
         )
@@ -113,9 +113,9 @@ class MemoryBench(Bench):
         super().leave()
         self._record_file.unlink(missing_ok=True)
         self._now_s = 0.0
-        self.twin: Twin = self.make_twin()
+        self.twin: SimulatedArm = self.make_twin()
 
-    def make_twin(self) -> Twin:
+    def make_twin(self) -> SimulatedArm:
         """Return a new twin of the arm on the bench."""
         return simulate(self._config)
 
@@ -160,7 +160,7 @@ class MemoryBench(Bench):
         """Put the cable back."""
         self.fault("replug as elsewhere")
 
-    def _rewired(self) -> Twin:
+    def _rewired(self) -> SimulatedArm:
         """Return the twin with a wire of its own for the next driver."""
         device = self.twin.device
         link = link_to(device)
@@ -179,6 +179,6 @@ class SmallGrblBench(MemoryBench):
     def __init__(self) -> None:
         super().__init__("grbl")
 
-    def make_twin(self) -> Twin:
+    def make_twin(self) -> SimulatedArm:
         """Make a twin with the firmware of an ATmega328P, and as many axes as the arm needs."""
         return simulate(self._config, firmware="grbl")

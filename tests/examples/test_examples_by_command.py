@@ -8,7 +8,7 @@ import pytest
 
 from armdrive.cli import main
 from armdrive.cli.sim_state import world_file
-from armdrive.sim.world.table import Block
+from armdrive.sim.world.table import TableBlock
 
 from .on_arms import FOLDER, PUT
 
@@ -26,7 +26,7 @@ def command_of(file):
 
 def blocks():
     saved = json.loads(world_file(ARM).read_text(encoding="utf-8"))["world"]["blocks"]
-    return {each["name"]: Block(**each) for each in saved}
+    return {each["name"]: TableBlock(**each) for each in saved}
 
 
 @pytest.mark.parametrize("file", PROGRAMS)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 from armdrive.sim.world.arm import World
-from armdrive.sim.world.table import Block, Point
+from armdrive.sim.world.table import Point, TableBlock
 from kinematics import Joints
 
 FINE_RAD = 0.01
@@ -30,7 +30,7 @@ class Watch:
 
     world: World
     trail: list[Point] = field(default_factory=list)
-    arrangements: list[Mapping[str, Block]] = field(default_factory=list)
+    arrangements: list[Mapping[str, TableBlock]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         """Hear of every motion that the scene is told."""
@@ -61,7 +61,7 @@ class Watch:
         return incidents
 
     @property
-    def _arranged(self) -> Mapping[str, Block] | None:
+    def _arranged(self) -> Mapping[str, TableBlock] | None:
         return self.arrangements[-1] if self.arrangements else None
 
     def _way(self, start: Joints, end: Joints) -> Iterator[Point]:

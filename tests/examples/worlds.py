@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 from itertools import pairwise
 
-from armdrive.sim.world.table import Block, Point
+from armdrive.sim.world.table import Point, TableBlock
 
 from .on_arms import Ran
 from .watching import beside_mm
@@ -29,7 +29,7 @@ def incidents(ran: Ran) -> list[str]:
     return [each.sentence for each in ran.watch.world.incidents]
 
 
-def _misplaced(blocks: Mapping[str, Block], belong: Mapping[str, Point]) -> Iterable[str]:
+def _misplaced(blocks: Mapping[str, TableBlock], belong: Mapping[str, Point]) -> Iterable[str]:
     for name, place in belong.items():
         away_mm = math.dist(blocks[name].place, place)
         if away_mm > NEAR_MM:
@@ -57,7 +57,7 @@ def hanoi(ran: Ran, discs: int) -> list[str]:
     return wrong
 
 
-def _on_smaller(blocks: Mapping[str, Block]) -> Iterable[str]:
+def _on_smaller(blocks: Mapping[str, TableBlock]) -> Iterable[str]:
     for upper in blocks.values():
         for lower in blocks.values():
             on_it = upper.shares_ground(lower) and upper.z_mm > lower.z_mm

@@ -13,7 +13,7 @@ from typing import ClassVar
 from armdrive.connect.target import find
 from armdrive.registry import simulate
 from armdrive.sim.device import Value
-from armdrive.sim.simulated_arm import Twin
+from armdrive.sim.simulated_arm import SimulatedArm
 from tests.conformance.bench import Bench
 from tests.conformance.memory_bench import MemoryBench
 from tests.conformance.port_bench import PortBench
@@ -40,7 +40,7 @@ class TwinBench(MemoryBench):
         self._config = find(NOWHERE, dialect_name=dialect).config
         self.begin_anew()
 
-    def make_twin(self) -> Twin:
+    def make_twin(self) -> SimulatedArm:
         """Return a new simulated board."""
         return simulate(self._config, **self._options)
 

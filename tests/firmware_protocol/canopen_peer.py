@@ -11,7 +11,7 @@ from canopen.objectdictionary.eds import import_eds
 
 from firmware_protocol.canopen.datatypes import DataType
 from firmware_protocol.canopen.eds_write import write_eds
-from firmware_protocol.canopen.objects import Access, Dictionary, Entry
+from firmware_protocol.canopen.objects import Access, Dictionary, ObjectEntry
 from firmware_protocol.canopen.sdo_messages import Place
 from firmware_protocol.canopen.standard import STANDARD
 from firmware_protocol.frames import Frame
@@ -22,7 +22,7 @@ NAME = Place(0x1008)
 
 def parameters(base, kinds):
     return [
-        Entry(Place(base, sub), f"{base:04X} {sub}", kind, Access.RW, default=0)
+        ObjectEntry(Place(base, sub), f"{base:04X} {sub}", kind, Access.RW, default=0)
         for sub, kind in kinds
     ]
 
@@ -32,7 +32,7 @@ ENTRIES = [(0, DataType.U8), *((sub, DataType.U32) for sub in range(1, 5))]
 DICTIONARY = Dictionary(
     (
         *STANDARD,
-        Entry(NAME, "Device name", DataType.VISIBLE_STRING, Access.RW),
+        ObjectEntry(NAME, "Device name", DataType.VISIBLE_STRING, Access.RW),
         *parameters(0x1400, COMMUNICATION),
         *parameters(0x1600, ENTRIES),
         *parameters(0x1800, COMMUNICATION),

@@ -23,7 +23,6 @@ from firmware_protocol.canopen import (
     DriveDevice,
     DriveState,
     Emergency,
-    Entry,
     Happening,
     Heartbeat,
     HeartbeatWatch,
@@ -32,6 +31,7 @@ from firmware_protocol.canopen import (
     NmtCommand,
     NmtNode,
     NodeState,
+    ObjectEntry,
     ObjectStore,
     OperationMode,
     PdoSetup,
@@ -60,7 +60,7 @@ SETUPS = (
     PdoSetup(Direction.TRANSMITTED, 1, NODE, STATE, ON_EVENT),
 )
 PDO_OBJECTS = [
-    Entry(write.place, f"PDO {write.place}", write.type, Access.RW)
+    ObjectEntry(write.place, f"PDO {write.place}", write.type, Access.RW)
     for write in {write.place: write for setup in SETUPS for write in setup.writes}.values()
 ]
 

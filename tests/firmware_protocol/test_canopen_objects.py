@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from firmware_protocol.canopen.datatypes import DataType
 from firmware_protocol.canopen.eds_read import read_eds
 from firmware_protocol.canopen.eds_write import write_eds
-from firmware_protocol.canopen.objects import Access, Dictionary, Entry
+from firmware_protocol.canopen.objects import Access, Dictionary, ObjectEntry
 from firmware_protocol.canopen.sdo_client import SdoClient, Uploaded
 from firmware_protocol.canopen.sdo_codes import AbortCode
 from firmware_protocol.canopen.sdo_messages import Place
@@ -69,10 +69,10 @@ def test_a_makers_file_is_read():
     )
     cob = found.find(Place(0x1400, 1))
     assert (cob.name, cob.initial(5), cob.access) == ("COB-ID", 0x205, Access.RW)
-    assert found.named("Modes of operation") == Entry(
+    assert found.named("Modes of operation") == ObjectEntry(
         MODE, "Modes of operation", DataType.I8, Access.RWW, "", -1, mappable=True
     )
-    assert found.find(Place(0x2000, 3)) == Entry(
+    assert found.find(Place(0x2000, 3)) == ObjectEntry(
         Place(0x2000, 3), "Curve 3", DataType.U16, Access.RW, "%", 10
     )
     assert found.find(Place(0x2001)).type is DataType.DOMAIN
@@ -119,7 +119,7 @@ def entries(draw):
         value = st.integers(*kind.limits)
     default = draw(st.none() | value)
     adds = kind.limits is not None and default is not None and 0 <= default <= 0xFFFF_FFFF
-    return Entry(
+    return ObjectEntry(
         place,
         draw(WORDS),
         kind,
@@ -138,7 +138,7 @@ def test_what_is_written_is_read(found, name):
 
 
 def test_blanks_within_a_name_are_kept():
-    dictionary = Dictionary([Entry(MODE, "two  blanks", DataType.U8, Access.RO)])
+    dictionary = Dictionary([ObjectEntry(MODE, "two  blanks", DataType.U8, Access.RO)])
     assert read_eds(write_eds(dictionary)) == dictionary
 
 
@@ -174,12 +174,12 @@ def test_any_text_is_a_dictionary_or_says_why_not(text):
 def test_an_entry_is_checked_when_it_is_made(change, field):
     values = {"place": MODE, "name": "a", "type": DataType.U8, "access": Access.RO} | change
     with pytest.raises(BadField) as caught:
-        Entry(**values)
+        ObjectEntry(**values)
     assert caught.value.field == field
 
 
 def test_a_dictionary_has_one_object_a_place_and_says_how_many_have_a_name():
-    entry = Entry(MODE, "a", DataType.U8, Access.RO)
+    entry = ObjectEntry(MODE, "a", DataType.U8, Access.RO)
     with pytest.raises(BadField, match="6060:00"):
         Dictionary([entry, entry])
     with pytest.raises(LocalProtocolError, match="0 objects are called 'b'"):
@@ -204,9 +204,9 @@ def test_a_store_refuses_by_the_dictionary(place, data, code):
 
 
 def test_a_store_tells_what_it_has_and_not_what_it_lacks():
-    write_only = Entry(Place(0x2000), "key", DataType.U16, Access.WO)
-    text = Entry(Place(0x2001), "name", DataType.VISIBLE_STRING, Access.RW)
-    cob = Entry(Place(0x2002), "id", DataType.U32, Access.RO, default=0x180, adds_node=True)
+    write_only = ObjectEntry(Place(0x2000), "key", DataType.U16, Access.WO)
+    text = ObjectEntry(Place(0x2001), "name", DataType.VISIBLE_STRING, Access.RW)
+    cob = ObjectEntry(Place(0x2002), "id", DataType.U32, Access.RO, default=0x180, adds_node=True)
     store = ObjectStore(Dictionary([*STANDARD, write_only, text, cob]), NODE)
     assert store.read(write_only.place) is AbortCode.WRITE_ONLY
     assert store.read(Place(0x6081)) is AbortCode.NO_DATA

@@ -5,7 +5,7 @@ from pathlib import Path
 from desk_fake import FakeArm
 
 from armdrive.errors import StateFileError
-from armdrive.trace.entries import Entry, Kind, Ring
+from armdrive.trace.entries import EntryKind, EntryRing, TraceEntry
 from armdrive.trace.log import LogReader
 
 
@@ -14,7 +14,7 @@ class LoggedArm(FakeArm):
 
     def __init__(self, dialect="teachmover", **more):
         super().__init__(**more)
-        self.ring = Ring()
+        self.ring = EntryRing()
         self.dialect = dialect
         self.now_s = 0.0
         self.saved = Path("/somewhere/recordings/sim-001-asked-for.jsonl")
@@ -30,14 +30,14 @@ class LoggedArm(FakeArm):
 
     def pass_by(self, kind, what):
         self.now_s += 0.125
-        self.ring.add(Entry(self.now_s, kind, what))
+        self.ring.add(TraceEntry(self.now_s, kind, what))
 
     def move(self, steps="37,0,-4,0,0,0"):
         """Have what belongs to one small motion pass by."""
-        self.pass_by(Kind.REQUEST, "MoveBy(37 0 -4 0 0 0; 219.5 steps/s)")
-        self.pass_by(Kind.SENT, f"@STEP 214,{steps}\r".encode())
-        self.pass_by(Kind.HEARD, b"1\r")
-        self.pass_by(Kind.REPLY, "done")
+        self.pass_by(EntryKind.REQUEST, "MoveBy(37 0 -4 0 0 0; 219.5 steps/s)")
+        self.pass_by(EntryKind.SENT, f"@STEP 214,{steps}\r".encode())
+        self.pass_by(EntryKind.HEARD, b"1\r")
+        self.pass_by(EntryKind.REPLY, "done")
 
     def save_recording(self):
         if self.saved is None:
@@ -48,13 +48,13 @@ class LoggedArm(FakeArm):
 def storied(dialect="teachmover"):
     """An arm with a call, a motion, and a fault behind it."""
     arm = LoggedArm(dialect)
-    arm.pass_by(Kind.CALL, "move_j(shoulder_deg=40, elbow_deg=-60, speed=0.5)")
-    arm.pass_by(Kind.STATE, "moving")
+    arm.pass_by(EntryKind.CALL, "move_j(shoulder_deg=40, elbow_deg=-60, speed=0.5)")
+    arm.pass_by(EntryKind.STATE, "moving")
     for number in range(6):
         arm.move(f"{37 + number},0,-4,0,0,0")
-    arm.pass_by(Kind.SILENCE, "no answer to `@STEP 214,37,0,-4,0,0,0` within 1.5 s")
-    arm.pass_by(Kind.STATE, "error-stop")
-    arm.pass_by(Kind.TRUST, "suspect: a motion was sent and never answered")
-    arm.pass_by(Kind.ERROR, "[E502] no answer to `@STEP 214,37,0,-4,0,0,0` within 1.5 s")
-    arm.pass_by(Kind.RAISED, "NoAnswer: no answer to `@STEP 214,37,0,-4,0,0,0` within 1.5 s")
+    arm.pass_by(EntryKind.SILENCE, "no answer to `@STEP 214,37,0,-4,0,0,0` within 1.5 s")
+    arm.pass_by(EntryKind.STATE, "error-stop")
+    arm.pass_by(EntryKind.TRUST, "suspect: a motion was sent and never answered")
+    arm.pass_by(EntryKind.ERROR, "[E502] no answer to `@STEP 214,37,0,-4,0,0,0` within 1.5 s")
+    arm.pass_by(EntryKind.RAISED, "NoAnswer: no answer to `@STEP 214,37,0,-4,0,0,0` within 1.5 s")
     return arm

@@ -3,7 +3,7 @@
 from desk_fake import FakeArm
 from waiting import until_seen
 
-from armdrive.arm.moving import Foreseeing
+from armdrive.arm.moving import PreviewCalls
 from armdrive.connect.target import simulated_config
 from armdrive.errors import Stopped
 from armdrive.motion.preview import preview_goal
@@ -15,9 +15,9 @@ from armdrive.motion.resolve import (
     PostureGoal,
     pose_in_frame,
 )
-from armdrive.motion.segments import Speeds
+from armdrive.motion.segments import SpeedLimits
 from armdrive.registry import dialect
-from armdrive.runtime.position import Coordinates
+from armdrive.runtime.position import ArmCoordinates
 from armdrive.status import State
 from armdrive.storage.point_file import points_of
 from armdrive.storage.points import Point
@@ -106,7 +106,7 @@ class PlannerArm(FakeArm):
         self.set(paused=False)
 
     def _ground(self):
-        return Ground(CONFIG, _speeds(), Coordinates(self.status.joints, 0.0))
+        return Ground(CONFIG, _speeds(), ArmCoordinates(self.status.joints, 0.0))
 
     def _goal(self, goal, line, frame, joints_deg):
         if goal is None:
@@ -152,7 +152,7 @@ def _is_laid_out(app):
 
 
 def _speeds():
-    return Speeds(
+    return SpeedLimits(
         CONFIG.model.joint_speeds_rad_s,
         CONFIG.model.gripper_speed_mm_s,
         CONTROLLER.usable_rate_hz(1e9),
@@ -160,4 +160,4 @@ def _speeds():
     )
 
 
-assert Foreseeing.preview.__kwdefaults__.keys() <= PlannerArm.preview.__kwdefaults__.keys()
+assert PreviewCalls.preview.__kwdefaults__.keys() <= PlannerArm.preview.__kwdefaults__.keys()

@@ -11,7 +11,7 @@ from armdrive.status import status_view
 from tui.desk import Desk
 from tui.jog import words as tables
 from tui.keys.keyboard import DEFAULT_KEYS
-from tui.settings import Settings
+from tui.settings import JogSettings
 from tui.watch import Watching
 
 SIZES = [(80, 24), (120, 40), (200, 60)]
@@ -87,7 +87,7 @@ def test_a_bar_shows_the_place_between_the_limits_and_beyond(value, shown):
     assert tables.bar(value, 0.0, 10.0, 5) == shown
 
 
-@pytest.mark.parametrize("settings", [Settings(), Settings().other_mode()])
+@pytest.mark.parametrize("settings", [JogSettings(), JogSettings().other_mode()])
 def test_the_tables_fit_the_smallest_panel(settings):
     known, unknown = FakeArm().status, FakeArm(**unknown_position()).status
     lines = tables.joint_table(known, MODEL, settings, DEFAULT_KEYS, 41).splitlines()

@@ -6,19 +6,19 @@ from desk_session import Session
 from textual import events
 
 from armdrive.moves import Jog, Space
-from armdrive.status import Carried, State
+from armdrive.status import LinkStats, State
 from tui.jog import words as tables
-from tui.jog.jogging import MOUSE_HOLD_S, MOUSE_HOLDS_S, MOUSE_RENEWS_S, Jogging
+from tui.jog.jogging import MOUSE_HOLD_S, MOUSE_HOLDS_S, MOUSE_RENEWS_S, DeskJogging
 from tui.jog.screen import HoldButtons
 from tui.jog.words import Load
-from tui.settings import Settings
+from tui.settings import JogSettings
 
 
 @pytest.fixture
 def held():
     """A hand with its arm and clock, holding the button of the shoulder."""
     arm, clock, said = FakeArm(), Clock(), []
-    hand = Jogging(arm, clock=clock, say=said.append, settings=Settings)
+    hand = DeskJogging(arm, clock=clock, say=said.append, settings=JogSettings)
     clock.now_s += 10.0
     assert hand.arm_keys()
     clock.now_s += 10.0
@@ -80,7 +80,7 @@ def test_disarming_other_settings_and_a_key_let_go_of_the_button(held, end):
 
 def test_a_button_is_dead_while_the_keys_are():
     arm, said = FakeArm(), []
-    hand = Jogging(arm, clock=Clock(), say=said.append, settings=Settings)
+    hand = DeskJogging(arm, clock=Clock(), say=said.append, settings=JogSettings)
     hand.push("w")
     assert arm.calls == []
     assert "until they are armed" in said[-1]
@@ -226,9 +226,9 @@ def test_as_many_inputs_are_shown_as_the_arm_has(dialect, shown):
 
 def test_the_load_of_the_wire_is_that_of_its_busier_direction():
     load = Load()
-    assert load.of(Carried(0, 0, 9600), 0.0) is None
-    assert load.of(Carried(10, 5, 9600), 0.5) is None
-    assert load.of(Carried(96, 480, 9600), 1.0) == pytest.approx(0.5)
-    assert load.of(Carried(96, 480, 9600), 2.0) == 0.0
-    assert load.of(Carried(0, 0, 19200), 3.0) is None, "another wire begins anew"
-    assert Carried(10, 10, 0).load(Carried(), 1.0) is None
+    assert load.of(LinkStats(0, 0, 9600), 0.0) is None
+    assert load.of(LinkStats(10, 5, 9600), 0.5) is None
+    assert load.of(LinkStats(96, 480, 9600), 1.0) == pytest.approx(0.5)
+    assert load.of(LinkStats(96, 480, 9600), 2.0) == 0.0
+    assert load.of(LinkStats(0, 0, 19200), 3.0) is None, "another wire begins anew"
+    assert LinkStats(10, 10, 0).load(LinkStats(), 1.0) is None

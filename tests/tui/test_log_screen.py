@@ -10,7 +10,7 @@ from textual.screen import ModalScreen
 from waiting import until_seen
 
 from armdrive.errors import WrongState
-from armdrive.trace.entries import Kind
+from armdrive.trace.entries import EntryKind
 from armdrive.trace.log import LogLine, Topic
 from firmware_protocol.frames import Frame, pack
 from tui.framework import PlainText
@@ -81,7 +81,7 @@ async def test_only_what_is_new_is_read_at_each_poll():
 async def test_a_long_history_comes_in_portions_and_says_what_is_not_shown():
     arm = LoggedArm()
     for number in range(4 * 700):
-        arm.pass_by(Kind.REPLY, f"number {number}")
+        arm.pass_by(EntryKind.REPLY, f"number {number}")
     async with LogSession(arm) as session:
         assert max(arm.looks) <= PORTION
         for _ in range(2000 // PORTION + 1):
@@ -113,7 +113,7 @@ async def test_lines_that_keep_coming_are_read_at_each_poll_and_painted_more_sel
 
 async def test_frames_of_a_can_bus_are_shown_as_frames():
     arm = LoggedArm("mks")
-    arm.pass_by(Kind.SENT, pack(Frame(1, bytes.fromhex("3132"))))
+    arm.pass_by(EntryKind.SENT, pack(Frame(1, bytes.fromhex("3132"))))
     async with LogSession(arm) as session:
         assert "-> 001#3132" in session.shown
         assert session.shown.endswith("1: read encoder")
@@ -325,14 +325,14 @@ def _filled(screen):
 # -- the words alone --------------------------------------------------------------------------
 
 
-def line(number, kind=Kind.REPLY, words="done", **more):
+def line(number, kind=EntryKind.REPLY, words="done", **more):
     return LogLine(number, float(number), kind, **({"shown": "", "words": words} | more))
 
 
 def test_what_does_not_fit_is_cut_with_a_sign():
     assert cut("abcdef", 6) == "abcdef"
     assert cut("abcdef", 5) == "abcd~"
-    long = line(1, Kind.SENT, "w" * 200, shown="b" * 200)
+    long = line(1, EntryKind.SENT, "w" * 200, shown="b" * 200)
     told = row(long, 80, chosen=True)
     assert len(told) == 80
     assert told.count("~") == 2
@@ -340,7 +340,7 @@ def test_what_does_not_fit_is_cut_with_a_sign():
 
 
 def test_a_whole_line_keeps_everything():
-    long = line(1, Kind.SENT, "word " * 60, shown="bytes " * 60)
+    long = line(1, EntryKind.SENT, "word " * 60, shown="bytes " * 60)
     text = whole(long, 60, DEFAULT_KEYS)
     assert text.count("word") == text.count("bytes") == 60
     assert max(map(len, text.splitlines())) <= 60

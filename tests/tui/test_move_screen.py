@@ -10,7 +10,7 @@ from armdrive.status import State
 from kinematics import JOINT_NAMES
 from tui.keys.rows import MOVE_KEYS
 from tui.move.errand import Twice
-from tui.move.form import EMPTY, STEPS, Form, present_of
+from tui.move.form import EMPTY, STEPS, GoalForm, present_of
 from tui.settings import SPEEDS
 
 
@@ -302,7 +302,7 @@ def test_the_move_screen(snap_compare, size):
 
 # -- the form alone ---------------------------------------------------------------------------
 
-FORM = Form(JOINT_NAMES, False, ("base", "tool"))
+FORM = GoalForm(JOINT_NAMES, False, ("base", "tool"))
 
 
 def test_steps_and_speeds_stay_in_their_tables():
@@ -317,7 +317,7 @@ def test_steps_and_speeds_stay_in_their_tables():
 
 def test_fields_go_round_and_a_yaw_is_one_where_the_arm_has_it():
     assert FORM.moved(-1).name == "roll"
-    assert Form(JOINT_NAMES, True, ("base",)).moved(-1).name == "yaw"
+    assert GoalForm(JOINT_NAMES, True, ("base",)).moved(-1).name == "yaw"
 
 
 def test_an_empty_form_asks_for_nothing_and_an_unknown_place_for_no_pose():

@@ -7,7 +7,7 @@ from desk_session import Session
 from armdrive.storage.points import Point, Step, StepList, Taught
 from kinematics import Joints
 from tui.keys.rows import POINT_KEYS
-from tui.points.list import Naming, PointList
+from tui.points.list import PointList, PointNaming
 
 LEFT = Point(Joints.of(30.0, 60.0, -80.0, -60.0, 0.0), 20.0, "by the wall")
 RIGHT = Point(Joints.of(-20.0, 60.0, -80.0, -60.0, 0.0))
@@ -125,19 +125,19 @@ async def test_the_present_place_is_named_and_the_name_typed():
 async def test_the_first_letter_takes_the_place_of_a_name_that_was_only_offered():
     async with PointSession() as session:
         await session.press("t")
-        assert session.screen.naming == Naming("teach", "p4", offered=True)
+        assert session.screen.naming == PointNaming("teach", "p4", offered=True)
         await session.press("u", "2")
-        assert session.screen.naming == Naming("teach", "u2")
+        assert session.screen.naming == PointNaming("teach", "u2")
         await session.press("space")
         await session.choose("up")
         await session.press("r")
-        assert session.screen.naming == Naming("rename", "up"), "a rename mends what is there"
+        assert session.screen.naming == PointNaming("rename", "up"), "a rename mends what is there"
 
 
 async def test_letters_of_a_name_are_no_keys_and_space_is_still_the_stop():
     async with PointSession() as session:
         await session.press("t", "backspace", "backspace", "H", "X", "L", "s", "p")
-        assert session.screen.naming == Naming("teach", "HXLsp")
+        assert session.screen.naming == PointNaming("teach", "HXLsp")
         assert not session.arm.asked("estop")
         await session.press("space")
         assert session.arm.asked("stop")

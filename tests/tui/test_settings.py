@@ -13,9 +13,9 @@ from tui.look import LOOKS, look_after, look_named, safety
 from tui.settings import (
     INCREMENTS,
     SPEEDS,
+    DeskMemory,
+    JogSettings,
     Manner,
-    Remembered,
-    Settings,
     manner_of,
     recall,
     remember,
@@ -24,26 +24,26 @@ from tui.settings import (
 
 
 def test_increments_and_speeds_stop_at_the_ends_of_their_rows():
-    assert Settings().with_increment(99).increment == INCREMENTS[-1]
-    assert Settings().with_increment(-99).increment == INCREMENTS[0]
-    assert Settings().with_speed(99).speed == SPEEDS[-1]
-    assert Settings().with_speed(-99).speed == SPEEDS[0]
+    assert JogSettings().with_increment(99).increment == INCREMENTS[-1]
+    assert JogSettings().with_increment(-99).increment == INCREMENTS[0]
+    assert JogSettings().with_speed(99).speed == SPEEDS[-1]
+    assert JogSettings().with_speed(-99).speed == SPEEDS[0]
 
 
 def test_the_mode_goes_to_and_fro():
-    assert Settings().other_mode().cartesian
-    assert Settings().other_mode().other_mode() == Settings()
+    assert JogSettings().other_mode().cartesian
+    assert JogSettings().other_mode().other_mode() == JogSettings()
 
 
 def test_a_tap_is_a_distance_and_a_hold_a_direction():
-    coarse = Settings().with_increment(1)
+    coarse = JogSettings().with_increment(1)
     assert coarse.increment_of("a") == Jog.joint(base=-5.0)
     assert coarse.direction_of("a") == Jog.joint(base=-1.0)
     assert coarse.other_mode().increment_of("up") == Jog(Space.CARTESIAN, (("z", 5.0),))
 
 
 def test_frames_go_round_and_count_only_where_the_tip_is_jogged():
-    settings = Settings(frames=("base", "tool"))
+    settings = JogSettings(frames=("base", "tool"))
     assert settings.with_next_frame().with_next_frame() == settings
     tool = settings.with_next_frame()
     assert tool.increment_of("up").frame == "base"  # a joint turns in no frame
@@ -57,12 +57,12 @@ def test_frames_go_round_and_count_only_where_the_tip_is_jogged():
 def memory(tmp_path):
     """Return a file in which somebody has left the desk after reading the first screen."""
     path = tmp_path / "state" / "desk.json"
-    remember(path, Remembered(instructed=True))
+    remember(path, DeskMemory(instructed=True))
     return path
 
 
 def test_what_was_left_is_there_again(tmp_path):
-    left = Remembered("jog", "light", "cartesian", "tool", 5.0, 0.1, True, "joint", 0.25)
+    left = DeskMemory("jog", "light", "cartesian", "tool", 5.0, 0.1, True, "joint", 0.25)
     remember(tmp_path / "desk.json", left)
     assert recall(tmp_path / "desk.json") == left
 
@@ -73,13 +73,13 @@ def test_what_was_left_is_there_again(tmp_path):
 def test_a_damaged_memory_is_no_memory(tmp_path, text):
     path = tmp_path / "desk.json"
     path.write_text(text)
-    assert recall(path) == Remembered()
+    assert recall(path) == DeskMemory()
 
 
 def test_what_does_not_exist_here_is_left_as_it_is():
-    settings = Settings(frames=("base", "tool"))
-    assert set_as(settings, Remembered("", "", "sideways", "board", 3.3, 7.0)) == settings
-    changed = set_as(settings, Remembered("", "", "cartesian", "tool", 5.0, 0.1))
+    settings = JogSettings(frames=("base", "tool"))
+    assert set_as(settings, DeskMemory("", "", "sideways", "board", 3.3, 7.0)) == settings
+    changed = set_as(settings, DeskMemory("", "", "cartesian", "tool", 5.0, 0.1))
     assert (changed.cartesian, changed.frame, changed.increment, changed.speed) == (
         True, "tool", 5.0, 0.1,
     )  # fmt: skip
@@ -112,7 +112,7 @@ async def test_the_move_screen_is_found_in_the_mode_and_at_the_speed_that_it_was
 
 
 def test_a_manner_that_makes_no_sense_is_the_usual_one():
-    assert manner_of(Remembered(move_mode="sideways", move_speed=7.0)) == Manner()
+    assert manner_of(DeskMemory(move_mode="sideways", move_speed=7.0)) == Manner()
 
 
 async def test_a_memory_that_cannot_be_written_keeps_nobody_in_the_desk(tmp_path):

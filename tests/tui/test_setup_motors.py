@@ -10,7 +10,7 @@ from armdrive.registry import load_arm
 from armdrive.setup.directions import TRIAL_SPEED
 from armdrive.status import State
 from tui.setup.arm_file import Correction
-from tui.setup.motors import Motors
+from tui.setup.motors import MotorsStage
 from tui.setup.screen import Steps
 
 pytestmark = pytest.mark.usefixtures("own_home")
@@ -21,7 +21,7 @@ async def test_the_motors_are_checked_and_the_file_is_corrected_after_its_differ
     async with SetupSession(load_arm(path)) as session:
         assert str(path) in session.words
         await session.choose("4 check")
-        assert isinstance(session.stage, Motors)
+        assert isinstance(session.stage, MotorsStage)
         await session.go_through({"elbow": "r", "base": "d", "shoulder": "n"})
         assert {speed for _, speed in session.simulated.asked} == {TRIAL_SPEED}
         assert session.simulated.turned == [0] * 6

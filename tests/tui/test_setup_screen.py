@@ -12,7 +12,7 @@ from armdrive.setup.finding import Found
 from armdrive.storage import files as places
 from tui.keys.keyboard import DEFAULT_KEYS
 from tui.keys.rows import SETUP_KEYS
-from tui.setup.arm_file import Asking, NewFile, Ports, Written
+from tui.setup.arm_file import InterviewAsking, NewFile, Ports, Written
 from tui.setup.screen import Steps
 
 pytestmark = pytest.mark.usefixtures("own_home")
@@ -37,7 +37,7 @@ async def test_from_a_port_to_a_file_nothing_is_opened_or_written_by_one_press(m
         assert opened == ["/dev/arm"]
         assert "it speaks robko01" in session.words
         await session.press("enter")
-        assert isinstance(session.stage, Asking)
+        assert isinstance(session.stage, InterviewAsking)
         await session.typed("lab3")
         await session.press("enter")
         assert session.stage.describing.line == "robko01"  # the template of what was found
@@ -106,7 +106,7 @@ async def test_a_port_that_cannot_be_opened_is_said_and_can_be_described_all_the
         await session.enter_twice()
         assert "held by cura" in session.text("remarks")
         await session.press("right")
-        assert isinstance(session.stage, Asking)
+        assert isinstance(session.stage, InterviewAsking)
         await session.press("left")
         assert isinstance(session.stage, Ports)
         await session.press("right")
@@ -147,7 +147,7 @@ async def test_a_real_arm_without_a_file_is_described_by_its_own_wire():
         assert "an arm without a file, on /dev/arm" in text
         session.stage.marked = 1
         session.stage.enter()
-        assert isinstance(session.stage, Asking)
+        assert isinstance(session.stage, InterviewAsking)
         session.stage.type("x")
         session.stage.enter()
         assert session.stage.describing.question.key == "template"

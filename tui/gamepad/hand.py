@@ -14,10 +14,10 @@ from armdrive.motion.resolve import BASE
 from armdrive.moves import Jog
 from tui.gamepad.map import GRIPPER_ROWS, HOLD, PadMap
 from tui.gamepad.reader import Came, Gone, Pad, PadEvent, PadReader, Told
-from tui.jog.jogging import Jogging
+from tui.jog.jogging import DeskJogging
 from tui.keys.keyboard import Keyboard
 from tui.keys.table import AXIS_KEYS
-from tui.settings import Settings
+from tui.settings import JogSettings
 
 PAD = "gamepad"
 """What is held, where it is this."""
@@ -30,8 +30,8 @@ class PadHand:
         self,
         pad: PadMap,
         *,
-        settings: Callable[[], Settings],
-        hand: Callable[[], Jogging | None],
+        settings: Callable[[], JogSettings],
+        hand: Callable[[], DeskJogging | None],
         say: Callable[[str], None],
         do: Callable[[str], None],
     ) -> None:
@@ -115,7 +115,7 @@ class PadHand:
 _KEYS = {row.id: row.action.removeprefix("jog('").removesuffix("')") for row in AXIS_KEYS}
 
 
-def _axis(settings: Settings, row: str) -> tuple[str, float]:
+def _axis(settings: JogSettings, row: str) -> tuple[str, float]:
     """Return the axis that a row of jog keys moves on this arm, and which way; "" where none is."""
     if row in GRIPPER_ROWS:
         last = settings.rows[-1]
@@ -132,10 +132,10 @@ class PadHost(Protocol):
     """What a gamepad uses of the desk that it is plugged into."""
 
     keys: Keyboard
-    settings: Settings
+    settings: JogSettings
 
     @property
-    def jogging(self) -> Jogging | None:
+    def jogging(self) -> DeskJogging | None:
         """The hand on the jog keys, where there is a link and they are shown."""
 
     def say(self, message: str) -> None:

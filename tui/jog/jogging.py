@@ -12,11 +12,11 @@ from functools import partial
 from typing import Protocol
 
 from armdrive.errors import ArmError
-from armdrive.motion.dead_man import GATE_S, Action, DeadMan, Disarm, Hold, Increment
+from armdrive.motion.dead_man import GATE_S, Action, DeadMan, Disarm, HeldKey, Increment
 from armdrive.moves import Jog
 from tui.arm_port import DeskArm
 from tui.framework import Waking
-from tui.settings import Settings
+from tui.settings import JogSettings
 
 IDLE_DISARMS_S = 60.0
 """So long without a jog key, and they are disarmed."""
@@ -43,7 +43,7 @@ class Rings(Protocol):
         """Ring once after this delay; infinite means never."""
 
 
-class Jogging:
+class DeskJogging:
     """The hand on the jog keys. They begin disarmed. Knows no screen: it says, and others show."""
 
     def __init__(
@@ -52,7 +52,7 @@ class Jogging:
         *,
         clock: Callable[[], float],
         say: Callable[[str], None],
-        settings: Callable[[], Settings],
+        settings: Callable[[], JogSettings],
         age_s: Callable[[], float] = lambda: 0.0,
     ) -> None:
         """`age_s` tells how long ago the key came that is being acted on."""
@@ -212,7 +212,7 @@ class Jogging:
         settings = self._settings()
         if isinstance(action, Increment):
             self._arm.nudge(settings.increment_of(action.key), speed=settings.speed)
-        elif isinstance(action, Hold):
+        elif isinstance(action, HeldKey):
             for_s = action.until_s - self._clock()
             if for_s > 0:
                 jog = settings.direction_of(action.key)

@@ -20,14 +20,14 @@ from armdrive.render.scene import Moment
 from armdrive.status import Status
 from kinematics import Pose
 from tui.arm_view import SpaceView
-from tui.framework import Alarm, FirstKeys, PlainText
+from tui.framework import FirstKeys, HoldAlarm, PlainText
 from tui.gamepad.hand import PAD
 from tui.jog import words as tables
-from tui.jog.jogging import Jogging
+from tui.jog.jogging import DeskJogging
 from tui.jog.words import Load
 from tui.keys.keyboard import bindings
 from tui.screens import DeskScreen
-from tui.settings import Settings
+from tui.settings import JogSettings
 
 # Buttons for the mouse that move an arm while they are held: a column of minus and plus.
 
@@ -157,14 +157,14 @@ class JogScreen(DeskScreen):
     def __init__(self) -> None:
         super().__init__()
         desk, app = self.desk, cast("FirstKeys", self.app)
-        self.hand: Jogging = Jogging(
+        self.hand: DeskJogging = DeskJogging(
             desk.arm,
             clock=desk.clock,
             say=desk.say,
             settings=lambda: self.desk.settings,
             age_s=app.key_age_s,
         )
-        self.hand.alarm = Alarm(app, self.hand.tick)
+        self.hand.alarm = HoldAlarm(app, self.hand.tick)
         self._load = Load()
         self._felt = ""
 
@@ -238,7 +238,7 @@ class JogScreen(DeskScreen):
 
     # -- buttons ------------------------------------------------------------------------------
 
-    def _show_buttons(self, settings: Settings, *, pose_known: bool) -> None:
+    def _show_buttons(self, settings: JogSettings, *, pose_known: bool) -> None:
         """Show buttons beside whatever is jogged, and how they are held."""
         held = self.hand.held_button not in ("", PAD)
         for name in TABLES:
@@ -286,7 +286,7 @@ class JogScreen(DeskScreen):
 
         desk.call(grasp, lambda _: self._felt)
 
-    def _set(self, settings: Settings) -> None:
+    def _set(self, settings: JogSettings) -> None:
         """Change settings. Whatever is held was meant with the old ones, so it ends."""
         self.hand.release()
         self.desk.settings = settings

@@ -10,11 +10,11 @@ from armdrive import Grasped
 from armdrive.abilities import OUTPUTS
 from armdrive.motion.resolve import BASE
 from armdrive.registry import DIALECTS
-from armdrive.status import Carried, Status, Trust
+from armdrive.status import LinkStats, Status, Trust
 from kinematics import ArmModel, Pose
 from tui.keys.keyboard import Keyboard
 from tui.keys.table import JogPair, words
-from tui.settings import Settings
+from tui.settings import JogSettings
 
 ROW_WIDTH = 34
 """What a row of the joint table takes beside its bar."""
@@ -31,7 +31,7 @@ STOP_SCALE_MM = 100.0
 _OUTSIDE = 0.002  # share of a range: less than any printed digit of it
 
 
-def conduct(status: Status, settings: Settings, keys: Keyboard, *, armed: bool) -> str:
+def conduct(status: Status, settings: JogSettings, keys: Keyboard, *, armed: bool) -> str:
     """Say what state the arm and the keys are in."""
     disarmed = f"DISARMED ({keys.label('arm')} arms)"
     mode = f"mode {settings.space.value.upper()}"
@@ -55,13 +55,13 @@ def _way_out(status: Status, keys: Keyboard) -> str:
     return {Trust.REFERENCED: "", Trust.RESTORED: confirms}.get(status.trust, reference)
 
 
-def _arrow(settings: Settings, key: str) -> str:
+def _arrow(settings: JogSettings, key: str) -> str:
     pair = next(pair for pair in settings.pairs if pair.plus == key)
     return words(pair.axis(cartesian=settings.cartesian))
 
 
 def joint_table(
-    status: Status, model: ArmModel, settings: Settings, keys: Keyboard, width: int
+    status: Status, model: ArmModel, settings: JogSettings, keys: Keyboard, width: int
 ) -> str:
     """List joints and gripper: keys, value, and the place between the limits."""
     angles = status.joints or (None,) * len(model.arm.limits)
@@ -83,7 +83,7 @@ def joint_table(
 
 
 def _gripper_row(
-    status: Status, model: ArmModel, settings: Settings, keys: Keyboard, width: int
+    status: Status, model: ArmModel, settings: JogSettings, keys: Keyboard, width: int
 ) -> str:
     """Return the gripper's row: the last one of whatever table is jogged."""
     pair, range_mm = settings.rows[-1], model.gripper_range_mm
@@ -102,7 +102,7 @@ def _bar_width(width: int) -> int:
     return min(max(width - ROW_WIDTH, SHORTEST_BAR), LONGEST_BAR)
 
 
-def _joint_keys(pair: JogPair, settings: Settings, keys: Keyboard) -> str:
+def _joint_keys(pair: JogPair, settings: JogSettings, keys: Keyboard) -> str:
     """Return the keys of a row, where they move that joint in the present mode."""
     moves = pair.axis(cartesian=settings.cartesian) == pair.joint
     return _both(pair, keys) if moves else ""
@@ -122,7 +122,7 @@ def bar(value: float | None, low: float, high: float, width: int) -> str:
 def tip_lines(
     status: Status,
     model: ArmModel,
-    settings: Settings,
+    settings: JogSettings,
     keys: Keyboard,
     width: int,
     pose: Pose | None,
@@ -257,11 +257,11 @@ class Load:
     """Remembers what the wire had carried a while ago."""
 
     def __init__(self) -> None:
-        self._then: Carried | None = None
+        self._then: LinkStats | None = None
         self._then_s = 0.0
         self._load: float | None = None
 
-    def of(self, now: Carried, now_s: float) -> float | None:
+    def of(self, now: LinkStats, now_s: float) -> float | None:
         """Return the share of the wire that is used; None where that cannot be known yet."""
         then = self._then
         if then is None or then.baud != now.baud or now.sent < then.sent:

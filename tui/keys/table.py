@@ -31,7 +31,7 @@ from tui.keys.rows import DeskKey as DeskKey
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class KeyEntry:
     """One screen: its key, what it is called, and what it is for in a few words."""
 
     id: str
@@ -41,12 +41,14 @@ class Entry:
 
 
 SCREENS = (
-    Entry("jog", "f2", "jog", "Move the arm by hand, joint by joint or the tip along a line."),
-    Entry("move", "f3", "move", "Type a goal, see what the motion would be, then move."),
-    Entry("points", "f4", "points", "Name places, go back to them, step through sequences."),
-    Entry("setup", "f5", "set-up", "Find an arm, describe it in a file, and check its motors."),
-    Entry("theory", "f6", "theory", "Matrices, Jacobian, singularities of the arm as it stands."),
-    Entry("log", "f7", "log", "What passes between the arm and this program, in words."),
+    KeyEntry("jog", "f2", "jog", "Move the arm by hand, joint by joint or the tip along a line."),
+    KeyEntry("move", "f3", "move", "Type a goal, see what the motion would be, then move."),
+    KeyEntry("points", "f4", "points", "Name places, go back to them, step through sequences."),
+    KeyEntry("setup", "f5", "set-up", "Find an arm, describe it in a file, and check its motors."),
+    KeyEntry(
+        "theory", "f6", "theory", "Matrices, Jacobian, singularities of the arm as it stands."
+    ),
+    KeyEntry("log", "f7", "log", "What passes between the arm and this program, in words."),
 )
 """The first one is shown first."""
 

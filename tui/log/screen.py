@@ -17,7 +17,7 @@ from textual.widgets import Static
 
 from armdrive.errors import ArmError
 from armdrive.errors.printable import printable
-from armdrive.errors.table import Entry, found
+from armdrive.errors.table import CatalogueEntry, found
 from armdrive.status import Status
 from armdrive.trace.log import LogBook, LogLine, LogReader, Sieve, Topic
 from tui.framework import PlainText
@@ -133,7 +133,7 @@ class CatalogueScreen(Typing):
         super().__init__()
         self._keys = keys
         self._at = 0
-        self._rows: tuple[Entry, ...] = ()
+        self._rows: tuple[CatalogueEntry, ...] = ()
         self.text = text
 
     def compose(self) -> ComposeResult:

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from armdrive.errors.printing import in_full
-from armdrive.errors.table import Entry, by_code
+from armdrive.errors.table import CatalogueEntry, by_code
 from armdrive.trace.log import LogBook, LogLine, Sieve, Topic
 from tui.keys.keyboard import Keyboard
 
@@ -58,7 +58,9 @@ def whole(line: LogLine, width: int, keys: Keyboard) -> str:
     return "\n\n".join(_filled(keys.presented(part), width) for part in parts if part)
 
 
-def catalogue(rows: Sequence[Entry], at: int, width: int, height: int, keys: Keyboard) -> str:
+def catalogue(
+    rows: Sequence[CatalogueEntry], at: int, width: int, height: int, keys: Keyboard
+) -> str:
     """Return a list of errors with one chosen, and that one in full below it."""
     if not rows:
         return "no error has these words"

@@ -20,7 +20,7 @@ from kinematics import Joints, KinematicsError
 from tui.arm_port import DeskArm
 from tui.arm_view import SpaceView
 from tui.move import words as move_words
-from tui.move.form import Ask
+from tui.move.form import MoveQuestion
 from tui.screens import DeskScreen
 
 QUIET_S = 0.3
@@ -30,7 +30,7 @@ ASKED_FOR_S = 10.0
 """A first press that is older has been forgotten."""
 
 
-def foreseen(arm: DeskArm, ask: Ask) -> Preview:
+def foreseen(arm: DeskArm, ask: MoveQuestion) -> Preview:
     """Return what a goal's motion would be."""
     place = ask.pose or ask.point
     if place is None:
@@ -39,7 +39,7 @@ def foreseen(arm: DeskArm, ask: Ask) -> Preview:
     return arm.preview(place, line=ask.line, frame=ask.frame, speed=ask.speed)
 
 
-def begun(arm: DeskArm, ask: Ask) -> Handle[Moved]:
+def begun(arm: DeskArm, ask: MoveQuestion) -> Handle[Moved]:
     """Begin a goal's motion."""
     place = ask.pose or ask.point
     if place is None:
@@ -97,7 +97,7 @@ def carried_out(arm: DeskArm, begin: Callable[[], Handle[Moved]], stops: int) ->
 
 
 @dataclass(slots=True)
-class Progress:
+class MoveProgress:
     """How far along a previewed way the arm has been seen; it only ever goes on."""
 
     preview: Preview
@@ -117,7 +117,7 @@ class Progress:
 
 # The screens on which such a motion is asked for: move and points.
 
-Seen = tuple[Ask | None, Any, State, str]
+Seen = tuple[MoveQuestion | None, Any, State, str]
 """What a preview was made of: it holds as long as none of it has changed."""
 
 
@@ -131,9 +131,9 @@ class ErrandScreen(DeskScreen):
         """What the goal would lead to, as soon as that is worked out."""
         self._seen: Seen | None = None
         self._working = False
-        self._progress: Progress | None = None
+        self._progress: MoveProgress | None = None
 
-    def goal(self, status: Status) -> Ask | None:
+    def goal(self, status: Status) -> MoveQuestion | None:
         """Return what is asked for now; None where nothing is."""
         raise NotImplementedError
 
@@ -236,12 +236,12 @@ class ErrandScreen(DeskScreen):
         if preview is None or ask is None or not self._fresh(desk.status):
             desk.message = "something has changed meanwhile: look at it, and confirm again"
             return
-        self._progress = Progress(preview)
+        self._progress = MoveProgress(preview)
         stops = desk.arm.stops
         desk.message = ""
         desk.call(partial(self._carry_out, ask, stops), move_words.arrived)
 
-    def _carry_out(self, ask: Ask, stops: int) -> None:
+    def _carry_out(self, ask: MoveQuestion, stops: int) -> None:
         try:
             carried_out(self.desk.arm, partial(begun, self.desk.arm, ask), stops)
         finally:

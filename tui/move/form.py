@@ -31,7 +31,7 @@ TASK_UNITS: Mapping[str, str] = MappingProxyType(
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class FormEntry:
     """What stands in a field: as typed, or a number from elsewhere with all its digits."""
 
     text: str = ""
@@ -50,11 +50,11 @@ class Entry:
         return self.text if self.exact is None else f"{self.exact:.2f}"
 
 
-EMPTY = Entry()
+EMPTY = FormEntry()
 
 
 @dataclass(frozen=True, slots=True)
-class Ask:
+class MoveQuestion:
     """A goal that is complete: angles of some joints, a pose or a point, and how to go there."""
 
     joints_deg: tuple[tuple[str, float], ...] = ()
@@ -66,7 +66,7 @@ class Ask:
 
 
 @dataclass(frozen=True, slots=True)
-class Form:
+class GoalForm:
     """The fields of both modes, and which of them is typed into. Every change makes a new one."""
 
     joints: tuple[str, ...]
@@ -78,7 +78,7 @@ class Form:
     speed: float = 0.5
     step: float = 1.0
     at: int = 0
-    entries: Mapping[str, Entry] = field(default_factory=dict)
+    entries: Mapping[str, FormEntry] = field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -92,7 +92,7 @@ class Form:
         """The field that is typed into."""
         return self.names[self.at]
 
-    def entry(self, name: str) -> Entry:
+    def entry(self, name: str) -> FormEntry:
         """Return what stands in a field of the present mode."""
         return self.entries.get(name, EMPTY)
 
@@ -102,26 +102,26 @@ class Form:
 
     # -- changes ------------------------------------------------------------------------------
 
-    def moved(self, by: int) -> Form:
+    def moved(self, by: int) -> GoalForm:
         """Go to another field."""
         return replace(self, at=(self.at + by) % len(self.names))
 
-    def typed(self, character: str) -> Form:
+    def typed(self, character: str) -> GoalForm:
         """Type into the field; what was put there from elsewhere is typed over."""
         entry = self.entry(self.name)
         text = ("" if entry.exact is not None else entry.text) + character
-        return self._with(self.name, Entry(text[:LONGEST]))
+        return self._with(self.name, FormEntry(text[:LONGEST]))
 
-    def erased(self) -> Form:
+    def erased(self) -> GoalForm:
         """Take the last character away; a number from elsewhere as a whole."""
         entry = self.entry(self.name)
-        return self._with(self.name, Entry("" if entry.exact is not None else entry.text[:-1]))
+        return self._with(self.name, FormEntry("" if entry.exact is not None else entry.text[:-1]))
 
-    def cleared(self) -> Form:
+    def cleared(self) -> GoalForm:
         """Empty every field of the present mode: all stays as it is."""
         return replace(self, entries={})
 
-    def stepped(self, sign: int, present: float | None) -> Form:
+    def stepped(self, sign: int, present: float | None) -> GoalForm:
         """Change the field by a step, from what stands in it or from where the arm is."""
         try:
             value = self.entry(self.name).value
@@ -130,40 +130,40 @@ class Form:
         start = present if value is None else value
         if start is None:
             return self
-        return self._with(self.name, Entry(exact=round(start + sign * self.step, 4)))
+        return self._with(self.name, FormEntry(exact=round(start + sign * self.step, 4)))
 
-    def other_mode(self) -> Form:
+    def other_mode(self) -> GoalForm:
         """Switch between joint angles and poses; the fields are empty then."""
         return replace(self, cartesian=not self.cartesian, at=0, entries={})
 
-    def other_way(self) -> Form:
+    def other_way(self) -> GoalForm:
         """Switch between a joint motion and a straight line, which only poses know."""
         return replace(self, line=not self.line)
 
-    def next_frame(self) -> Form:
+    def next_frame(self) -> GoalForm:
         """Mean the pose in the next frame; what was typed was meant in the last one."""
         following = self.frames[(self.frames.index(self.frame) + 1) % len(self.frames)]
         return replace(self, frame=following, entries={})
 
-    def with_speed(self, by: int) -> Form:
+    def with_speed(self, by: int) -> GoalForm:
         """Go faster or more slowly."""
         return replace(self, speed=neighbour(SPEEDS, self.speed, by))
 
-    def with_step(self, by: int) -> Form:
+    def with_step(self, by: int) -> GoalForm:
         """Make the arrows' step smaller or larger."""
         return replace(self, step=neighbour(STEPS, self.step, by))
 
-    def at_joints(self, joints: Joints) -> Form:
+    def at_joints(self, joints: Joints) -> GoalForm:
         """Ask for these joints, with all their digits."""
-        entries = {name: Entry(exact=angle) for name, angle in joints.deg.items()}
+        entries = {name: FormEntry(exact=angle) for name, angle in joints.deg.items()}
         return replace(self, cartesian=False, at=0, entries=entries)
 
-    def at_pose(self, pose: Pose) -> Form:
+    def at_pose(self, pose: Pose) -> GoalForm:
         """Ask for this pose of the base, with all its digits."""
-        entries = {name: Entry(exact=value) for name, value in of_pose(pose).items()}
+        entries = {name: FormEntry(exact=value) for name, value in of_pose(pose).items()}
         return replace(self, cartesian=True, frame=BASE, at=0, entries=entries)
 
-    def _with(self, name: str, entry: Entry) -> Form:
+    def _with(self, name: str, entry: FormEntry) -> GoalForm:
         return replace(self, entries={**self.entries, name: entry})
 
     # -- what it means ------------------------------------------------------------------------
@@ -179,7 +179,7 @@ class Form:
                 return f"{name} must be finite"
         return ""
 
-    def ask(self, present: Mapping[str, float]) -> Ask | None:
+    def ask(self, present: Mapping[str, float]) -> MoveQuestion | None:
         """Return the goal; None where nothing is asked for, or not all of it is known.
 
         `present` are the coordinates of the fields that stay empty: of the pose in the frame.
@@ -192,11 +192,11 @@ class Form:
             return None
         if not self.cartesian:
             named = tuple((f"{name}_deg", value) for name, value in given.items())
-            return Ask(joints_deg=named, speed=self.speed)
+            return MoveQuestion(joints_deg=named, speed=self.speed)
         whole = {**present, **given}
         if not set(self.names) <= set(whole):
             return None
-        return Ask(pose=pose_of(whole), line=self.line, frame=self.frame, speed=self.speed)
+        return MoveQuestion(pose=pose_of(whole), line=self.line, frame=self.frame, speed=self.speed)
 
 
 def of_pose(pose: Pose) -> dict[str, float]:
@@ -223,7 +223,7 @@ def pose_of(values: Mapping[str, float]) -> Pose:
     )
 
 
-def present_of(form: Form, status: Status, pose: Pose | None) -> dict[str, float]:
+def present_of(form: GoalForm, status: Status, pose: Pose | None) -> dict[str, float]:
     """Return where the arm is, field by field; empty while nobody knows.
 
     `pose` is the present one in the form's frame; in the tool's a goal is a change, from zero.

@@ -19,7 +19,7 @@ from tui.framework import PlainText
 from tui.keys.keyboard import bindings
 from tui.move import words as move_words
 from tui.move.errand import ErrandScreen
-from tui.move.form import DIGITS, Ask, Form, present_of
+from tui.move.form import DIGITS, GoalForm, MoveQuestion, present_of
 from tui.settings import Manner
 
 
@@ -43,7 +43,7 @@ class MoveScreen(ErrandScreen):
         arm = self.desk.arm
         geometry = arm.model.arm
         manner = self.desk.manner
-        self.form = Form(
+        self.form = GoalForm(
             geometry.joint_names,
             geometry.has_yaw,
             arm.frames,
@@ -60,7 +60,7 @@ class MoveScreen(ErrandScreen):
                 for name in ("goal", "foreseen", "going"):
                     yield PlainText(id=name)
 
-    def goal(self, status: Status) -> Ask | None:
+    def goal(self, status: Status) -> MoveQuestion | None:
         """Return what the form asks for."""
         return self.form.ask(self.present(status))
 
@@ -100,7 +100,7 @@ class MoveScreen(ErrandScreen):
             event.prevent_default()
             self._change(self.form.typed(event.character))
 
-    def _change(self, form: Form) -> None:
+    def _change(self, form: GoalForm) -> None:
         """Take another form; a first press was meant for the one before."""
         self.confirming.forget()
         self.form = form

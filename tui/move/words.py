@@ -6,14 +6,14 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 
-from armdrive.motion.preview import Preview, Way, clearance_words, margin_words
+from armdrive.motion.preview import PostureOption, Preview, clearance_words, margin_words
 from armdrive.motion.resolve import TOOL
 from armdrive.status import Status
 from kinematics import Pose
 from kinematics.guards.path import Clearance
 from tui.keys.keyboard import Keyboard
 from tui.keys.table import words
-from tui.move.form import Form
+from tui.move.form import GoalForm
 
 NOTHING_ASKED = "type into a field, or step it with the arrows"
 BAR = 24
@@ -23,12 +23,12 @@ _BEYOND = re.compile(r"(\S+)° beyond its limit of \S+°")
 """What narrow lines say in fewer words."""
 
 
-def form_text(form: Form, present: Mapping[str, float], keys: Keyboard) -> str:
+def form_text(form: GoalForm, present: Mapping[str, float], keys: Keyboard) -> str:
     """Lay the form out: how it goes, then a row for each field; the chosen one has a mark."""
     return "\n".join(_form_lines(form, present, keys))
 
 
-def _form_lines(form: Form, present: Mapping[str, float], keys: Keyboard) -> Iterator[str]:
+def _form_lines(form: GoalForm, present: Mapping[str, float], keys: Keyboard) -> Iterator[str]:
     mode, line = keys.label("move-mode"), keys.label("move-line")
     if form.cartesian:
         way = "straight line" if form.line else "joint motion"
@@ -95,7 +95,7 @@ def _clearances(preview: Preview) -> Iterator[Clearance]:
     yield from (*table, *others[:1])
 
 
-def _way_line(way: Way) -> str:
+def _way_line(way: PostureOption) -> str:
     sign = "*" if way.taken else "-"
     name = way.name or "nearest posture found"
     because = "taken" if way.taken else _BEYOND.sub(r"\1° too far", way.against.split(";")[0])

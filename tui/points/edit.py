@@ -13,7 +13,7 @@ from armdrive.programs.teaching.sequence import Stepper
 from armdrive.storage.points import Point, Step, StepList
 from kinematics import KinematicsError
 from tui.move.errand import ErrandScreen, Twice
-from tui.points.list import STEPS, Naming, PointList
+from tui.points.list import STEPS, PointList, PointNaming
 from tui.settings import SPEEDS
 
 Change = Callable[[list[Step], int], str]
@@ -31,7 +31,7 @@ class PointEditor(ErrandScreen):
         self.listed = PointList()
         self.line = False
         self.speed = 0.5
-        self.naming: Naming | None = None
+        self.naming: PointNaming | None = None
         self.stepper: Stepper | None = None
         self.stepping = False
         self.busy = False
@@ -149,23 +149,23 @@ class PointEditor(ErrandScreen):
 
     def action_teach(self) -> None:
         """Ask for the name of the place where the arm stands."""
-        self._ask_name(Naming("teach", self.listed.free_name(), offered=True))
+        self._ask_name(PointNaming("teach", self.listed.free_name(), offered=True))
 
     def action_rename(self) -> None:
         """Ask for another name of the chosen point."""
         if self.listed.point is None:
             self.desk.say("choose a point to rename; sequences are renamed in the file")
         else:
-            self._ask_name(Naming("rename", self.listed.name))
+            self._ask_name(PointNaming("rename", self.listed.name))
 
     def action_append(self) -> None:
         """Ask for the sequence that the chosen point is put at the end of."""
         if self.listed.point is None:
             self.desk.say("choose a point to put into a sequence")
         else:
-            self._ask_name(Naming("append", self._last_sequence, offered=True))
+            self._ask_name(PointNaming("append", self._last_sequence, offered=True))
 
-    def _ask_name(self, naming: Naming) -> None:
+    def _ask_name(self, naming: PointNaming) -> None:
         self.disarm("a name is asked for")
         self.naming = naming
         self.desk.show()
@@ -193,7 +193,7 @@ class PointEditor(ErrandScreen):
             change = partial(points.put_sequence, name, shorter, instead_of=steps)
             self._written(change, f"{name} ends a step sooner: {steps.steps[-1]} is gone")
 
-    def _named(self, naming: Naming) -> None:
+    def _named(self, naming: PointNaming) -> None:
         """Do what the name was asked for."""
         if naming.purpose in STEPS:
             self._step_named(naming)
@@ -265,13 +265,13 @@ class PointEditor(ErrandScreen):
 
     def action_add_grip(self) -> None:
         """Ask what the fingers shall do in a further step."""
-        self._ask_step(Naming("gripper", "open", offered=True))
+        self._ask_step(PointNaming("gripper", "open", offered=True))
 
     def action_add_wait(self) -> None:
         """Ask how long a further step shall wait."""
-        self._ask_step(Naming("wait", "1", offered=True))
+        self._ask_step(PointNaming("wait", "1", offered=True))
 
-    def _ask_step(self, naming: Naming) -> None:
+    def _ask_step(self, naming: PointNaming) -> None:
         if self.listed.sequence is None:
             self.desk.say("choose a sequence to put it into; a point begins one")
         else:
@@ -287,7 +287,7 @@ class PointEditor(ErrandScreen):
         else:
             self._ask_step(_changing(steps.steps[at]))
 
-    def _step_named(self, naming: Naming) -> None:
+    def _step_named(self, naming: PointNaming) -> None:
         """Put the step that was typed into the chosen sequence."""
         at, steps = self.marked, self.listed.sequence
         if steps is None or (naming.changes and at is None):
@@ -380,14 +380,14 @@ def _changed(steps: list[Step], at: int, new: Step) -> str:
     return f"step {at + 1} is {new} now"
 
 
-def _changing(step: Step) -> Naming:
+def _changing(step: Step) -> PointNaming:
     """Return what is typed to have another step in the place of this one, with what it says."""
     if step.point:
-        return Naming("to", step.point, changes=True)
+        return PointNaming("to", step.point, changes=True)
     if step.wait_s is not None:
-        return Naming("wait", f"{step.wait_s:g}", offered=True, changes=True)
+        return PointNaming("wait", f"{step.wait_s:g}", offered=True, changes=True)
     said = step.gripper if isinstance(step.gripper, str) else f"{step.gripper:g}"
-    return Naming("gripper", said, offered=True, changes=True)
+    return PointNaming("gripper", said, offered=True, changes=True)
 
 
 def other_way(step: Step) -> Step:

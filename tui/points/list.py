@@ -29,7 +29,7 @@ HERE = "here"
 
 
 @dataclass(frozen=True, slots=True)
-class Naming:
+class PointNaming:
     """A name under way, and what it is for: `teach`, `rename`, `append`, or one of `STEPS`."""
 
     purpose: str
@@ -43,11 +43,11 @@ class Naming:
         """Tell whether it is typed with this letter."""
         return letter in LETTERS or (letter == "." and self.purpose in STEPS)
 
-    def typed(self, letter: str) -> Naming:
+    def typed(self, letter: str) -> PointNaming:
         """Add a letter, or begin with it where a name was only offered."""
         return replace(self, text=("" if self.offered else self.text) + letter, offered=False)
 
-    def erased(self) -> Naming:
+    def erased(self) -> PointNaming:
         """Take the last letter away; what was offered is meant then."""
         return replace(self, text=self.text[:-1], offered=False)
 
@@ -246,7 +246,7 @@ def how_text(*, line: bool, speed: float, keys: Keyboard) -> str:
     return f"{way} [{keys.label('points-line')}]  speed {speed:.0%} [{slower} {faster}]"
 
 
-def naming_text(naming: Naming, keys: Keyboard) -> str:
+def naming_text(naming: PointNaming, keys: Keyboard) -> str:
     """Show the name as it is typed."""
     enter, stop = keys.label("points-go"), keys.label("stop")
     reason = _WRONG.get(naming.purpose, _WRONG_NAME)

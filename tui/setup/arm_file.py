@@ -5,21 +5,23 @@ from __future__ import annotations
 from pathlib import Path
 
 from armdrive.errors import ArmError, BadRequest
-from armdrive.setup.arm_text import Files
-from armdrive.setup.filing import Proposal, write
+from armdrive.setup.arm_text import ArmFiles
+from armdrive.setup.filing import FileProposal, write
 from armdrive.setup.finding import Candidate, Found, candidates, looked_at, probe
 from armdrive.setup.interview import Describing, path_of
 from kinematics import KinematicsError
 from tui.screens import ScreenHost
-from tui.setup.stage import WARNING, Go, Stage, first_of, listed
+from tui.setup.stage import WARNING, Go, SetupStage, first_of, listed
 
 # The stages that write: a new arm file, or corrections of a present one.
 
 
-class NewFile(Stage):
+class NewFile(SetupStage):
     """The file that the answers make; nothing stands on the disk yet."""
 
-    def __init__(self, desk: ScreenHost, go: Go, before: Asking, files: Files, name: str) -> None:
+    def __init__(
+        self, desk: ScreenHost, go: Go, before: InterviewAsking, files: ArmFiles, name: str
+    ) -> None:
         super().__init__(desk, go, before)
         self.files, self.name, self.asking = files, name, before
 
@@ -48,7 +50,7 @@ class NewFile(Stage):
         self.go(Written(self.desk, self.go, first_of(self), path))
 
 
-class Closing(Stage):
+class Closing(SetupStage):
     """A stage behind which the desk may be opened anew, on an arm file; that takes two presses."""
 
     path: Path
@@ -75,7 +77,7 @@ class Closing(Stage):
 class Written(Closing):
     """A new file is written: what comes next."""
 
-    def __init__(self, desk: ScreenHost, go: Go, before: Stage, path: Path) -> None:
+    def __init__(self, desk: ScreenHost, go: Go, before: SetupStage, path: Path) -> None:
         super().__init__(desk, go, before)
         self.path = path
 
@@ -102,7 +104,9 @@ class Written(Closing):
 class Correction(Closing):
     """What the arm's own file should say instead, as a difference; two presses write it."""
 
-    def __init__(self, desk: ScreenHost, go: Go, before: Stage, proposal: Proposal) -> None:
+    def __init__(
+        self, desk: ScreenHost, go: Go, before: SetupStage, proposal: FileProposal
+    ) -> None:
         super().__init__(desk, go, before)
         self.proposal, self.path = proposal, proposal.path
         self.written = False
@@ -145,10 +149,10 @@ CHOICES = 8
 """So many choices are shown at once."""
 
 
-class Ports(Stage):
+class Ports(SetupStage):
     """The ports and CAN interfaces, as they are known while closed; one of them is asked."""
 
-    def __init__(self, desk: ScreenHost, go: Go, before: Stage) -> None:
+    def __init__(self, desk: ScreenHost, go: Go, before: SetupStage) -> None:
         super().__init__(desk, go, before)
         self.candidates: tuple[Candidate, ...] = ()
         self.typed = ""
@@ -215,7 +219,7 @@ class Ports(Stage):
     def enter(self) -> None:
         """Go on with a port that was recognised, or take a press towards asking."""
         if self.found is not None and self.found.port == self.port and self.found.dialect:
-            self.go(Asking(self.desk, self.go, self, self.found.answers))
+            self.go(InterviewAsking(self.desk, self.go, self, self.found.answers))
         elif self._asked:
             raise BadRequest(f"{self._asked} is being asked: wait")
         elif not self.port:
@@ -226,7 +230,7 @@ class Ports(Stage):
     def on(self) -> None:
         """Describe the arm on this port, or on none yet."""
         known = {"connection.port": self.port} if self.port else {}
-        self.go(Asking(self.desk, self.go, self, known))
+        self.go(InterviewAsking(self.desk, self.go, self, known))
 
     def due(self) -> None:
         """Ask the port, in a thread."""
@@ -242,12 +246,12 @@ class Ports(Stage):
             self._asked = ""
 
 
-class Asking(Stage):
+class InterviewAsking(SetupStage):
     """The questions of `armdrive config new`, one at a time."""
 
     typing = True
 
-    def __init__(self, desk: ScreenHost, go: Go, before: Stage, found: dict[str, str]) -> None:
+    def __init__(self, desk: ScreenHost, go: Go, before: SetupStage, found: dict[str, str]) -> None:
         super().__init__(desk, go, before)
         self.describing = Describing(found)
 

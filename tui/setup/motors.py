@@ -6,12 +6,12 @@ from functools import partial
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.render.scene import Moment
-from armdrive.setup.directions import TRIAL_SPEED, WAYS, Check, Saw, check_of
+from armdrive.setup.directions import TRIAL_SPEED, WAYS, DirectionCheck, SawMotion, check_of
 from armdrive.setup.filing import file_of, propose
 from armdrive.status import State, Trust
 from tui.screens import ScreenHost
 from tui.setup.arm_file import Correction
-from tui.setup.stage import Go, Stage, listed
+from tui.setup.stage import Go, SetupStage, listed
 
 HELD_S = 0.5
 """A press sooner than this after the one before is a key that is held: it turns nothing."""
@@ -20,14 +20,14 @@ ANSWERS = ("setup-yes", "setup-reversed", "setup-nothing", "setup-another", "set
            "setup-half")  # fmt: skip
 
 
-class Motors(Stage):
+class MotorsStage(SetupStage):
     """Each motor alone: `t` turns it and brings it back, other keys say what was seen."""
 
-    def __init__(self, desk: ScreenHost, go: Go, before: Stage) -> None:
+    def __init__(self, desk: ScreenHost, go: Go, before: SetupStage) -> None:
         super().__init__(desk, go, before)
         status = desk.status
         known = status.joints if status.trust is Trust.REFERENCED else None
-        self.check: Check = check_of(desk.arm.config, known)
+        self.check: DirectionCheck = check_of(desk.arm.config, known)
         self.others: tuple[str, ...] = ()
         self._turning = False
         self._pressed_s = float("-inf")
@@ -104,7 +104,7 @@ class Motors(Stage):
 
     # -- what was seen ------------------------------------------------------------------------
 
-    def saw(self, what: Saw) -> None:
+    def saw(self, what: SawMotion) -> None:
         """Take what was seen, or which way the hand turned where that is asked."""
         if self._turning:
             raise BadRequest("it turns: wait until it stands")
@@ -115,9 +115,9 @@ class Motors(Stage):
         else:
             self.check.saw(what)
 
-    def _hand(self, word: str, what: Saw) -> str:
+    def _hand(self, word: str, what: SawMotion) -> str:
         other = next(each for each in WAYS["roll"] if each != word)
-        words = {Saw.AS_SHOWN: word, Saw.OTHER_WAY: other, Saw.NOT_AT_ALL: ""}
+        words = {SawMotion.AS_SHOWN: word, SawMotion.OTHER_WAY: other, SawMotion.NOT_AT_ALL: ""}
         if what not in words:
             raise BadRequest("only which way the hand turned is asked now")
         return words[what]
@@ -132,7 +132,7 @@ class Motors(Stage):
         """Choose the other motor, or show what the file should say."""
         if self.others:
             chosen, self.others = self.others[self.marked], ()
-            self.check.saw(Saw.ANOTHER, chosen)
+            self.check.saw(SawMotion.ANOTHER, chosen)
         elif self.check.trial is None:
             self._propose()
         else:

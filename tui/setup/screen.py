@@ -13,7 +13,7 @@ from textual.containers import Horizontal, VerticalScroll
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.render.scene import Moment
-from armdrive.setup.directions import Saw
+from armdrive.setup.directions import SawMotion
 from armdrive.setup.filing import file_of
 from armdrive.status import Status
 from kinematics import KinematicsError
@@ -21,9 +21,9 @@ from tui.arm_view import SpaceView
 from tui.framework import PlainText
 from tui.keys.keyboard import bindings
 from tui.screens import DeskScreen, ScreenHost
-from tui.setup.arm_file import Asking, Ports
-from tui.setup.motors import Motors
-from tui.setup.stage import Go, Stage, listed
+from tui.setup.arm_file import InterviewAsking, Ports
+from tui.setup.motors import MotorsStage
+from tui.setup.stage import Go, SetupStage, listed
 
 # The first stage of setting up: the steps, which of them can be taken here, and why not.
 
@@ -36,13 +36,13 @@ STEPS = (
 """In the order in which a new arm is set up."""
 
 
-class Steps(Stage):
+class Steps(SetupStage):
     """The steps. Those that need another arm than the desk's say how to come to it."""
 
     def __init__(self, desk: ScreenHost, go: Go, path: Path | None) -> None:
         super().__init__(desk, go)
         self.path = path
-        self._motors: Motors | None = None
+        self._motors: MotorsStage | None = None
         self.marked = 0 if self.free else 2
 
     @property
@@ -89,7 +89,7 @@ class Steps(Stage):
         elif step == "find":
             self.go(Ports(self.desk, self.go, self))
         elif step == "describe":
-            self.go(Asking(self.desk, self.go, self, {}))
+            self.go(InterviewAsking(self.desk, self.go, self, {}))
         elif step == "reference":
             self.desk.action_reference()
         elif self.path is not None and file_of(self.desk.arm.config) != self.path:
@@ -97,10 +97,10 @@ class Steps(Stage):
         else:
             self.go(self._begun())
 
-    def _begun(self) -> Motors:
+    def _begun(self) -> MotorsStage:
         """Return the check that was left half-way, or a new one."""
         if self._motors is None or self._motors.check.trial is None:
-            self._motors = Motors(self.desk, self.go, self)
+            self._motors = MotorsStage(self.desk, self.go, self)
         return self._motors
 
     def _other(self, step: str) -> None:
@@ -109,7 +109,7 @@ class Steps(Stage):
         if step == "describe" and self.path is None:
             known = {"connection.port": wire.port, "dialect": wire.dialect,
                      "connection.baud": str(wire.baud)}  # fmt: skip
-            self.go(Asking(self.desk, self.go, self, known))
+            self.go(InterviewAsking(self.desk, self.go, self, known))
             return
         leave = self.desk.keys.label("quit")
         raise BadRequest(
@@ -132,9 +132,9 @@ class SetupScreen(DeskScreen):
         super().__init__()
         path = file_of(self.desk.arm.config)
         self.first = Steps(self.desk, self._go, path)
-        self.stage: Stage = self.first
+        self.stage: SetupStage = self.first
 
-    def _go(self, stage: Stage) -> None:
+    def _go(self, stage: SetupStage) -> None:
         self.stage.forget()
         self.stage = stage
         if self._laid_out:
@@ -205,8 +205,8 @@ class SetupScreen(DeskScreen):
         """Take the last character away."""
         self._do(self.stage.erase)
 
-    def _motors(self) -> Motors | None:
-        if isinstance(self.stage, Motors):
+    def _motors(self) -> MotorsStage | None:
+        if isinstance(self.stage, MotorsStage):
             return self.stage
         self.desk.say("that is for checking motors: choose that step first")
         return None
@@ -219,7 +219,7 @@ class SetupScreen(DeskScreen):
     def action_saw(self, what: str) -> None:
         """Say what was seen."""
         if motors := self._motors():
-            self._do(lambda: motors.saw(Saw[what]))
+            self._do(lambda: motors.saw(SawMotion[what]))
 
     def action_another(self) -> None:
         """Say that another motor's part moved."""

@@ -15,17 +15,17 @@ WARNING = (
 )
 """Said before a port is opened."""
 
-Go = Callable[["Stage"], None]
+Go = Callable[["SetupStage"], None]
 """Shows another stage."""
 
 
-class Stage:
+class SetupStage:
     """One stage. It knows the desk and how to go on to another one, and nothing of the screen."""
 
     typing = False
     """Whether printable keys are typed into it."""
 
-    def __init__(self, desk: ScreenHost, go: Go, before: Stage | None = None) -> None:
+    def __init__(self, desk: ScreenHost, go: Go, before: SetupStage | None = None) -> None:
         self.desk = desk
         self.go = go
         self.before = before
@@ -89,7 +89,7 @@ def listed(rows: Sequence[str], marked: int) -> list[str]:
     return [f"{'>' if at == marked else ' '} {row}" for at, row in enumerate(rows)]
 
 
-def first_of(stage: Stage) -> Stage:
+def first_of(stage: SetupStage) -> SetupStage:
     """Return the stage that all began with."""
     while stage.before is not None:
         stage = stage.before

@@ -18,9 +18,9 @@ from kinematics.chains.links import JointKind
 from kinematics.textbook.jacobians import Lost
 from kinematics.textbook.pages import Column, laid, sections, summary, symbol_sections
 from kinematics.textbook.study import Study, Subject, searched
-from kinematics.textbook.worked_example import Section
+from kinematics.textbook.worked_example import ExampleSection
 from tui.arm_view import SpaceView
-from tui.framework import Alarm, FirstKeys, PlainText
+from tui.framework import FirstKeys, HoldAlarm, PlainText
 from tui.jog.words import bar
 from tui.keys.keyboard import Keyboard
 from tui.keys.table import JogPair, spoken, words
@@ -35,7 +35,7 @@ LEAST_VIEW_WIDTH = 34
 REST_S = 0.5
 """A posture that has been shown for so long rests."""
 
-WORKING = Section("in symbols", ("working them out: it takes a moment",))
+WORKING = ExampleSection("in symbols", ("working them out: it takes a moment",))
 
 
 class TheoryPanel(Horizontal):
@@ -63,11 +63,11 @@ class TheoryPanel(Horizontal):
         self._figure = ChainFigure(subject.chain)
         self._joint_names = subject.chain.joint_names
         self._study: Study | None = None
-        self._symbols: tuple[Section, ...] | None = None
+        self._symbols: tuple[ExampleSection, ...] | None = None
         self._writing = False
         self._near: tuple[tuple[float, ...], tuple[Lost, ...]] = ((), ())
         self._searching = False
-        self._rests = Alarm(cast("FirstKeys", self.app), self.look_now)
+        self._rests = HoldAlarm(cast("FirstKeys", self.app), self.look_now)
 
     def compose(self) -> ComposeResult:
         """Lay the arm and its numbers out on the left, the pages on the right."""
@@ -147,7 +147,7 @@ class TheoryPanel(Horizontal):
 
     # -- what takes long ----------------------------------------------------------------------
 
-    def _in_symbols(self, of: Study) -> tuple[Section, ...]:
+    def _in_symbols(self, of: Study) -> tuple[ExampleSection, ...]:
         """Return the formulas of the arm, the same for every posture, as soon as they are there."""
         if self._symbols is None and not self._writing:
             self._writing = True
@@ -158,7 +158,7 @@ class TheoryPanel(Horizontal):
         found = symbol_sections(of, COLUMN_WIDTH - 1)
         self.app.call_from_thread(self._keep_symbols, found)
 
-    def _keep_symbols(self, found: tuple[Section, ...]) -> None:
+    def _keep_symbols(self, found: tuple[ExampleSection, ...]) -> None:
         self._symbols = found
         self._again()
 

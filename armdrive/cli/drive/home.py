@@ -23,8 +23,8 @@ from armdrive.arm import Arm
 from armdrive.cli.arm_options import add_arm_options
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.options import number
-from armdrive.cli.presenter import Reporter, emit, say, say_which
-from armdrive.cli.terminal_person import Guide, agreed
+from armdrive.cli.presenter import TerminalReporter, emit, say, say_which
+from armdrive.cli.terminal_person import TerminalOperator, agreed
 from armdrive.errors import BadRequest, OperatorNeeded
 from armdrive.moves import GRIPPER_AXIS
 from armdrive.status import State, status_view
@@ -105,7 +105,7 @@ def _switch_on(arm: Arm) -> None:
 
 
 def _guided(arm: Arm) -> None:
-    guide = Guide(terminal=sys.stdin.isatty() and sys.stdout.isatty())
+    guide = TerminalOperator(terminal=sys.stdin.isatty() and sys.stdout.isatty())
     if not guide.prepare(arm, off=arm.status.state is State.DISABLED):
         raise OperatorNeeded(
             "nobody agreed: nothing was moved or referenced. Run `armdrive home` in a terminal, or "
@@ -139,7 +139,7 @@ def _by_switches(arm: Arm, options: argparse.Namespace) -> None:
     if not sure and (options.json or not agreed(WAY_CLEAR)):
         raise OperatorNeeded("nobody agreed, so nothing was moved: answer yes, or give --switches")
     _switch_on(arm)
-    with Reporter(silent=not say_all) as reporter:
+    with TerminalReporter(silent=not say_all) as reporter:
         arm.home(told=lambda group: reporter.tell(f"homed: {' and '.join(group)}"))
 
 

@@ -18,7 +18,7 @@ from armdrive.cli.arm_options import add_allow_restored, add_arm_options
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.options import fraction
 from armdrive.cli.presenter import emit, say, say_which
-from armdrive.cli.terminal_person import Guide, agreed, settle_trust
+from armdrive.cli.terminal_person import TerminalOperator, agreed, settle_trust
 from armdrive.errors import OperatorNeeded
 from armdrive.motion.verify import Verdict, Verified, verified_view
 
@@ -62,7 +62,7 @@ def _verified(arm: Arm, options: argparse.Namespace) -> Verified:
         return arm.verify(accept=options.accept, speed=options.speed)
     if options.json:
         return arm.verify(speed=options.speed)  # which says that somebody has to look
-    guide = Guide(terminal=False)
+    guide = TerminalOperator(terminal=False)
     if not guide.prepare(arm, off=False):
         raise OperatorNeeded("nobody agreed: nothing was moved")
     say(FINE)

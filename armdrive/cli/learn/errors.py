@@ -11,7 +11,7 @@ from dataclasses import asdict
 from armdrive.cli.options import add_json_option
 from armdrive.cli.presenter import emit, put, say
 from armdrive.errors.printing import in_full, listing, page
-from armdrive.errors.table import ENTRIES, Entry, by_code, found
+from armdrive.errors.table import ENTRIES, CatalogueEntry, by_code, found
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -42,7 +42,7 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _print_in_full(rows: tuple[Entry, ...]) -> None:
+def _print_in_full(rows: tuple[CatalogueEntry, ...]) -> None:
     for row in rows:
         for line in in_full(row):
             say(line)

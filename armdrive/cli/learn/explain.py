@@ -32,7 +32,7 @@ from kinematics.errors import OutOfReach, UnknownSystem
 from kinematics.textbook.systems import SYSTEMS, MiniMover, System, system
 from kinematics.textbook.worked_example import (
     FRAME_COORDINATES,
-    Section,
+    ExampleSection,
     SymbolicExample,
     WorkedExample,
     sections,
@@ -201,7 +201,7 @@ def _say_heading(title: str, source: str) -> None:
         say(f"source: {source}")
 
 
-def _say_sections(sections: Iterable[Section], *, comment: bool = False) -> None:
+def _say_sections(sections: Iterable[ExampleSection], *, comment: bool = False) -> None:
     for section in sections:
         say("")
         say(f"% {section.title}" if comment else f"== {section.title}")

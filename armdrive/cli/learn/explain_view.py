@@ -9,7 +9,7 @@ from armdrive.cli.learn.ik_by_numbers import solution_view
 from armdrive.cli.learn.models import shown, shown_joints
 from kinematics.chains.tables import rows_of
 from kinematics.frames.transforms import IN_PLACE, Transform, position_of
-from kinematics.textbook.notation import Latex, Text
+from kinematics.textbook.notation import Latex, SymbolText
 from kinematics.textbook.symbols import as_symbol
 from kinematics.textbook.worked_example import (
     SymbolicExample,
@@ -55,7 +55,7 @@ def example_view(example: WorkedExample) -> dict[str, Any]:
 
 def symbolic_view(example: SymbolicExample, *, latex: bool) -> dict[str, Any]:
     """Return a symbolic example, its entries as text or as LaTeX."""
-    writer = Latex() if latex else Text()
+    writer = Latex() if latex else SymbolText()
 
     def written(matrix: Transform) -> list[list[str]]:
         return [[writer.write(as_symbol(entry)) for entry in row] for row in matrix]

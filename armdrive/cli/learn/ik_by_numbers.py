@@ -14,7 +14,7 @@ from armdrive.errors import Refused
 from kinematics.chains.chain import Chain
 from kinematics.chains.goals import Goal, Part
 from kinematics.chains.inverse import Solution, solve_goal, solve_pose_ik
-from kinematics.chains.task import Task, goal_of
+from kinematics.chains.task import HandTask, goal_of
 from kinematics.frames.transforms import position_of
 from kinematics.spaces import Pose
 from kinematics.textbook.worked_example import (
@@ -57,7 +57,7 @@ def solve_by_numbers(model: Model, options: argparse.Namespace) -> int:
 def _headed(chain: Chain, pose: Pose, yaw_deg: float, pitch_free: bool, roll_free: bool) -> Goal:
     """Return the goal of a hand that points in a direction of its own."""
     headed = replace(pose, yaw_rad=math.radians(yaw_deg))
-    goal = goal_of(headed, Task.WHOLE, position_of(chain.base))
+    goal = goal_of(headed, HandTask.WHOLE, position_of(chain.base))
     free = {Part.PITCH} if pitch_free else set()
     free |= {Part.ROLL} if roll_free else set()
     return replace(goal, parts=goal.parts - free)

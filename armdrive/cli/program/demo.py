@@ -23,9 +23,9 @@ from armdrive.cli.terminal_person import agreed, ask_operator, settle_trust
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import BadRequest, OperatorNeeded
-from armdrive.programs.demo import JOBS, Carried, Job, blocks_of, misplaced, perform
+from armdrive.programs.demo import JOBS, CarriedBlock, Job, blocks_of, misplaced, perform
 from armdrive.registry import DEFAULT, simulate
-from armdrive.sim.simulated_arm import Twin
+from armdrive.sim.simulated_arm import SimulatedArm
 
 SPEED = 8.0
 DIALECT = DEFAULT
@@ -80,8 +80,8 @@ def _run_simulated(options: argparse.Namespace) -> int:
 
 
 def _perform_plainly(
-    twin: Twin, config: ArmConfig, *, as_json: bool
-) -> tuple[list[Carried], float]:
+    twin: SimulatedArm, config: ArmConfig, *, as_json: bool
+) -> tuple[list[CarriedBlock], float]:
     with Arm(connect_simulated(config, twin=twin)) as arm:
         tell = (lambda text: emit({"step": text})) if as_json else say
         if not as_json:
@@ -91,7 +91,7 @@ def _perform_plainly(
 
 
 def _summary(
-    carried: list[Carried], twin: Twin, wrong: list[str], simulated_s: float
+    carried: list[CarriedBlock], twin: SimulatedArm, wrong: list[str], simulated_s: float
 ) -> dict[str, object]:
     return {
         "blocks": [
@@ -109,7 +109,9 @@ def _summary(
     }
 
 
-def _tell_end(carried: list[Carried], wrong: list[str], simulated_s: float, took_s: float) -> None:
+def _tell_end(
+    carried: list[CarriedBlock], wrong: list[str], simulated_s: float, took_s: float
+) -> None:
     for each in carried:
         say(
             f"block {each.job.name}: measured {each.measured_mm:.1f} mm, "

@@ -11,10 +11,10 @@ from armdrive.arm import Arm
 from armdrive.cli.presenter import draw_over, put
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import connect_simulated
-from armdrive.programs.demo import JOBS, Carried, perform
+from armdrive.programs.demo import JOBS, CarriedBlock, perform
 from armdrive.render.canvas import can_braille
-from armdrive.render.side_view import ArmScene, Box, side_view, top_view
-from armdrive.sim.simulated_arm import Twin
+from armdrive.render.side_view import ArmScene, DrawnBox, side_view, top_view
+from armdrive.sim.simulated_arm import SimulatedArm
 
 FRAME_S = 1.0 / 15.0
 MOST_COLUMNS, MOST_ROWS = 110, 22
@@ -28,7 +28,7 @@ class _Performance(threading.Thread):
         super().__init__(name="demo", daemon=True)
         self.arm = arm
         self.said = ""
-        self.carried: list[Carried] = []
+        self.carried: list[CarriedBlock] = []
         self.error: Exception | None = None
 
     def run(self) -> None:
@@ -43,8 +43,8 @@ class _Performance(threading.Thread):
 
 
 def show(
-    config: ArmConfig, twin: Twin, *, pace: float, braille: bool
-) -> tuple[list[Carried], float]:
+    config: ArmConfig, twin: SimulatedArm, *, pace: float, braille: bool
+) -> tuple[list[CarriedBlock], float]:
     """Perform at `pace` times real time, drawn; return what was carried, and the arm's time."""
     braille = braille and can_braille(sys.stdout.encoding, os.environ)
     with Arm(connect_simulated(config, twin=twin, pace=pace)) as arm:
@@ -64,7 +64,9 @@ def show(
         return performance.carried, arm.pace.now_s()
 
 
-def _draw(arm: Arm, twin: Twin, said: str, pace: float, braille: bool, last_lines: int) -> int:
+def _draw(
+    arm: Arm, twin: SimulatedArm, said: str, pace: float, braille: bool, last_lines: int
+) -> int:
     """Draw over the last picture; return how many lines there are now."""
     columns, rows = shutil.get_terminal_size()
     width, height = min(columns - 1, MOST_COLUMNS), max(min(rows - 4, MOST_ROWS), 4)
@@ -84,7 +86,7 @@ def _draw(arm: Arm, twin: Twin, said: str, pace: float, braille: bool, last_line
     return len(picture)
 
 
-def _scene(twin: Twin) -> ArmScene:
+def _scene(twin: SimulatedArm) -> ArmScene:
     """Return the physical world as there is to draw."""
     world = twin.world
     geometry = world.body.arm
@@ -94,7 +96,7 @@ def _scene(twin: Twin) -> ArmScene:
         base_rad=world.joints[0],
         reach_mm=geometry.levers_mm(None)[0],
         blocks=tuple(
-            Box(b.name, b.x_mm, b.y_mm, b.z_mm, b.width_mm, b.height_mm)
+            DrawnBox(b.name, b.x_mm, b.y_mm, b.z_mm, b.width_mm, b.height_mm)
             for b in world.scene.blocks.values()
         ),
     )

@@ -15,7 +15,7 @@ from armdrive.cli.presenter import complain, emit, put, put_error, say, say_whic
 from armdrive.cli.program.run_display import Display
 from armdrive.cli.program.run_report import draw_path, rehearsal_lines, rehearsal_view
 from armdrive.cli.terminal_person import ask_operator, settle_trust
-from armdrive.errors import ArmError, ArmInUse, DeviceFault, LinkError, Mark
+from armdrive.errors import ArmError, ArmInUse, DeviceFault, LinkError, SourceMark
 from armdrive.errors.table import error_view, tagged
 from armdrive.programs.problems import excerpt
 from armdrive.programs.rehearsal import Rehearsal
@@ -96,7 +96,7 @@ def report(
     return 0
 
 
-def show_place(mark: Mark | None, lines: list[str], error: BaseException) -> None:
+def show_place(mark: SourceMark | None, lines: list[str], error: BaseException) -> None:
     """Show a line of the program with a caret under the place, where the error does not do so."""
     if mark is None or getattr(error, "mark", None) is not None:
         return
@@ -105,7 +105,7 @@ def show_place(mark: Mark | None, lines: list[str], error: BaseException) -> Non
         put_error(f"{excerpt(lines[mark.line - 1], mark.column)}\n")
 
 
-def failed_view(mark: Mark | None, error: BaseException, resume: str) -> dict[str, Any]:
+def failed_view(mark: SourceMark | None, error: BaseException, resume: str) -> dict[str, Any]:
     """Return the end of a run that did not end well, as plain data."""
     return {
         "event": "failed",

@@ -16,10 +16,10 @@ from typing import Any, Self
 
 from armdrive.arm import Arm
 from armdrive.cli.presenter import put
-from armdrive.errors import Mark, Stopped
+from armdrive.errors import SourceMark, Stopped
 from armdrive.errors.printable import printable
-from armdrive.programs.acts import Answer, Machine
-from armdrive.programs.running import Estimate, Progress, Step
+from armdrive.programs.acts import Answer, ProgramMachine
+from armdrive.programs.running import Estimate, RunProgress, RunStep
 
 REDRAW_S = 0.2
 CLEAR_LINE = "\r\x1b[K"
@@ -45,10 +45,10 @@ class Display:
         self._lines = lines
         self._emit = emit
         self._rewrites = rewrites and emit is None
-        self._progress = Progress(())
+        self._progress = RunProgress(())
         self._share = 1.0
         self._arm: Arm | None = None
-        self._mark: Mark | None = None
+        self._mark: SourceMark | None = None
         self._act = ""
         self._loop = 1
         self._loops = 1
@@ -74,19 +74,19 @@ class Display:
         with self._lock:
             self._wipe()
 
-    def follow(self, progress: Progress, *, share: float = 1.0, loops: int = 1) -> None:
+    def follow(self, progress: RunProgress, *, share: float = 1.0, loops: int = 1) -> None:
         """Estimate by a rehearsal, in which the arm went with `share` of its speed."""
         with self._lock:
             self._progress, self._share, self._loops = progress, share, loops
 
     # -- what happens -------------------------------------------------------------------------
 
-    def begins(self, step: Step, machine: Machine) -> None:  # noqa: ARG002 - as every onlooker
+    def begins(self, step: RunStep, machine: ProgramMachine) -> None:  # noqa: ARG002 - as every onlooker
         """Show an act of a program file."""
         act = type(step.stage.act).__name__
         self.at(None, step.stage.mark, act, loop=step.loop, loud=step.moves)
 
-    def ended(self, step: Step, answer: Answer, took_s: float) -> None:
+    def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
         """Tell programs what an act brought."""
         if self._emit is not None:
             brought = answer if isinstance(answer, bool | float | int) else None
@@ -107,7 +107,7 @@ class Display:
         arm.program = self.view
 
     def at(
-        self, arm: Arm | None, mark: Mark, act: str, *, loop: int = 1, loud: bool = True
+        self, arm: Arm | None, mark: SourceMark, act: str, *, loop: int = 1, loud: bool = True
     ) -> None:
         """Show where the program is; `loud` is worth a line of its own."""
         with self._lock:

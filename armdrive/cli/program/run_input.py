@@ -18,7 +18,7 @@ from armdrive.arm import Arm
 LOOK_EVERY_S = 0.05
 
 
-class Shown(Protocol):
+class RunShown(Protocol):
     """What shows a program's words."""
 
     def say(self, text: str) -> None:
@@ -28,7 +28,7 @@ class Shown(Protocol):
         """Show what a person is waited for."""
 
 
-class Lines:
+class PromptLines:
     """Lines of standard input as they are typed, read by a thread that nobody waits for.
 
     Read by its number and not through Python's own buffer, whose lock a blocked thread would keep
@@ -65,18 +65,18 @@ class Lines:
                     self._lines.put("")
 
 
-def standard_input() -> Lines:
+def standard_input() -> PromptLines:
     """Return the lines of standard input; none where there is none."""
     try:
-        return Lines(sys.stdin.fileno())
+        return PromptLines(sys.stdin.fileno())
     except (OSError, ValueError, AttributeError):
-        return Lines(None)
+        return PromptLines(None)
 
 
-class Terminal:
+class RunTerminal:
     """Shows what a program says; while it waits for a person the arm is paused, as by `pause`."""
 
-    def __init__(self, arm: Arm, shown: Shown, lines: Lines) -> None:
+    def __init__(self, arm: Arm, shown: RunShown, lines: PromptLines) -> None:
         self._arm = arm
         self._shown = shown
         self._lines = lines

@@ -25,11 +25,11 @@ from armdrive.cli.program.run_common import (
     stands_at,
 )
 from armdrive.cli.program.run_display import Display, duration
-from armdrive.cli.program.run_input import Terminal, standard_input, stopped_by_interrupt
-from armdrive.programs.acts import Answer, Machine
+from armdrive.cli.program.run_input import RunTerminal, standard_input, stopped_by_interrupt
+from armdrive.programs.acts import Answer, ProgramMachine
 from armdrive.programs.journal import (
-    Entry,
     Journal,
+    JournalEntry,
     interrupted,
     require_place,
     require_same_program,
@@ -37,8 +37,8 @@ from armdrive.programs.journal import (
 from armdrive.programs.performing import Performer
 from armdrive.programs.problems import lines_of
 from armdrive.programs.program import ArmProgram, Program, read_program_file
-from armdrive.programs.rehearsal import Plan, Rehearsal, rehearse, require_rehearsed
-from armdrive.programs.running import Progress, Run, Step
+from armdrive.programs.rehearsal import Rehearsal, RehearsedPlan, rehearse, require_rehearsed
+from armdrive.programs.running import ProgramRun, RunProgress, RunStep
 
 
 def run_program(options: argparse.Namespace) -> int:
@@ -47,7 +47,7 @@ def run_program(options: argparse.Namespace) -> int:
     if options.check:
         return _check(program, options)
     with contextlib.closing(connect_to_run(options)) as arm, stopped_by_interrupt(lambda: [arm]):
-        return _Running(program, arm, options).run()
+        return _RunningProgram(program, arm, options).run()
 
 
 def _check(program: Program, options: argparse.Namespace) -> int:
@@ -64,7 +64,7 @@ def _check(program: Program, options: argparse.Namespace) -> int:
 
 def _taken_up(
     program: Program, source: ArmProgram, arm: Arm | None, options: argparse.Namespace
-) -> Entry | None:
+) -> JournalEntry | None:
     """Return where the program is to be taken up, None for its beginning. Raises `Refused`."""
     if not options.resume:
         return None
@@ -77,12 +77,12 @@ def _taken_up(
 
 
 def _plan(
-    source: ArmProgram, options: argparse.Namespace, entry: Entry | None, *, settle: bool
-) -> Plan:
-    machine: Callable[[], Machine] | None = None
+    source: ArmProgram, options: argparse.Namespace, entry: JournalEntry | None, *, settle: bool
+) -> RehearsedPlan:
+    machine: Callable[[], ProgramMachine] | None = None
     if entry is not None:
         machine = partial(source.restored, entry.snapshot)
-    return Plan(
+    return RehearsedPlan(
         source,
         _loops(options, entry),
         1 if entry is None else entry.loop,
@@ -95,31 +95,31 @@ def _plan(
     )
 
 
-def _loops(options: argparse.Namespace, entry: Entry | None) -> int:
+def _loops(options: argparse.Namespace, entry: JournalEntry | None) -> int:
     if options.loops is not None:
         return int(options.loops)
     return 1 if entry is None else entry.loops
 
 
-class _Gate:
+class _StepGate:
     """Waits for the person before each motion."""
 
     def __init__(self, performer: Performer, display: Display) -> None:
         self._performer = performer
         self._display = display
 
-    def begins(self, step: Step, machine: Machine) -> None:  # noqa: ARG002 - as every onlooker
+    def begins(self, step: RunStep, machine: ProgramMachine) -> None:  # noqa: ARG002 - as every onlooker
         """Wait before a motion; a stop meanwhile ends the run."""
         if not step.moves:
             return
         line = step.stage.mark.line
         self._performer.hold(f"line {line}: {self._display.source(line)}")
 
-    def ended(self, step: Step, answer: Answer, took_s: float) -> None:
+    def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
         """Wait for the next motion."""
 
 
-class _Running:
+class _RunningProgram:
     """One run of a program file on a connected arm."""
 
     def __init__(self, program: Program, arm: Arm, options: argparse.Namespace) -> None:
@@ -140,7 +140,7 @@ class _Running:
         make_ready(self._arm, self._options)
         with display_for(self._options, self._lines) as display:
             self._begin(display, rehearsal, plan)
-            person = Terminal(self._arm, display, standard_input())
+            person = RunTerminal(self._arm, display, standard_input())
             performer = Performer(self._arm, person, since=self._stops, outputs=plan.outputs)
             return self._carry_out(source, plan, performer, display)
 
@@ -152,9 +152,9 @@ class _Running:
                 show_place(rehearsal.at, self._lines, rehearsal.refusal or error)
             raise
 
-    def _begin(self, display: Display, rehearsal: Rehearsal, plan: Plan) -> None:
+    def _begin(self, display: Display, rehearsal: Rehearsal, plan: RehearsedPlan) -> None:
         known = rehearsal.whole and rehearsal.refusal is None
-        progress = Progress(rehearsal.loops if known else (), repeated=plan.loops)
+        progress = RunProgress(rehearsal.loops if known else (), repeated=plan.loops)
         display.use(self._arm)
         display.follow(progress, share=rehearsal.share, loops=plan.loops)
         total_s = progress.total_s
@@ -174,13 +174,13 @@ class _Running:
         display.tell(event, f"{self._options.program}{takes}{assumed}")
 
     def _carry_out(
-        self, source: ArmProgram, plan: Plan, performer: Performer, display: Display
+        self, source: ArmProgram, plan: RehearsedPlan, performer: Performer, display: Display
     ) -> int:
         path, digest = self._options.program.resolve(), self._program.digest
         journal = Journal(self._arm, performer, path, digest, plan.loops)
-        gate = [_Gate(performer, display)] if self._options.step else []
+        gate = [_StepGate(performer, display)] if self._options.step else []
         machine = None if plan.machine is None else plan.machine()
-        run = Run(
+        run = ProgramRun(
             source,
             performer,
             [journal, *gate, display],
@@ -202,7 +202,9 @@ class _Running:
         display.tell(ended_view(self._arm, run.done, took_s), words)
         return 0
 
-    def _failed(self, error: BaseException, run: Run, journal: Journal, display: Display) -> None:
+    def _failed(
+        self, error: BaseException, run: ProgramRun, journal: Journal, display: Display
+    ) -> None:
         with contextlib.suppress(Exception):  # what went wrong first is what is told
             journal.broke_off(error)
         mark = None if run.at is None else run.at.stage.mark

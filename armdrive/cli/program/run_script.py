@@ -28,9 +28,9 @@ from armdrive.cli.program.run_common import (
     stands_at,
 )
 from armdrive.cli.program.run_display import Display, line_words
-from armdrive.cli.program.run_input import Terminal, standard_input, stopped_by_interrupt
-from armdrive.errors import ArmError, BadRequest, Mark, Stopped
-from armdrive.programs.rehearsal import Plan, Rehearsal
+from armdrive.cli.program.run_input import RunTerminal, standard_input, stopped_by_interrupt
+from armdrive.errors import ArmError, BadRequest, SourceMark, Stopped
+from armdrive.programs.rehearsal import Rehearsal, RehearsedPlan
 from armdrive.programs.scripts import (
     Connections,
     ScriptCall,
@@ -65,13 +65,13 @@ def run_script(options: argparse.Namespace) -> int:
     if options.loops is not None:
         raise BadRequest(NO_LOOPS)
     lines = read_script(options.program).decode("utf-8", "replace").splitlines()
-    return _check(options, lines) if options.check else _Running(options, lines).run()
+    return _check(options, lines) if options.check else _RunningScript(options, lines).run()
 
 
 def _check(options: argparse.Namespace, lines: list[str]) -> int:
     arm, unasked = connect_to_check(options)
     with contextlib.closing(arm) if arm is not None else contextlib.nullcontext():
-        plan = Plan(
+        plan = RehearsedPlan(
             _NoSource(),
             inputs=dict(options.input),
             width_mm=options.assume_width,
@@ -106,7 +106,7 @@ class _NoSource:
         raise BadRequest("a Python script has no acts")
 
 
-class _Running:
+class _RunningScript:
     """One run of a script."""
 
     def __init__(self, options: argparse.Namespace, lines: list[str]) -> None:
@@ -115,7 +115,7 @@ class _Running:
         self._display: Display = display_for(options, lines)
         self._keys = standard_input()
         self._calls = 0
-        self._last: Mark | None = None
+        self._last: SourceMark | None = None
         self.connections = Connections(
             options.program, self._own, self._told, self._made, as_it_says
         )
@@ -161,12 +161,12 @@ class _Running:
     def _told(self, arm: Arm, call: ScriptCall) -> None:
         """Show a call, and wait for the person before a motion where that is wanted."""
         self._calls += 1
-        self._last = Mark(call.line, 1, str(self._options.program))
+        self._last = SourceMark(call.line, 1, str(self._options.program))
         moves = call.name in MOVING
         if self._options.step and moves:
             stops = arm.stops
             text = line_words(call.line, self._display.source(call.line) or call.name)
-            Terminal(arm, self._display, self._keys).hold(text, lambda: arm.stops != stops)
+            RunTerminal(arm, self._display, self._keys).hold(text, lambda: arm.stops != stops)
             if arm.stops != stops:
                 raise Stopped("the script was stopped")
         self._display.at(arm, self._last, call.name, loud=moves)
@@ -186,7 +186,7 @@ class _Running:
     def _failed(self, error: BaseException) -> None:
         line = line_of(error, self._options.program)
         known = self._last if self._last is not None and self._last.line else None
-        mark = known if line is None else Mark(line, 1, str(self._options.program))
+        mark = known if line is None else SourceMark(line, 1, str(self._options.program))
         if self._options.json:
             self._display.tell(failed_view(mark, error, ""), "")
             return

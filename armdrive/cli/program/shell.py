@@ -97,11 +97,11 @@ def from_a_terminal(arm: Arm, options: argparse.Namespace) -> int:
     shell = Shell(arm, options, OWN_WORDS, typing=True)
     with TypedLines(lambda: known_words(shell)) as lines:
         put("`help` lists the words; Ctrl-D or `quit` leaves\n")
-        _Loop(shell, lines).run()
+        _PromptLoop(shell, lines).run()
     return 0
 
 
-class _Loop:
+class _PromptLoop:
     """Asks for line after line, and shows what went wrong without ending."""
 
     def __init__(self, shell: Shell, lines: TypedLines) -> None:

@@ -13,8 +13,8 @@ from armdrive.cli.presenter import put
 from armdrive.cli.program.run_display import Display
 from armdrive.cli.terminal_person import ask_operator
 from armdrive.dialog import PostureRequest
-from armdrive.programs.acts import Answer, Grasp, Machine, Say
-from armdrive.programs.running import Step
+from armdrive.programs.acts import Answer, Grasp, ProgramMachine, Say
+from armdrive.programs.running import RunStep
 from armdrive.programs.session import Typed
 from armdrive.setup.keyboard import raw_terminal
 
@@ -22,7 +22,7 @@ LOOK_EVERY_S = 0.05
 ENTER = (b"\r", b"\n")
 
 
-class Shown(Display):
+class ShellShown(Display):
     """Shows an entry while it is carried out: its lines are found where they were typed."""
 
     def __init__(
@@ -35,32 +35,32 @@ class Shown(Display):
         """Return the line that is carried out."""
         return self._typed.line_at(self._mark).strip() if self._mark else super().source(line)
 
-    def begins(self, step: Step, machine: Machine) -> None:  # noqa: ARG002 - as every onlooker
+    def begins(self, step: RunStep, machine: ProgramMachine) -> None:  # noqa: ARG002 - as every onlooker
         """Show an act, but not on a line of its own: the person has just typed it."""
         act = type(step.stage.act).__name__
         self.at(None, step.stage.mark, act, loop=step.loop, loud=False)
 
-    def ended(self, step: Step, answer: Answer, took_s: float) -> None:
+    def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
         """Say what a grasp found; tell programs what every act brought."""
         super().ended(step, answer, took_s)
         if isinstance(step.stage.act, Grasp) and isinstance(answer, float) and self._emit is None:
             self.say(f"grasped: {answer:.1f} mm wide" if answer else "grasped nothing")
 
 
-class Said:
+class ShellSaid:
     """Says values: to programs as such."""
 
     def __init__(self, tell: Callable[[dict[str, Any], str], None]) -> None:
         self._tell = tell
         self._values: object = []
 
-    def begins(self, step: Step, machine: Machine) -> None:
+    def begins(self, step: RunStep, machine: ProgramMachine) -> None:
         """Look at the values that are about to be said."""
         state = machine.snapshot().get("state")
         if isinstance(step.stage.act, Say) and isinstance(state, dict):
             self._values = state["stack"]
 
-    def ended(self, step: Step, answer: Answer, took_s: float) -> None:
+    def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
         """Hear of the end of an act."""
 
     def say(self, text: str) -> None:

@@ -15,15 +15,15 @@ from armdrive.arm import Arm
 from armdrive.cli.presenter import put_error, say, say_lines
 from armdrive.cli.program.run_common import failed_view
 from armdrive.cli.program.run_input import stopped_by_interrupt
-from armdrive.cli.program.shell_person import AtPrompt, Said, Shown
-from armdrive.errors import ArmError, Mark, NotReferenced, OperatorNeeded, ProgramError
+from armdrive.cli.program.shell_person import AtPrompt, ShellSaid, ShellShown
+from armdrive.errors import ArmError, NotReferenced, OperatorNeeded, ProgramError, SourceMark
 from armdrive.errors.actions import SHELL, presented
 from armdrive.errors.table import tagged
 from armdrive.programs.machine import Machine
 from armdrive.programs.performing import Performer
 from armdrive.programs.program import ArmProgram
-from armdrive.programs.running import Run
-from armdrive.programs.session import Entry, Session
+from armdrive.programs.running import ProgramRun
+from armdrive.programs.session import PromptEntry, Session
 from armdrive.status import State
 
 INPUT = "standard input"
@@ -134,10 +134,10 @@ class Shell:
                 word.deed(self, rest)
         except ArmError as error:
             if not (self.typing or self.json or isinstance(error, ProgramError)):
-                put_error(f"{Mark(position, 1, INPUT)}\n")
+                put_error(f"{SourceMark(position, 1, INPUT)}\n")
             raise
 
-    def carry_out(self, entry: Entry) -> None:
+    def carry_out(self, entry: PromptEntry) -> None:
         """Carry an entry out, and learn what it brought, also where it broke off."""
         try:
             machine = ArmProgram(entry.program, self.arm.config).machine()
@@ -146,10 +146,10 @@ class Shell:
             raise self.session.typed.shown(error) from None
         self.done += 1
 
-    def _perform(self, entry: Entry, machine: Machine) -> None:
+    def _perform(self, entry: PromptEntry, machine: Machine) -> None:
         rewrites = self.typing and sys.stdout.isatty()
-        shown = Shown(self.session.typed, self.emit if self.json else None, rewrites=rewrites)
-        said = Said(self.tell)
+        shown = ShellShown(self.session.typed, self.emit if self.json else None, rewrites=rewrites)
+        said = ShellSaid(self.tell)
         with shown, stopped_by_interrupt(lambda: [self.arm], ends=not self.typing):
             self._forget_stops()
             show = said.say if entry.says else shown.say
@@ -157,7 +157,7 @@ class Shell:
             performer = Performer(self.arm, person, since=self._stops, outputs=self._outputs)
             shown.use(self.arm)
             onlooker = said if entry.says else shown
-            self._carry_out(entry, machine, Run(_Once(machine), performer, [onlooker]))
+            self._carry_out(entry, machine, ProgramRun(_Once(machine), performer, [onlooker]))
             self._outputs = performer.outputs
 
     def _forget_stops(self) -> None:
@@ -166,7 +166,7 @@ class Shell:
             self.arm.stand_still()  # one that is not seen yet would stop the next motion
             self._stops = self.arm.stops
 
-    def _carry_out(self, entry: Entry, machine: Machine, run: Run) -> None:
+    def _carry_out(self, entry: PromptEntry, machine: Machine, run: ProgramRun) -> None:
         done = False
         try:
             run.carry_out()
@@ -178,7 +178,7 @@ class Shell:
             self.session.learn(entry, machine, done=done)
             self.arm.program = None
 
-    def _tell_place(self, entry: Entry, run: Run, error: BaseException) -> None:
+    def _tell_place(self, entry: PromptEntry, run: ProgramRun, error: BaseException) -> None:
         """Say at which line an entry broke off, where the person would not know."""
         mark = None if run.at is None else run.at.stage.mark
         if self.json:

@@ -12,7 +12,7 @@ from armdrive.cli.program.shell_session import Left, OwnWord, Shell
 from armdrive.cli.terminal_person import agreed
 from armdrive.errors import BadRequest, OperatorNeeded
 from armdrive.programs.language.syntax import Tree
-from armdrive.programs.language.values import Place, said, to_json
+from armdrive.programs.language.values import PlaceValue, said, to_json
 from armdrive.programs.language.words import (
     FORMS,
     FUNCTIONS,
@@ -28,7 +28,7 @@ from armdrive.programs.language.writing import unparse
 from armdrive.programs.program import ENDING, ArmProgram, read_program, read_program_file
 from armdrive.registry import dialect
 from armdrive.sim.serving.console import PARTS, block_of
-from armdrive.sim.world.scene import Scene
+from armdrive.sim.world.scene import GripScene
 from armdrive.status import joints_view, pose_view, status_view
 from armdrive.storage.files import DISK, replace_durably
 from kinematics.errors import suggestion
@@ -106,12 +106,12 @@ def _new(shell: Shell, _: str) -> None:
 
 def _points(shell: Shell, _: str) -> None:
     for name, value in shell.session.context.variables.items():
-        if isinstance(value, Place):
+        if isinstance(value, PlaceValue):
             view = {"event": "point", "name": name, "value": to_json(value), "book": False}
             shell.tell(view, f"  {name}: {value}")
     for name, point in shell.arm.points.items():
         deg = dict(point.joints.deg)
-        place = Place(joints_deg=deg)
+        place = PlaceValue(joints_deg=deg)
         view = {"event": "point", "name": name, "value": to_json(place), "book": True}
         shell.tell(view, f"  {name}: {place}, in the arm's book")
 
@@ -119,7 +119,7 @@ def _points(shell: Shell, _: str) -> None:
 def _names(shell: Shell, _: str) -> None:
     context = shell.session.context
     for name, value in context.variables.items():
-        if not isinstance(value, Place):
+        if not isinstance(value, PlaceValue):
             view = {"event": "name", "name": name, "value": value}
             shell.tell(view, f"  {name} = {said(value)}")
     for define in context.defines:
@@ -218,7 +218,7 @@ def _tell_block(shell: Shell, name: str) -> None:
     shell.tell(view, f"  {name}: {text}, {size}")
 
 
-def _scene(shell: Shell) -> Scene:
+def _scene(shell: Shell) -> GripScene:
     twin = shell.arm.twin
     if twin is None:
         raise BadRequest("nobody knows what lies on the table of a real arm")

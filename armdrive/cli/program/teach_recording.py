@@ -13,7 +13,7 @@ from armdrive.cli.control_requests import one_holder
 from armdrive.cli.presenter import emit, say
 from armdrive.connect.target import find
 from armdrive.errors import ArmError, BadRequest, Refused
-from armdrive.programs.teaching.record import Choices, Recorder, seen_in
+from armdrive.programs.teaching.record import Choices, StepRecorder, seen_in
 from armdrive.storage.lock_client import watch_holder
 from armdrive.storage.point_file import Points, points_of
 from armdrive.storage.points import Step, check_name
@@ -29,7 +29,7 @@ def record(options: argparse.Namespace) -> int:
     book = points_of(config.name, config.model.arm)
     _require_free(book, options)
     how = "line" if options.line else "joint"
-    recorder = Recorder(options.name, Choices(how, options.speed, options.waits, options.rest))
+    recorder = StepRecorder(options.name, Choices(how, options.speed, options.waits, options.rest))
     if not options.json:
         say(f"recording {name} as {options.name}: a step wherever it comes to rest; Ctrl-C ends it")
     kept = _Kept(options, book, recorder)
@@ -48,7 +48,7 @@ def record(options: argparse.Namespace) -> int:
 
 
 def _follow(
-    recorder: Recorder, views: Iterator[Mapping[str, Any]], names: tuple[str, ...], kept: _Kept
+    recorder: StepRecorder, views: Iterator[Mapping[str, Any]], names: tuple[str, ...], kept: _Kept
 ) -> None:
     """Take up what is seen of an arm, until it is given back."""
     for view in views:
@@ -63,7 +63,7 @@ def _follow(
 class _Kept:
     """Prints steps as they come, and writes them down at once: no way to end loses any."""
 
-    def __init__(self, options: argparse.Namespace, book: Points, recorder: Recorder) -> None:
+    def __init__(self, options: argparse.Namespace, book: Points, recorder: StepRecorder) -> None:
         self._json, self._again = options.json, options.again
         self._book = book
         self._recorder = recorder

@@ -17,10 +17,10 @@ import argparse
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from armdrive.cli.runner import Command
+from armdrive.cli.runner import CliCommand
 from armdrive.cli.set_up import can_monitor, can_setup
 
-ACTIONS: Mapping[str, tuple[Command, str]] = MappingProxyType(
+ACTIONS: Mapping[str, tuple[CliCommand, str]] = MappingProxyType(
     {
         "setup": (can_setup, "commission new drives one at a time, and write the arm file"),
         "monitor": (can_monitor, "show what passes on a bus in words; sends nothing"),

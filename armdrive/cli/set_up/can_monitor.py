@@ -31,7 +31,7 @@ from dataclasses import replace
 from armdrive.cli.options import add_json_option, count, number
 from armdrive.cli.presenter import emit, put_error, say
 from armdrive.config.arm import ArmConfig
-from armdrive.connect.port import Wiring
+from armdrive.connect.port import PortOpening
 from armdrive.connect.target import find, simulation_forced
 from armdrive.dialects.dialect import Language
 from armdrive.errors import ArmError, BadRequest
@@ -152,7 +152,7 @@ def _config(options: argparse.Namespace) -> ArmConfig | None:
 
 
 def _address(options: argparse.Namespace, config: ArmConfig | None) -> CanAddress:
-    port = str(options.port if config is None else Wiring(config).find())
+    port = str(options.port if config is None else PortOpening(config).find())
     if not is_can(port):
         raise BadRequest(
             f"{port} is no CAN bus: write can:INTERFACE:CHANNEL, `armdrive ports` lists them"

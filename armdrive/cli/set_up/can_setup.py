@@ -28,17 +28,17 @@ from armdrive.cli.presenter import emit, say, say_lines
 from armdrive.cli.questions import Back, agree, ask, ask_value
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
-from armdrive.connect.port import Wiring
+from armdrive.connect.port import PortOpening
 from armdrive.connect.target import simulation_forced
-from armdrive.dialog import Ask, Question, WrongAnswer
+from armdrive.dialog import AskPerson, Question, WrongAnswer
 from armdrive.errors import ArmFileError, BadRequest, OperatorNeeded
 from armdrive.registry import load_arm, parse_arm, preset_arm, simulate
 from armdrive.setup import plan as kept
 from armdrive.setup import prober
 from armdrive.setup.arm_text import merged, signs_of, text_of
-from armdrive.setup.commissioning import Outcome, Practice, walk
-from armdrive.setup.dialog_runner import Carrier, Person, SimulatedClock
-from armdrive.setup.plan import Plan, commissionable, plan_of
+from armdrive.setup.commissioning import CommissioningOutcome, Practice, walk
+from armdrive.setup.dialog_runner import DialogClock, DialogPerson, DialogRunner
+from armdrive.setup.plan import CommissioningPlan, commissionable, plan_of
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold
 from armdrive.storage.files import replace_file
@@ -102,7 +102,7 @@ def _path(name: str) -> Path:
     return Path(name) if name.endswith(".toml") else places.arm_files() / f"{name}.toml"
 
 
-def _commission(config: ArmConfig, plan: Plan, options: argparse.Namespace) -> int:
+def _commission(config: ArmConfig, plan: CommissioningPlan, options: argparse.Namespace) -> int:
     """Commission real drives."""
     port = options.port or _known_port(config) or chosen_port(ADAPTERS)
     notes = kept.read(plan.name, config.calibration)
@@ -117,14 +117,16 @@ def _commission(config: ArmConfig, plan: Plan, options: argparse.Namespace) -> i
 def _held(
     link: Link,
     clock: prober.Clock,
-    person: Person,
-    plan: Plan,
+    person: DialogPerson,
+    plan: CommissioningPlan,
     notes: dict[str, kept.Notes],
     keep: Callable[[Mapping[str, Any]], None],
     *,
     again: bool,
-) -> Outcome:
-    return Carrier(link, plan.bus.host(), clock, person, keep).run(walk(plan, notes, again=again))
+) -> CommissioningOutcome:
+    return DialogRunner(link, plan.bus.host(), clock, person, keep).run(
+        walk(plan, notes, again=again)
+    )
 
 
 @contextlib.contextmanager
@@ -143,10 +145,12 @@ def _opened(config: ArmConfig, port: str) -> Iterator[Link]:
 
 def _known_port(config: ArmConfig) -> str:
     wire = config.connection
-    return Wiring(config).find() if wire.port or wire.usb_serial else ""
+    return PortOpening(config).find() if wire.port or wire.usb_serial else ""
 
 
-def _practise(config: ArmConfig, plan: Plan, options: argparse.Namespace, *, alone: bool) -> int:
+def _practise(
+    config: ArmConfig, plan: CommissioningPlan, options: argparse.Namespace, *, alone: bool
+) -> int:
     """Commission simulated drives as they are shipped. Nothing is kept, and no file is written."""
     if options.port:
         raise BadRequest("--sim needs no --port: the drives are within this program")
@@ -155,7 +159,7 @@ def _practise(config: ArmConfig, plan: Plan, options: argparse.Namespace, *, alo
     tell = (lambda _text: None) if options.json else say
     person = Practice(twin, plan, tell, None if alone else terminal.answer)
     tell("These drives are simulated, as they are shipped; nothing is written.")
-    outcome = _held(twin.link, SimulatedClock(), person, plan, {}, lambda _notes: None, again=True)
+    outcome = _held(twin.link, DialogClock(), person, plan, {}, lambda _notes: None, again=True)
     text = text_of(merged(config, plan, outcome.notes, ""), plan.name, outcome.left_out)
     if options.json:
         emit({"arm": plan.name, "left_out": list(outcome.left_out), "arm_file": text})
@@ -165,7 +169,11 @@ def _practise(config: ArmConfig, plan: Plan, options: argparse.Namespace, *, alo
 
 
 def _end(
-    config: ArmConfig, plan: Plan, outcome: Outcome, port: str, options: argparse.Namespace
+    config: ArmConfig,
+    plan: CommissioningPlan,
+    outcome: CommissioningOutcome,
+    port: str,
+    options: argparse.Namespace,
 ) -> None:
     """Show the arm file, and write it once that is agreed to."""
     table = merged(config, plan, outcome.notes, port)
@@ -230,7 +238,7 @@ class TerminalPerson:
     def watch(self, motor: int) -> None:
         """Do nothing: people have eyes."""
 
-    def answer(self, asked: Ask) -> Any:
+    def answer(self, asked: AskPerson) -> Any:
         """Ask until the answer can be used. Raises `OperatorNeeded` where answers have ended."""
         question = asked.question
 

@@ -19,7 +19,7 @@ import argparse
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from armdrive.cli.runner import Command
+from armdrive.cli.runner import CliCommand
 from armdrive.cli.set_up import (
     config_check,
     config_default,
@@ -30,7 +30,7 @@ from armdrive.cli.set_up import (
     config_signs,
 )
 
-ACTIONS: Mapping[str, tuple[Command, str]] = MappingProxyType(
+ACTIONS: Mapping[str, tuple[CliCommand, str]] = MappingProxyType(
     {
         "new": (config_new, "ask questions and write an arm file"),
         "signs": (config_signs, "turn each motor a little to find which way it counts"),

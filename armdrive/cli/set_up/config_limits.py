@@ -18,9 +18,9 @@ from armdrive.cli.questions import agree, ask_value
 from armdrive.cli.set_up.config_signs import connected
 from armdrive.dialog import Question, choice
 from armdrive.registry import load_arm
-from armdrive.setup.filing import Proposal
+from armdrive.setup.filing import FileProposal
 from armdrive.setup.limits import (
-    Saw,
+    SawSwitch,
     WiredSwitch,
     all_work,
     clear,
@@ -67,7 +67,11 @@ def run(options: argparse.Namespace) -> int:
     for name, saw in seen.items():
         say(f"{name}: {saw.value}")
     if not works:
-        say(UNHEEDED if Saw.PIN_ALONE in seen.values() else "Look at the switches and their wires.")
+        say(
+            UNHEEDED
+            if SawSwitch.PIN_ALONE in seen.values()
+            else "Look at the switches and their wires."
+        )
         for remark in limit_remarks(config):
             say(remark)
         return 1
@@ -78,7 +82,7 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _write_down(proposal: Proposal) -> None:
+def _write_down(proposal: FileProposal) -> None:
     for line in proposal.difference:
         say(f"  {line}")
     if agree(f"Write this to {proposal.path}?", "no leaves the file as it was.", "yes"):
@@ -86,7 +90,9 @@ def _write_down(proposal: Proposal) -> None:
         say(f"written: {proposal.path}")
 
 
-def check(arm: Arm, switches: tuple[WiredSwitch, ...], *, alone: bool = False) -> dict[str, Saw]:
+def check(
+    arm: Arm, switches: tuple[WiredSwitch, ...], *, alone: bool = False
+) -> dict[str, SawSwitch]:
     """Have each switch pressed and released, and return what the board made of it, by motor."""
     seen = {}
     for switch in switches:
@@ -95,7 +101,7 @@ def check(arm: Arm, switches: tuple[WiredSwitch, ...], *, alone: bool = False) -
             _released(arm, switch, alone=alone)
             clear(arm)  # letting go of a switch is a change as well, and raises an alarm
         else:
-            seen[switch.motor] = Saw.NONE
+            seen[switch.motor] = SawSwitch.NONE
     return seen
 
 

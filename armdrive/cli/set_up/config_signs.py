@@ -26,7 +26,7 @@ from armdrive.setup.directions import (
     OTHER,
     TRIAL_SPEED,
     WAYS,
-    Seen,
+    SeenMotion,
     Sight,
     Signs,
     Trial,
@@ -74,15 +74,15 @@ WATCHED = "watch a real arm while its motors turn"
 
 def connected(
     config: ArmConfig, *, simulated: bool, alone: bool = False, wanted: str = WATCHED
-) -> _Open:
+) -> _OpenArm:
     """Return the arm to be opened in a `with`. Raises `OperatorNeeded` for a real one alone."""
     simulated = simulated or connecting.simulation_forced()
     if not simulated and (alone or not sys.stdin.isatty()):
         raise OperatorNeeded(f"somebody has to {wanted}: answer at a terminal, or give --sim")
-    return _Open(config, simulated)
+    return _OpenArm(config, simulated)
 
 
-class _Open:
+class _OpenArm:
     """An open arm that was not enabled: nothing is switched on before somebody has agreed."""
 
     def __init__(self, config: ArmConfig, simulated: bool) -> None:
@@ -150,7 +150,7 @@ def _explain(arm: Arm) -> None:
     )
 
 
-def _tried(arm: Arm, trial: Trial, *, alone: bool) -> Seen:
+def _tried(arm: Arm, trial: Trial, *, alone: bool) -> SeenMotion:
     """Turn one motor and back, as often as asked, and return what was seen."""
     while True:
         if not alone and not agree(
@@ -158,7 +158,7 @@ def _tried(arm: Arm, trial: Trial, *, alone: bool) -> Seen:
             "no leaves this motor out.",
             "yes",
         ):
-            return Seen(trial, NOTHING)
+            return SeenMotion(trial, NOTHING)
         looked = _turn(arm, trial)
         word, roll = _of_twin(trial, looked) if looked else ("", "")
         if looked and not alone:
@@ -169,7 +169,7 @@ def _tried(arm: Arm, trial: Trial, *, alone: bool) -> Seen:
             continue
         if not alone and trial.turns_hand and word not in (NOTHING, OTHER):
             roll = ask_value(_hand(roll))
-        return Seen(trial, word, roll)
+        return SeenMotion(trial, word, roll)
 
 
 def _turn(arm: Arm, trial: Trial) -> Sight | None:

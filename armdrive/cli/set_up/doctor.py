@@ -28,14 +28,14 @@ from armdrive.cli.set_up.doctor_keyboard import run as examine_keyboard
 from armdrive.cli.set_up.doctor_report import Report, compare
 from armdrive.cli.terminal_person import agreed
 from armdrive.config.arm import ArmConfig
-from armdrive.connect.port import Wiring
+from armdrive.connect.port import PortOpening
 from armdrive.connect.target import find, simulation_forced
 from armdrive.dialog import any_problem
 from armdrive.errors import BadRequest, OperatorNeeded, PortUnavailable
 from armdrive.registry import DIALECTS
 from armdrive.setup import findings as after
 from armdrive.setup import prober
-from armdrive.setup.ports import Before, Naming, arm_files, look_at, unfound
+from armdrive.setup.ports import Before, PortNaming, arm_files, look_at, unfound
 from armdrive.setup.prober import Examination
 from armdrive.storage.arm_lock import hold
 from armdrive.transports.address import is_can
@@ -103,11 +103,11 @@ def _before(options: argparse.Namespace, config: ArmConfig | None) -> tuple[str,
     if config is None or not options.arm:
         return str(options.port), look_at(str(options.port), arm_files())
     try:
-        port = Wiring(config).find()
+        port = PortOpening(config).find()
     except PortUnavailable as error:
         return "", unfound(error)
     wire = config.connection
-    own = Naming(config.name, wire.port, wire.usb_serial)  # its file may lie elsewhere
+    own = PortNaming(config.name, wire.port, wire.usb_serial)  # its file may lie elsewhere
     return port, look_at(port, (own, *(each for each in arm_files() if each.arm != own.arm)))
 
 

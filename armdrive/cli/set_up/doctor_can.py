@@ -14,7 +14,7 @@ from typing import TypeVar
 
 from armdrive.cli.set_up.doctor_report import Report, compare
 from armdrive.config.arm import ArmConfig
-from armdrive.connect.port import Wiring
+from armdrive.connect.port import PortOpening
 from armdrive.dialects.bus.tools import (
     IDS,
     LISTEN_S,
@@ -29,7 +29,7 @@ from armdrive.dialects.bus.tools import (
 from armdrive.dialog import Finding, any_problem, note, ok, problem
 from armdrive.errors import ArmError, BadRequest, LinkError, LinkLost, PortUnavailable
 from armdrive.setup import findings as can_findings
-from armdrive.setup.dialog_runner import Carrier, Nobody
+from armdrive.setup.dialog_runner import DialogRunner, NobodyFound
 from armdrive.setup.finding import PROTOCOLS, ask_bus, is_command, nodes_heard
 from armdrive.setup.prober import RealClock
 from armdrive.storage.arm_lock import hold
@@ -62,7 +62,7 @@ def bus_of(options: argparse.Namespace, config: ArmConfig | None) -> str:
     if options.can:
         return str(options.can if is_can(options.can) else PREFIX + options.can)
     if config is not None:
-        return Wiring(config).find()
+        return PortOpening(config).find()
     if options.port:
         return str(options.port)
     there = [each.port for each in ports.list_can_ports(ports.list_ports()) if not each.todo]
@@ -174,7 +174,7 @@ def _listened(address: CanAddress, config: ArmConfig | None) -> Listened:
     master = getattr(config.device, "master_id", None) if config is not None else None
     link = open_can_link(str(address.listening()))
     try:
-        carrier = Carrier(link, FrameHost(), RealClock(), Nobody())
+        carrier = DialogRunner(link, FrameHost(), RealClock(), NobodyFound())
         return carrier.run(listen(partial(is_command, master=master)))
     finally:
         link.close()

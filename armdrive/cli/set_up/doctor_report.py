@@ -20,7 +20,7 @@ from armdrive.dialog import Finding, note, ok, problem
 from armdrive.errors import ArmError
 from armdrive.setup.findings import settings_findings
 from armdrive.setup.limits import limit_remarks
-from armdrive.tasks import Settings
+from armdrive.tasks import DeviceSettings
 
 
 @dataclass(slots=True)
@@ -90,7 +90,7 @@ def _unconnected(error: ArmError, config: ArmConfig) -> Finding:
     )
 
 
-def _mending_agreed(settings: Settings, options: argparse.Namespace) -> bool:
+def _mending_agreed(settings: DeviceSettings, options: argparse.Namespace) -> bool:
     if options.yes:
         return True
     if options.json:

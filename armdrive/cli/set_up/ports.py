@@ -13,7 +13,7 @@ from typing import Any
 from armdrive.cli.options import add_json_option
 from armdrive.cli.presenter import emit, say
 from armdrive.setup.ports import (
-    Naming,
+    PortNaming,
     arm_files,
     forbidden,
     held_by_armdrive,
@@ -64,13 +64,13 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _by_device(naming: Naming) -> Naming:
+def _by_device(naming: PortNaming) -> PortNaming:
     """Return an arm file's naming with the serial port of its CAN adapter, where that is one."""
     address = CanAddress.parse(naming.port) if is_can(naming.port) else CanAddress()
     return replace(naming, port=address.device) if address.device else naming
 
 
-def _view(info: PortInfo, files: tuple[Naming, ...]) -> dict[str, Any]:
+def _view(info: PortInfo, files: tuple[PortNaming, ...]) -> dict[str, Any]:
     owners = owners_of(info.device, files)
     arms = [each.arm for each in owners]
     holder = None
@@ -93,7 +93,7 @@ def _view(info: PortInfo, files: tuple[Naming, ...]) -> dict[str, Any]:
     }
 
 
-def _absent(ports: tuple[PortInfo, ...], files: tuple[Naming, ...]) -> list[dict[str, str]]:
+def _absent(ports: tuple[PortInfo, ...], files: tuple[PortNaming, ...]) -> list[dict[str, str]]:
     """Return the arm files whose port is not to be found, and why."""
     found = [(each, _missing(each, ports)) for each in files]
     return [
@@ -103,7 +103,7 @@ def _absent(ports: tuple[PortInfo, ...], files: tuple[Naming, ...]) -> list[dict
     ]
 
 
-def _missing(naming: Naming, ports: tuple[PortInfo, ...]) -> str:
+def _missing(naming: PortNaming, ports: tuple[PortInfo, ...]) -> str:
     """Say why the port of an arm file is not to be found; nothing where it is."""
     try:
         port = naming.find()

@@ -12,10 +12,10 @@ from dataclasses import replace
 from typing import TypeAlias
 
 from armdrive.abilities import Abilities, Switching
-from armdrive.dialects.armdroid.exchange import LONGEST_OFFSETS, TRIES, Talk
+from armdrive.dialects.armdroid.exchange import LONGEST_OFFSETS, TRIES, BoardExchange
 from armdrive.dialects.armdroid.settings import ArmdroidSettings, StepRates, straying
 from armdrive.dialects.armdroid.words import RECOGNITION, TALK
-from armdrive.dialects.controller import Part, Stopping
+from armdrive.dialects.controller import StopPart, Stopping
 from armdrive.dialects.dialect import Driver
 from armdrive.dialects.exchange import BITS_A_BYTE
 from armdrive.errors import Refused
@@ -23,18 +23,18 @@ from armdrive.tasks import (
     Alert,
     AlertKind,
     ClearFault,
-    Denied,
+    DeviceSettings,
     Done,
     DropCurrent,
     Halted,
     MoveBy,
-    Oddity,
+    ProtocolWarning,
     ReadPosition,
     ReadSettings,
     Registers,
     Reply,
     Request,
-    Settings,
+    RequestRejected,
     SwitchOn,
 )
 from firmware_protocol.armdroid import (
@@ -62,7 +62,7 @@ NEW_SESSION = (
 LET_GO = "the Armdroid's board said that its motors are off, which nobody had asked for"
 
 
-class ArmdroidController(Talk):
+class ArmdroidController(BoardExchange):
     """One Armdroid, seen from the driver."""
 
     def __init__(self, abilities: Abilities, settings: ArmdroidSettings, baud: int) -> None:
@@ -100,7 +100,7 @@ class ArmdroidController(Talk):
                 self.heard_speed(heard.answer.rpm)
             if isinstance(heard, Stray) and heard.answer == TorqueReported(on=False):
                 self.tell(Alert(AlertKind.SWITCHED_OFF, LET_GO))
-            self.tell(Oddity(str(heard)))
+            self.tell(ProtocolWarning(str(heard)))
 
     def usable_rate_hz(self, rate_hz: float) -> float:
         """Return the rate of the fastest speed that is no faster; the slowest one's otherwise."""
@@ -114,7 +114,7 @@ class ArmdroidController(Talk):
         """Return how far a motor is ahead of its share: all of them turn at the same rate."""
         return straying(steps)
 
-    def stopping(self, burst_s: float, parts: Sequence[Part] = ()) -> Stopping:
+    def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
         """Return a burst behind its letter, or its text, whoever stops: nothing ends it early.
 
         A burst may be a single step of any speed.
@@ -137,7 +137,7 @@ class ArmdroidController(Talk):
     def _move(self, drive: DriveAll, rpm: int, let_go: Callable[[], bool]) -> Script:
         start = self.offsets if self.clean else (yield from self.look())
         if start is None or not (yield from self.set_speed(rpm)):
-            return Denied("it does not answer as it should", moved=False)
+            return RequestRejected("it does not answer as it should", moved=False)
         rest = yield from self._load(drive, rpm, let_go)
         if not isinstance(rest, bytes):
             return rest
@@ -148,12 +148,14 @@ class ArmdroidController(Talk):
         if came is None:
             return self.silence(sent_s)
         if came != expected:
-            return Denied(f"its offsets went from {start} to {came}, and {expected} was asked")
+            return RequestRejected(
+                f"its offsets went from {start} to {came}, and {expected} was asked"
+            )
         return Done(self._measure(drive, rpm, self.now_s - sent_s, len(rest)))
 
     def _load(
         self, drive: DriveAll, rpm: int, let_go: Callable[[], bool]
-    ) -> Generator[float, Heard | None, bytes | Denied | Halted]:
+    ) -> Generator[float, Heard | None, bytes | RequestRejected | Halted]:
         """Give the board the numbers of a motion; return the characters that set it going."""
         understood = None
         for _ in range(TRIES):
@@ -170,7 +172,9 @@ class ArmdroidController(Talk):
             self.give_up()
             if (yield from self.settle()) is None or not (yield from self.set_speed(rpm)):
                 break
-        return Denied(f"it repeats {drive.steps} as {understood or 'nothing'}", moved=False)
+        return RequestRejected(
+            f"it repeats {drive.steps} as {understood or 'nothing'}", moved=False
+        )
 
     def _position(self) -> Script:
         began_s = self.now_s
@@ -194,7 +198,7 @@ class ArmdroidController(Talk):
         began_s = self.now_s
         if not self.firmware and (yield from self.settle()) is None:
             return self.silence(began_s)
-        return Settings(firmware=self.firmware)
+        return DeviceSettings(firmware=self.firmware)
 
     # -- numbers ------------------------------------------------------------------------------
 

@@ -44,7 +44,7 @@ EMPTYING_RPM = 25
 divide."""
 
 
-class Talk(Scripted[Heard]):
+class BoardExchange(Scripted[Heard]):
     """What is known of a board, and how to ask for it."""
 
     def __init__(self, abilities: Abilities, settings: ArmdroidSettings, byte_s: float) -> None:

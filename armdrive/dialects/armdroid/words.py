@@ -17,7 +17,15 @@ from armdrive.dialects.recognition import (
     Risk,
     lines_of,
 )
-from armdrive.dialects.words import Lines, Message, Sentences, Talk, Weight, moved, standing
+from armdrive.dialects.words import (
+    AnswerLines,
+    Describer,
+    Message,
+    Sentences,
+    Weight,
+    moved,
+    standing,
+)
 from firmware_protocol.armdroid import Version
 from firmware_protocol.armdroid.answers import (
     ArgumentsReported,
@@ -114,7 +122,9 @@ def _weighed(line: bytes) -> Message:
     return Message(line, Weight.SELF if own else Weight.ANSWER)
 
 
-TALK = Talk(lambda: Lines(b"\r\n", _weighed), decode_answer, commands, sentences=SENTENCES)
+TALK = Describer(
+    lambda: AnswerLines(b"\r\n", _weighed), decode_answer, commands, sentences=SENTENCES
+)
 
 
 # How an Armdroid is recognised: by any answer of its sketch.

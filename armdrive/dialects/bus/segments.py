@@ -9,7 +9,7 @@ from kinematics.spaces import Motors
 
 
 @dataclass(frozen=True, slots=True)
-class Piece:
+class BusSegment:
     """When and where it begins and ends."""
 
     start_s: float

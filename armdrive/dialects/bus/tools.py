@@ -54,7 +54,7 @@ class BusHost(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Question:
+class BusQuestion:
     """A frame as a request, and what is enough of an answer to it."""
 
     frame: Frame
@@ -68,7 +68,7 @@ class FrameHost:
         self._unpacker = Unpacker()
         self._frames: deque[Frame] = deque()
 
-    def send(self, _node: int, request: Question) -> bytes:
+    def send(self, _node: int, request: BusQuestion) -> bytes:
         """Return the frame of a question as bytes."""
         return pack(request.frame)
 
@@ -80,15 +80,15 @@ class FrameHost:
         """Return the next frame, None where no more has come."""
         return self._frames.popleft() if self._frames else None
 
-    def answers(self, event: Frame, request: Question) -> bool:
+    def answers(self, event: Frame, request: BusQuestion) -> bool:
         """Tell whether a frame is enough of an answer."""
         return request.enough(event)
 
-    def moves(self, _request: Question) -> bool:
+    def moves(self, _request: BusQuestion) -> bool:
         """Questions move nothing."""
         return False
 
-    def stop(self, _node: int, _request: Question) -> Iterable[bytes]:
+    def stop(self, _node: int, _request: BusQuestion) -> Iterable[bytes]:
         """Nothing was set in motion."""
         return ()
 

@@ -12,7 +12,7 @@ from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.frames import Frame, Unpacker
 
 
-class Kind(Enum):
+class FrameKind(Enum):
     """What a frame is taken for."""
 
     REQUEST = "request"
@@ -21,7 +21,7 @@ class Kind(Enum):
     UNKNOWN = "unknown"
 
 
-class Check(Enum):
+class FrameCheck(Enum):
     """How its last byte is."""
 
     RIGHT = "right"
@@ -31,7 +31,7 @@ class Check(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
+class FrameSaid:
     """One frame in words.
 
     `command` is the name of the code or of the service, empty where none has the number. `node` is
@@ -39,16 +39,16 @@ class Said:
     """
 
     frame: Frame
-    kind: Kind
+    kind: FrameKind
     command: str
     words: str
-    check: Check
+    check: FrameCheck
     node: int
 
     @property
     def foreign(self) -> bool:
         """Whether it is not a readable frame of this protocol."""
-        return self.kind is Kind.UNKNOWN
+        return self.kind is FrameKind.UNKNOWN
 
     def view(self, time_s: float) -> dict[str, object]:
         """Return it as plain data."""
@@ -65,15 +65,15 @@ class Said:
 
     def line(self, time_s: float) -> str:
         """Return it as a line for people."""
-        arrow = {Kind.REQUEST: ">", Kind.ANSWER: "<", Kind.UNKNOWN: "?"}[self.kind]
-        check = "  CHECK BYTE WRONG" if self.check is Check.WRONG and self.command else ""
+        arrow = {FrameKind.REQUEST: ">", FrameKind.ANSWER: "<", FrameKind.UNKNOWN: "?"}[self.kind]
+        check = "  CHECK BYTE WRONG" if self.check is FrameCheck.WRONG and self.command else ""
         return f"{time_s:9.3f}  {self.frame!s:<21} {arrow} {self.words}{check}"
 
 
 class Ear(Protocol):
     """Hears frames in their order, and knows what was asked."""
 
-    def hear(self, frame: Frame) -> Said:
+    def hear(self, frame: Frame) -> FrameSaid:
         """Put a frame into words. Never raises."""
 
 

@@ -6,12 +6,12 @@ from collections.abc import Collection, Generator
 
 from armdrive.dialects.cia402.current import Cia402Current
 from armdrive.dialects.cia402.cycle import ENABLE, Script
-from armdrive.dialects.cia402.drive import Drive
+from armdrive.dialects.cia402.drive import Cia402Drive
 from armdrive.dialects.cia402.master import Heard
 from armdrive.dialects.cia402.power import Hindrance
 from armdrive.dialects.cia402.receive import away_words
-from armdrive.dialects.cia402.sdo_queue import Read
-from armdrive.tasks import Alert, AlertKind, Denied, Done, Halted, Silence
+from armdrive.dialects.cia402.sdo_queue import ObjectRead
+from armdrive.tasks import Alert, AlertKind, Done, Halted, RequestRejected, Timeout
 from firmware_protocol.canopen import STATUSWORD, OperationMode, Statusword
 
 UNHEARD_TURNS = 5
@@ -28,7 +28,7 @@ REST_TURNS, EXACT = 8, 4
 """Being there for so many turns is standing there; one on the very target counts for several."""
 
 
-Broken = Generator[float, Heard | None, Silence | Denied]
+Broken = Generator[float, Heard | None, Timeout | RequestRejected]
 
 
 class Cia402Ending(Cia402Current):
@@ -37,14 +37,14 @@ class Cia402Ending(Cia402Current):
     def prepare(self, mode: OperationMode) -> Hindrance:
         """See to it that a motion can begin; return why it cannot, where it cannot."""
         if not self.on:
-            return Denied("its motors are disabled: call `enable()`", moved=False)
+            return RequestRejected("its motors are disabled: call `enable()`", moved=False)
         known = all(drive.told_s >= self.now_s - FRESH_S for drive in self.drives)
         if not known and (missing := (yield from self.look())):
             return self.absence(missing, self.now_s)
         for drive in self.drives:
             if (alert := self.trouble(drive)) is not None:
                 self.report(drive)
-                return Denied(alert.text, moved=False)
+                return RequestRejected(alert.text, moved=False)
         if (hindrance := (yield from self.resume(self.drives))) is not None:
             return hindrance
         for drive in self.drives:
@@ -53,7 +53,7 @@ class Cia402Ending(Cia402Current):
                 drive.rest()
         return (yield from self.take_mode(self.drives, mode))
 
-    def take_mode(self, drives: Collection[Drive], mode: OperationMode) -> Hindrance:
+    def take_mode(self, drives: Collection[Cia402Drive], mode: OperationMode) -> Hindrance:
         """Have drives that are enabled be in a mode; each holds where it is."""
         for _ in range(MODE_TURNS):
             left = [drive for drive in drives if drive.mode != mode]
@@ -62,7 +62,7 @@ class Cia402Ending(Cia402Current):
             for drive in left:
                 self.command(drive, ENABLE, mode, drive.place)
             yield from self.turn()
-        return Denied(
+        return RequestRejected(
             f"{left[0]} does not take mode {int(mode)} ({_words(mode)}), it shows {left[0].mode}: "
             "something else may command it",
             moved=False,
@@ -98,7 +98,7 @@ class Cia402Ending(Cia402Current):
         exact = all(drive.near(EXACT_REACH) for drive in self.drives)
         return EXACT if exact else 1
 
-    def beside(self, drive: Drive | None) -> Alert:
+    def beside(self, drive: Cia402Drive | None) -> Alert:
         """Say that a drive is not where it was sent."""
         if drive is None:
             return Alert(AlertKind.ASTRAY, "a drive tells its position too seldom")
@@ -136,7 +136,7 @@ class Cia402Ending(Cia402Current):
         since_s = self.now_s - most_s + self.beats.period_s  # the last beat may be as old as that
         return len(unheard) == len(self.drives) or any(each.told_s <= since_s for each in unheard)
 
-    def _look_anew(self) -> Generator[float, Heard | None, Collection[Drive]]:
+    def _look_anew(self) -> Generator[float, Heard | None, Collection[Cia402Drive]]:
         """Hear what drives said meanwhile, then ask each what it is, until one is in trouble.
 
         An order that lay in this computer may have had them go on again: it shows for one turn that
@@ -146,7 +146,7 @@ class Cia402Ending(Cia402Current):
         yield from self.wait(self.now_s + self.cycle_s, self._is_troubled)
         if self._is_troubled():
             return ()
-        asked = {drive.node: (Read(STATUSWORD),) for drive in self.drives}
+        asked = {drive.node: (ObjectRead(STATUSWORD),) for drive in self.drives}
         lanes = yield from self.transfer(asked, tries=2)
         for lane in lanes.values():
             if STATUSWORD in lane.values:
@@ -162,7 +162,7 @@ class Cia402Ending(Cia402Current):
         """End a motion that somebody stopped."""
         return (yield from self.halt()) or Halted()
 
-    def broken_off(self, alert: Alert, drive: Drive | None = None) -> Broken:
+    def broken_off(self, alert: Alert, drive: Cia402Drive | None = None) -> Broken:
         """End a motion that cannot go on: stop every drive first, then say why."""
         unstopped = yield from self.halt()
         if drive is not None and not drive.booted and not drive.error:
@@ -173,19 +173,19 @@ class Cia402Ending(Cia402Current):
         self.tell(alert)
         if alert.kind in (AlertKind.RESTARTED, AlertKind.SWITCHED_OFF):
             self.on = False
-        return unstopped if isinstance(unstopped, Silence) else Denied(alert.text)
+        return unstopped if isinstance(unstopped, Timeout) else RequestRejected(alert.text)
 
-    def lost(self, mute: Collection[Drive]) -> Broken:
+    def lost(self, mute: Collection[Cia402Drive]) -> Broken:
         """End a motion in which drives fell silent; the others are stopped."""
         unstopped = yield from self.halt()
-        if isinstance(unstopped, Silence):
+        if isinstance(unstopped, Timeout):
             return unstopped
         if away := next(filter(None, map(away_words, mute)), ""):
-            return Denied(away, silent=True)
+            return RequestRejected(away, silent=True)
         named = ", ".join(map(str, mute))
         words = f"{named} said nothing for a while: look at the bus's wiring and its load"
-        silent = isinstance(unstopped, Denied) and unstopped.silent
-        return Denied(unstopped.reason if silent and unstopped else words, silent=True)
+        silent = isinstance(unstopped, RequestRejected) and unstopped.silent
+        return RequestRejected(unstopped.reason if silent and unstopped else words, silent=True)
 
 
 def _words(mode: OperationMode) -> str:

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 from armdrive.dialects.cia402.cycle import Script
 from armdrive.dialects.cia402.homing import Cia402Homing
-from armdrive.dialects.cia402.sdo_queue import Lane, Read, refusal_words
+from armdrive.dialects.cia402.sdo_queue import ObjectRead, SdoQueue, refusal_words
 from armdrive.errors import Refused
-from armdrive.tasks import Denied, Difference, Done, Settings
+from armdrive.tasks import DeviceSettings, Difference, Done, RequestRejected
 from firmware_protocol.canopen import (
     FAULT_REACTION_OPTION,
     FOLLOWING_ERROR_WINDOW,
@@ -36,7 +36,7 @@ _NEVER = (0x6040, 0x6060, 0x607A)
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
+class WantedObject:
     """An object as it has to be: what people call it, and whether nothing moves without it."""
 
     write: Write
@@ -50,34 +50,38 @@ class Cia402Comparing(Cia402Homing):
     def compare(self) -> Script:
         """Read what the arm depends on; what a drive does not have is not compared."""
         began_s, wanted = self.now_s, self._wanted()
-        lanes = yield from self.everywhere(*(Read(one.write.place) for one in wanted))
+        lanes = yield from self.everywhere(*(ObjectRead(one.write.place) for one in wanted))
         if (missing := self.missing(lanes, began_s)) is not None:
             return missing
-        return Settings(tuple(self._differing(lanes, wanted)))
+        return DeviceSettings(tuple(self._differing(lanes, wanted)))
 
-    def _wanted(self) -> tuple[Wanted, ...]:
+    def _wanted(self) -> tuple[WantedObject, ...]:
         rows = [
-            Wanted(Write(POLARITY, DataType.U8, 0), "polarity"),
-            Wanted(Write(GEAR_MOTOR, DataType.U32, 1), "gear ratio, motor turns"),
-            Wanted(Write(GEAR_SHAFT, DataType.U32, 1), "gear ratio, shaft turns"),
-            Wanted(
+            WantedObject(Write(POLARITY, DataType.U8, 0), "polarity"),
+            WantedObject(Write(GEAR_MOTOR, DataType.U32, 1), "gear ratio, motor turns"),
+            WantedObject(Write(GEAR_SHAFT, DataType.U32, 1), "gear ratio, shaft turns"),
+            WantedObject(
                 Write(FOLLOWING_ERROR_WINDOW, DataType.U32, self.settings.following_window),
                 "following error window",
                 must=False,
             ),
-            Wanted(Write(FAULT_REACTION_OPTION, DataType.I16, 2), "fault reaction", must=False),
+            WantedObject(
+                Write(FAULT_REACTION_OPTION, DataType.I16, 2), "fault reaction", must=False
+            ),
         ]
         if self.settings.encoder_increments:
             increments = self.settings.encoder_increments
             rows += (
-                Wanted(Write(ENCODER, DataType.U32, increments), "encoder increments"),
-                Wanted(Write(MOTOR_TURNS, DataType.U32, 1), "encoder increments, turns"),
-                Wanted(Write(FEED, DataType.U32, increments), "feed constant"),
-                Wanted(Write(FEED_TURNS, DataType.U32, 1), "feed constant, turns"),
+                WantedObject(Write(ENCODER, DataType.U32, increments), "encoder increments"),
+                WantedObject(Write(MOTOR_TURNS, DataType.U32, 1), "encoder increments, turns"),
+                WantedObject(Write(FEED, DataType.U32, increments), "feed constant"),
+                WantedObject(Write(FEED_TURNS, DataType.U32, 1), "feed constant, turns"),
             )
         return tuple(rows)
 
-    def _differing(self, lanes: Mapping[int, Lane], wanted: tuple[Wanted, ...]) -> list[Difference]:
+    def _differing(
+        self, lanes: Mapping[int, SdoQueue], wanted: tuple[WantedObject, ...]
+    ) -> list[Difference]:
         return [
             Difference(
                 f"{one.name} ({one.write.place}) of {lane.drive}",
@@ -99,9 +103,9 @@ class Cia402Comparing(Cia402Homing):
         lanes = yield from self.transfer({node: (write,)})
         self.last_said = line
         if lanes[node].mute:
-            return Denied(self.absent_words((lanes[node].drive,)), moved=False)
+            return RequestRejected(self.absent_words((lanes[node].drive,)), moved=False)
         if lanes[node].refused:
-            return Denied(refusal_words(lanes[node], write.place), moved=False)
+            return RequestRejected(refusal_words(lanes[node], write.place), moved=False)
         return Done()
 
 

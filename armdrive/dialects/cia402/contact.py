@@ -6,13 +6,13 @@ import math
 from collections.abc import Mapping, Sequence
 
 from armdrive.dialects.cia402.cycle import STOP
-from armdrive.dialects.cia402.drive import Drive
+from armdrive.dialects.cia402.drive import Cia402Drive
 from armdrive.dialects.cia402.master import setups
 from armdrive.dialects.cia402.power import Cia402States, Hindrance
 from armdrive.dialects.cia402.receive import SERIAL_NUMBER
-from armdrive.dialects.cia402.sdo_queue import TRIES, Lane, Read, refusal_words
+from armdrive.dialects.cia402.sdo_queue import TRIES, ObjectRead, SdoQueue, refusal_words
 from armdrive.dialects.cia402.settings import Cia402Settings
-from armdrive.tasks import Denied, Oddity
+from armdrive.tasks import ProtocolWarning, RequestRejected
 from firmware_protocol.canopen import (
     CONSUMER_HEARTBEAT,
     CONTROLWORD,
@@ -69,7 +69,7 @@ class Cia402Contact(Cia402States):
         if hindrance is None:
             hindrance = yield from self._calm_down()
         if hindrance is None and (shared := self.shared_words()):
-            hindrance = Denied(shared, moved=False)
+            hindrance = RequestRejected(shared, moved=False)
         if hindrance is None:
             hindrance = yield from self._set_up()
         if hindrance is None:
@@ -87,20 +87,20 @@ class Cia402Contact(Cia402States):
         began_s = self.now_s
         self.last_said = "SDO 1000"
         lanes = yield from self.everywhere(
-            Read(SERIAL_NUMBER),
-            Read(DEVICE_TYPE),
-            Read(SUPPORTED_MODES),
-            Read(PRODUCER_HEARTBEAT_MS),
+            ObjectRead(SERIAL_NUMBER),
+            ObjectRead(DEVICE_TYPE),
+            ObjectRead(SUPPORTED_MODES),
+            ObjectRead(PRODUCER_HEARTBEAT_MS),
         )
         if (missing := self.missing(lanes, began_s)) is not None:
-            if isinstance(missing, Denied):
+            if isinstance(missing, RequestRejected):
                 if again and (yield from self.awoken(lanes)):
                     return (yield from self._recognise(again=False))
                 if shared := self.shared_words():  # it may have the number of another
-                    return Denied(f"{missing.reason}. And {shared}", moved=False)
+                    return RequestRejected(f"{missing.reason}. And {shared}", moved=False)
             return missing
         if self.rival_s > self.now_s - BEAT_LATE * self.settings.heartbeat_ms / 1000.0:
-            return Denied(
+            return RequestRejected(
                 f"another program beats as node {self.settings.master_id} on this bus and may "
                 "command these drives: end it first",
                 moved=False,
@@ -108,10 +108,10 @@ class Cia402Contact(Cia402States):
         for lane in lanes.values():
             if DEVICE_TYPE in lane.refused:
                 remedy = ". So it is no CANopen device: check the ids of the arm file"
-                return Denied(refusal_words(lane, DEVICE_TYPE, remedy), moved=False)
+                return RequestRejected(refusal_words(lane, DEVICE_TYPE, remedy), moved=False)
             profile = lane.values.get(DEVICE_TYPE, 0) & 0xFFFF
             if profile != PROFILE_NUMBER:
-                return Denied(
+                return RequestRejected(
                     f"{lane.drive} says that it is a device of profile {profile}, not a drive of "
                     f"CiA {PROFILE_NUMBER}: check the ids of the arm file (`armdrive doctor "
                     "--can`)",
@@ -123,7 +123,7 @@ class Cia402Contact(Cia402States):
         self._learn_modes(lanes)
         return None
 
-    def _learn_modes(self, lanes: Mapping[int, Lane]) -> None:
+    def _learn_modes(self, lanes: Mapping[int, SdoQueue]) -> None:
         words = [lane.values[SUPPORTED_MODES] for lane in lanes.values() if _tells_modes(lane)]
         modes = [supported_modes(word & 0xFFFF_FFFF) for word in words]
         self.choose(frozenset.intersection(*modes) if modes else frozenset())
@@ -137,7 +137,7 @@ class Cia402Contact(Cia402States):
         began_s, told_s = self.now_s, math.inf
         before: dict[int, int] | None = None
         while True:
-            lanes = yield from self.everywhere(Read(POSITION), Read(STATUSWORD))
+            lanes = yield from self.everywhere(ObjectRead(POSITION), ObjectRead(STATUSWORD))
             if (missing := self.missing(lanes, began_s)) is not None:
                 return missing
             if before is not None:
@@ -145,7 +145,9 @@ class Cia402Contact(Cia402States):
                 if not turning:
                     return None
                 if self.now_s > told_s + CALM_S:
-                    return Denied(f"{turning[0]} turns, and does not come to rest", moved=False)
+                    return RequestRejected(
+                        f"{turning[0]} turns, and does not come to rest", moved=False
+                    )
                 if self.now_s > began_s + CALM_S and math.isinf(told_s):
                     write = Write(CONTROLWORD, DataType.U16, STOP.value)
                     yield from self.transfer({drive.node: (write,) for drive in turning})
@@ -153,7 +155,9 @@ class Cia402Contact(Cia402States):
             before = {node: lane.values.get(POSITION, 0) for node, lane in lanes.items()}
             yield from self.wait(self.now_s + LOOK_S)
 
-    def _turning(self, lanes: Mapping[int, Lane], before: Mapping[int, int]) -> list[Drive]:
+    def _turning(
+        self, lanes: Mapping[int, SdoQueue], before: Mapping[int, int]
+    ) -> list[Cia402Drive]:
         """Return the drives that hold their motors and turn; an arm may sag, that is seen later."""
         return [
             lane.drive
@@ -169,7 +173,7 @@ class Cia402Contact(Cia402States):
         cyclic = self.resting_mode is OperationMode.CYCLIC_POSITION
         cycle_ms = round(self.cycle_s * 1000.0) if cyclic else None
         jobs = {drive.node: needed(drive.node, self.quick_slope, cycle_ms) for drive in self.drives}
-        lanes: Mapping[int, Lane] = {}
+        lanes: Mapping[int, SdoQueue] = {}
         for _ in range(TRIES):  # the order may have been lost
             self._order(NmtCommand.PRE_OPERATIONAL, self.drives)
             lanes = yield from self.transfer(jobs)
@@ -191,14 +195,16 @@ class Cia402Contact(Cia402States):
         for lane in lanes.values():
             for place in lane.refused:
                 if place.index >= _PROFILE_OBJECTS and not self.configured:
-                    self.tell(Oddity(refusal_words(lane, place)))
-        told = yield from self.everywhere(Read(HEARTBEAT_REACTION), Read(QUICK_STOP_OPTION))
+                    self.tell(ProtocolWarning(refusal_words(lane, place)))
+        told = yield from self.everywhere(
+            ObjectRead(HEARTBEAT_REACTION), ObjectRead(QUICK_STOP_OPTION)
+        )
         if (missing := self.missing(told, began_s)) is not None:
             return missing
         for job in _of_safety(self.drives[0].node, self.quick_slope):
             for lane in told.values():
                 if lane.values.get(job.place) != job.value:
-                    return Denied(
+                    return RequestRejected(
                         f"{lane.drive} does not keep {job.value} in object {job.place}, with "
                         "which it would stop and hold when this program dies",
                         moved=False,
@@ -208,7 +214,7 @@ class Cia402Contact(Cia402States):
     def _start(self) -> Hindrance:
         """Let the drives take part in PDOs, and have each tell where it is."""
         began_s = self.now_s
-        missing: tuple[Drive, ...] = self.drives
+        missing: tuple[Cia402Drive, ...] = self.drives
         for _ in range(TRIES):
             self._order(NmtCommand.START, missing)
             yield from self.wait(self.now_s + self.cycle_s)
@@ -217,12 +223,12 @@ class Cia402Contact(Cia402States):
                 return None
         if len(missing) == len(self.drives):
             return self.silence(began_s)
-        return Denied(
+        return RequestRejected(
             f"{missing[0]} answers, but sends no PDO upon SYNC: something else may have set it up",
             moved=False,
         )
 
-    def _order(self, command: NmtCommand, drives: Sequence[Drive]) -> None:
+    def _order(self, command: NmtCommand, drives: Sequence[Cia402Drive]) -> None:
         for drive in drives:
             self.say(self.bus.order(Nmt(command, drive.node)))
 
@@ -239,21 +245,21 @@ def _of_safety(node: int, quick_slope: float) -> tuple[Write, ...]:
     return tuple(write for write in writes if write.place in places)
 
 
-def refused_of(lanes: Mapping[int, Lane]) -> Denied | None:
+def refused_of(lanes: Mapping[int, SdoQueue]) -> RequestRejected | None:
     """Say which object a drive refused, and why; None where none did."""
     for lane in lanes.values():
         for place in lane.refused:
             cyclic = place in (PERIOD, PERIOD_UNIT)
             remedy = PROFILE_DOES if cyclic else NEEDED
-            return Denied(refusal_words(lane, place, remedy), moved=False)
+            return RequestRejected(refusal_words(lane, place, remedy), moved=False)
     return None
 
 
-def _tells_modes(lane: Lane) -> bool:
+def _tells_modes(lane: SdoQueue) -> bool:
     return SUPPORTED_MODES in lane.values
 
 
-def _holds(lane: Lane) -> bool:
+def _holds(lane: SdoQueue) -> bool:
     word = lane.values.get(STATUSWORD)
     state = None if word is None else Statusword(word & 0xFFFF).state
     return state is not None and state.holds

@@ -19,7 +19,7 @@ from armdrive.dialects.cia402.cycle import Script
 from armdrive.dialects.cia402.profile import BESIDE, TOP_HZ
 from armdrive.dialects.cia402.settings import CYCLIC, Cia402Settings
 from armdrive.dialects.cia402.words import TALK
-from armdrive.dialects.controller import Part, Stopping
+from armdrive.dialects.controller import StopPart, Stopping
 from armdrive.dialects.dialect import Driver
 from armdrive.errors import Refused
 from armdrive.tasks import (
@@ -150,7 +150,7 @@ class Cia402Controller(Cia402Comparing):
         """Return how long so many steps take from rest to rest."""
         return self.lasts_s(steps, self.usable_rate_hz(rate_hz))
 
-    def stopping(self, burst_s: float, parts: Sequence[Part] = ()) -> Stopping:
+    def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
         """Return a quick stop and what passes before it; without a host, the missing heartbeat."""
         rate_hz = max((part.rate_hz for part in parts), default=self.fastest_hz)
         share = min(rate_hz / self.fastest_hz, 1.0)

@@ -7,12 +7,12 @@ from collections.abc import Generator
 from armdrive.dialects.cia402 import contact as setup
 from armdrive.dialects.cia402.contact import Cia402Contact, refused_of
 from armdrive.dialects.cia402.cycle import Script
-from armdrive.dialects.cia402.drive import Drive
+from armdrive.dialects.cia402.drive import Cia402Drive
 from armdrive.dialects.cia402.master import Heard
 from armdrive.dialects.cia402.power import Hindrance
 from armdrive.dialects.cia402.receive import FAULTS
-from armdrive.dialects.cia402.sdo_queue import Read
-from armdrive.tasks import Denied, Done
+from armdrive.dialects.cia402.sdo_queue import ObjectRead
+from armdrive.tasks import Done, RequestRejected
 from firmware_protocol.canopen import CONSUMER_HEARTBEAT, ERROR_CODE, DriveState, error_words
 
 FAREWELLS = 2
@@ -32,12 +32,14 @@ class Cia402Current(Cia402Contact):
         for drive in self.drives:
             if drive.state in FAULTS:
                 yield from self.explain(drive)
-                return Denied(f"{self.fault_words(drive)}; `reset()` clears that", moved=False)
+                return RequestRejected(
+                    f"{self.fault_words(drive)}; `reset()` clears that", moved=False
+                )
         if (hindrance := (yield from self._watch(on=True))) is not None:
             return hindrance
         if left := (yield from self.bring(self.drives, DriveState.ENABLED)):
             yield from self.explain(left[0])
-            return Denied(self._stays_words(left[0]), moved=False)
+            return RequestRejected(self._stays_words(left[0]), moved=False)
         if missing := (yield from self.look()):
             return self.absence(missing, self.now_s)
         for drive in self.drives:
@@ -57,7 +59,7 @@ class Cia402Current(Cia402Contact):
         if any(drive.missed > 1 for drive in off):
             return self.absence(off, self.now_s)
         if off:
-            return Denied(f"{off[0]} does not switch its motor off")
+            return RequestRejected(f"{off[0]} does not switch its motor off")
         self.beats.end()
         return hindrance or Done()
 
@@ -76,7 +78,7 @@ class Cia402Current(Cia402Contact):
         """Have the drives mind this program's heartbeat, or no more; see that they do."""
         began_s, write = self.now_s, setup.watch(self.settings, on=on)
         self.last_said = "SDO 1016"
-        lanes = yield from self.everywhere(write, Read(CONSUMER_HEARTBEAT))
+        lanes = yield from self.everywhere(write, ObjectRead(CONSUMER_HEARTBEAT))
         if on:
             self.beats.begin(self.now_s)
         if (missing := self.missing(lanes, began_s)) is not None:
@@ -85,14 +87,14 @@ class Cia402Current(Cia402Contact):
             return refused
         for lane in lanes.values():
             if lane.values.get(CONSUMER_HEARTBEAT) != write.value:
-                return Denied(
+                return RequestRejected(
                     f"{lane.drive} does not mind this program's heartbeat, whatever is written to "
                     f"object {CONSUMER_HEARTBEAT}: it would not stop when this program dies",
                     moved=False,
                 )
         return None
 
-    def _stays_words(self, drive: Drive) -> str:
+    def _stays_words(self, drive: Cia402Drive) -> str:
         if drive.state in FAULTS:
             return f"{self.fault_words(drive)}; `reset()` clears that"
         state = "in no state" if drive.word is None else f"at {drive.word}"
@@ -113,7 +115,7 @@ class Cia402Current(Cia402Contact):
         if left := (yield from self.reset_faults(faulty)):
             yield from self.explain(left[0])
             words = f"{self.fault_words(left[0])}, and does not leave it"
-            return Denied(f"{words}: mend that, then call `reset()`", moved=False)
+            return RequestRejected(f"{words}: mend that, then call `reset()`", moved=False)
         if (hindrance := (yield from self.resume(self.drives))) is not None:
             return hindrance
         if missing := (yield from self.look()):
@@ -126,11 +128,11 @@ class Cia402Current(Cia402Contact):
         self.on = self.beats.on and all(each.state is DriveState.ENABLED for each in self.drives)
         return Done()
 
-    def explain(self, drive: Drive) -> Generator[float, Heard | None, None]:
+    def explain(self, drive: Cia402Drive) -> Generator[float, Heard | None, None]:
         """Ask a drive what is wrong with it, where it has not said so."""
         if drive.error:
             return
-        lanes = yield from self.transfer({drive.node: (Read(ERROR_CODE),)}, tries=2)
+        lanes = yield from self.transfer({drive.node: (ObjectRead(ERROR_CODE),)}, tries=2)
         code = lanes[drive.node].values.get(ERROR_CODE, 0)
         if code:
             drive.error = f"{error_words(code)} (error {code:04X})"

@@ -9,7 +9,7 @@ from collections.abc import Collection, Generator, Iterable
 from typing import TypeAlias
 
 from armdrive.abilities import Abilities
-from armdrive.dialects.cia402.drive import Drive
+from armdrive.dialects.cia402.drive import Cia402Drive
 from armdrive.dialects.cia402.master import Heard
 from armdrive.dialects.cia402.sdo_queue import TRIES, Cia402Objects
 from armdrive.dialects.cia402.settings import Cia402Settings
@@ -42,7 +42,7 @@ class Cia402Cycle(Cia402Objects):
         """How long a turn lasts: the period of SYNC."""
 
     def command(
-        self, drive: Drive, word: Controlword, mode: OperationMode, target: int | None = None
+        self, drive: Cia402Drive, word: Controlword, mode: OperationMode, target: int | None = None
     ) -> None:
         """Tell a drive what to be, and where: as a rule where it was seen."""
         target = drive.seen if target is None else target
@@ -63,9 +63,9 @@ class Cia402Cycle(Cia402Objects):
         yield from turn
         return max(self.now_s - began_s - self.cycle_s, 0.0)
 
-    def look(self) -> Generator[float, Heard | None, tuple[Drive, ...]]:
+    def look(self) -> Generator[float, Heard | None, tuple[Cia402Drive, ...]]:
         """Have every drive tell where it is; return those that do not."""
-        missing: tuple[Drive, ...] = self.drives
+        missing: tuple[Cia402Drive, ...] = self.drives
         for left in range(TRIES, 0, -1):
             asked_s = self.now_s
             self.sync()
@@ -76,10 +76,10 @@ class Cia402Cycle(Cia402Objects):
                 break
         return missing
 
-    def _untold(self, since_s: float) -> tuple[Drive, ...]:
+    def _untold(self, since_s: float) -> tuple[Cia402Drive, ...]:
         return tuple(drive for drive in self.drives if drive.told_s < since_s)
 
-    def mute(self, drives: Collection[Drive]) -> tuple[Drive, ...]:
+    def mute(self, drives: Collection[Cia402Drive]) -> tuple[Cia402Drive, ...]:
         """Return those of some drives that have told nothing for too long."""
         others = min(drive.missed for drive in self.drives)
         most = MUTE_TURNS if others <= 1 else ALL_MUTE_TURNS

@@ -6,13 +6,13 @@ import math
 from collections import deque
 from collections.abc import Callable, Iterator
 
-from armdrive.dialects.bus.segments import Piece
+from armdrive.dialects.bus.segments import BusSegment
 from armdrive.dialects.cia402.arrival import Cia402Ending
 from armdrive.dialects.cia402.cycle import ENABLE, Script
-from armdrive.dialects.cia402.drive import Drive
+from armdrive.dialects.cia402.drive import Cia402Drive
 from armdrive.dialects.cia402.master import TARGET_MAX
 from armdrive.dialects.cia402.power import Hindrance
-from armdrive.tasks import Denied, Done, Halted, MoveAlong, MoveBy
+from armdrive.tasks import Done, Halted, MoveAlong, MoveBy, RequestRejected
 from firmware_protocol.canopen import OperationMode
 from kinematics.spaces import Motors
 
@@ -34,13 +34,13 @@ class SmoothTrack:
         self.end_s = 0.0
         self.window_s = window_s
         """Over how long a target is averaged: it trails by half of that."""
-        self._pieces: deque[Piece] = deque()
+        self._pieces: deque[BusSegment] = deque()
 
     def draw(self, segment: MoveBy, time_s: float) -> None:
         """Take in the next segment; where all was driven, it begins at this time."""
         start_s = max(self.end_s, time_s)
         end, end_s = self.end + segment.steps, start_s + max(segment.duration_s, 1e-6)
-        self._pieces.append(Piece(start_s, end_s, self.end, end))
+        self._pieces.append(BusSegment(start_s, end_s, self.end, end))
         self.end, self.end_s = end, end_s
 
     def places(self, time_s: float) -> tuple[int, ...]:
@@ -75,7 +75,7 @@ class SmoothTrack:
         return float(self.end[motor])
 
 
-class Trip:
+class CyclicTrip:
     """One motion under way: where its segments come from, and how far it is.
 
     It goes on by one period a turn at most, however late the turn is. Who lets go of it has it
@@ -178,13 +178,13 @@ class Cia402Cyclic(Cia402Ending):
             return hindrance
         start = Motors(drive.place for drive in self.drives)
         track = SmoothTrack(start, self.settings.smoothing_ms / 1000.0)
-        trip = Trip(request, track, self._ease_s)
+        trip = CyclicTrip(request, track, self._ease_s)
         try:
             return (yield from self._drive(trip))
         finally:
             self.underruns += trip.underruns
 
-    def _drive(self, trip: Trip) -> Script:
+    def _drive(self, trip: CyclicTrip) -> Script:
         self._hz, self._shown_s = 0.0, self.now_s
         due_s = self.now_s
         while not trip.over:
@@ -202,7 +202,7 @@ class Cia402Cyclic(Cia402Ending):
         reply = yield from self.arrive(MODE)
         return Halted() if isinstance(reply, Done) and not trip.complete else reply
 
-    def _give_targets(self, trip: Trip) -> Hindrance:
+    def _give_targets(self, trip: CyclicTrip) -> Hindrance:
         """Give every drive its next target; slow down while one of them is not heard."""
         waits = max(drive.missed for drive in self.drives) >= HELD_TURNS
         self.underruns += waits
@@ -233,7 +233,7 @@ class Cia402Cyclic(Cia402Ending):
                 return (yield from self.broken_off(self.beside(drive)))
         return None
 
-    def _is_astray(self, drive: Drive) -> bool:
+    def _is_astray(self, drive: Cia402Drive) -> bool:
         """Tell whether a drive is farther from its target than it would fault for."""
         way = BEHIND_TURNS * self._hz * self.cycle_s
         return abs(drive.seen - drive.place) > 2 * self.settings.following_window + way
@@ -242,10 +242,10 @@ class Cia402Cyclic(Cia402Ending):
         """Return how long it takes to slow down from the present speed."""
         return self.settings.ramp_s * min(self._hz / self.fastest_hz, 1.0)
 
-    def _beyond(self, targets: tuple[int, ...]) -> Denied | None:
+    def _beyond(self, targets: tuple[int, ...]) -> RequestRejected | None:
         """Refuse a target that a drive cannot be given."""
         for drive, target in zip(self.drives, targets, strict=True):
             if abs(target) > TARGET_MAX:
                 alert = f"{drive} would turn to {target} increments, beyond what can be commanded"
-                return Denied(f"{alert}: home it near its zero")
+                return RequestRejected(f"{alert}: home it near its zero")
         return None

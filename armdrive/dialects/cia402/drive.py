@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from armdrive.dialects.cia402.master import Told
+from armdrive.dialects.cia402.master import NodeMessage
 from firmware_protocol.canopen import DriveState, NodeState, Statusword
 
 
 @dataclass(slots=True)
-class Drive:
+class Cia402Drive:
     """Increments, seconds. `place` is where it holds its motor, or was sent last."""
 
     node: int
@@ -55,7 +55,7 @@ class Drive:
         """Whether its motor has current, as far as is known."""
         return self.state is not None and self.state.holds
 
-    def tell(self, told: Told, now_s: float) -> None:
+    def tell(self, told: NodeMessage, now_s: float) -> None:
         """Take note of what it says of itself."""
         self.word, self.mode, self.seen = told.word, told.mode, told.position
         self.told_s, self.missed = now_s, 0

@@ -8,11 +8,11 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from armdrive.dialects.cia402.cycle import Script
-from armdrive.dialects.cia402.drive import Drive
+from armdrive.dialects.cia402.drive import Cia402Drive
 from armdrive.dialects.cia402.power import Hindrance
 from armdrive.dialects.cia402.profile import Cia402Profile
 from armdrive.dialects.cia402.sdo_queue import refusal_words
-from armdrive.tasks import Denied, Done, Halted
+from armdrive.tasks import Done, Halted, RequestRejected
 from firmware_protocol.canopen import (
     Command,
     ControlBit,
@@ -51,7 +51,7 @@ class Cia402Homing(Cia402Profile):
                 return reply
         return Done()
 
-    def _home_group(self, group: tuple[Drive, ...]) -> Script:
+    def _home_group(self, group: tuple[Cia402Drive, ...]) -> Script:
         hindrance = yield from self._write_methods(group)
         if hindrance is None:
             hindrance = yield from self.take_mode(group, MODE)
@@ -65,17 +65,17 @@ class Cia402Homing(Cia402Profile):
             drive.rest()
         return (yield from self.take_mode(group, self.resting_mode)) or Done()
 
-    def _write_methods(self, group: Collection[Drive]) -> Hindrance:
+    def _write_methods(self, group: Collection[Cia402Drive]) -> Hindrance:
         """Tell the drives how they shall search, as far as the arm file says so."""
         lanes = yield from self.transfer({drive.node: self._jobs(drive) for drive in group})
         for lane in lanes.values():
             if lane.mute:
-                return Denied(self.absent_words((lane.drive,)), moved=False)
+                return RequestRejected(self.absent_words((lane.drive,)), moved=False)
             for place in lane.refused:
-                return Denied(refusal_words(lane, place), moved=False)
+                return RequestRejected(refusal_words(lane, place), moved=False)
         return None
 
-    def _jobs(self, drive: Drive) -> tuple[Write, ...]:
+    def _jobs(self, drive: Cia402Drive) -> tuple[Write, ...]:
         methods, jobs = self.settings.homing_methods, []
         if methods:
             jobs.append(Write(METHOD, DataType.I8, methods[self.drives.index(drive)]))
@@ -84,7 +84,7 @@ class Cia402Homing(Cia402Profile):
                 jobs.append(Write(place, DataType.U32, speed))
         return tuple(jobs)
 
-    def _search(self, group: tuple[Drive, ...]) -> Script:
+    def _search(self, group: tuple[Cia402Drive, ...]) -> Script:
         began_s, turns = self.now_s, 0
         start = {drive.node: drive.seen for drive in group}
         left = {drive.node: drive.word is None or _at_home(drive) for drive in group}
@@ -134,17 +134,17 @@ class Cia402Homing(Cia402Profile):
                 del left[node]
         return ""
 
-    def _motor(self, drive: Drive) -> int:
+    def _motor(self, drive: Cia402Drive) -> int:
         return self.drives.index(drive)
 
     def _given_up(self, words: str) -> Script:
         """End a homing that went wrong or was stopped: every drive is stopped."""
         unstopped = yield from self.halt()
         if words:
-            return Denied(words)
+            return RequestRejected(words)
         return unstopped or Halted()
 
 
-def _at_home(drive: Drive) -> bool:
+def _at_home(drive: Cia402Drive) -> bool:
     word = drive.word
     return word is not None and word.has(StatusBit.ACKNOWLEDGED) and word.has(StatusBit.REACHED)

@@ -50,7 +50,7 @@ TARGET_MAX = (1 << 31) - 1
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class NodeMessage:
     """A drive has said what it is and where, as of a SYNC. Increments."""
 
     node: int
@@ -60,7 +60,7 @@ class Told:
 
 
 @dataclass(frozen=True, slots=True)
-class Answered:
+class SdoAnswered:
     """Something has come of a transfer with a node."""
 
     node: int
@@ -68,7 +68,7 @@ class Answered:
 
 
 @dataclass(frozen=True, slots=True)
-class Foreign:
+class ForeignFrame:
     """A frame that no drive of this arm sends, or that says nothing known."""
 
     frame: Frame
@@ -78,7 +78,7 @@ class Foreign:
         return f"frame {self.frame}{': ' if self.reason else ''}{self.reason}"
 
 
-Heard: TypeAlias = Told | Answered | Emergency | Heartbeat | Foreign
+Heard: TypeAlias = NodeMessage | SdoAnswered | Emergency | Heartbeat | ForeignFrame
 
 
 def setups(node: int) -> tuple[PdoSetup, PdoSetup]:
@@ -156,41 +156,41 @@ class Cia402Bus:
     def _hear(self, frame: Frame) -> None:
         found = None if frame.extended or frame.remote else service_of(frame.can_id)
         if found is None:
-            self._events.append(Foreign(frame))
+            self._events.append(ForeignFrame(frame))
             return
         service, node = found
         try:
             self._take(frame, service, node)
         except RemoteProtocolError as error:
-            self._events.append(Foreign(frame, str(error)))
+            self._events.append(ForeignFrame(frame, str(error)))
 
     def _take(self, frame: Frame, service: Service, node: int) -> None:
         client = self._clients.get(node)
         if service is Service.HEARTBEAT:
             self._events.append(Heartbeat.read(frame))
         elif client is None:
-            self._events.append(Foreign(frame))
+            self._events.append(ForeignFrame(frame))
         elif service is Service.TPDO1:
             word, mode, position = TRANSMITTED.unpack(frame.data)
-            told = Told(node, Statusword(int(word)), int(mode), int(position))
+            told = NodeMessage(node, Statusword(int(word)), int(mode), int(position))
             self._events.append(told)
         elif service is Service.EMCY:
             self._events.append(Emergency.read(frame))
         elif service is Service.SDO_RESPONSE:
             self._answer(client, frame, node)
         else:
-            self._events.append(Foreign(frame))
+            self._events.append(ForeignFrame(frame))
 
     def _answer(self, client: SdoClient, frame: Frame, node: int) -> None:
         said = client.receive_frame(frame)
         if said is not None:
             self._owed += pack(said)
         while (event := client.next_event()) is not None:
-            self._events.append(Answered(node, event))
+            self._events.append(SdoAnswered(node, event))
 
 
 def _answers(event: Heard, node: int) -> bool:
-    return isinstance(event, Answered) and event.node == node
+    return isinstance(event, SdoAnswered) and event.node == node
 
 
 # The program's own heartbeat, which drives on a bus mind: they stop when it is missing.
@@ -199,7 +199,7 @@ def _answers(event: Heard, node: int) -> bool:
 # silent. Beats that were missed are not made up for.
 
 
-class Beats:
+class HeartbeatProducer:
     """When the next heartbeat is due. Seconds."""
 
     def __init__(self, node: int, period_s: float) -> None:

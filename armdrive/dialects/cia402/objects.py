@@ -21,7 +21,7 @@ from firmware_protocol.canopen.drive_words import (
 )
 from firmware_protocol.canopen.emcy_codes import ErrorRegister, error_words
 from firmware_protocol.canopen.nmt import HeartbeatWatch
-from firmware_protocol.canopen.objects import Access, Dictionary, Entry
+from firmware_protocol.canopen.objects import Access, Dictionary, ObjectEntry
 from firmware_protocol.canopen.pdo_setup import NO_REMOTE, NOT_VALID
 from firmware_protocol.canopen.sdo_messages import Place
 from firmware_protocol.canopen.standard import (
@@ -196,7 +196,7 @@ NAME = Place(0x1008)
 _U8, _U16, _U32, _I32 = DataType.U8, DataType.U16, DataType.U32, DataType.I32
 _TEXT = DataType.VISIBLE_STRING
 _MORE = Dictionary(
-    Entry(place, name, kind, Access.RW, unit)
+    ObjectEntry(place, name, kind, Access.RW, unit)
     for place, name, kind, unit in (
         (Place(0x1002), "Manufacturer status register", _U32, ""),
         (Place(0x1005), "COB-ID of SYNC", _U32, ""),
@@ -237,7 +237,7 @@ _COMMUNICATION = {
 }
 
 
-def entry_of(place: Place) -> Entry | None:
+def entry_of(place: Place) -> ObjectEntry | None:
     """Return an object that is known by its place; None where it is none of the standards'."""
     return STANDARD.find(place) or _MORE.find(place) or _pdo_entry(place)
 
@@ -269,7 +269,7 @@ def value_words(place: Place, value: Value, unit: str = "") -> str:
     return f"{shown} {unit}" if unit else shown
 
 
-def _pdo_entry(place: Place) -> Entry | None:
+def _pdo_entry(place: Place) -> ObjectEntry | None:
     kind = _PDO_BASES.get(place.index & ~(_PDO_SPAN - 1))
     if kind is None:
         return None
@@ -279,7 +279,7 @@ def _pdo_entry(place: Place) -> Entry | None:
         what, size = ("number of objects", _U8) if count else (f"object {place.sub}", _U32)
     else:
         what, size = _COMMUNICATION.get(place.sub, ("", _U32))
-    return Entry(place, f"{name} {what}", size, Access.RW) if what else None
+    return ObjectEntry(place, f"{name} {what}", size, Access.RW) if what else None
 
 
 def _pdo_words(place: Place) -> Callable[[int], str] | None:

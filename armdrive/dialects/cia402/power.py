@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Collection, Generator
 
 from armdrive.dialects.cia402.cycle import ENABLE, STOP, Cia402Cycle
-from armdrive.dialects.cia402.drive import Drive
+from armdrive.dialects.cia402.drive import Cia402Drive
 from armdrive.dialects.cia402.master import Heard
 from armdrive.dialects.cia402.receive import FAULTS
-from armdrive.tasks import Denied, Silence
+from armdrive.tasks import RequestRejected, Timeout
 from firmware_protocol.canopen import (
     Command,
     Controlword,
@@ -31,8 +31,8 @@ BRAKING_S = 1.0
 _TO_BE_STOPPED = (None, DriveState.ENABLED, DriveState.QUICK_STOP)
 """One that has stopped by itself, too: what it was told before, and waits for a SYNC, is void."""
 
-Unmoved = Generator[float, Heard | None, tuple[Drive, ...]]
-Hindrance = Generator[float, Heard | None, Silence | Denied | None]
+Unmoved = Generator[float, Heard | None, tuple[Cia402Drive, ...]]
+Hindrance = Generator[float, Heard | None, Timeout | RequestRejected | None]
 
 
 class Cia402States(Cia402Cycle):
@@ -43,7 +43,7 @@ class Cia402States(Cia402Cycle):
 
     # -- ways ---------------------------------------------------------------------------------
 
-    def bring(self, drives: Collection[Drive], goal: DriveState) -> Unmoved:
+    def bring(self, drives: Collection[Cia402Drive], goal: DriveState) -> Unmoved:
         """Bring drives to a state; return those that do not come there."""
         given_up_s = self.now_s + BRING_S
         while left := tuple(drive for drive in drives if not self._is_there(drive, goal)):
@@ -54,10 +54,10 @@ class Cia402States(Cia402Cycle):
             given_up_s += yield from self.timed(self.turn())
         return ()
 
-    def _is_there(self, drive: Drive, goal: DriveState) -> bool:
+    def _is_there(self, drive: Cia402Drive, goal: DriveState) -> bool:
         return drive.state is goal and (not goal.holds or drive.mode == self.resting_mode)
 
-    def _next_word(self, drive: Drive, goal: DriveState) -> Controlword:
+    def _next_word(self, drive: Cia402Drive, goal: DriveState) -> Controlword:
         """Return the next command on a drive's way; one that holds is given its mode first."""
         state = drive.state
         if state is DriveState.QUICK_STOP and goal.holds and drive.mode != self.resting_mode:
@@ -68,7 +68,7 @@ class Cia402States(Cia402Cycle):
             return Controlword.of(cause)
         return ENABLE if goal.holds else Controlword.of(Command.DISABLE_VOLTAGE)
 
-    def reset_faults(self, drives: Collection[Drive]) -> Unmoved:
+    def reset_faults(self, drives: Collection[Cia402Drive]) -> Unmoved:
         """Reset faults, by an edge that rises; return the drives that stay in theirs."""
         given_up_s = self.now_s + BRING_S
         left = tuple(drives)
@@ -81,7 +81,7 @@ class Cia402States(Cia402Cycle):
             left = tuple(drive for drive in left if drive.state in FAULTS)
         return left
 
-    def resume(self, drives: Collection[Drive]) -> Hindrance:
+    def resume(self, drives: Collection[Cia402Drive]) -> Hindrance:
         """Take drives back that stand in a quick stop; they hold where they are."""
         stopped = tuple(drive for drive in drives if drive.state is DriveState.QUICK_STOP)
         left = yield from self.bring(stopped, DriveState.ENABLED)
@@ -90,7 +90,7 @@ class Cia402States(Cia402Cycle):
         held = [drive for drive in left if drive.state is DriveState.QUICK_STOP]
         if not held:
             return None
-        return Denied(
+        return RequestRejected(
             f"{held[0]} holds in its quick stop and does not come back from there by a command: "
             "support the arm, call `disable()`, then call `enable()`",
             moved=False,
@@ -103,7 +103,7 @@ class Cia402States(Cia402Cycle):
         began_s = self.now_s
         left = {drive.node for drive in self.drives}
         given_up_s = began_s + 2.0 * self.settings.quick_stop_s + BRAKING_S
-        mute: tuple[Drive, ...] = ()
+        mute: tuple[Cia402Drive, ...] = ()
         while left and self.now_s < given_up_s:
             for drive in self.drives:
                 if drive.node in left and drive.state in _TO_BE_STOPPED:
@@ -117,7 +117,7 @@ class Cia402States(Cia402Cycle):
                 break
         return (yield from self._stopped(left, mute, began_s))
 
-    def _has_stopped(self, drive: Drive, since_s: float) -> bool:
+    def _has_stopped(self, drive: Cia402Drive, since_s: float) -> bool:
         if drive.booted:
             return True  # it has lost its current, and will not say so
         if drive.told_s < since_s or drive.state in (None, DriveState.ENABLED):
@@ -126,7 +126,9 @@ class Cia402States(Cia402Cycle):
             return True  # nothing can be done about how it turns
         return drive.stands(since_s, (STAND_TURNS - 1) * self.cycle_s * 0.9)
 
-    def _stopped(self, left: Collection[int], mute: tuple[Drive, ...], began_s: float) -> Hindrance:
+    def _stopped(
+        self, left: Collection[int], mute: tuple[Cia402Drive, ...], began_s: float
+    ) -> Hindrance:
         held = yield from self.resume([each for each in self.drives if each.node not in left])
         for drive in self.drives:
             drive.rest()
@@ -134,12 +136,12 @@ class Cia402States(Cia402Cycle):
             self.contacted = False
             if len(mute) == len(self.drives):
                 return self.silence(began_s)
-            return Denied(self.absent_words(mute), silent=True)
+            return RequestRejected(self.absent_words(mute), silent=True)
         if left:
             drive = self._by_node[min(left)]
-            return Denied(f"{drive} was told to stop, and does not come to rest")
+            return RequestRejected(f"{drive} was told to stop, and does not come to rest")
         return held
 
-    def _mode_of(self, drive: Drive) -> OperationMode:
+    def _mode_of(self, drive: Cia402Drive) -> OperationMode:
         """Return the mode that a drive is in, so that a stop changes nothing else."""
         return next((each for each in OperationMode if each == drive.mode), self.resting_mode)

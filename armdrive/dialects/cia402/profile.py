@@ -11,11 +11,11 @@ from collections.abc import Callable, Mapping
 from armdrive.dialects.bus.segments import trapezoid_s
 from armdrive.dialects.cia402.cycle import ENABLE, Script, Turning
 from armdrive.dialects.cia402.cyclic import Cia402Cyclic
-from armdrive.dialects.cia402.drive import Drive
+from armdrive.dialects.cia402.drive import Cia402Drive
 from armdrive.dialects.cia402.master import TARGET_MAX
 from armdrive.dialects.cia402.power import Hindrance
 from armdrive.dialects.cia402.sdo_queue import refusal_words
-from armdrive.tasks import Alert, AlertKind, Denied, Done, Halted
+from armdrive.tasks import Alert, AlertKind, Done, Halted, RequestRejected
 from firmware_protocol.canopen import (
     PROFILE_ACCELERATION,
     PROFILE_DECELERATION,
@@ -60,7 +60,7 @@ class Cia402Profile(Cia402Cyclic):
         for node, goal in goals.items():
             if abs(goal) > TARGET_MAX:
                 words = f"{self._by_node[node]} would turn to {goal} increments"
-                return Denied(f"{words}, beyond what can be commanded", moved=False)
+                return RequestRejected(f"{words}, beyond what can be commanded", moved=False)
         hindrance = yield from self._write_ramps(steps, min(rate_hz, TOP_HZ))
         if hindrance is not None:
             return hindrance
@@ -80,10 +80,10 @@ class Cia402Profile(Cia402Cyclic):
         if mute := [lane.drive for lane in lanes.values() if lane.mute]:
             if len(mute) == len(lanes):
                 return self.silence(began_s)
-            return Denied(self.absent_words(mute), moved=False)
+            return RequestRejected(self.absent_words(mute), moved=False)
         for lane in lanes.values():
             for place in lane.refused:
-                return Denied(refusal_words(lane, place), moved=False)
+                return RequestRejected(refusal_words(lane, place), moved=False)
         return None
 
     def _follow(self, goals: Mapping[int, int], lasts_s: float) -> Script:
@@ -99,7 +99,7 @@ class Cia402Profile(Cia402Cyclic):
             for node, host in hosts.items():
                 self._hear(self._by_node[node], host)
         else:
-            return Denied("drives have no room for a set-point: reset them", moved=False)
+            return RequestRejected("drives have no room for a set-point: reset them", moved=False)
         if self.stop_asked:
             return Halted()
         for node, goal in goals.items():
@@ -146,7 +146,7 @@ class Cia402Profile(Cia402Cyclic):
             self.command(drive, word, MODE, drive.place)
         self.last_said = f"607A to {' '.join(str(drive.place) for drive in self.drives)}"
 
-    def _hear(self, drive: Drive, host: SetPointHost) -> bool:
+    def _hear(self, drive: Cia402Drive, host: SetPointHost) -> bool:
         """Feed what a drive said last; tell whether it says that it has arrived."""
         if drive.word is None or drive.missed > 1:
             return False
@@ -155,7 +155,7 @@ class Cia402Profile(Cia402Cyclic):
     def _has_arrived(self, node: int, host: SetPointHost) -> bool:
         return self._hear(self._by_node[node], host)
 
-    def _overdue(self, drive: Drive) -> Alert:
+    def _overdue(self, drive: Cia402Drive) -> Alert:
         alert = self.beside(drive)
         return (
             alert

@@ -7,11 +7,18 @@ from collections.abc import Callable, Generator, Iterable, Mapping
 
 from armdrive.abilities import Abilities
 from armdrive.dialects.bus.motors import ALL_SILENT
-from armdrive.dialects.cia402.drive import Drive
-from armdrive.dialects.cia402.master import Answered, Beats, Cia402Bus, Foreign, Heard, Told
+from armdrive.dialects.cia402.drive import Cia402Drive
+from armdrive.dialects.cia402.master import (
+    Cia402Bus,
+    ForeignFrame,
+    Heard,
+    HeartbeatProducer,
+    NodeMessage,
+    SdoAnswered,
+)
 from armdrive.dialects.cia402.settings import Cia402Settings
 from armdrive.dialects.exchange import Scripted
-from armdrive.tasks import Alert, AlertKind, Oddity, Registers, never
+from armdrive.tasks import Alert, AlertKind, ProtocolWarning, Registers, never
 from firmware_protocol.canopen import (
     Aborted,
     Downloaded,
@@ -33,7 +40,7 @@ FAULTS = (DriveState.FAULT, DriveState.FAULT_REACTION)
 Waiting = Generator[float, Heard | None, None]
 
 
-class Cia402Hearing(Scripted[Heard]):
+class Cia402Receiving(Scripted[Heard]):
     """Knows what each drive said last; its scripts look at that instead of at messages."""
 
     look_at = ALL_SILENT
@@ -49,12 +56,12 @@ class Cia402Hearing(Scripted[Heard]):
         self.bus = Cia402Bus(settings.ids)
         super().__init__(abilities, self.bus)
         self.settings = settings
-        self.beats = Beats(settings.master_id, settings.beat_ms / 1000.0)
+        self.beats = HeartbeatProducer(settings.master_id, settings.beat_ms / 1000.0)
         tremble = settings.rest_window // 4 + 1
         self.drives = tuple(
-            Drive(node, name, tremble) for node, name in zip(settings.ids, names, strict=True)
+            Cia402Drive(node, name, tremble) for node, name in zip(settings.ids, names, strict=True)
         )
-        self._by_node: Mapping[int, Drive] = {drive.node: drive for drive in self.drives}
+        self._by_node: Mapping[int, Cia402Drive] = {drive.node: drive for drive in self.drives}
         self.answers: dict[int, SdoEvent] = {}
         """What has come of the transfer with each node, until it is fetched."""
         self.shared: set[int] = set()
@@ -118,36 +125,38 @@ class Cia402Hearing(Scripted[Heard]):
         if drive is not None:
             drive.heard_s = self.now_s
         match heard:
-            case Told() if drive is not None:
+            case NodeMessage() if drive is not None:
                 drive.tell(heard, self.now_s)
-            case Answered(node, Uploaded() | Downloaded() | Aborted() as event):
+            case SdoAnswered(node, Uploaded() | Downloaded() | Aborted() as event):
                 self.answers[node] = event
                 if isinstance(event, Uploaded) and event.place == SERIAL_NUMBER:
                     self._serials[node] = event.data
-            case Answered(node, StrayResponse(Upload(place, content))) if place == SERIAL_NUMBER:
+            case SdoAnswered(node, StrayResponse(Upload(place, content))) if place == SERIAL_NUMBER:
                 if self._serials.get(node, content.data) != content.data:  # not what comes twice
                     self.shared.add(node)
-            case Answered(node, GarbledResponse(frame, reason)):
-                self.tell(Oddity(f"node {node} answered {frame}, which is no answer: {reason}"))
+            case SdoAnswered(node, GarbledResponse(frame, reason)):
+                self.tell(
+                    ProtocolWarning(f"node {node} answered {frame}, which is no answer: {reason}")
+                )
             case Heartbeat(node) if node == self.settings.master_id:
                 self.rival_s = self.now_s
             case Heartbeat(_, state) if drive is not None:
                 self._beat(drive, state)
             case Emergency() if drive is not None:
                 self._emergency(drive, heard)
-            case Foreign():
-                self.tell(Oddity(str(heard)))
+            case ForeignFrame():
+                self.tell(ProtocolWarning(str(heard)))
 
-    def _beat(self, drive: Drive, state: NodeState) -> None:
+    def _beat(self, drive: Cia402Drive, state: NodeState) -> None:
         drive.network = state
         if state is NodeState.BOOTING and self.configured:
             drive.booted, drive.word = True, None
             self.contacted = False
 
-    def _emergency(self, drive: Drive, told: Emergency) -> None:
+    def _emergency(self, drive: Cia402Drive, told: Emergency) -> None:
         if not told.over:  # what was wrong explains what became of it also when it is over
             drive.error = f"{told.words} (error {told.code:04X})"
-        self.tell(Oddity(f"{drive} reports: {told.words} (error {told.code:04X})"))
+        self.tell(ProtocolWarning(f"{drive} reports: {told.words} (error {told.code:04X})"))
         if self.contacted and not self.busy:  # what has become of it?
             self.sync()
 
@@ -165,7 +174,7 @@ class Cia402Hearing(Scripted[Heard]):
 
     # -- what alarms --------------------------------------------------------------------------
 
-    def report(self, drive: Drive) -> None:
+    def report(self, drive: Cia402Drive) -> None:
         """Tell once what is wrong with a drive, if anything is."""
         alert = self.trouble(drive)
         if alert is not None and not drive.reported:
@@ -174,7 +183,7 @@ class Cia402Hearing(Scripted[Heard]):
             if alert.kind is not AlertKind.ALARM:
                 self.on = False
 
-    def trouble(self, drive: Drive, *, moving: bool = False) -> Alert | None:
+    def trouble(self, drive: Cia402Drive, *, moving: bool = False) -> Alert | None:
         """Return what is wrong with a drive; one that holds in a quick stop is fine at rest."""
         if drive.booted:
             return Alert(AlertKind.RESTARTED, away_words(drive))
@@ -191,13 +200,13 @@ class Cia402Hearing(Scripted[Heard]):
         why = f": {drive.error}" if drive.error else ""
         return Alert(AlertKind.ALARM, f"{drive} has stopped by itself, and holds{why}")
 
-    def fault_words(self, drive: Drive) -> str:
+    def fault_words(self, drive: Cia402Drive) -> str:
         """Say that a drive is in fault, and lets its motor go."""
         why = f": {drive.error}" if drive.error else ""
         return f"{drive} is in fault and has switched its motor off{why}"
 
 
-def away_words(drive: Drive) -> str:
+def away_words(drive: Cia402Drive) -> str:
     """Say why a drive takes no part any more, as far as it has said so itself."""
     if drive.booted:
         return f"{drive} was reset, or lost its power for a moment"

@@ -11,10 +11,10 @@ from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from armdrive.dialects.cia402.drive import Drive
+from armdrive.dialects.cia402.drive import Cia402Drive
 from armdrive.dialects.cia402.master import Heard
-from armdrive.dialects.cia402.receive import Cia402Hearing
-from armdrive.tasks import Alert, AlertKind, Denied, Silence
+from armdrive.dialects.cia402.receive import Cia402Receiving
+from armdrive.tasks import Alert, AlertKind, RequestRejected, Timeout
 from firmware_protocol.canopen import (
     DEVICE_TYPE,
     STANDARD,
@@ -41,7 +41,7 @@ LATE_S = 0.1
 """Who was not called for so long has not read what was said meanwhile."""
 
 
-class Cia402Pulse(Cia402Hearing):
+class HeartbeatMonitor(Cia402Receiving):
     """Minds the heartbeats of the drives at rest."""
 
     _minded_s = -math.inf
@@ -84,24 +84,24 @@ _MAPPINGS = (*range(0x1600, 0x1800), *range(0x1A00, 0x1C00))
 
 
 @dataclass(frozen=True, slots=True)
-class Read:
+class ObjectRead:
     """An object to be read."""
 
     place: Place
 
 
-Job: TypeAlias = Read | Write
+Job: TypeAlias = ObjectRead | Write
 
 
 @dataclass(slots=True)
-class Lane:
+class SdoQueue:
     """What is to be done with one drive, and what came of it.
 
     `values` are those that were read; `refused` what it refused, with its code. It is `mute` where
     it did not answer; the rest was not asked of it then.
     """
 
-    drive: Drive
+    drive: Cia402Drive
     jobs: Sequence[Job]
     values: dict[Place, int] = field(default_factory=dict)
     refused: dict[Place, int] = field(default_factory=dict)
@@ -118,10 +118,10 @@ class Lane:
         return self.mute or self.done >= len(self.jobs)
 
 
-Lanes: TypeAlias = Generator[float, Heard | None, Mapping[int, Lane]]
+Lanes: TypeAlias = Generator[float, Heard | None, Mapping[int, SdoQueue]]
 
 
-class Cia402Objects(Cia402Pulse):
+class Cia402Objects(HeartbeatMonitor):
     """Transfers objects."""
 
     def transfer(
@@ -129,7 +129,8 @@ class Cia402Objects(Cia402Pulse):
     ) -> Lanes:
         """Do for each drive what is asked, by its node number; all drives at the same time."""
         lanes = {
-            node: Lane(self._by_node[node], each, lenient=lenient) for node, each in jobs.items()
+            node: SdoQueue(self._by_node[node], each, lenient=lenient)
+            for node, each in jobs.items()
         }
         for node in lanes:
             self.say(self.bus.abandon(node))
@@ -148,11 +149,11 @@ class Cia402Objects(Cia402Pulse):
         """Do the same for every drive."""
         return self.transfer({drive.node: jobs for drive in self.drives}, lenient=lenient)
 
-    def _ask(self, lane: Lane, tries: int) -> None:
+    def _ask(self, lane: SdoQueue, tries: int) -> None:
         if lane.over:
             return
         node, job = lane.drive.node, lane.jobs[lane.done]
-        if isinstance(job, Read):
+        if isinstance(job, ObjectRead):
             self.say(self.bus.upload(node, job.place))
         else:
             self.say(self.bus.download(node, job.place, job.data))
@@ -160,7 +161,7 @@ class Cia402Objects(Cia402Pulse):
         patient_s = PATIENT_S if lane.tries == tries > 1 else 0.0
         lane.until_s = self.now_s + self.settings.answer_s + patient_s
 
-    def _go_on(self, lane: Lane, tries: int) -> None:
+    def _go_on(self, lane: SdoQueue, tries: int) -> None:
         """Take an answer, or say it again where none came in time."""
         node, answer = lane.drive.node, self.answers.pop(lane.drive.node, None)
         if answer is None:
@@ -174,7 +175,7 @@ class Cia402Objects(Cia402Pulse):
             self._take(lane, answer)
         self._ask(lane, tries)
 
-    def _take(self, lane: Lane, answer: object) -> None:
+    def _take(self, lane: SdoQueue, answer: object) -> None:
         job = lane.jobs[lane.done]
         match answer:
             case Uploaded(place, data, exact):
@@ -185,7 +186,7 @@ class Cia402Objects(Cia402Pulse):
         if job.place in lane.refused and isinstance(job, Write) and not lane.lenient:
             lane.done = len(lane.jobs)  # what comes behind a write builds upon it
 
-    def awoken(self, lanes: Mapping[int, Lane]) -> Generator[float, Heard | None, bool]:
+    def awoken(self, lanes: Mapping[int, SdoQueue]) -> Generator[float, Heard | None, bool]:
         """Have nodes that did not answer be pre-operational; tell whether one answers now.
 
         One that somebody has stopped does not, and says no more than its heartbeat.
@@ -193,17 +194,19 @@ class Cia402Objects(Cia402Pulse):
         mute = [node for node, lane in lanes.items() if lane.mute]
         for node in mute:
             self.say(self.bus.order(Nmt(NmtCommand.PRE_OPERATIONAL, node)))
-        asked = dict.fromkeys(mute, (Read(DEVICE_TYPE),))
+        asked = dict.fromkeys(mute, (ObjectRead(DEVICE_TYPE),))
         return not all(each.mute for each in (yield from self.transfer(asked, tries=1)).values())
 
     # -- words --------------------------------------------------------------------------------
 
-    def missing(self, lanes: Mapping[int, Lane], since_s: float) -> Silence | Denied | None:
+    def missing(
+        self, lanes: Mapping[int, SdoQueue], since_s: float
+    ) -> Timeout | RequestRejected | None:
         """Say which drives did not answer; None where all did."""
         mute = [lane.drive for lane in lanes.values() if lane.mute]
         return self.absence(mute, since_s) if mute else None
 
-    def absence(self, drives: Sequence[Drive], since_s: float) -> Silence | Denied:
+    def absence(self, drives: Sequence[Cia402Drive], since_s: float) -> Timeout | RequestRejected:
         """Say that drives do not answer; silence where it is all of them.
 
         Contact is made anew then: a drive may begin anew while nobody hears it, and wait for that.
@@ -211,9 +214,9 @@ class Cia402Objects(Cia402Pulse):
         self.contacted = False
         if len(drives) == len(self.drives):
             return self.silence(since_s)
-        return Denied(self.absent_words(drives), moved=False)
+        return RequestRejected(self.absent_words(drives), moved=False)
 
-    def absent_words(self, drives: Sequence[Drive]) -> str:
+    def absent_words(self, drives: Sequence[Cia402Drive]) -> str:
         """Say which drives do not answer, and what to look at."""
         named = ", ".join(map(str, drives))
         verb = "does" if len(drives) == 1 else "do"
@@ -234,7 +237,7 @@ class Cia402Objects(Cia402Pulse):
         )
 
 
-def refusal_words(lane: Lane, place: Place, remedy: str = "") -> str:
+def refusal_words(lane: SdoQueue, place: Place, remedy: str = "") -> str:
     """Say that a drive refused an object, which, and why."""
     entry = STANDARD.find(place)
     name = f" ({entry.name.lower()})" if entry is not None else _mapped_words(lane, place)
@@ -242,7 +245,7 @@ def refusal_words(lane: Lane, place: Place, remedy: str = "") -> str:
     return f"{lane.drive} refused object {place}{name}: {why}{remedy}"
 
 
-def _mapped_words(lane: Lane, place: Place) -> str:
+def _mapped_words(lane: SdoQueue, place: Place) -> str:
     """Say what an entry of a PDO's mapping should carry; empty where the object is none."""
     for job in lane.jobs:
         if isinstance(job, Write) and job.place == place and place.index in _MAPPINGS and place.sub:

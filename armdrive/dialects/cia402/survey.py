@@ -13,10 +13,10 @@ from types import MappingProxyType
 
 from armdrive.dialects.bus.tools import (
     Answers,
+    BusQuestion,
     BusTools,
     FrameHost,
     Heard,
-    Question,
     numbers,
     of_lost,
 )
@@ -74,7 +74,7 @@ _TELLTALES = (SERIAL, POSITION, STATUSWORD)
 
 
 @dataclass(frozen=True, slots=True)
-class Node:
+class SurveyedNode:
     """What a node has told: objects that it has, and of others why it did not tell them.
 
     `state` is its own word, where it says heartbeats. One that `answers` nothing was only heard.
@@ -111,7 +111,7 @@ class CanopenSurvey:
     """Who was asked, who is there, and how many answers could not be read."""
 
     asked: tuple[int, ...] = ()
-    nodes: tuple[Node, ...] = ()
+    nodes: tuple[SurveyedNode, ...] = ()
     garbled: int = 0
 
     @property
@@ -121,7 +121,7 @@ class CanopenSurvey:
 
 
 @dataclass(slots=True)
-class _Counts:
+class _NodeCounts:
     missed: int = 0
     garbled: int = 0
 
@@ -154,7 +154,7 @@ def ask_nodes(
 
     `heard` are nodes whose heartbeats have passed; they are asked too.
     """
-    counts = _Counts()
+    counts = _NodeCounts()
     asked = tuple(sorted({each for each in ids if each <= NODE_MAX} | set(heard)))
     there: set[int] = set()
     for _ in range(ROUNDS):
@@ -167,11 +167,11 @@ def ask_nodes(
         if node in there:
             nodes.append((yield from _known(node, heard.get(node), counts)))
         elif node in heard:
-            nodes.append(Node(node, heard[node], answers=False))
+            nodes.append(SurveyedNode(node, heard[node], answers=False))
     return CanopenSurvey(asked, tuple(nodes), counts.garbled)
 
 
-def _known(node: int, state: NodeState | None, counts: _Counts) -> Talk[Node]:
+def _known(node: int, state: NodeState | None, counts: _NodeCounts) -> Talk[SurveyedNode]:
     objects: dict[Place, Value] = {}
     refused: dict[Place, str] = {}
     before = counts.missed
@@ -183,10 +183,10 @@ def _known(node: int, state: NodeState | None, counts: _Counts) -> Talk[Node]:
             objects[place] = value
         yield Hear(PAUSE_S)
     doubled = yield from _doubled(node)
-    return Node(node, state, True, objects, refused, doubled, counts.missed - before)
+    return SurveyedNode(node, state, True, objects, refused, doubled, counts.missed - before)
 
 
-def _asked(node: int, place: Place, counts: _Counts) -> Talk[Uploaded | Aborted | None]:
+def _asked(node: int, place: Place, counts: _NodeCounts) -> Talk[Uploaded | Aborted | None]:
     """Ask for an object, again where no answer comes; None where none ever does."""
     for _ in range(TRIES):
         told = yield from _upload(node, place, ANSWER_S, counts)
@@ -197,14 +197,14 @@ def _asked(node: int, place: Place, counts: _Counts) -> Talk[Uploaded | Aborted 
 
 
 def _upload(
-    node: int, place: Place, wait_s: float, counts: _Counts
+    node: int, place: Place, wait_s: float, counts: _NodeCounts
 ) -> Talk[Uploaded | Aborted | None]:
     """Read an object once; None where that does not come to an end."""
     client = SdoClient(node, size_max=LONGEST)
     frame: Frame | None = client.upload(place)
     response_id = cob_id(Service.SDO_RESPONSE, node)
     while frame is not None:
-        question = Question(frame, lambda each: is_for(each, response_id))
+        question = BusQuestion(frame, lambda each: is_for(each, response_id))
         heard: tuple[Frame, ...] = yield Put(node, question, wait_s)
         frame = None
         for each in heard:
@@ -229,7 +229,7 @@ def _doubled(node: int) -> Talk[bool]:
             def answers(frame: Frame, place: Place = place) -> bool:
                 return is_for(frame, response_id) and frame.data[1:4] == place.packed
 
-            question = Question(SdoClient(node).upload(place), answers)
+            question = BusQuestion(SdoClient(node).upload(place), answers)
             heard: tuple[Frame, ...] = yield Put(node, question, ANSWER_S, LINGER_S)
             count = sum(map(answers, heard))
             twice += count > 1
@@ -272,7 +272,7 @@ def of_answers(found: CanopenSurvey, health: BusHealth, arm: str = "NAME") -> li
     return findings
 
 
-def of_node(node: Node, arm: str = "NAME") -> list[Finding]:
+def of_node(node: SurveyedNode, arm: str = "NAME") -> list[Finding]:
     """Say what one node tells of itself, and what is wrong with it."""
     name = f"node {node.number}"
     if not node.answers:
@@ -305,7 +305,7 @@ def of_arm(ids: Sequence[int], found: CanopenSurvey) -> list[Finding]:
     ]
 
 
-def view(node: Node) -> dict[str, object]:
+def view(node: SurveyedNode) -> dict[str, object]:
     """Return a node as plain data."""
     word = node.number_of(STATUSWORD)
     state = None if word is None else Statusword(word).state
@@ -327,7 +327,7 @@ def view(node: Node) -> dict[str, object]:
     }
 
 
-def _mute(name: str, node: Node) -> Finding:
+def _mute(name: str, node: SurveyedNode) -> Finding:
     if node.state is NodeState.STOPPED:
         return problem(
             f"{name}: stopped (NMT), so it answers no question",
@@ -339,7 +339,7 @@ def _mute(name: str, node: Node) -> Finding:
     )
 
 
-def _self_words(node: Node) -> list[str]:
+def _self_words(node: SurveyedNode) -> list[str]:
     words = [_type_words(node)]
     if name := node.name:
         words.append(f"called {name}")
@@ -354,12 +354,12 @@ def _self_words(node: Node) -> list[str]:
     return words
 
 
-def _type_words(node: Node) -> str:
+def _type_words(node: SurveyedNode) -> str:
     word = node.number_of(DEVICE_TYPE)
     return "it does not tell what it is" if word is None else device_words(word)
 
 
-def _drive_words(node: Node) -> list[str]:
+def _drive_words(node: SurveyedNode) -> list[str]:
     shown = node.number_of(MODE_SHOWN)
     mode = None if shown is None else mode_of(shown)
     rows: tuple[tuple[Place, Callable[[int], str]], ...] = (
@@ -375,11 +375,11 @@ def _drive_words(node: Node) -> list[str]:
     return said
 
 
-def _no_drive(name: str, node: Node) -> Finding:
+def _no_drive(name: str, node: SurveyedNode) -> Finding:
     return note(f"{name}: no CiA 402 drive ({_type_words(node)}), so no motor of an arm", "")
 
 
-def _fault(name: str, node: Node, arm: str) -> Finding | None:
+def _fault(name: str, node: SurveyedNode, arm: str) -> Finding | None:
     word, register = node.number_of(STATUSWORD), node.number_of(ERROR_REGISTER) or 0
     code = node.number_of(ERROR_CODE) or 0
     broken = word is not None and Statusword(word).state in _BROKEN
@@ -395,7 +395,7 @@ def _fault(name: str, node: Node, arm: str) -> Finding | None:
     return note(f"{name}: it remembers {why}{kinds}", mend)
 
 
-def _modes(name: str, node: Node) -> list[Finding]:
+def _modes(name: str, node: SurveyedNode) -> list[Finding]:
     word = node.number_of(SUPPORTED_MODES)
     if word is None:
         return [note(f"{name}: it does not tell which modes it has (6502)", "")]

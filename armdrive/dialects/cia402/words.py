@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from armdrive.dialects.bus.words import Check, Kind, PackedFrames, Said, shown
+from armdrive.dialects.bus.words import FrameCheck, FrameKind, FrameSaid, PackedFrames, shown
 from armdrive.dialects.bus.words import words as frame_words
 from armdrive.dialects.cia402.objects import (
     control_words,
@@ -20,7 +20,7 @@ from armdrive.dialects.cia402.objects import (
     state_words,
     value_words,
 )
-from armdrive.dialects.words import Message, Sentences, Talk, Weight, wording
+from armdrive.dialects.words import Describer, Message, Sentences, Weight, wording
 from firmware_protocol.canopen.cob import Service, opened, service_of
 from firmware_protocol.canopen.datatypes import Value
 from firmware_protocol.canopen.drive_modes import mode_of
@@ -70,7 +70,7 @@ _PDO_PLACES: tuple[tuple[Service, tuple[Place, ...]], ...] = (
 
 
 @dataclass(frozen=True, slots=True)
-class Pdo:
+class PdoWords:
     """Process data: the objects in it and their values, none of either where it is not known."""
 
     service: Service
@@ -79,7 +79,7 @@ class Pdo:
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class SaidMessage:
     """A readable frame: its service, the node that it is about (0: all, or none), its message."""
 
     service: Service
@@ -92,23 +92,23 @@ class Told:
         return str(self.node) if self.node else "all" if self.service is Service.NMT else ""
 
 
-def told(frame: Frame) -> Told:
+def told(frame: Frame) -> SaidMessage:
     """Read a frame of the predefined connection set. Raises `RemoteProtocolError`."""
     service, node = opened(frame, *Service)
     if service is Service.NMT:
         order = Nmt.read(frame)
-        return Told(service, order.node, order)
-    return Told(service, node, _READERS[service](frame))
+        return SaidMessage(service, order.node, order)
+    return SaidMessage(service, node, _READERS[service](frame))
 
 
-def _pdo(service: Service) -> Callable[[Frame], Pdo]:
-    def read(frame: Frame) -> Pdo:
+def _pdo(service: Service) -> Callable[[Frame], PdoWords]:
+    def read(frame: Frame) -> PdoWords:
         mapping = _MAPPINGS.get((service, len(frame.data)))
         if mapping is None:
-            return Pdo(service, frame.data, {})
+            return PdoWords(service, frame.data, {})
         places = (entry.place for entry in mapping.entries)
         values = dict(zip(places, mapping.unpack(frame.data), strict=True))
-        return Pdo(service, frame.data, values)
+        return PdoWords(service, frame.data, values)
 
     return read
 
@@ -171,7 +171,7 @@ def _segment(message: Segment) -> str:
     return f"segment {shown}{', the last' if message.last else ''}"
 
 
-def _process_data(message: Pdo) -> str:
+def _process_data(message: PdoWords) -> str:
     if not message.values:
         return f"{message.service.name} {message.data.hex(' ') or 'without data'}"
     shown = message.values.get(MODE, message.values.get(MODE_SHOWN))
@@ -207,7 +207,7 @@ SENTENCES: Sentences = MappingProxyType(
         Segment: _segment,
         SegmentTaken: lambda _: "the segment is taken",
         Abort: lambda message: f"{object_words(message.place)} given up: {message.words}",
-        Pdo: _process_data,
+        PdoWords: _process_data,
     }
 )
 
@@ -226,7 +226,7 @@ class CanopenEar:
     def __init__(self) -> None:
         self._transfers: dict[int, Place] = {}
 
-    def hear(self, frame: Frame) -> Said:
+    def hear(self, frame: Frame) -> FrameSaid:
         """Put a frame into words. Never raises."""
         known = None if frame.extended or frame.remote else service_of(frame.can_id)
         service, node = known or (None, 0)
@@ -235,11 +235,11 @@ class CanopenEar:
             read = told(frame)
         except RemoteProtocolError as error:
             words = _unreadable(frame, service, error)
-            return Said(frame, Kind.UNKNOWN, command, words, Check.NONE, node)
-        kind = Kind.REQUEST if read.service in OF_MASTER else Kind.ANSWER
-        return Said(frame, kind, command, self._words(read), Check.NONE, read.node)
+            return FrameSaid(frame, FrameKind.UNKNOWN, command, words, FrameCheck.NONE, node)
+        kind = FrameKind.REQUEST if read.service in OF_MASTER else FrameKind.ANSWER
+        return FrameSaid(frame, kind, command, self._words(read), FrameCheck.NONE, read.node)
 
-    def _words(self, read: Told) -> str:
+    def _words(self, read: SaidMessage) -> str:
         message = read.message
         if isinstance(message, StartUpload | StartDownload):
             self._transfers[read.node] = message.place
@@ -298,4 +298,4 @@ def _read(frame: Frame) -> tuple[str, object]:
     return said.who, said.message
 
 
-TALK = Talk(lambda: PackedFrames(weighed), words, words, shown, SENTENCES)
+TALK = Describer(lambda: PackedFrames(weighed), words, words, shown, SENTENCES)

@@ -7,7 +7,7 @@ from collections.abc import Generator
 from armdrive.dialects.grbl.exchange import REPORTS_TO_OFFSET, Answering, Asking, refusal
 from armdrive.dialects.grbl.receive import TURNING
 from armdrive.dialects.grbl.stops import DEAF, GrblStopping
-from armdrive.tasks import Denied, Done, Silence
+from armdrive.tasks import Done, RequestRejected, Timeout
 from firmware_protocol.grbl import (
     Acknowledged,
     QueryBuildInfo,
@@ -37,7 +37,7 @@ class GrblContact(GrblStopping):
     outputs_told = True
     """Whether a report tells that what the gripper hangs on is switched on."""
 
-    def contact(self) -> Generator[float, HostEvent | None, Silence | Denied | None]:
+    def contact(self) -> Generator[float, HostEvent | None, Timeout | RequestRejected | None]:
         """Find the board, whether opening its port has reset it or not. Moves nothing.
 
         Return what stands against it, where something does.
@@ -54,7 +54,7 @@ class GrblContact(GrblStopping):
         yield from self._recognise()
         yield from self.look(self.settings.answer_s)  # which counts its axes, where they are untold
         if self.lacking:
-            return Denied(self._lacking_words(), moved=False)
+            return RequestRejected(self._lacking_words(), moved=False)
         self.press(Realtime.FEED_100)
         self.contacted = True
         return None
@@ -145,5 +145,5 @@ class GrblContact(GrblStopping):
                 return refusal(answer, "the board stays locked")
             yield from self.look(self.settings.answer_s)
         if self.state is not State.IDLE:
-            return Denied(f"the board's state is {self.state or 'not told'}", moved=False)
+            return RequestRejected(f"the board's state is {self.state or 'not told'}", moved=False)
         return Done()

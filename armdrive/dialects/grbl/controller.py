@@ -11,19 +11,19 @@ from dataclasses import replace
 
 from armdrive.abilities import Abilities, segment_s
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.controller import Part, Stopping
+from armdrive.dialects.controller import StopPart, Stopping
 from armdrive.dialects.dialect import Driver
 from armdrive.dialects.grbl.contact import GrblContact
 from armdrive.dialects.grbl.exchange import Answering, refusal
-from armdrive.dialects.grbl.in_flight import LAST_STEP_S, SLOWEST_HZ, Way, trapezoid_s
+from armdrive.dialects.grbl.in_flight import LAST_STEP_S, SLOWEST_HZ, MotorPath, trapezoid_s
 from armdrive.dialects.grbl.motion import GrblMotion
-from armdrive.dialects.grbl.settings import Axes, Comparison, GrblSettings, idle_key
+from armdrive.dialects.grbl.settings import BoardAxes, Comparison, GrblSettings, idle_key
 from armdrive.dialects.grbl.stops import AGAIN_S, HELD
 from armdrive.dialects.grbl.words import RECOGNITION, TALK
 from armdrive.errors import Refused as NotPossible
 from armdrive.tasks import (
     ClearFault,
-    Denied,
+    DeviceSettings,
     Done,
     DropCurrent,
     Halted,
@@ -35,9 +35,9 @@ from armdrive.tasks import (
     ReadProgram,
     ReadSettings,
     Request,
+    RequestRejected,
     SetGripper,
     SetOutputs,
-    Settings,
     SwitchOn,
     WriteRow,
 )
@@ -72,7 +72,7 @@ class GrblController(GrblMotion, GrblContact):
 
     def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
         settings: GrblSettings = config.device
-        axes = Axes.of(config)
+        axes = BoardAxes.of(config)
         motors = replace(abilities, motors=len(axes.letters))
         super().__init__(motors, settings, axes, config.connection.baud)
         self._kind = config.gripper.kind
@@ -123,7 +123,7 @@ class GrblController(GrblMotion, GrblContact):
             case SwitchOn() | ClearFault():
                 return (yield from self.clear())
             case ReadProgram() | WriteRow():
-                return Denied("a GRBL board keeps no program of its own", moved=False)
+                return RequestRejected("a GRBL board keeps no program of its own", moved=False)
 
     # -- reading ------------------------------------------------------------------------------
 
@@ -133,7 +133,7 @@ class GrblController(GrblMotion, GrblContact):
         if (yield from self.look_position(self.settings.mute_s / share)):
             return self.registers()
         if self.alarm is not None:
-            return Denied(self.alarm_words(), moved=False)
+            return RequestRejected(self.alarm_words(), moved=False)
         return self.silence(began_s)
 
     def _compare(self) -> Answering:
@@ -152,7 +152,7 @@ class GrblController(GrblMotion, GrblContact):
         board = self._host.dialect.axes
         found = Comparison(self.settings, self.axes, board, dict(self.told), key)
         self.limits = found.limits()
-        return Settings(tuple(found.differences()), f"{self.variant} {self.firmware}".strip())
+        return DeviceSettings(tuple(found.differences()), f"{self.variant} {self.firmware}".strip())
 
     # -- what moves nothing -------------------------------------------------------------------
 
@@ -184,7 +184,9 @@ class GrblController(GrblMotion, GrblContact):
         """Have the board find its switches, all at once or group after group."""
         yield from self.look(self.settings.answer_s)
         if self.state in HELD:
-            return Denied(f"the board's state is {self.state}; `reset()` leaves it", moved=False)
+            return RequestRejected(
+                f"the board's state is {self.state}; `reset()` leaves it", moved=False
+            )
         yield from self.clean_line()
         for command in self._homings(groups):
             self.speak(command)
@@ -221,9 +223,9 @@ class GrblController(GrblMotion, GrblContact):
         slopes = zip(self.limits.accelerations, self.limits.steps_per_unit, strict=True)
         slowest = min(*self.limits.rates_hz(), rate_hz)
         least = min(slope * per for slope, per in slopes)
-        return trapezoid_s(Way(max(steps, 1e-6), (1.0,), slowest, least), 0.0, 0.0)
+        return trapezoid_s(MotorPath(max(steps, 1e-6), (1.0,), slowest, least), 0.0, 0.0)
 
-    def stopping(self, burst_s: float, parts: Sequence[Part] = ()) -> Stopping:
+    def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
         """Bound what the board still drives; without a host, what was sent ahead as well.
 
         The bound allows for one lost byte, which is sent again after `AGAIN_S`. What was sent ahead

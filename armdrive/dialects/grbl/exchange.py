@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Generator
 from typing import TypeAlias
 
-from armdrive.dialects.grbl.receive import GrblHearing
-from armdrive.tasks import Denied, Reply
+from armdrive.dialects.grbl.receive import GrblReceiving
+from armdrive.tasks import Reply, RequestRejected
 from firmware_protocol.grbl import (
     Acknowledged,
     AlarmRaised,
@@ -41,7 +41,7 @@ FluidNC drops it, and all refuse a letter without a number (gnea/grbl grbl/proto
 SPOILERS = 3
 
 
-class GrblTalk(GrblHearing):
+class GrblTalk(GrblReceiving):
     """The questions."""
 
     @property
@@ -187,14 +187,16 @@ class GrblTalk(GrblHearing):
         return asked_s <= self.now_s
 
 
-def refusal(heard: HostEvent | None, what: str, *, moved: bool = False) -> Denied:
+def refusal(heard: HostEvent | None, what: str, *, moved: bool = False) -> RequestRejected:
     """Return the reply that says why a line was not carried out."""
     match heard:
         case Refused(_, code, meaning, remedy):
             number = "" if code is None else f"error {code}, "
-            return Denied(f"{what}: {number}{meaning}; {remedy}", moved)
+            return RequestRejected(f"{what}: {number}{meaning}; {remedy}", moved)
         case AlarmRaised(_, meaning, remedy):
-            return Denied(f"{what}: the board went into alarm ({meaning}); {remedy}", moved)
+            return RequestRejected(
+                f"{what}: the board went into alarm ({meaning}); {remedy}", moved
+            )
         case Restarted():
-            return Denied(f"{what}: the board was reset or lost its power", moved)
-    return Denied(f"{what}: the board did not answer", moved)
+            return RequestRejected(f"{what}: the board was reset or lost its power", moved)
+    return RequestRejected(f"{what}: the board did not answer", moved)

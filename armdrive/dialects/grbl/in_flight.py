@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from types import MappingProxyType
 
-from armdrive.dialects.controller import Part
+from armdrive.dialects.controller import StopPart
 from armdrive.tasks import MoveBy
 from firmware_protocol.grbl import Variant
 from kinematics.spaces import Motors
@@ -51,7 +51,7 @@ class Limits:
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
+class MotorPath:
     """One line: its length, its direction, and the speed and acceleration it is driven with.
 
     `rate_hz` is that speed in steps a second of the busiest motor.
@@ -68,22 +68,22 @@ class Way:
         """How long it takes without ramps."""
         return self.length / self.speed
 
-    def rest(self, share: float) -> Way:
+    def rest(self, share: float) -> MotorPath:
         """Return what is left of it when a share has been driven."""
         return replace(self, length=self.length * max(1.0 - share, STRAIGHT))
 
 
-def way(steps: Motors, duration_s: float, limits: Limits) -> Way:
+def way(steps: Motors, duration_s: float, limits: Limits) -> MotorPath:
     """Return the line of some steps that shall last so long, or longer where the axes are slow."""
     parts = [count / per for count, per in zip(steps, limits.steps_per_unit, strict=True)]
     length = math.hypot(*parts)
     unit = tuple(part / length for part in parts)
     speed = min(length / max(duration_s, 1e-9), limits.along(unit, limits.rates))
     rate_hz = speed / length * steps.largest
-    return Way(length, unit, speed, limits.along(unit, limits.accelerations), rate_hz)
+    return MotorPath(length, unit, speed, limits.along(unit, limits.accelerations), rate_hz)
 
 
-def corner_speed(one: Way, other: Way, limits: Limits) -> float:
+def corner_speed(one: MotorPath, other: MotorPath, limits: Limits) -> float:
     """Return how fast the corner between two lines may be passed."""
     fastest = min(one.speed, other.speed)
     cosine = -sum(a * b for a, b in zip(one.unit, other.unit, strict=True))
@@ -98,7 +98,7 @@ def corner_speed(one: Way, other: Way, limits: Limits) -> float:
     return min(fastest, math.sqrt(slope * limits.junction * half_sine / (1.0 - half_sine)))
 
 
-def planned_s(ways: Sequence[Way], limits: Limits) -> float:
+def planned_s(ways: Sequence[MotorPath], limits: Limits) -> float:
     """Return how long lines take from a stand-still to a stand-still."""
     speeds = [0.0, *(corner_speed(a, b, limits) for a, b in pairwise(ways)), 0.0]
     for index in range(len(ways) - 1, -1, -1):
@@ -112,7 +112,7 @@ def planned_s(ways: Sequence[Way], limits: Limits) -> float:
     return total_s
 
 
-def trapezoid_s(one: Way, enter: float, leave: float) -> float:
+def trapezoid_s(one: MotorPath, enter: float, leave: float) -> float:
     """Return how long a line takes that is entered and left at these speeds."""
     slope = one.acceleration
     peak = min(one.speed, math.sqrt(slope * one.length + (enter**2 + leave**2) / 2.0))
@@ -168,7 +168,7 @@ class SegmentBuffer:
         """How much motion it holds at most: at the slowest rate."""
         return self.segments * self._segment_s(SLOWEST_HZ)
 
-    def longest_of_s(self, parts: Sequence[Part], piece_s: float) -> float:
+    def longest_of_s(self, parts: Sequence[StopPart], piece_s: float) -> float:
         """Return how much of a motion it holds at most, wherever in it.
 
         The motion is sent in pieces of `piece_s` or longer, or part by part where those are
@@ -212,7 +212,7 @@ class SegmentBuffer:
         """
         return self.segments * max(fastest_hz * SEGMENT_S, 2.0 * STEPS_A_SEGMENT)
 
-    def holds_s(self, ways: Iterable[Way]) -> float:
+    def holds_s(self, ways: Iterable[MotorPath]) -> float:
         """Return how much of the motion along lines it holds, from where the first one begins."""
         left, total_s, segment_s = float(self.segments), 0.0, 0.0
         for each in ways:
@@ -236,12 +236,12 @@ and such a report explain belongs to a way that went wrong: back along itself, s
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class InFlightLine:
     """One line: from where to where, absolute, and how it is driven."""
 
     start: Motors
     end: Motors
-    way: Way
+    way: MotorPath
     sent_s: float
 
     def share_at(self, position: Motors, tolerance: float) -> float | None:
@@ -254,7 +254,7 @@ class Line:
         return share if off <= tolerance else None
 
 
-class Road:
+class InFlightLines:
     """The lines under way. `unanswered` counts the last of them, which have had no ok.
 
     `ends_s` is when the motors should come to a stand.
@@ -270,7 +270,7 @@ class Road:
         self._tolerance = tolerance
         self._segments = segments
         self.ends_s = -math.inf
-        self._lines: deque[Line] = deque()
+        self._lines: deque[InFlightLine] = deque()
         self._share = 0.0
 
     @property
@@ -288,11 +288,11 @@ class Road:
         """When the oldest line without an ok was sent."""
         return self._lines[-self.unanswered].sent_s
 
-    def send(self, steps: Motors, way: Way, now_s: float) -> None:
+    def send(self, steps: Motors, way: MotorPath, now_s: float) -> None:
         """Take in a line that is sent now."""
         lasts_s = way.nominal_s if self._lines else planned_s([way], self._limits)
         self.ends_s = max(self.ends_s, now_s) + lasts_s
-        self._lines.append(Line(self.end, self.end + steps, way, now_s))
+        self._lines.append(InFlightLine(self.end, self.end + steps, way, now_s))
         self.end = self.end + steps
         self.unanswered += 1
 
@@ -307,14 +307,14 @@ class Road:
         """Give up waiting for oks that were lost."""
         self.unanswered = 0
 
-    def rest(self, more: Way | None = None) -> list[Way]:
+    def rest(self, more: MotorPath | None = None) -> list[MotorPath]:
         """Return what is left to drive, and one way more."""
         ways = [line.way for line in self._lines]
         if ways:
             ways[0] = ways[0].rest(self._share)
         return ways if more is None else [*ways, more]
 
-    def fits(self, more: Way, ahead_s: float, ramp_s: float) -> bool:
+    def fits(self, more: MotorPath, ahead_s: float, ramp_s: float) -> bool:
         """Tell whether one way more leaves the planner no more than so much time to drive.
 
         What the segment buffer holds comes on top, since the planner does not have it any more,
@@ -389,7 +389,7 @@ class Road:
 
 
 @dataclass(slots=True)
-class Trip:
+class LineTrip:
     """One motion under way: where its lines come from, and what is known of those sent.
 
     A motion that is slower than the board can is `lead_s` ahead of its time, and no line is sent
@@ -398,7 +398,7 @@ class Trip:
     """
 
     segments: Iterator[MoveBy]
-    road: Road
+    road: InFlightLines
     ahead_s: float
     jog: bool
     drawn: MoveBy | None = None

@@ -10,22 +10,30 @@ import math
 from collections.abc import Sequence
 
 from armdrive.abilities import Abilities
-from armdrive.dialects.controller import Part
+from armdrive.dialects.controller import StopPart
 from armdrive.dialects.grbl.exchange import LATE_REPORT_S, Answering, refusal
-from armdrive.dialects.grbl.in_flight import LAST_STEP_S, SLOWEST_HZ, Limits, Road, Trip, Way, way
-from armdrive.dialects.grbl.settings import Axes, GrblSettings, feed
+from armdrive.dialects.grbl.in_flight import (
+    LAST_STEP_S,
+    SLOWEST_HZ,
+    InFlightLines,
+    Limits,
+    LineTrip,
+    MotorPath,
+    way,
+)
+from armdrive.dialects.grbl.settings import BoardAxes, GrblSettings, feed
 from armdrive.dialects.grbl.stops import HELD, GrblStopping
 from armdrive.tasks import (
     Alert,
     AlertKind,
-    Denied,
     Done,
     Halted,
     Interrupted,
     MoveAlong,
     Progress,
     Reply,
-    Silence,
+    RequestRejected,
+    Timeout,
 )
 from firmware_protocol.grbl import (
     Acknowledged,
@@ -62,7 +70,9 @@ OVERRIDDEN = 12.0
 class GrblMotion(GrblStopping):
     """Drives segments."""
 
-    def __init__(self, abilities: Abilities, settings: GrblSettings, axes: Axes, baud: int) -> None:
+    def __init__(
+        self, abilities: Abilities, settings: GrblSettings, axes: BoardAxes, baud: int
+    ) -> None:
         super().__init__(abilities, settings, axes, baud)
         self.limits: Limits = axes.expected(settings)
 
@@ -79,7 +89,7 @@ class GrblMotion(GrblStopping):
         """How long the slowest motor brakes from the fastest that this arm drives it."""
         return self.ramp_from_s(())
 
-    def ramp_from_s(self, parts: Sequence[Part]) -> float:
+    def ramp_from_s(self, parts: Sequence[StopPart]) -> float:
         """Return how long a motion brakes at most; of no parts, one at any speed.
 
         No motor turns faster than the busiest does, or than this arm drives it.
@@ -95,7 +105,7 @@ class GrblMotion(GrblStopping):
         """
         return self.segment_buffer.longest_s + self.ramp_s + LAST_STEP_S
 
-    def held_longest_s(self, parts: Sequence[Part], piece_s: float) -> float:
+    def held_longest_s(self, parts: Sequence[StopPart], piece_s: float) -> float:
         """Return for how long the board drives what its segment buffer holds, at most.
 
         Where the motion speeds up or slows down, its segments are those of slower rates.
@@ -107,7 +117,7 @@ class GrblMotion(GrblStopping):
         ramps_s = self.segment_buffer.slow_ramp_s(max(p.rate_hz for p in parts), min(slopes))
         return min(held_s + ramps_s, self.segment_buffer.longest_s)
 
-    def held_full_speed_s(self, parts: Sequence[Part]) -> float:
+    def held_full_speed_s(self, parts: Sequence[StopPart]) -> float:
         """Return how long the motion takes at its speed for the steps that the buffer can hold.
 
         Of no parts, a single motor at its full speed: the slowest takes longest.
@@ -121,8 +131,8 @@ class GrblMotion(GrblStopping):
         if hindrance is not None:
             return hindrance
         start = self.position or self.registers().positions
-        road = Road(start, self.limits, self.settings.corridor_steps, self.segment_buffer)
-        trip = Trip(request.segments, road, request.ahead_s, request.jog)
+        road = InFlightLines(start, self.limits, self.settings.corridor_steps, self.segment_buffer)
+        trip = LineTrip(request.segments, road, request.ahead_s, request.jog)
         trip.changed_s = self.now_s
         self.brake_s = self.slowest_stop_s + self.ramp_s
         while True:
@@ -143,7 +153,7 @@ class GrblMotion(GrblStopping):
 
     # -- sending ------------------------------------------------------------------------------
 
-    def _send(self, trip: Trip) -> None:
+    def _send(self, trip: LineTrip) -> None:
         """Send what there is room for: on the wire, in the ring, and in the time ahead."""
         if self.now_s < max(self.wire_free_s, trip.not_before_s) or trip.off:
             return
@@ -173,28 +183,28 @@ class GrblMotion(GrblStopping):
         if trip.lead_s >= LEAD_S:
             trip.not_before_s, trip.lead_s = trip.road.ends_s + trip.lead_s, 0.0
 
-    def _has_room(self, trip: Trip) -> bool:
+    def _has_room(self, trip: LineTrip) -> bool:
         """Tell whether one more segment like the last would fit: it is drawn no earlier."""
         return not trip.waits_for_ok and trip.road.has_room(trip.guess_s, trip.ahead_s)
 
-    def _may_say(self, trip: Trip, line: Line) -> bool:
+    def _may_say(self, trip: LineTrip, line: Line) -> bool:
         if trip.waits_for_ok:
             return False
         if trip.road.ends_by(self.now_s + CLEAR_S):
             return False
         return trip.road.waiting < self.blocks and self._host.room_for(line)
 
-    def _text(self, trip: Trip, steps: Motors, ahead: Way) -> str:
+    def _text(self, trip: LineTrip, steps: Motors, ahead: MotorPath) -> str:
         words = self.axes.words(trip.road.end, trip.road.end + steps)
         return f"{'$J=G91' if trip.jog else 'G91G1'}{feed(ahead)}{words}"
 
-    def _poll(self, trip: Trip) -> None:
+    def _poll(self, trip: LineTrip) -> None:
         every_s = LATE_REPORT_S if trip.awaiting else self.settings.poll_s
         if self.now_s >= trip.polled_s + every_s:
             self.press(Realtime.STATUS)
             trip.polled_s, trip.awaiting = self.now_s, True
 
-    def _wake_s(self, trip: Trip) -> float:
+    def _wake_s(self, trip: LineTrip) -> float:
         every_s = LATE_REPORT_S if trip.awaiting else self.settings.poll_s
         wake_s = min(trip.polled_s + every_s, self.mute_at_s)
         for later_s in (self.wire_free_s, trip.not_before_s):
@@ -204,7 +214,7 @@ class GrblMotion(GrblStopping):
 
     # -- weighing -----------------------------------------------------------------------------
 
-    def _weighed(self, trip: Trip, heard: HostEvent | None) -> Reply | None:
+    def _weighed(self, trip: LineTrip, heard: HostEvent | None) -> Reply | None:
         """Take in what was heard; return what the motion has come to, where it has come to one."""
         match heard:
             case Acknowledged():
@@ -214,23 +224,27 @@ class GrblMotion(GrblStopping):
                 moved = trip.road.oks > 0 or trip.road.unanswered > 1
                 return refusal(heard, f"`{heard.command.text}` was refused", moved=moved)
             case AlarmRaised():
-                return Denied(self.alarm_words())
+                return RequestRejected(self.alarm_words())
             case Restarted():
-                return Denied("the board was reset, or lost its power, while it moved")
+                return RequestRejected("the board was reset, or lost its power, while it moved")
             case StatusReported():
                 return self._reported(trip)
         if heard is not None:  # what is missed may stand behind it, unread
             return None
         return self.silence_of_mute() if self.mute else self._overdue(trip)
 
-    def _reported(self, trip: Trip) -> Reply | None:
+    def _reported(self, trip: LineTrip) -> Reply | None:
         trip.awaiting, trip.seen_s = False, trip.polled_s
         if self.state is State.ALARM:
-            return Denied(self.alarm_words())
+            return RequestRejected(self.alarm_words())
         if self.state in HELD:
-            return Interrupted() if self.state is State.HOLD else Denied("the safety door is open")
+            return (
+                Interrupted()
+                if self.state is State.HOLD
+                else RequestRejected("the safety door is open")
+            )
         if self.state in (State.SLEEP, State.CHECK):
-            return Denied(f"the board's state is {self.state}; `reset()` leaves it")
+            return RequestRejected(f"the board's state is {self.state}; `reset()` leaves it")
         position = self.position
         if self.reported is None or self.reported.machine_position is None or position is None:
             return None
@@ -247,7 +261,7 @@ class GrblMotion(GrblStopping):
             trip.polled_s = -math.inf  # a report has no check bytes either: look again, at once
         return self._astray(trip) if trip.off > 1 else None
 
-    def _note_dry(self, trip: Trip, idle: bool) -> None:
+    def _note_dry(self, trip: LineTrip, idle: bool) -> None:
         """Count a planner that runs empty in mid-motion: the motors slow down to a stand-still.
 
         Between single steps, and where the driver waits between lines, they stand anyway.
@@ -262,15 +276,15 @@ class GrblMotion(GrblStopping):
                 trip.starved = True  # whether more was to come, the next draw will tell
         trip.dry = dry
 
-    def _astray(self, trip: Trip) -> Reply:
+    def _astray(self, trip: LineTrip) -> Reply:
         text = (
             f"the arm is off the path that was sent, at {tuple(self.registers().positions)} steps "
             f"on the way to {tuple(trip.road.end)}: a byte was lost or the steps a unit are wrong"
         )
         self.tell(Alert(AlertKind.ASTRAY, text))
-        return Denied(text)
+        return RequestRejected(text)
 
-    def _overdue(self, trip: Trip) -> Reply | None:
+    def _overdue(self, trip: LineTrip) -> Reply | None:
         """Look at what has not come: an ok, or the end of the motion."""
         road = trip.road
         standing = self.state is State.IDLE and self.planner_empty()
@@ -280,17 +294,19 @@ class GrblMotion(GrblStopping):
                 self._host.forget_outstanding()
                 road.report(self.position, self.now_s, idle=True)
             elif standing or not road.oks:
-                return Denied("the board answered a line with nothing: it was lost on the wire")
+                return RequestRejected(
+                    "the board answered a line with nothing: it was lost on the wire"
+                )
         patience_s = STALLED_S + OVERRIDDEN * road.expected_s()
         # by the last report: where this program is late, the board has not been asked meanwhile
         waited_s = trip.seen_s - max(trip.changed_s, trip.not_before_s)
         if (not road.empty or trip.drawn is not None) and waited_s >= patience_s:
-            return Denied("the motion does not go on: look at the arm and at the board")
+            return RequestRejected("the motion does not go on: look at the arm and at the board")
         return None
 
     # -- ending -------------------------------------------------------------------------------
 
-    def _halt(self, trip: Trip) -> Answering:
+    def _halt(self, trip: LineTrip) -> Answering:
         """End a motion that somebody stopped, or a jog that was let go."""
         if self.stop_asked and self.stop_hard:
             kept = yield from self.kill(trip.road)
@@ -303,7 +319,7 @@ class GrblMotion(GrblStopping):
 
     def _break_off(self, end: Reply) -> Answering:
         """Bring a motion to an end that went wrong, and return what went wrong."""
-        if isinstance(end, Silence):
+        if isinstance(end, Timeout):
             self.press(Realtime.FEED_HOLD)  # it may hear us still; a reset could make the arm sag
             return end
         if self.alarm is None and self.state is not None and self.state is not State.ALARM:

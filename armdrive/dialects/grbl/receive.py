@@ -10,8 +10,8 @@ from dataclasses import replace
 from armdrive.abilities import Abilities
 from armdrive.dialects.exchange import BITS_A_BYTE, Scripted
 from armdrive.dialects.grbl.in_flight import SEGMENTS, SegmentBuffer, segments_of
-from armdrive.dialects.grbl.settings import PINS, Axes, GrblSettings
-from armdrive.tasks import Alert, AlertKind, Oddity, Registers
+from armdrive.dialects.grbl.settings import PINS, BoardAxes, GrblSettings
+from armdrive.tasks import Alert, AlertKind, ProtocolWarning, Registers
 from firmware_protocol.grbl import (
     AXIS_LETTERS,
     AlarmRaised,
@@ -115,10 +115,12 @@ ABORTED = (3, 6)
 """Alarms that our own reset raises where it ends a motion: of a motion, and of homing."""
 
 
-class GrblHearing(Scripted[HostEvent]):
+class GrblReceiving(Scripted[HostEvent]):
     """What the driver knows of one board."""
 
-    def __init__(self, abilities: Abilities, settings: GrblSettings, axes: Axes, baud: int) -> None:
+    def __init__(
+        self, abilities: Abilities, settings: GrblSettings, axes: BoardAxes, baud: int
+    ) -> None:
         self._host = Host(
             Dialect(  # a board without outputs, or homing by axis, refuses their words itself
                 axes=axes.board(), ring_bytes=None, outputs=True, single_axis_homing=True
@@ -208,9 +210,9 @@ class GrblHearing(Scripted[HostEvent]):
                 self.garbled += 1
                 if not self.contacted:
                     self._count_axes(data)
-                self.tell(Oddity(str(heard)))
+                self.tell(ProtocolWarning(str(heard)))
             case Unexpected():
-                self.tell(Oddity(str(heard)))
+                self.tell(ProtocolWarning(str(heard)))
 
     def _count_axes(self, report: bytes) -> None:
         """Learn from a report of another number of coordinates how many axes the board has."""

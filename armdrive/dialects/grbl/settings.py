@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields, replace
 from datetime import date
 
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.grbl.in_flight import Limits, Way
+from armdrive.dialects.grbl.in_flight import Limits, MotorPath
 from armdrive.errors import ArmFileError
 from armdrive.tasks import Difference
 from armdrive.text.toml import within
@@ -146,7 +146,7 @@ FINEST = 400.0
 
 
 @dataclass(frozen=True, slots=True)
-class Axes:
+class BoardAxes:
     """The axes of an arm's motors, in the motors' order.
 
     `most_hz` is how fast a motor turns when every joint that it moves is at full speed, and
@@ -160,7 +160,7 @@ class Axes:
     fastest_hz: float
 
     @classmethod
-    def of(cls, config: ArmConfig) -> Axes:
+    def of(cls, config: ArmConfig) -> BoardAxes:
         """Return those of an arm. Raises `ArmFileError`."""
         settings: GrblSettings = config.device
         transmission = config.model.transmission
@@ -257,7 +257,7 @@ def _written(amount: int, per: float) -> str:
     return f"{amount / 10**DECIMALS:+.{DECIMALS}f}".rstrip("0").rstrip(".")
 
 
-def feed(way: Way) -> str:
+def feed(way: MotorPath) -> str:
     """Return a line's F word, never faster than its speed; without a point where it can be."""
     per_minute = max(way.speed * 60.0, 10.0**-DECIMALS)
     decimals = min(max(3 - math.floor(math.log10(per_minute)), 0), DECIMALS)
@@ -294,7 +294,7 @@ class Comparison:
     """What is expected of one board: `board` is the order of its axes, as its settings count."""
 
     settings: GrblSettings
-    axes: Axes
+    axes: BoardAxes
     board: str
     told: Told
     idle: int | str = 1

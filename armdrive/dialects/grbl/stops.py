@@ -12,9 +12,9 @@ import math
 from collections.abc import Generator
 
 from armdrive.dialects.grbl.exchange import LATE_REPORT_S, RESET_POLL_S, Asking, GrblTalk, refusal
-from armdrive.dialects.grbl.in_flight import Road
+from armdrive.dialects.grbl.in_flight import InFlightLines
 from armdrive.dialects.grbl.receive import TURNING
-from armdrive.tasks import Denied, Silence
+from armdrive.tasks import RequestRejected, Timeout
 from firmware_protocol.grbl import (
     Acknowledged,
     Coolant,
@@ -88,7 +88,7 @@ class GrblStopping(GrblTalk):
             return False
         return (yield from self.reset_and_restore(moving=not stood)) and stood
 
-    def kill(self, road: Road) -> Asking:
+    def kill(self, road: InFlightLines) -> Asking:
         """Stop dead; False where that ended a motion, as the board says or was seen to be in.
 
         Its words may be lost, or those of a board that somebody else has just reset.
@@ -119,7 +119,7 @@ class GrblStopping(GrblTalk):
         if self.outputs_on:
             yield from self.drive_outputs(self.outputs_on)
 
-    def cancel_jog(self, road: Road) -> Asking:
+    def cancel_jog(self, road: InFlightLines) -> Asking:
         """End a jog and keep the position; False where steps may be lost.
 
         The line that is unanswered is waited for: a cancel does not reach lines in the ring. If the
@@ -160,13 +160,13 @@ class GrblStopping(GrblTalk):
         seen = yield from self.look(LATE_REPORT_S)
         return seen and self.state is State.IDLE and self.planner_empty()
 
-    def silence_of_mute(self) -> Silence:
+    def silence_of_mute(self) -> Timeout:
         """Return the reply to a motion whose board gives no report any more."""
-        return Silence("? (mute in motion; a feed hold was sent)", self.settings.mute_s)
+        return Timeout("? (mute in motion; a feed hold was sent)", self.settings.mute_s)
 
     # -- lines that move nothing --------------------------------------------------------------
 
-    def prepare(self) -> Generator[float, HostEvent | None, Denied | None]:
+    def prepare(self) -> Generator[float, HostEvent | None, RequestRejected | None]:
         """See to it that a motion can begin; return why it cannot, where it cannot.
 
         A report has no check bytes: one that surprises is believed when it comes twice.
@@ -175,14 +175,16 @@ class GrblStopping(GrblTalk):
         for _ in range(TRIES):
             if not (yield from self.look_position(self.settings.answer_s)):
                 words = self.alarm_words() if self.alarm else "the board tells no position"
-                return Denied(words, moved=False)
+                return RequestRejected(words, moved=False)
             if seen == (self.state, self.position):
                 break
             seen = self.state, self.position
         if self.state is State.ALARM:
-            return Denied(f"{self.alarm_words()}. `reset()` unlocks it", moved=False)
+            return RequestRejected(f"{self.alarm_words()}. `reset()` unlocks it", moved=False)
         if self.state is not State.IDLE:
-            return Denied(f"the board's state is {self.state}; `reset()` leaves it", moved=False)
+            return RequestRejected(
+                f"the board's state is {self.state}; `reset()` leaves it", moved=False
+            )
         for _ in range(2):
             if (yield from self.clean_line()):
                 refused = yield from self.set_modes()
@@ -190,7 +192,7 @@ class GrblStopping(GrblTalk):
                     return refused
             if not (yield from self.free()):
                 break
-        return Denied(UNREAD, moved=False)
+        return RequestRejected(UNREAD, moved=False)
 
     def free(self) -> Asking:
         """Reset a board that is Idle and reads no line, and tell whether it reads one now.
@@ -200,7 +202,7 @@ class GrblStopping(GrblTalk):
         """
         return (yield from self.reset_and_restore(moving=False)) and (yield from self.spoil())
 
-    def set_modes(self) -> Generator[float, HostEvent | None, Denied | None]:
+    def set_modes(self) -> Generator[float, HostEvent | None, RequestRejected | None]:
         """Put the parser into the modes that our lines are written for: harmless to repeat."""
         heard: HostEvent | None = None
         for _ in range(0 if self.modes_set else TRIES):
@@ -214,7 +216,7 @@ class GrblStopping(GrblTalk):
 
     def carry_out(
         self, commands: tuple[Line | Coolant | DigitalOutput, ...], what: str
-    ) -> Generator[float, HostEvent | None, Denied | None]:
+    ) -> Generator[float, HostEvent | None, RequestRejected | None]:
         """Say lines one at a time; return why one was refused."""
         for command in commands:
             heard = yield from self.ask(command, self.settings.answer_s)
@@ -222,7 +224,9 @@ class GrblStopping(GrblTalk):
                 return refusal(heard, what)
         return None
 
-    def drive_gripper(self, share: float) -> Generator[float, HostEvent | None, Denied | None]:
+    def drive_gripper(
+        self, share: float
+    ) -> Generator[float, HostEvent | None, RequestRejected | None]:
         """Command a gripper that is no stepper."""
         span = self.settings.servo_open - self.settings.servo_closed
         value = self.settings.servo_closed + span * share
@@ -230,7 +234,9 @@ class GrblStopping(GrblTalk):
         line = Line(f"{self.settings.servo}{word}{value:.3f}".rstrip("0").rstrip("."))
         return (yield from self.carry_out((line,), "the gripper's servo"))
 
-    def drive_outputs(self, bits: int) -> Generator[float, HostEvent | None, Denied | None]:
+    def drive_outputs(
+        self, bits: int
+    ) -> Generator[float, HostEvent | None, RequestRejected | None]:
         """Switch the outputs; flood and mist have one word to switch both off."""
         words = self.settings.outputs
         on = {word for bit, word in enumerate(words) if bits >> bit & 1}

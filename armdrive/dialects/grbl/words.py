@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 
 from armdrive.dialects.recognition import Certainty, Identity, Probe, Recognition, lines_of
-from armdrive.dialects.words import Lines, Message, Sentences, Talk, Weight, plain
+from armdrive.dialects.words import AnswerLines, Describer, Message, Sentences, Weight, plain
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.grbl.answers import Alarm, Banner, Error, Feedback, Ok, Setting
 from firmware_protocol.grbl.codes import alarm_code, error_code
@@ -120,7 +120,7 @@ def _weighed(line: bytes) -> Message:
     return Message(line, Weight.SELF if own else Weight.ANSWER)
 
 
-TALK = Talk(lambda: Lines(b"\r\n", _weighed), decode_answer, lines, sentences=SENTENCES)
+TALK = Describer(lambda: AnswerLines(b"\r\n", _weighed), decode_answer, lines, sentences=SENTENCES)
 
 
 # How a board of the GRBL family is recognised: by its banner, a report, an alarm or a refusal.

@@ -10,10 +10,10 @@ import math
 from collections.abc import Callable, Collection, Generator, Mapping
 
 from armdrive.dialects.mks.contact import MksContact
-from armdrive.dialects.mks.drive import ASKED_S, COUNTS_S_PER_RPM, Drive, counts_anew
+from armdrive.dialects.mks.drive import ASKED_S, COUNTS_S_PER_RPM, MksDrive, counts_anew
 from armdrive.dialects.mks.exchange import TRIES
 from armdrive.dialects.mks.stops import ALL_MUTE_LOOKS, MUTE_LOOKS
-from armdrive.tasks import Alert, AlertKind, Denied, Done, Halted, Progress, Reply, Silence
+from armdrive.tasks import Alert, AlertKind, Done, Halted, Progress, Reply, RequestRejected, Timeout
 from firmware_protocol.mks import SPEED_MAX_RPM, TARGET_MAX, Event, MotorState
 
 # What keeps an MKS drive from taking its orders while others go on: it is found, and named.
@@ -23,7 +23,7 @@ from firmware_protocol.mks import SPEED_MAX_RPM, TARGET_MAX, Event, MotorState
 # behind.
 
 
-class MksRefusing(MksContact):
+class MksRejecting(MksContact):
     """Says an order that was denied again, and looks into a drive that denies that too."""
 
     ahead_s = math.inf
@@ -48,13 +48,13 @@ class MksRefusing(MksContact):
                 return drive.node, alert
         return None
 
-    def repeat(self, drive: Drive) -> None:
+    def repeat(self, drive: MksDrive) -> None:
         """Say a drive's last order again, if it is sent anywhere."""
         if drive.moving:
             rpm = max(1, round(drive.told / COUNTS_S_PER_RPM), self.least_rpm(drive, drive.target))
             self.send(drive.node, drive.target, rpm, drive.acc)
 
-    def least_rpm(self, drive: Drive, target: int) -> int:
+    def least_rpm(self, drive: MksDrive, target: int) -> int:
         """Return the speed by which a drive that was seen behind is at a target when announced."""
         if abs(drive.behind) <= self.settings.rest_counts:
             return 0
@@ -84,7 +84,7 @@ SHORT_LOOKS = 3
 Ending = Generator[float, Event | None, Reply]
 
 
-class MksArriving(MksRefusing):
+class MksArrival(MksRejecting):
     """Sees to it that drives get where they were sent."""
 
     def arrive(self, expected_s: float, let_go: Callable[[], bool]) -> Ending:
@@ -239,14 +239,14 @@ class MksArriving(MksRefusing):
         if set(missing) == set(self.nodes):
             return self.silence(since_s)
         if missing:
-            return Denied(self.absent_words(missing), silent=True)
+            return RequestRejected(self.absent_words(missing), silent=True)
         named = ", ".join(map(str, silent)) or "a drive"
         what = f"{named} did not answer for a while"
         if all_silent:
             what = "no drive was heard for a while"
-        return Denied(f"{what}: look at the bus's wiring and its load", silent=True)
+        return RequestRejected(f"{what}: look at the bus's wiring and its load", silent=True)
 
-    def _is_astray(self, drive: Drive, all_silent: bool) -> bool:
+    def _is_astray(self, drive: MksDrive, all_silent: bool) -> bool:
         """Tell whether a drive that was silent is elsewhere; where all were, orders have waited."""
         if all_silent:
             return counts_anew(drive, self.reach, self.now_s)
@@ -260,15 +260,15 @@ class MksArriving(MksRefusing):
             alert = yield from self.found_at(node)
         self.tell(alert)
         unstopped = yield from self.settled(nodes, self.now_s)
-        if isinstance(unstopped, Silence):
+        if isinstance(unstopped, Timeout):
             return unstopped
-        return Denied(alert.text)
+        return RequestRejected(alert.text)
 
-    def beyond(self, target: int, node: int) -> Denied | None:
+    def beyond(self, target: int, node: int) -> RequestRejected | None:
         """Refuse a target that a drive cannot be given."""
         if abs(target) <= TARGET_MAX:
             return None
-        return Denied(
+        return RequestRejected(
             f"{self.drive(node)} would turn to {target} counts, beyond the 512 turns that can be "
             "commanded: bring it near its zero and set that anew (`armdrive can setup`)",
             moved=False,

@@ -14,7 +14,7 @@ from itertools import pairwise
 from armdrive.dialects.mks.arrival import Ending
 from armdrive.dialects.mks.drive import COUNTS_S_PER_RPM, shared_acc, slope_of
 from armdrive.dialects.mks.steering import MksMotion
-from armdrive.tasks import Denied, Done, Halted, never
+from armdrive.tasks import Done, Halted, RequestRejected, never
 from firmware_protocol.mks import (
     BROADCAST,
     SPEED_MAX_RPM,
@@ -80,7 +80,7 @@ class MksBursts(MksMotion):
         self,
         orders: Mapping[int, MoveAbsoluteAxis],
         let_go: Callable[[], bool],  # noqa: ARG002
-    ) -> Generator[float, Event | None, Halted | Denied | None]:
+    ) -> Generator[float, Event | None, Halted | RequestRejected | None]:
         """Send each drive its order."""
         for node, order in orders.items():
             self.send(node, order.counts, order.speed_rpm, order.acc)
@@ -90,7 +90,7 @@ class MksBursts(MksMotion):
 
     def _together(
         self, orders: Mapping[int, MoveAbsoluteAxis], let_go: Callable[[], bool]
-    ) -> Generator[float, Event | None, Halted | Denied | None]:
+    ) -> Generator[float, Event | None, Halted | RequestRejected | None]:
         """Store each drive's order, and start them all by one frame; said twice."""
         arming = dict.fromkeys(orders, ArmSynchronous(on=True))
         armed = yield from self.ask(arming, text="ARM")
@@ -111,7 +111,7 @@ class MksBursts(MksMotion):
 
     def _disarm(
         self, orders: Mapping[int, MoveAbsoluteAxis], stored: Mapping[int, Event], ready: bool
-    ) -> Generator[float, Event | None, Halted | Denied]:
+    ) -> Generator[float, Event | None, Halted | RequestRejected]:
         """Take back what was stored; a drive that began at once is stopped."""
         began = [node for node in orders if isinstance(stored.get(node), Started)]
         unsure = [node for node in orders if node not in stored]
@@ -127,7 +127,7 @@ class MksBursts(MksMotion):
         if not why and (yield from self.stalled((wrong,))):
             why = self.stall_words(wrong)
         words = why or f"{self.drive(wrong)} did not store its order for the common start"
-        return Denied(words, moved=bool(began or unsure))
+        return RequestRejected(words, moved=bool(began or unsure))
 
     # -- numbers ------------------------------------------------------------------------------
 

@@ -195,7 +195,7 @@ def _stands(heard: tuple[Event, ...]) -> bool:
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
+class WantedSetting:
     """One setting that an arm needs, and why."""
 
     setting: Setting
@@ -309,19 +309,23 @@ class MksDriveAtHand:
             yield from say(f"{', '.join(each.what for each in differing)}: {read}.")
         return current_ma
 
-    def _wanted(self, current_ma: int) -> tuple[Wanted, ...]:
+    def _wanted(self, current_ma: int) -> tuple[WantedSetting, ...]:
         device = self.device
         watchdog_ms = round(device.watchdog_s * 1000)
         return (
-            Wanted(SetMode(Mode.BUS_FOC), "mode 5 (SR_vFOC)", "outside it no bus motion is obeyed"),
-            Wanted(SetReplies(ReplyMode.FULL), "replies on", "the driver hears what is done"),
-            Wanted(
+            WantedSetting(
+                SetMode(Mode.BUS_FOC), "mode 5 (SR_vFOC)", "outside it no bus motion is obeyed"
+            ),
+            WantedSetting(
+                SetReplies(ReplyMode.FULL), "replies on", "the driver hears what is done"
+            ),
+            WantedSetting(
                 SetMicrosteps(device.microsteps),
                 f"{device.microsteps} microsteps",
                 "with 16, 32 or 64 the drive's speeds are rpm",
             ),
-            Wanted(SetCurrent(current_ma), f"{current_ma} mA", "the motor's own rating"),
-            Wanted(
+            WantedSetting(SetCurrent(current_ma), f"{current_ma} mA", "the motor's own rating"),
+            WantedSetting(
                 SilenceWatchdog(watchdog_ms),
                 f"watchdog {watchdog_ms} ms",
                 "the motor stops when the computer has died or the cable is pulled",

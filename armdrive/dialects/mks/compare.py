@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from armdrive.dialects.mks.contact import MksContact
 from armdrive.dialects.mks.exchange import Script
 from armdrive.errors import Refused
-from armdrive.tasks import Denied, Difference, Done, Settings
+from armdrive.tasks import DeviceSettings, Difference, Done, RequestRejected
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.frames import Frame
 from firmware_protocol.mks import (
@@ -46,7 +46,7 @@ class MksComparing(MksContact):
     def compare(self) -> Script:
         """Read what the arm depends on; what a firmware cannot tell is left to the first motion."""
         if Ability.READ_SETTINGS not in self.able:
-            return Settings((), self.firmware)
+            return DeviceSettings((), self.firmware)
         began_s = self.now_s
         differences: list[Difference] = []
         for code, wanted, must in self._wanted():
@@ -54,7 +54,7 @@ class MksComparing(MksContact):
             if missing := [node for node in self.nodes if node not in found]:
                 return self.absence(missing, began_s)
             differences += self._differing(found, wanted, must)
-        return Settings(tuple(differences), self.firmware)
+        return DeviceSettings(tuple(differences), self.firmware)
 
     def _wanted(self) -> tuple[tuple[Code, Setting, bool], ...]:
         """Return each setting that matters, and whether nothing moves without it."""
@@ -97,9 +97,9 @@ class MksComparing(MksContact):
         found = yield from self.ask({node: setting}, text=line)
         heard = found.get(node)
         if heard is None:
-            return Denied(self.absent_words((node,)), moved=False)
+            return RequestRejected(self.absent_words((node,)), moved=False)
         if not isinstance(heard, Taken):
-            return Denied(f"{self.drive(node)} refused `{line}`", moved=False)
+            return RequestRejected(f"{self.drive(node)} refused `{line}`", moved=False)
         return Done()
 
 

@@ -6,8 +6,8 @@ from collections.abc import Collection, Generator, Mapping
 
 from armdrive.dialects.mks.drive import anew_words, counts_anew
 from armdrive.dialects.mks.exchange import TRIES, Script
-from armdrive.dialects.mks.stops import Hindrance, MksResting
-from armdrive.tasks import Alert, AlertKind, Denied, Done
+from armdrive.dialects.mks.stops import Hindrance, MksStartupCheck
+from armdrive.tasks import Alert, AlertKind, Done, RequestRejected
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.mks import (
     LATEST,
@@ -49,20 +49,22 @@ NO_SUCH_ORDER = "it may be in a mode in which the bus moves nothing: set SR_vFOC
 Words = Generator[float, Event | None, str]
 
 
-class MksFit(MksResting):
+class MksFit(MksStartupCheck):
     """Knows why a drive would not obey."""
 
     def absent_or_shared(self, missing: Collection[int], since_s: float) -> Hindrance:
         """Say that drives do not answer: perhaps because they have the ids of others."""
         absence = self.absence(missing, since_s)
-        if not isinstance(absence, Denied):
+        if not isinstance(absence, RequestRejected):
             return absence
         there = [node for node in self.nodes if node not in missing]
         for _ in range(TRIES):
             yield from self.look(there)
         yield from self.pause(self.now_s + self.settings.answer_s)
         shared = self.shared_words()
-        return Denied(f"{absence.reason}. And {shared}", moved=False) if shared else absence
+        return (
+            RequestRejected(f"{absence.reason}. And {shared}", moved=False) if shared else absence
+        )
 
     def unfit_words(self) -> Words:
         """Say which drive is set up so that it would not be switched on; empty where none is."""
@@ -123,7 +125,7 @@ class MksContact(MksFit):
                 return (yield from self.absent_or_shared(missing, began_s))
         yield from self.pause(self.now_s + self.settings.answer_s)  # the answers of a second drive
         if words := self.shared_words():
-            return Denied(words, moved=False)
+            return RequestRejected(words, moved=False)
         yield from self._recognise()
         hindrance = yield from self._calm_down()
         if hindrance is None:
@@ -168,7 +170,9 @@ class MksContact(MksFit):
             busy = [node for node, state in states.items() if state in BUSY]
             if busy:
                 what = "homing or calibrating" if len(busy) == 1 else "at work"
-                return Denied(f"{self.drive(busy[0])} is {what}: wait for its end", moved=False)
+                return RequestRejected(
+                    f"{self.drive(busy[0])} is {what}: wait for its end", moved=False
+                )
             turning = [node for node, state in states.items() if state in TURNING]
             if not turning:
                 return None
@@ -222,16 +226,20 @@ class MksContact(MksFit):
         if hindrance := (yield from self.take_up()):
             return hindrance
         if stalled := (yield from self.stalled(self.nodes)):
-            return Denied(f"{self.stall_words(stalled[0])}; `reset()` clears that", moved=False)
+            return RequestRejected(
+                f"{self.stall_words(stalled[0])}; `reset()` clears that", moved=False
+            )
         if unfit := (yield from self.unfit_words()):
-            return Denied(unfit, moved=False)
+            return RequestRejected(unfit, moved=False)
         if Ability.SYNCHRONOUS_START in self.able:
             yield from self.ask(dict.fromkeys(self.nodes, ArmSynchronous(on=False)))
         refused = yield from self.command(Enable(on=True), "ENABLE")
         if refused is not None:
             return refused
         if off := (yield from self.off(self.nodes)):
-            return Denied(f"{self.drive(off[0])} does not switch its motor on", moved=False)
+            return RequestRejected(
+                f"{self.drive(off[0])} does not switch its motor on", moved=False
+            )
         self.watched = yield from self._watch()
         self.on = True
         return (yield from self.take_up_at_rest()) or Done()
@@ -261,12 +269,14 @@ class MksContact(MksFit):
         found = yield from self.ask(dict.fromkeys(self.nodes, message), text=text)
         if missing := [node for node in self.nodes if node not in found]:
             unheard = yield from self.unheard_words(missing)
-            return Denied(unheard, moved=False) if unheard else self.absence(missing, began_s)
+            return (
+                RequestRejected(unheard, moved=False) if unheard else self.absence(missing, began_s)
+            )
         for node, heard in found.items():
             if not isinstance(heard, Taken):
                 why = yield from self.mode_words(node)
                 refused = f"{self.drive(node)} refused {text}: {NO_SUCH_ORDER}"
-                return Denied(why or refused, moved=False)
+                return RequestRejected(why or refused, moved=False)
         return None
 
     # -- faults -------------------------------------------------------------------------------
@@ -280,7 +290,9 @@ class MksContact(MksFit):
         if stalled:
             yield from self.ask(dict.fromkeys(stalled, ClearStall()), text="CLEAR STALL")
             if left := (yield from self.stalled(stalled)):
-                return Denied(f"{self.stall_words(left[0])}, and does not clear it", moved=False)
+                return RequestRejected(
+                    f"{self.stall_words(left[0])}, and does not clear it", moved=False
+                )
         rest = self.take_up_at_rest if self.on else self.take_up
         return (yield from rest()) or Done()
 

@@ -14,7 +14,7 @@ from armdrive.abilities import Abilities
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.bus.motors import bus_motors
 from armdrive.dialects.bus.segments import trapezoid_s
-from armdrive.dialects.controller import Part, Stopping
+from armdrive.dialects.controller import StopPart, Stopping
 from armdrive.dialects.dialect import Driver
 from armdrive.dialects.mks.bursts import MksBursts
 from armdrive.dialects.mks.compare import MksComparing
@@ -28,7 +28,6 @@ from armdrive.dialects.mks.words import TALK
 from armdrive.errors import Refused
 from armdrive.tasks import (
     ClearFault,
-    Denied,
     DropCurrent,
     HomeDevice,
     MendSetting,
@@ -37,6 +36,7 @@ from armdrive.tasks import (
     ReadPosition,
     ReadSettings,
     Request,
+    RequestRejected,
     SwitchOn,
 )
 from firmware_protocol.mks import SPEED_MAX_RPM, Ability
@@ -107,7 +107,7 @@ class MksController(MksBursts, MksHoming, MksComparing):
         began_s = self.now_s
         if missing := (yield from self.look()):
             absence = self.absence(missing, began_s)
-            return replace(absence, moved=True) if isinstance(absence, Denied) else absence
+            return replace(absence, moved=True) if isinstance(absence, RequestRejected) else absence
         for drive in self.drives:
             off = abs((drive.seen or 0) - drive.target)
             if not self.on or drive.moving or off <= self.reach:
@@ -137,7 +137,7 @@ class MksController(MksBursts, MksHoming, MksComparing):
         """Return how long so many steps take from rest to rest."""
         return trapezoid_s(steps, self.usable_rate_hz(rate_hz), self._slope)
 
-    def stopping(self, burst_s: float, parts: Sequence[Part] = ()) -> Stopping:
+    def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
         """Return a ramp and what passes before it; without a host, what was sent ahead as well.
 
         A drive that lags is told to go faster than planned, so that it brakes for longer; it makes

@@ -9,7 +9,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from armdrive.dialects.mks.observer import PACE, Denials, Doubt, Gap, Leap, Pace, Questions, Speeds
+from armdrive.dialects.mks.observer import (
+    PACE,
+    AskedReadings,
+    DriveFollowingError,
+    EncoderJump,
+    Lag,
+    Liveness,
+    ObservedSpeeds,
+    Rejections,
+)
 from firmware_protocol.mks import COUNTS_PER_TURN, acc_of, ramp_rpm_s
 
 # The ramps of MKS drives, in counts a second squared, and shared so that all keep in step.
@@ -55,7 +64,7 @@ HEEDED_S = 0.003
 
 
 @dataclass(slots=True)
-class Drive:
+class MksDrive:
     """One drive: its id, the motor's name, and its state by its answers and by its orders."""
 
     node: int
@@ -83,29 +92,29 @@ class Drive:
     """Whether it has been sent somewhere, and was not seen to stand since."""
     fresh: bool = False
     """Whether it stands as it was found, and was sent nowhere since."""
-    doubt: Doubt = field(default_factory=Doubt)
+    doubt: DriveFollowingError = field(default_factory=DriveFollowingError)
     """Whether it was seen off its way."""
     unanswered: int = 0
     """How often it was looked at, by asking where it is, since it was heard last."""
     counted_s: float = -math.inf
     """When it was looked at last."""
-    denials: Denials = field(default_factory=Denials)
+    denials: Rejections = field(default_factory=Rejections)
     """Whether it takes its orders."""
     stopped_at: float = 0.0
     """Where it was by its orders when it was told to stop."""
     stopped_off: float = 0.0
     """How far off that it may have been."""
-    questions: Questions = field(default_factory=Questions)
-    speeds: Speeds = field(default_factory=Speeds)
+    questions: AskedReadings = field(default_factory=AskedReadings)
+    speeds: ObservedSpeeds = field(default_factory=ObservedSpeeds)
     met: tuple[float, float] = (0.0, 0.0)
     """Where it was at the last look, and where by its orders."""
-    gap: Gap = field(default_factory=Gap)
+    gap: Liveness = field(default_factory=Liveness)
     """Whether it was gone for a moment."""
     behind: float = 0.0
     """How far ahead of it its model was when it was heard last: of a late answer, too far."""
-    leap: Leap = field(default_factory=Leap)
+    leap: EncoderJump = field(default_factory=EncoderJump)
     """Whether it was seen where no shaft can have turned to."""
-    pace: Pace = field(default_factory=Pace)
+    pace: Lag = field(default_factory=Lag)
 
     def __str__(self) -> str:
         return f"drive {self.node} ({self.name})"
@@ -273,7 +282,7 @@ class Drive:
 # What of an MKS drive's count speaks for its having begun anew, and the words for that.
 
 
-def counts_anew(drive: Drive, reach: int, now_s: float) -> bool:
+def counts_anew(drive: MksDrive, reach: int, now_s: float) -> bool:
     """Tell whether a drive's count speaks for its having begun anew, at zero.
 
     It leapt to where it can have run from zero; or zero is not on its way; or it stands, and counts
@@ -291,7 +300,7 @@ def counts_anew(drive: Drive, reach: int, now_s: float) -> bool:
     return drive.moving and gone_s < now_s and abs(seen) <= reach + _ran_since(drive, gone_s, now_s)
 
 
-def _ran_since(drive: Drive, since_s: float, now_s: float) -> float:
+def _ran_since(drive: MksDrive, since_s: float, now_s: float) -> float:
     """Return how far a drive may have run since then, as fast as any of its orders let it."""
     return (now_s - since_s) * max(drive.fastest, drive.speeds.fastest_since(since_s))
 
@@ -303,7 +312,7 @@ def _counts_within_its_turn(target: int, seen: int, reach: int) -> bool:
     return bool(turns) and near and -reach <= seen < COUNTS_PER_TURN + reach
 
 
-def anew_words(drive: Drive) -> str:
+def anew_words(drive: MksDrive) -> str:
     """Say that a drive began anew, and how surely that is known."""
     if math.isinf(drive.gap.gone_s):
         return f"{drive} was reset or lost its power: it counts from zero again"

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Collection, Generator, Mapping
 from typing import TypeAlias
 
-from armdrive.dialects.mks.receive import MksHearing
-from armdrive.tasks import Denied, Registers, Reply, Silence
+from armdrive.dialects.mks.receive import MksReceiving
+from armdrive.tasks import Registers, Reply, RequestRejected, Timeout
 from firmware_protocol.mks import (
     Answered,
     Done,
@@ -39,7 +39,7 @@ SHARED = 2
 """So many more answers than questions are those of two drives; late ones are as many."""
 
 
-class MksTalk(MksHearing):
+class MksTalk(MksReceiving):
     """Asks, and waits for answers."""
 
     def put(self, node: int, message: Message, text: str = "") -> None:
@@ -139,11 +139,11 @@ class MksTalk(MksHearing):
         """
         return Registers(Motors(drive.count(self.settings.rest_counts) for drive in self.drives))
 
-    def absence(self, missing: Collection[int], since_s: float) -> Silence | Denied:
+    def absence(self, missing: Collection[int], since_s: float) -> Timeout | RequestRejected:
         """Say that drives do not answer; silence where it is all of them."""
         if set(missing) == set(self.nodes):
             return self.silence(since_s)
-        return Denied(self.absent_words(missing), moved=False)
+        return RequestRejected(self.absent_words(missing), moved=False)
 
     def absent_words(self, missing: Collection[int]) -> str:
         """Say which drives do not answer, and what to look at."""

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Generator
 
-from armdrive.dialects.mks.arrival import Ending, MksArriving
+from armdrive.dialects.mks.arrival import Ending, MksArrival
 from armdrive.dialects.mks.stops import MUTE_LOOKS
-from armdrive.tasks import Denied, Done, Halted, Progress
+from armdrive.tasks import Done, Halted, Progress, RequestRejected
 from firmware_protocol.mks import (
     COUNTS_PER_TURN,
     Answered,
@@ -29,7 +29,7 @@ BEYOND = 1.1
 """A search that goes this much farther than a motor's whole range will find nothing."""
 
 
-class MksHoming(MksArriving):
+class MksHoming(MksArrival):
     """Has drives home themselves."""
 
     ranges: tuple[float, ...] = ()
@@ -38,7 +38,7 @@ class MksHoming(MksArriving):
     def home(self, groups: tuple[tuple[int, ...], ...]) -> Ending:
         """Home group after group; all drives, one after the other, where none is named."""
         if not self.on:
-            return Denied("its motors are disabled: call `enable()`", moved=False)
+            return RequestRejected("its motors are disabled: call `enable()`", moved=False)
         for group in groups or tuple((motor,) for motor in range(len(self.drives))):
             reply = yield from self._home_group(tuple(self.nodes[motor] for motor in group))
             if not isinstance(reply, Done):
@@ -113,4 +113,4 @@ class MksHoming(MksArriving):
     def _end(self, nodes: tuple[int, ...], words: str) -> Ending:
         """End a homing that went wrong: every drive of the group is stopped."""
         yield from self.halt(nodes, hard=True)
-        return Denied(words)
+        return RequestRejected(words)

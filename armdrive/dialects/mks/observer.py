@@ -29,7 +29,7 @@ LOST_S = 0.3
 
 
 @dataclass(slots=True)
-class Questions:
+class AskedReadings:
     """When one drive was asked where it is, and where by its orders it was then; not yet answered.
 
     Counts, seconds.
@@ -62,7 +62,7 @@ class Questions:
 
 
 @dataclass(slots=True)
-class Speeds:
+class ObservedSpeeds:
     """How fast one drive went, by its orders, until it was given each of the last ones."""
 
     _until: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=32))
@@ -89,7 +89,7 @@ LATEST_S = 5.0
 
 
 @dataclass(slots=True)
-class Owed:
+class LateReplies:
     """When each question was given up, by the drive and the code of its answer. Seconds."""
 
     _since_s: dict[tuple[int, int], deque[float]] = field(default_factory=dict)
@@ -119,7 +119,7 @@ DENIALS = 2
 
 
 @dataclass(slots=True)
-class Denials:
+class Rejections:
     """What one drive has said of its orders since it took one. Seconds."""
 
     refused: int = 0
@@ -165,11 +165,11 @@ class Denials:
 # who has neither come nearer by then nor kept pace is blamed.
 #
 # Who keeps pace may be far behind its model without danger, since two others look at what that
-# would hide: whether all are on the way that was checked, only later (`MksBeside`), and whether a
-# count has leapt, as that of a drive does which begins anew (`Leap`). Before those, such a drive
-# was tried in simulations to go 54,000 counts beyond its target, and one at 60 % of its speed to
-# be 65,000 beside its way, and neither was told. A smaller `FOLLOWED` would blame drives whose
-# orders are late.
+# would hide: whether all are on the way that was checked, only later (`MksContourError`), and
+# whether a count has leapt, as that of a drive does which begins anew (`EncoderJump`). Before
+# those, such a drive was tried in simulations to go 54,000 counts beyond its target, and one at
+# 60 % of its speed to be 65,000 beside its way, and neither was told. A smaller `FOLLOWED` would
+# blame drives whose orders are late.
 
 AGAIN_S = 0.05
 """A second look was asked for at least so long after the first one was heard."""
@@ -180,7 +180,7 @@ FOLLOWED = 3.0
 
 
 @dataclass(slots=True)
-class Doubt:
+class DriveFollowingError:
     """The look at which one drive was off its way, since it was seen on it. Counts, seconds."""
 
     heard_s: float = math.inf
@@ -239,7 +239,7 @@ LATE_S = 0.12
 
 
 @dataclass(slots=True)
-class Gap:
+class Liveness:
     """What one drive has left unanswered. Seconds."""
 
     obedient: bool = False
@@ -323,7 +323,7 @@ LEAP_LATE_S = 0.3
 
 
 @dataclass(slots=True)
-class Leap:
+class EncoderJump:
     """The last look at one drive that fitted those before it. Counts, seconds."""
 
     leapt: bool = False
@@ -333,8 +333,8 @@ class Leap:
     _count: int | None = None
     _asked_s: float = -math.inf
     _told: tuple[float, float] = (0.0, 0.0)
-    _up: Speeds = field(default_factory=Speeds)
-    _down: Speeds = field(default_factory=Speeds)
+    _up: ObservedSpeeds = field(default_factory=ObservedSpeeds)
+    _down: ObservedSpeeds = field(default_factory=ObservedSpeeds)
 
     @property
     def since_s(self) -> float:
@@ -386,7 +386,7 @@ SLACK = 0.75
 
 
 @dataclass(slots=True)
-class Pace:
+class Lag:
     """How far one drive turned from look to look, and how far it should have. Counts, seconds."""
 
     _looks: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=PACE_LOOKS))
@@ -414,7 +414,7 @@ class Pace:
         return [turned / ran for turned, ran in self._looks]
 
 
-def laggard(paces: Sequence[Pace], least: float) -> int | None:
+def laggard(paces: Sequence[Lag], least: float) -> int | None:
     """Return the index of one that lags behind another one at every look; None for no such one.
 
     `least` is what it should have turned from look to look. One that moves alone lags behind

@@ -7,10 +7,10 @@ from collections.abc import Iterable, Mapping
 from armdrive.abilities import Abilities
 from armdrive.dialects.bus.motors import ALL_SILENT
 from armdrive.dialects.exchange import Scripted
-from armdrive.dialects.mks.drive import Drive
-from armdrive.dialects.mks.observer import Owed
+from armdrive.dialects.mks.drive import MksDrive
+from armdrive.dialects.mks.observer import LateReplies
 from armdrive.dialects.mks.settings import MksSettings
-from armdrive.tasks import Oddity
+from armdrive.tasks import ProtocolWarning
 from firmware_protocol.mks import (
     MOTION_CODES,
     Answered,
@@ -40,7 +40,7 @@ REFUSED = 2
 """So many targets in a row that failed are refused; one may be that which a newer one replaced."""
 
 
-class MksHearing(Scripted[Event]):
+class MksReceiving(Scripted[Event]):
     """Knows where the drives were seen, and when each was heard."""
 
     look_at = ALL_SILENT
@@ -50,10 +50,10 @@ class MksHearing(Scripted[Event]):
         super().__init__(abilities, self._host)
         self.settings = settings
         named = zip(settings.ids, names, strict=True)
-        self.drives = tuple(Drive(node, name, settings.acceleration) for node, name in named)
-        self._by_node: Mapping[int, Drive] = {drive.node: drive for drive in self.drives}
+        self.drives = tuple(MksDrive(node, name, settings.acceleration) for node, name in named)
+        self._by_node: Mapping[int, MksDrive] = {drive.node: drive for drive in self.drives}
         self.said_s = 0.0
-        self._owed = Owed()
+        self._owed = LateReplies()
         self.extra: dict[int, int] = {}
         """How many readings of its encoder a drive has told beyond those it was asked for."""
 
@@ -71,7 +71,7 @@ class MksHearing(Scripted[Event]):
         if not isinstance(request, Motion):
             self._owed.give_up(node, answer_code(request), self.now_s)
 
-    def drive(self, node: int) -> Drive:
+    def drive(self, node: int) -> MksDrive:
         """Return a drive by its id."""
         return self._by_node[node]
 
@@ -114,11 +114,11 @@ class MksHearing(Scripted[Event]):
             case Failed(node, MoveAbsoluteAxis()) if self.drive(node).denials.refused < REFUSED:
                 pass
             case Stray(node, answer) if not isinstance(answer, Status):
-                self.tell(Oddity(f"drive {node} answered twice, or late: {answer}"))
+                self.tell(ProtocolWarning(f"drive {node} answered twice, or late: {answer}"))
             case Stray(_, Status(code)) if code not in MOTION_CODES and code is not Code.HOME:
-                self.tell(Oddity(str(heard)))
+                self.tell(ProtocolWarning(str(heard)))
             case Garbled() | Foreign() | Overrun() | Failed() | LimitStop():
-                self.tell(Oddity(str(heard)))
+                self.tell(ProtocolWarning(str(heard)))
             case _:
                 pass  # ends of motions, late answers: the position is the better witness
 

@@ -14,12 +14,21 @@ from collections import deque
 from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from armdrive.dialects.bus.segments import Piece
-from armdrive.dialects.mks.arrival import Ending, MksArriving
-from armdrive.dialects.mks.drive import COUNTS_S_PER_RPM, Drive, whole_rpm
+from armdrive.dialects.bus.segments import BusSegment
+from armdrive.dialects.mks.arrival import Ending, MksArrival
+from armdrive.dialects.mks.drive import COUNTS_S_PER_RPM, MksDrive, whole_rpm
 from armdrive.dialects.mks.observer import laggard
 from armdrive.dialects.mks.stops import ALL_MUTE_LOOKS, MUTE_LOOKS
-from armdrive.tasks import Alert, AlertKind, Denied, MoveAlong, MoveBy, Progress, Reply, never
+from armdrive.tasks import (
+    Alert,
+    AlertKind,
+    MoveAlong,
+    MoveBy,
+    Progress,
+    Reply,
+    RequestRejected,
+    never,
+)
 from firmware_protocol.mks import (
     SPEED_MAX_RPM,
     Answered,
@@ -67,12 +76,12 @@ class Track:
     def __init__(self, start: Motors) -> None:
         self.end = start
         self.end_s = 0.0
-        self._pieces: deque[Piece] = deque()
+        self._pieces: deque[BusSegment] = deque()
 
     def draw(self, segment: MoveBy) -> None:
         """Take in the next segment."""
         end, end_s = self.end + segment.steps, self.end_s + segment.duration_s
-        self._pieces.append(Piece(self.end_s, end_s, self.end, end))
+        self._pieces.append(BusSegment(self.end_s, end_s, self.end, end))
         self.end, self.end_s = end, end_s
 
     def pass_by(self, time_s: float) -> None:
@@ -132,7 +141,7 @@ class Track:
 
 
 @dataclass(slots=True)
-class Trip:
+class SteeredTrip:
     """One motion under way: where its segments come from, and how far it is."""
 
     segments: Iterator[MoveBy]
@@ -222,7 +231,7 @@ HELD_S = 0.06
 """A bus on which nobody has answered for so long, though somebody was asked, is held up."""
 
 
-class MksHoldUps(MksArriving):
+class MksBusOutage(MksArrival):
     """Notices that nobody is heard, and takes up a motion again."""
 
     @property
@@ -248,7 +257,7 @@ class MksHoldUps(MksArriving):
                 self.put(drive.node, ReadState())
 
     def catch_up(
-        self, trip: Trip, quiet_s: float, owed: Mapping[int, int]
+        self, trip: SteeredTrip, quiet_s: float, owed: Mapping[int, int]
     ) -> Generator[float, Event | None, Reply | None]:
         """Find where the drives are after nobody was heard since a time, and go on from there.
 
@@ -267,7 +276,7 @@ class MksHoldUps(MksArriving):
         return end
 
     def _found(
-        self, trip: Trip, quiet_s: float, missing: Collection[int]
+        self, trip: SteeredTrip, quiet_s: float, missing: Collection[int]
     ) -> Generator[float, Event | None, Reply | None]:
         """Weigh where the drives were found; return how the motion ends, where one is astray."""
         if missing:
@@ -284,7 +293,7 @@ class MksHoldUps(MksArriving):
                 return (yield from self.break_off(drive.node))
         return None
 
-    def _stay(self, trip: Trip) -> Generator[float, Event | None, Reply | None]:
+    def _stay(self, trip: SteeredTrip) -> Generator[float, Event | None, Reply | None]:
         """Stand at the last targets for as long as somebody has paused the arm meanwhile.
 
         It stands already: what was drawn and not sent is to wait as well. Return how the motion
@@ -302,7 +311,7 @@ class MksHoldUps(MksArriving):
                     return (yield from self.break_off(node))
         return None
 
-    def _go_on(self, trip: Trip) -> None:
+    def _go_on(self, trip: SteeredTrip) -> None:
         """Go on from where the drives were found."""
         early_s = max(trip.time_s - KEEP_S, 0.0)
         counts = [drive.seen or 0 for drive in self.drives]
@@ -344,10 +353,10 @@ def _fits(track: Track, counts: Sequence[int], let_pass: Sequence[float], time_s
     )
 
 
-class MksBeside(MksHoldUps):
+class MksContourError(MksBusOutage):
     """Ends a motion in which one drive falls behind the others."""
 
-    def beside(self, trip: Trip) -> Generator[float, Event | None, Reply | None]:
+    def beside(self, trip: SteeredTrip) -> Generator[float, Event | None, Reply | None]:
         """Weigh where all were at the last look, once all have told; return how it ends, if so."""
         if trip.weighed or any(drive.seen_s < trip.polled_s for drive in self.drives):
             return None
@@ -397,7 +406,7 @@ SHOWS_PERIODS = 1.5
 """A drive whose orders stay the same is given them anew after so long: who takes none says so."""
 
 
-class MksMotion(MksBeside):
+class MksMotion(MksContourError):
     """Drives segments by steering."""
 
     def drive_along(self, request: MoveAlong) -> Ending:
@@ -407,7 +416,7 @@ class MksMotion(MksBeside):
             return hindrance
         track = Track(Motors(drive.target for drive in self.drives))
         back = request.held_back
-        trip = Trip(request.segments, request.ahead_s, request.let_go, track, back)
+        trip = SteeredTrip(request.segments, request.ahead_s, request.let_go, track, back)
         self.ahead_s = max(request.ahead_s, self.settings.segment_s)
         for drive in self.drives:
             drive.heard_s = drive.answered_s = self.now_s
@@ -434,14 +443,14 @@ class MksMotion(MksBeside):
                 return end
         return (yield from self.arrive(self.settings.segment_s, request.let_go))
 
-    def prepare(self) -> Generator[float, Event | None, Denied | None]:
+    def prepare(self) -> Generator[float, Event | None, RequestRejected | None]:
         """See to it that a motion can begin; return why it cannot, where it cannot."""
         if not self.on:
-            return Denied("its motors are disabled: call `enable()`", moved=False)
+            return RequestRejected("its motors are disabled: call `enable()`", moved=False)
         if any(drive.seen_s < self.now_s - FRESH_S for drive in self.drives):
             missing = yield from self.look()
             if missing:
-                return Denied(self.absent_words(missing), moved=False)
+                return RequestRejected(self.absent_words(missing), moved=False)
         for drive in self.drives:
             drive.advance(self.now_s)
             if drive.moving or abs((drive.seen or 0) - drive.target) > self.reach:
@@ -458,7 +467,7 @@ class MksMotion(MksBeside):
 
     # -- steering -----------------------------------------------------------------------------
 
-    def _steer(self, trip: Trip) -> Denied | None:
+    def _steer(self, trip: SteeredTrip) -> RequestRejected | None:
         """Give every drive that moves its next order."""
         ahead_s = min(trip.time_s + trip.ahead_s, trip.track.end_s)
         trip.sent_s = ahead_s
@@ -485,12 +494,12 @@ class MksMotion(MksBeside):
             trip.time_s = trip.sent_s = trip.track.end_s
         return None
 
-    def _has_news(self, drive: Drive, rpm: int) -> bool:
+    def _has_news(self, drive: MksDrive, rpm: int) -> bool:
         """Tell whether a drive is told its speed: a new one, or to show that it obeys still."""
         shows_s = drive.ordered_s + SHOWS_PERIODS * self.settings.segment_s
         return rpm * COUNTS_S_PER_RPM != drive.told or self.now_s >= shows_s
 
-    def _order(self, trip: Trip, motor: int, lead: Lead) -> tuple[int, int] | None:
+    def _order(self, trip: SteeredTrip, motor: int, lead: Lead) -> tuple[int, int] | None:
         """Return a drive's next target and speed; None where it goes on as it is."""
         drive, period_s = self.drives[motor], self.settings.segment_s
         if not lead.way:
@@ -513,14 +522,14 @@ class MksMotion(MksBeside):
         )
         return (round(drive.position + lead.way * room), rpm) if room > 0.5 else None
 
-    def _to_rest(self, drive: Drive, lead: Lead) -> tuple[int, int] | None:
+    def _to_rest(self, drive: MksDrive, lead: Lead) -> tuple[int, int] | None:
         """Have a drive end where its motor stands for now, unless it has been sent there."""
         rest = round(lead.far)
         if drive.target == rest:
             return None
         return rest, whole_rpm(round(drive.told / COUNTS_S_PER_RPM), SPEED_MAX_RPM)
 
-    def _last_order(self, trip: Trip, motor: int) -> tuple[int, int] | None:
+    def _last_order(self, trip: SteeredTrip, motor: int) -> tuple[int, int] | None:
         """Return the end of the motion, and the speed that has the drive there in time."""
         drive, track = self.drives[motor], trip.track
         end = track.end[motor]
@@ -534,10 +543,10 @@ class MksMotion(MksBeside):
 
     # -- looking ------------------------------------------------------------------------------
 
-    def _poll_s(self, trip: Trip) -> float:
+    def _poll_s(self, trip: SteeredTrip) -> float:
         return trip.polled_s + self.settings.poll_s
 
-    def _poll(self, trip: Trip) -> None:
+    def _poll(self, trip: SteeredTrip) -> None:
         """Ask every drive where it is, which also feeds its watchdog."""
         if self.now_s < self._poll_s(trip):
             return
@@ -547,7 +556,9 @@ class MksMotion(MksBeside):
         if any(drive.seen is not None for drive in self.drives):
             self.tell(Progress(self.registers()))
 
-    def _weighed(self, trip: Trip, heard: Event) -> Generator[float, Event | None, Reply | None]:
+    def _weighed(
+        self, trip: SteeredTrip, heard: Event
+    ) -> Generator[float, Event | None, Reply | None]:
         """Take in what was heard; return what the motion has come to, where it has come to one."""
         quiet_s, held_up = self.answered_last_s, self.held_up
         owed = {drive.node: drive.gap.owed for drive in self.drives} if held_up else {}

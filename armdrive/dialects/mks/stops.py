@@ -13,10 +13,16 @@ from dataclasses import replace
 from typing import TypeVar
 
 from armdrive.abilities import Abilities
-from armdrive.dialects.mks.drive import COUNTS_S_PER_RPM, Drive, anew_words, counts_anew, shared_acc
+from armdrive.dialects.mks.drive import (
+    COUNTS_S_PER_RPM,
+    MksDrive,
+    anew_words,
+    counts_anew,
+    shared_acc,
+)
 from armdrive.dialects.mks.exchange import MksTalk
 from armdrive.dialects.mks.settings import MksSettings
-from armdrive.tasks import Alert, AlertKind, Denied, Oddity, Progress, Silence
+from armdrive.tasks import Alert, AlertKind, Progress, ProtocolWarning, RequestRejected, Timeout
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.mks import (
     ANGLE_ERROR_PER_TURN,
@@ -58,7 +64,7 @@ ASKED = 2
 """How often a drive is asked how far off it is: firmware that cannot tell costs two answers."""
 
 
-class MksEasing(MksTalk):
+class MksWindupRelease(MksTalk):
     """Sends drives to a count, and those that push to where they are."""
 
     def send(self, node: int, target: int, rpm: int, acc: int) -> None:
@@ -97,7 +103,7 @@ class MksEasing(MksTalk):
         reachable = abs(self.drive(node).seen or 0) <= TARGET_MAX
         return reachable and abs(off) > self.settings.rest_counts
 
-    def pressing_words(self, drive: Drive, off: int) -> str:
+    def pressing_words(self, drive: MksDrive, off: int) -> str:
         """Say that a drive pressed against something."""
         return (
             f"{drive} pressed against something as it stopped, {abs(off)} counts from where it "
@@ -126,7 +132,7 @@ RUNNING = (MotorState.ACCELERATING, MotorState.FULL_SPEED)
 """Whoever says this behind a stop has not heard it."""
 
 
-class MksInsisting(MksEasing):
+class MksStopRetry(MksWindupRelease):
     """Says stops, and insists on them."""
 
     able: frozenset[Ability] = frozenset()
@@ -194,7 +200,7 @@ ALL_MUTE_LOOKS = 10
 """So many are given to drives that all are silent: then it is the computer that is late, mostly."""
 
 
-class MksStopping(MksInsisting):
+class MksStopping(MksStopRetry):
     """The ways to a stand-still, and what may keep a drive from moving."""
 
     firmware = ""
@@ -210,7 +216,7 @@ class MksStopping(MksInsisting):
 
     def halt(
         self, nodes: Collection[int], *, hard: bool = False
-    ) -> Generator[float, Event | None, Silence | Denied | None]:
+    ) -> Generator[float, Event | None, Timeout | RequestRejected | None]:
         """Stop drives and wait until they stand; return why that is not known, where it is not."""
         began_s = self.now_s
         for node in nodes:
@@ -225,7 +231,7 @@ class MksStopping(MksInsisting):
         *,
         hard: bool = False,
         doubtful: bool = False,
-    ) -> Generator[float, Event | None, Silence | Denied | None]:
+    ) -> Generator[float, Event | None, Timeout | RequestRejected | None]:
         """Wait until stopped drives stand; say it again to those that do not hear.
 
         Who is `doubtful` alerts where one came to rest off its way: nobody else looks for that.
@@ -311,27 +317,29 @@ class MksStopping(MksInsisting):
         drive.rest_at(drive.seen, self.now_s)
         return True
 
-    def _began_anew(self, drive: Drive) -> bool:
+    def _began_anew(self, drive: MksDrive) -> bool:
         gone = math.isfinite(drive.gap.doubted_s)
         return gone and counts_anew(drive, self.settings.rest_counts, self.now_s)
 
-    def _astray_words(self, drive: Drive) -> str:
+    def _astray_words(self, drive: MksDrive) -> str:
         return (
             f"{drive} came to rest at {drive.seen} counts, off its way from "
             f"{round(drive.stopped_at)}: it was reset or lost its power, is blocked, or was turned "
             "by force"
         )
 
-    def _unstopped(self, left: Collection[int], began_s: float) -> Silence | Denied | None:
+    def _unstopped(self, left: Collection[int], began_s: float) -> Timeout | RequestRejected | None:
         if not left:
             return None
         mute = [node for node in self.nodes if self._mute.get(node, 0) >= MUTE_LOOKS]
         if mute and set(mute) >= set(left):
             absence = self.absence(mute, began_s)
-            if isinstance(absence, Silence):
+            if isinstance(absence, Timeout):
                 return absence
             return replace(absence, moved=True, silent=True)
-        return Denied(f"{self.drive(min(left))} was told to stop, and does not come to rest")
+        return RequestRejected(
+            f"{self.drive(min(left))} was told to stop, and does not come to rest"
+        )
 
     def _wait(self, until_s: float) -> Generator[float, Event | None, None]:
         """Let time pass, stop or no stop."""
@@ -383,10 +391,10 @@ class MksStopping(MksInsisting):
 EASED_S = 1.5
 """A drive that was sent to where its shaft is stands there long before."""
 
-Hindrance = Generator[float, Event | None, Silence | Denied | None]
+Hindrance = Generator[float, Event | None, Timeout | RequestRejected | None]
 
 
-class MksResting(MksStopping):
+class MksStartupCheck(MksStopping):
     """Knows where drives stand, before they are moved."""
 
     def take_up(self) -> Hindrance:
@@ -415,6 +423,6 @@ class MksResting(MksStopping):
         yield from self.eased(pushing, self.now_s + EASED_S)
         for node, off in pushing.items():
             if why := (yield from self.mode_words(node)):  # it does not hear, and pushes on
-                return Denied(why, moved=False)
-            self.tell(Oddity(self.pressing_words(self.drive(node), off)))
+                return RequestRejected(why, moved=False)
+            self.tell(ProtocolWarning(self.pressing_words(self.drive(node), off)))
         return (yield from self.take_up())

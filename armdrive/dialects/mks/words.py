@@ -8,8 +8,8 @@ from enum import Enum
 from types import MappingProxyType
 from typing import Any
 
-from armdrive.dialects.bus.words import Check, Kind, PackedFrames, Said, shown, words
-from armdrive.dialects.words import Message, Sentences, Talk, Weight, plain
+from armdrive.dialects.bus.words import FrameCheck, FrameKind, FrameSaid, PackedFrames, shown, words
+from armdrive.dialects.words import Describer, Message, Sentences, Weight, plain
 from firmware_protocol.errors import ProtocolError, RemoteProtocolError
 from firmware_protocol.frames import Frame, pack
 from firmware_protocol.mks import (
@@ -87,19 +87,19 @@ class MksEar:
     def __init__(self) -> None:
         self._asked: dict[tuple[int, int], Request] = {}
 
-    def hear(self, frame: Frame) -> Said:
+    def hear(self, frame: Frame) -> FrameSaid:
         """Put a frame into words. Never raises."""
         check = _check(frame)
-        if check is not Check.RIGHT:
-            return _said(frame, Kind.UNKNOWN, _why_not(frame, check), check)
+        if check is not FrameCheck.RIGHT:
+            return _said(frame, FrameKind.UNKNOWN, _why_not(frame, check), check)
         request, answer = self._read(frame)
         if answer is not None and (request is None or self._pending(frame) is not None):
             self._asked.pop((frame.can_id, frame.data[0]), None)
-            return _said(frame, Kind.ANSWER, answer_words(answer), check)
+            return _said(frame, FrameKind.ANSWER, answer_words(answer), check)
         if request is None:
-            return _said(frame, Kind.UNKNOWN, _why_not(frame, check), check)
+            return _said(frame, FrameKind.UNKNOWN, _why_not(frame, check), check)
         self._note(frame, request)
-        return _said(frame, Kind.REQUEST, request_words(frame, request), check)
+        return _said(frame, FrameKind.REQUEST, request_words(frame, request), check)
 
     def _read(self, frame: Frame) -> tuple[Request | None, Answer | None]:
         request: Request | None = None
@@ -124,8 +124,8 @@ class MksEar:
             self._asked[frame.can_id, code] = request
 
 
-def _said(frame: Frame, kind: Kind, words: str, check: Check) -> Said:
-    return Said(frame, kind, _name(frame), words, check, frame.can_id)
+def _said(frame: Frame, kind: FrameKind, words: str, check: FrameCheck) -> FrameSaid:
+    return FrameSaid(frame, kind, _name(frame), words, check, frame.can_id)
 
 
 def request_words(frame: Frame, request: Request) -> str:
@@ -190,11 +190,11 @@ _UNITS = {"rpm": "rpm", "ms": "ms", "ma": "mA"}
 _COUNTED = frozenset({"counts", "pulses", "percent", "microsteps"})
 
 
-def _check(frame: Frame) -> Check:
+def _check(frame: Frame) -> FrameCheck:
     if frame.extended or frame.remote or frame.can_id > NODE_MAX or len(frame.data) < LEAST_BYTES:
-        return Check.NONE
+        return FrameCheck.NONE
     right = frame.data[-1] == check_byte(frame.can_id, frame.data[:-1])
-    return Check.RIGHT if right else Check.WRONG
+    return FrameCheck.RIGHT if right else FrameCheck.WRONG
 
 
 def _name(frame: Frame) -> str:
@@ -204,11 +204,11 @@ def _name(frame: Frame) -> str:
         return ""
 
 
-def _why_not(frame: Frame, check: Check) -> str:
-    if check is Check.NONE:
+def _why_not(frame: Frame, check: FrameCheck) -> str:
+    if check is FrameCheck.NONE:
         kind = "remote" if frame.remote else "extended" if frame.extended else "short"
         return f"not of an MKS drive ({kind})"
-    if check is Check.WRONG:
+    if check is FrameCheck.WRONG:
         wanted = check_byte(frame.can_id, frame.data[:-1])
         code = _name(frame)
         if not code:
@@ -253,4 +253,4 @@ def _answer(frame: Frame) -> object:
         return decode_answer(frame, setting=True)
 
 
-TALK = Talk(lambda: PackedFrames(weighed), heard, sent, shown, SENTENCES)
+TALK = Describer(lambda: PackedFrames(weighed), heard, sent, shown, SENTENCES)

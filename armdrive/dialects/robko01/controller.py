@@ -13,7 +13,7 @@ from dataclasses import replace
 from typing import TypeAlias
 
 from armdrive.abilities import Abilities
-from armdrive.dialects.controller import Part, Stopping
+from armdrive.dialects.controller import StopPart, Stopping
 from armdrive.dialects.dialect import Driver
 from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS, RobkoMotion
 from armdrive.dialects.robko01.settings import RobkoSettings
@@ -23,18 +23,18 @@ from armdrive.tasks import (
     Alert,
     AlertKind,
     ClearFault,
-    Denied,
+    DeviceSettings,
     Done,
     DropCurrent,
     MoveBy,
-    Oddity,
+    ProtocolWarning,
     ReadPosition,
     ReadSettings,
     Registers,
     Reply,
     Request,
+    RequestRejected,
     SetOutputs,
-    Settings,
     SwitchOn,
 )
 from firmware_protocol.robko01 import (
@@ -79,7 +79,7 @@ class RobkoController(RobkoMotion):
             words = f"the controller heard nothing for {silent_s:.1f} s, so its watchdog has"
             self.tell(Alert(AlertKind.SWITCHED_OFF, f"{words} switched the motors off"))
             if isinstance(request, MoveBy):
-                return Denied("its watchdog has switched the motors off", moved=False)
+                return RequestRejected("its watchdog has switched the motors off", moved=False)
         return (yield from self._carry_out(request))
 
     def _carry_out(self, request: Request) -> Script:
@@ -95,7 +95,7 @@ class RobkoController(RobkoMotion):
             case DropCurrent():
                 return (yield from self._switch(Disable(), on=False))
             case ReadSettings():
-                return Settings()
+                return DeviceSettings()
             case ClearFault():
                 return Done()  # it has no alarm of its own
             case _:
@@ -106,7 +106,7 @@ class RobkoController(RobkoMotion):
         if isinstance(heard, Answered):
             self._heed(heard)
         elif not (isinstance(heard, Stray) and isinstance(heard.answer, Pong)):
-            self.tell(Oddity(str(heard)))
+            self.tell(ProtocolWarning(str(heard)))
 
     # -- what the engine calls ----------------------------------------------------------------
 
@@ -131,7 +131,7 @@ class RobkoController(RobkoMotion):
         """Return how long so many steps take on an arm that is as slow as it may be."""
         return self._pacing.lasts_s(steps, rate_hz) * self._meter.doubt
 
-    def stopping(self, burst_s: float, parts: Sequence[Part] = ()) -> Stopping:
+    def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
         """Return a burst behind its message, whoever stops: the stop may be lost.
 
         Its way is that of the steps that fit into a burst, ramps included, at the speed that the
@@ -170,7 +170,7 @@ class RobkoController(RobkoMotion):
         if answer is None:
             return self.silence(began_s)
         if isinstance(answer, Acknowledged) and answer.status is not Status.OK:
-            return Denied(f"it answered {answer.status.name}", moved=False)
+            return RequestRejected(f"it answered {answer.status.name}", moved=False)
         return Done()
 
     def _switch(self, message: Enable | Disable, *, on: bool) -> Script:

@@ -32,13 +32,13 @@ from armdrive.dialects.robko01.settings import PaceMeter, Pacing, RobkoSettings
 from armdrive.tasks import (
     Alert,
     AlertKind,
-    Denied,
     Done,
     Halted,
-    Oddity,
     Progress,
+    ProtocolWarning,
     Registers,
     Reply,
+    RequestRejected,
 )
 from firmware_protocol.robko01 import (
     AXES,
@@ -63,7 +63,7 @@ from kinematics.spaces import Motors
 
 
 @dataclass(slots=True)
-class Way:
+class RobkoPath:
     """A motion under way: where from, where to, and how long it should take."""
 
     start: Motors
@@ -141,7 +141,7 @@ class RobkoMotion(RobkoExchange, ABC):
         message = MoveAbsolute(
             Axes(tuple(target), tuple(speed or RESTING_STEPS_S for speed in speeds))
         )
-        way = Way(start, steps, self._pacing.lasts_s(steps.largest, rate_hz), self.now_s)
+        way = RobkoPath(start, steps, self._pacing.lasts_s(steps.largest, rate_hz), self.now_s)
         for _ in range(SENDS):
             if self.stop_asked or let_go():
                 return Halted()
@@ -160,7 +160,7 @@ class RobkoMotion(RobkoExchange, ABC):
                 return (yield from self._paced(way, rate_hz))
         return self.silence(began_s)
 
-    def _paced(self, way: Way, rate_hz: float) -> Script:
+    def _paced(self, way: RobkoPath, rate_hz: float) -> Script:
         """Watch a motion, and let it last as long as its rate says.
 
         The first step comes at once, so slow bursts would follow one another a step too soon.
@@ -190,7 +190,7 @@ class RobkoMotion(RobkoExchange, ABC):
             if isinstance(answer, Busy):
                 first = start if first is None else first
                 if self.now_s >= until_s and (freed or start != first):
-                    return Denied("it is still moving", moved=False)
+                    return RequestRejected("it is still moving", moved=False)
                 if self.now_s >= until_s:
                     freed = yield from self._free(answer.moving)
                 yield from self.pause(self.now_s + POLL_S)
@@ -222,7 +222,11 @@ class RobkoMotion(RobkoExchange, ABC):
         """End what makes a standing axis count as moving: all speeds 0, which moves nothing."""
         yield from self._ask(MoveSpeed(STANDSTILL))
         names = ", ".join(name for axis, name in enumerate(AXIS_NAMES) if moving >> axis & 1)
-        self.tell(Oddity(f"freed axes that another program's speed of 0 had left hanging: {names}"))
+        self.tell(
+            ProtocolWarning(
+                f"freed axes that another program's speed of 0 had left hanging: {names}"
+            )
+        )
         return True
 
     def _check_counts(self, start: Motors) -> Generator[float, HostEvent | None, Motors | Reply]:
@@ -239,7 +243,7 @@ class RobkoMotion(RobkoExchange, ABC):
             return self.silence(began_s)
         if moving or seen != start:
             yield from self._ask(MoveSpeed(STANDSTILL))
-            return Denied(
+            return RequestRejected(
                 "an axis has counted past 32767 steps, from where the board cannot move it by "
                 "position: reset the board, then home the arm"
             )
@@ -252,7 +256,7 @@ class RobkoMotion(RobkoExchange, ABC):
             self._on = False
             told = "the controller has switched its motors off: it was reset, or its watchdog did"
             self.tell(Alert(AlertKind.SWITCHED_OFF, told))
-        return Denied(words, moved=False)
+        return RequestRejected(words, moved=False)
 
     # -- a motion under way -------------------------------------------------------------------
 
@@ -260,7 +264,7 @@ class RobkoMotion(RobkoExchange, ABC):
         answer = yield from self._ask(IsMoving())
         return answer.value if isinstance(answer, Moving) else None
 
-    def _watch(self, way: Way) -> Script:
+    def _watch(self, way: RobkoPath) -> Script:
         """Look at the motors until they have arrived."""
         still = astray = 0
         last: Motors | None = None
@@ -289,7 +293,7 @@ class RobkoMotion(RobkoExchange, ABC):
                 still = still + 1 if (yield from self._mask()) == 0 else 0
             if still >= STILL_LOOKS:
                 left = tuple(way.left(seen))
-                return Denied(f"the motion has ended {left} steps short of its target")
+                return RequestRejected(f"the motion has ended {left} steps short of its target")
             last = seen
             due_s = self._next_look_s(way, asked_s)
             if not self.stop_asked:  # one that came during the look would not end this pause
@@ -297,9 +301,9 @@ class RobkoMotion(RobkoExchange, ABC):
             if self.stop_asked:
                 return (yield from self._halt(way))
         yield from self._halt(way)
-        return Denied(f"the motion had not ended after {self.now_s - way.began_s:.1f} s")
+        return RequestRejected(f"the motion had not ended after {self.now_s - way.began_s:.1f} s")
 
-    def _measure(self, way: Way, going_s: float, due_s: float) -> bool:
+    def _measure(self, way: RobkoPath, going_s: float, due_s: float) -> bool:
         """Learn how fast the arm is, and tell whether a motion can have lasted so long.
 
         The look that found the motors arrived was due at `due_s`. If it was repeated, or this
@@ -310,11 +314,11 @@ class RobkoMotion(RobkoExchange, ABC):
         until_s = self.now_s if prompt else going_s
         return self._meter.learn(way.expected_s, until_s - way.began_s) and prompt
 
-    def _next_look_s(self, way: Way, asked_s: float) -> float:
+    def _next_look_s(self, way: RobkoPath, asked_s: float) -> float:
         may_arrive_s = way.began_s + MAY_ARRIVE * way.expected_s
         return max(asked_s + POLL_S, min(asked_s + SLOW_POLL_S, may_arrive_s))
 
-    def _halt(self, way: Way) -> Script:
+    def _halt(self, way: RobkoPath) -> Script:
         """Have the motors ramp down, and wait until they stand."""
         began_s = self.now_s
         if (yield from self._ask(Stop(), text="STOP")) is None:
@@ -334,23 +338,23 @@ class RobkoMotion(RobkoExchange, ABC):
                 looks, since_s, last = 0, self.now_s, seen
                 overdue += asked_s > given_up_s  # once, this program may have been late
                 if overdue > 1:
-                    return Denied("the motors were told to stop, and do not come to rest")
+                    return RequestRejected("the motors were told to stop, and do not come to rest")
             looks += 1
             yield from self.pause(asked_s + POLL_S)
         self._stood = last
         arrived = last is not None and not way.left(last).largest
         return Done() if arrived else Halted(beyond=OVERSHOOT_STEPS)
 
-    def _astray(self, way: Way, seen: Motors) -> Script:
+    def _astray(self, way: RobkoPath, seen: Motors) -> Script:
         """End a motion that leads elsewhere, and say what positions mean to which it leads."""
         if not seen.largest:
             words = "the controller was reset or lost its power in mid-motion"
             self.restarted(words)
-            return Denied(words)
+            return RequestRejected(words)
         yield from self._halt(way)
         words = f"the controller reports {tuple(seen)}, which is not on the way that was sent"
         self.tell(Alert(AlertKind.ASTRAY, words))
-        return Denied(words)
+        return RequestRejected(words)
 
     def restarted(self, words: str) -> None:
         """Tell that the board has begun anew, which leaves its motors off."""
@@ -358,9 +362,9 @@ class RobkoMotion(RobkoExchange, ABC):
         self.tell(Alert(AlertKind.RESTARTED, words))
 
 
-def _out_of_range(target: Motors) -> Denied:
+def _out_of_range(target: Motors) -> RequestRejected:
     far = next(axis for axis, each in enumerate(target) if not WORD_MIN <= each <= WORD_MAX)
-    return Denied(
+    return RequestRejected(
         f"this would take the {AXIS_NAMES[far]} to {target[far]}, and the board moves no axis past "
         f"{WORD_MIN} or {WORD_MAX}: reset the board, then home the arm",
         moved=False,

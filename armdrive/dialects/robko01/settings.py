@@ -14,7 +14,7 @@ from armdrive.text.toml import within
 
 
 @dataclass(frozen=True, slots=True)
-class Board:
+class RobkoBoard:
     """What is taken of a board where the arm file says nothing.
 
     A motor has a chance to make a step every `step_chance_s` (0: whenever it wants). Firmware
@@ -27,13 +27,13 @@ class Board:
     obeys_speed: bool = True
 
 
-BOARDS: Mapping[str, Board] = MappingProxyType(
+BOARDS: Mapping[str, RobkoBoard] = MappingProxyType(
     {
         # seen in a processor simulator: one bus for eight addresses, one of them a millisecond
-        "avr": Board(700.0, 125.0, 0.008),
+        "avr": RobkoBoard(700.0, 125.0, 0.008),
         # the retrofit's own build: robko01/robko01_retrofit_fw include/ApplicationConfiguration.h
         # whose main.cpp sets the top speeds once, and never from a request
-        "esp32": Board(75.0, 100.0, 0.0, obeys_speed=False),
+        "esp32": RobkoBoard(75.0, 100.0, 0.0, obeys_speed=False),
     }
 )
 
@@ -68,7 +68,7 @@ class RobkoSettings:
                 within(f"robko01.{name}", value, low, high)
 
     @property
-    def known(self) -> Board:
+    def known(self) -> RobkoBoard:
         """The board's numbers, as the file has them or else the table."""
         taken = BOARDS[self.board]
         given = {name: getattr(self, name) for name in _OF_BOARD}
@@ -108,7 +108,7 @@ TOLD_BY_S = 0.1
 class Pacing:
     """The arithmetic of one board."""
 
-    board: Board
+    board: RobkoBoard
 
     def usable_hz(self, rate_hz: float) -> float:
         """Return the rate that an axis really has, at or below the one wanted.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from types import MappingProxyType
 
 from armdrive.dialects.recognition import Certainty, Identity, Probe, Recognition, Risk
-from armdrive.dialects.words import Message, Sentences, Talk, Weight, moved, plain, standing
+from armdrive.dialects.words import Describer, Message, Sentences, Weight, moved, plain, standing
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.robko01 import Host, Op, Ping, Stray
 from firmware_protocol.robko01.answers import Acknowledged, Busy, Positions
@@ -61,7 +61,7 @@ SENTENCES: Sentences = MappingProxyType(
 )
 
 
-class Frames:
+class RobkoFrames:
     """Messages that are frames of the SUPER protocol, or noise."""
 
     def __init__(self) -> None:
@@ -109,7 +109,7 @@ def _hexadecimal(data: bytes) -> str:
     return data.hex(" ")
 
 
-TALK = Talk(Frames, _heard, _sent, _hexadecimal, SENTENCES)
+TALK = Describer(RobkoFrames, _heard, _sent, _hexadecimal, SENTENCES)
 
 
 # How a Robko 01 is recognised: any frame of the SUPER protocol whose check bytes are right.

@@ -9,7 +9,7 @@ from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 
 from armdrive.abilities import Abilities
-from armdrive.dialects.controller import Part, Stopping
+from armdrive.dialects.controller import StopPart, Stopping
 from armdrive.dialects.dialect import Driver
 from armdrive.dialects.exchange import BITS_A_BYTE, Scripted
 from armdrive.dialects.speed_table import SpeedMeter, SpeedTable
@@ -17,21 +17,21 @@ from armdrive.dialects.teachmover.words import FIRST_LINE, RECOGNITION, TALK
 from armdrive.errors import Refused
 from armdrive.tasks import (
     ClearFault,
-    Denied,
+    DeviceProgram,
+    DeviceSettings,
     Done,
     DropCurrent,
     Interrupted,
     MoveBy,
-    Oddity,
-    Program,
+    ProtocolWarning,
     ReadPosition,
     ReadProgram,
     ReadSettings,
     Registers,
     Reply,
     Request,
+    RequestRejected,
     SetOutputs,
-    Settings,
     SwitchOn,
     WriteRow,
 )
@@ -110,10 +110,10 @@ class Dump:
         if self._ended is None:
             return None
         if self._bad:
-            return Denied(f"its program cannot be read: {self._bad}", moved=False)
+            return RequestRejected(f"its program cannot be read: {self._bad}", moved=False)
         if self._ended.status is not Status.DONE:
-            return Denied("it does not tell its program", moved=False)
-        return Program(tuple(row.words for row in self._ended.rows))
+            return RequestRejected("it does not tell its program", moved=False)
+        return DeviceProgram(tuple(row.words for row in self._ended.rows))
 
 
 LONGEST_LINE = len("@STEP 245,-32768,-32768,-32768,-32768,-32768,-32768,255\r")
@@ -176,7 +176,7 @@ class TeachMoverController(Scripted[HostEvent]):
         if isinstance(request, ClearFault | SwitchOn):  # the next motion switches its motors on
             return Done()
         if isinstance(request, ReadSettings):
-            return Settings()
+            return DeviceSettings()
         command = None if isinstance(request, ReadProgram) else self._command(request)
         if not self._met:
             yield from self._meet()
@@ -226,7 +226,7 @@ class TeachMoverController(Scripted[HostEvent]):
 
     def unasked(self, heard: HostEvent) -> None:
         """Tell of a line that answers nothing."""
-        self.tell(Oddity(str(heard)))
+        self.tell(ProtocolWarning(str(heard)))
 
     def give_up(self) -> None:
         """Give up on the unanswered command."""
@@ -242,7 +242,7 @@ class TeachMoverController(Scripted[HostEvent]):
         setting = self._table.setting(rate_hz)
         return steps / self._table.rate_hz(setting) * self._meter.doubt(setting)
 
-    def stopping(self, burst_s: float, parts: Sequence[Part] = ()) -> Stopping:
+    def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
         """Return a burst behind its line, whoever stops: nothing ends it early.
 
         A burst may be a single step of any speed.
@@ -292,7 +292,7 @@ class TeachMoverController(Scripted[HostEvent]):
         if event.status is Status.STOPPED:
             return Interrupted()
         if event.status is Status.FAILED:
-            return Denied()
+            return RequestRejected()
         registers = event.registers
         if registers is None:
             return Done(timely)

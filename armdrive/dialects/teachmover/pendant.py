@@ -235,7 +235,7 @@ SAME_MM = 1.0
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class RowPlace:
     """Where a row leads: joint angles, the fingers' opening, the busiest motor's rate."""
 
     joints: Joints
@@ -249,7 +249,7 @@ def rate_hz(config: ArmConfig, row: ProgramRow) -> float:
     return SpeedTable(config.device.speed_table).rate_hz(row.speed)
 
 
-def place_of(config: ArmConfig, program: PendantProgram, row: ProgramRow) -> Place | None:
+def place_of(config: ArmConfig, program: PendantProgram, row: ProgramRow) -> RowPlace | None:
     """Return where a row leads; None of one that is no move, or where no origin is known."""
     transmission = config.model.transmission
     if not is_move(row) or program.origin is None or transmission is None:
@@ -258,7 +258,7 @@ def place_of(config: ArmConfig, program: PendantProgram, row: ProgramRow) -> Pla
     joints, opening_mm = transmission.to_joints(Motors(steps))
     rate = rate_hz(config, row)
     fastest = SpeedTable(config.device.speed_table).points[-1][1]
-    return Place(joints, opening_mm, rate, min(max(round(rate / fastest, 2), SLOWEST), 1.0))
+    return RowPlace(joints, opening_mm, rate, min(max(round(rate / fastest, 2), SLOWEST), 1.0))
 
 
 def meaning(config: ArmConfig, program: PendantProgram, row: ProgramRow) -> str:
@@ -324,7 +324,7 @@ def taught_by(
     program.require_once()
     points: dict[str, Point] = {}
     steps: list[Step] = []
-    last: Place | None = None
+    last: RowPlace | None = None
     for row in program.rows:
         place = place_of(config, program, row)
         if place is None:

@@ -13,7 +13,15 @@ from armdrive.dialects.recognition import (
     Risk,
     lines_of,
 )
-from armdrive.dialects.words import Lines, Sentences, Talk, answer, moved, plain, standing
+from armdrive.dialects.words import (
+    AnswerLines,
+    Describer,
+    Sentences,
+    answer,
+    moved,
+    plain,
+    standing,
+)
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.teachmover.messages import (
     ATTENTION,
@@ -97,7 +105,7 @@ def _sent(data: bytes) -> object:
     return decode_command(data.strip().lstrip(b"@"))
 
 
-TALK = Talk(lambda: Lines(b"\r\n", answer), decode_reply, _sent, sentences=SENTENCES)
+TALK = Describer(lambda: AnswerLines(b"\r\n", answer), decode_reply, _sent, sentences=SENTENCES)
 
 
 # How a TeachMover is recognised: by its registers, right behind a status line.

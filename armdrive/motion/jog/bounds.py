@@ -9,7 +9,7 @@ from typing import Protocol
 
 from armdrive.config.arm import ArmConfig
 from armdrive.motion.plan import guard_error
-from armdrive.runtime.position import Coordinates
+from armdrive.runtime.position import ArmCoordinates
 from kinematics import ArmGeometry, Joints, KinematicsError, Pose, Unreachable, first_violation
 from kinematics.five_axis.arm import FiveAxisArm
 from kinematics.five_axis.tool_arm import ToolArm
@@ -21,7 +21,7 @@ HALVINGS = 9
 
 
 @dataclass(frozen=True, slots=True)
-class Ended:
+class JogEnded:
     """Why a jog goes no further; `cause` gives the code of it in the catalogue, if it has one."""
 
     note: str
@@ -62,7 +62,7 @@ class Bounds:
         self._left_mm = 0.0
         self._looked = False
 
-    def free(self, way: Way, here: Joints, look_s: float) -> Free:
+    def free(self, way: JogPath, here: Joints, look_s: float) -> Free:
         """Return how long a way from here is free, at most `look_s`."""
         reach_s, unreached_s = furthest(lambda time_s: way.at(time_s) is not None, look_s)
 
@@ -73,7 +73,7 @@ class Bounds:
         clear_s, unclear_s = furthest(clear, reach_s)
         return Free(reach_s, clear_s, min(unreached_s, unclear_s))
 
-    def ended(self, way: Way, here: Joints, beyond_s: float) -> Ended:
+    def ended(self, way: JogPath, here: Joints, beyond_s: float) -> JogEnded:
         """Say what is passed at a moment."""
         there = way.at(beyond_s)
         if there is None:
@@ -82,7 +82,7 @@ class Bounds:
             return _ended(why.reason if isinstance(why, Unreachable) else str(why), cause)
         broken = self._broken(here, there.joints)
         if broken is None:  # only rounding can bring this about
-            return Ended("")
+            return JogEnded("")
         return _ended(broken.sentence, guard_error(broken, 1.0))
 
     def went(self, here: Joints, there: Joints) -> None:
@@ -156,7 +156,7 @@ def at_limits(names: Sequence[str]) -> str:
     return f"the {' and the '.join(names)} stopped at the limit" if names else ""
 
 
-def between(config: ArmConfig, here: Coordinates, there: Coordinates) -> int:
+def between(config: ArmConfig, here: ArmCoordinates, there: ArmCoordinates) -> int:
     """Return how many steps the busiest motor makes from one point to another."""
     transmission = config.model.transmission
     if transmission is None:  # no such arm is driven
@@ -165,8 +165,8 @@ def between(config: ArmConfig, here: Coordinates, there: Coordinates) -> int:
     return (transmission.to_motors(there.joints, there.opening_mm) - before).largest
 
 
-def _ended(words: str, cause: Exception | None) -> Ended:
-    return Ended(f"the jog ended here: further on, {words}", cause)
+def _ended(words: str, cause: Exception | None) -> JogEnded:
+    return JogEnded(f"the jog ended here: further on, {words}", cause)
 
 
 # Where a jog leads: the point after a time at given rates, joint by joint or on the tip's line.
@@ -188,10 +188,10 @@ ELSEWHERE = "the arm would have to take another posture at once"
 Span = tuple[float, float]
 
 
-class Way(Protocol):
+class JogPath(Protocol):
     """What the course of a jog needs of a way."""
 
-    def at(self, time_s: float) -> Coordinates | None:
+    def at(self, time_s: float) -> ArmCoordinates | None:
         """Return the point after a time, None where no posture within the limits reaches it."""
 
     def why(self, time_s: float) -> KinematicsError | str:
@@ -199,14 +199,14 @@ class Way(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class JointWay:
+class JointJogPath:
     """Joints and gripper turn at rates, each until it meets its limit; none without `spans`."""
 
-    start: Coordinates
+    start: ArmCoordinates
     rates: Sequence[float]
     spans: Sequence[Span] | None = None
 
-    def at(self, time_s: float) -> Coordinates:
+    def at(self, time_s: float) -> ArmCoordinates:
         """Return the point after a time."""
         here = (*self.start.joints, self.start.opening_mm)
         there = [a + rate * time_s for a, rate in zip(here, self.rates, strict=True)]
@@ -214,18 +214,18 @@ class JointWay:
             bounded = zip(there, self.spans, strict=True)
             there = [min(max(a, low), high) for a, (low, high) in bounded]
         *angles, opening_mm = there
-        return Coordinates(Joints(tuple(angles), self.start.joints.names), opening_mm)
+        return ArmCoordinates(Joints(tuple(angles), self.start.joints.names), opening_mm)
 
     def why(self, time_s: float) -> KinematicsError | str:  # noqa: ARG002
         """Say nothing: there always is a point."""
         return ""
 
 
-class TipWay:
+class TipJogPath:
     """The tip goes straight on, and the fingers slide within `span_mm`."""
 
     def __init__(
-        self, config: ArmConfig, start: Coordinates, rates: Sequence[float], span_mm: Span
+        self, config: ArmConfig, start: ArmCoordinates, rates: Sequence[float], span_mm: Span
     ) -> None:
         self._arm: ArmGeometry = config.model.arm
         self._start = start
@@ -234,14 +234,14 @@ class TipWay:
         self._pose = self._arm.fk(start.joints)
         self._solved: list[tuple[float, Joints]] = [(0.0, start.joints)]
 
-    def at(self, time_s: float) -> Coordinates | None:
+    def at(self, time_s: float) -> ArmCoordinates | None:
         """Return the point after a time, None where no posture within the limits reaches it."""
         low, high = self._span_mm
         opening_mm = min(max(self._start.opening_mm + self._rates[-1] * time_s, low), high)
         if not any(self._rates[:-1]):
-            return Coordinates(self._start.joints, opening_mm)
+            return ArmCoordinates(self._start.joints, opening_mm)
         joints = self._joints(time_s)
-        return None if joints is None else Coordinates(joints, opening_mm)
+        return None if joints is None else ArmCoordinates(joints, opening_mm)
 
     def why(self, time_s: float) -> KinematicsError | str:
         """Say why there is no point after a time."""
@@ -308,7 +308,7 @@ def in_base(axes: tuple[Vector, Vector, Vector], rates: Sequence[float]) -> tupl
     return (*turned, *others)
 
 
-def spans_of(config: ArmConfig, start: Coordinates) -> tuple[Span, ...]:
+def spans_of(config: ArmConfig, start: ArmCoordinates) -> tuple[Span, ...]:
     """Return where each joint, and then the gripper, may be: moving back is always allowed."""
     bounds = [(one.low_rad, one.high_rad) for one in config.model.arm.limits]
     here = (*start.joints, start.opening_mm)
@@ -316,7 +316,7 @@ def spans_of(config: ArmConfig, start: Coordinates) -> tuple[Span, ...]:
     return tuple((min(low, a), max(high, a)) for (low, high), a in zip(ranges, here, strict=True))
 
 
-def on_limits(config: ArmConfig, start: Coordinates) -> Coordinates:
+def on_limits(config: ArmConfig, start: ArmCoordinates) -> ArmCoordinates:
     """Return a point that rounding to steps has put a hair beyond a limit as the one at the limit.
 
     Else no line of the tip could begin where a jog of the joints has ended.
@@ -330,4 +330,4 @@ def on_limits(config: ArmConfig, start: Coordinates) -> Coordinates:
         near = bounds.clamp(angle)
         step_rad = math.fsum(map(abs, row))
         angles.append(near if abs(near - angle) <= step_rad else angle)
-    return Coordinates(Joints(tuple(angles), start.joints.names), start.opening_mm)
+    return ArmCoordinates(Joints(tuple(angles), start.joints.names), start.opening_mm)

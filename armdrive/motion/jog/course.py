@@ -14,11 +14,11 @@ from dataclasses import dataclass, replace
 from armdrive.config.arm import ArmConfig
 from armdrive.motion.jog.bounds import (
     Bounds,
-    Ended,
-    JointWay,
+    JogEnded,
+    JogPath,
+    JointJogPath,
     Span,
-    TipWay,
-    Way,
+    TipJogPath,
     at_limits,
     between,
     furthest,
@@ -26,11 +26,11 @@ from armdrive.motion.jog.bounds import (
     on_limits,
     spans_of,
 )
-from armdrive.motion.jog.rates import Goal, Kind, Paced, Pacer, Scale, axis_names
+from armdrive.motion.jog.rates import Kind, Paced, Pacer, RateGoal, Scale, axis_names
 from armdrive.motion.resolve import BASE, axes_of
-from armdrive.motion.segments import Speeds
+from armdrive.motion.segments import SpeedLimits
 from armdrive.moves import GRIPPER_AXIS, Jog, Space
-from armdrive.runtime.position import Coordinates, Leg
+from armdrive.runtime.position import ArmCoordinates, MotionSegment
 from kinematics.five_axis.jog_rates import Rates, braked, shares_to_stop
 
 LAST_STEPS = 2
@@ -66,22 +66,22 @@ class Terms:
 
 
 @dataclass(frozen=True, slots=True)
-class Proposal:
+class JogProposal:
     """A leg that may be driven, and the speed that comes with it.
 
     `note` says which axes stay behind at their limits.
     """
 
-    leg: Leg
+    leg: MotionSegment
     paced: Paced
     note: str = ""
 
-    def shortened(self, share: float) -> Proposal:
+    def shortened(self, share: float) -> JogProposal:
         """Return a share of the leg, at its speed."""
         if share >= 1.0:
             return self
         start, end = self.leg.start, self.leg.end
-        leg = Leg(start, start.towards(end, share), self.leg.duration_s * share)
+        leg = MotionSegment(start, start.towards(end, share), self.leg.duration_s * share)
         return replace(self, leg=leg)
 
 
@@ -91,7 +91,7 @@ class JogCourse:
     `note` is what was last said of it, kept by whoever says it.
     """
 
-    def __init__(self, config: ArmConfig, speeds: Speeds, terms: Terms) -> None:
+    def __init__(self, config: ArmConfig, speeds: SpeedLimits, terms: Terms) -> None:
         self.note = ""
         self._config = config
         self._speeds = speeds
@@ -101,8 +101,8 @@ class JogCourse:
         self._bounds = Bounds(config)
 
     def propose(
-        self, wish: Wish, start: Coordinates, time_s: float, now_s: float
-    ) -> Proposal | Ended:
+        self, wish: Wish, start: ArmCoordinates, time_s: float, now_s: float
+    ) -> JogProposal | JogEnded:
         """Return the next leg, which lasts `time_s` or a little longer, or why there is none.
 
         Raises `BadRequest` for a frame that nobody knows.
@@ -111,15 +111,15 @@ class JogCourse:
         kind = self._pacer.kind(wished, now_s)
         goal = self._goal(wish, start, time_s)
         if kind != wished:  # the arm still moves in another space or frame: come to rest first
-            goal = Goal((0.0,) * len(axis_names(self._config, kind[0])), wish.speed)
+            goal = RateGoal((0.0,) * len(axis_names(self._config, kind[0])), wish.speed)
         paced = self._pacer.paced(kind, goal, time_s, now_s)
         if not any(paced.mean) and not any(paced.end):
-            return Ended("")
+            return JogEnded("")
         if not wish.known:
             return self._proposal(self._way(kind, start, paced.mean), start, paced, time_s, time_s)
         return self._bounded(paced, start, time_s)
 
-    def take(self, proposal: Proposal, now_s: float) -> None:
+    def take(self, proposal: JogProposal, now_s: float) -> None:
         """Hear that a leg is driven now, or behind the one before."""
         leg = proposal.leg
         self._pacer.taken(proposal.paced, leg.duration_s, now_s)
@@ -129,23 +129,25 @@ class JogCourse:
         """Hear that the arm has come to rest, wherever."""
         self._pacer.stand()
 
-    def _goal(self, wish: Wish, start: Coordinates, time_s: float) -> Goal:
+    def _goal(self, wish: Wish, start: ArmCoordinates, time_s: float) -> RateGoal:
         """Return what can be had of a wish."""
         jog, speed = wish.jog, wish.speed
         kind = jog.space, jog.frame
         shares = tuple(jog.amount(name) * speed for name in axis_names(self._config, jog.space))
         if not any(shares):
-            return Goal(shares, speed)
+            return RateGoal(shares, speed)
         guess = 1.0
         if jog.space is Space.CARTESIAN:
             guess = self._scale.first_guess(start, self._rates(kind, start, shares), speed)
         way = self._way(kind, start, shares)
         had = self._scale.share(way, start, time_s, speed, guess)
-        return Goal(tuple(each * had for each in shares), speed, had)
+        return RateGoal(tuple(each * had for each in shares), speed, had)
 
     # -- bounds -------------------------------------------------------------------------------
 
-    def _bounded(self, paced: Paced, start: Coordinates, time_s: float) -> Proposal | Ended:
+    def _bounded(
+        self, paced: Paced, start: ArmCoordinates, time_s: float
+    ) -> JogProposal | JogEnded:
         """Return a leg with which the arm could still stop before every bound."""
         spans = spans_of(self._config, start)
         shares = self._apart(paced, start, spans, time_s)
@@ -158,7 +160,7 @@ class JogCourse:
         note = at_limits(stopped) if stopped else ""
         paced = paced.slowed(shares)
         if stopped and not any(paced.mean):
-            return Ended(note)
+            return JogEnded(note)
         way = self._way(paced.kind, start, paced.mean, spans)
         look_s = time_s + max(paced.ramp_s / 2.0, self._terms.run_on_s)
         free = self._bounds.free(way, start.joints, look_s)
@@ -186,7 +188,7 @@ class JogCourse:
         return share
 
     def _apart(
-        self, paced: Paced, start: Coordinates, spans: tuple[Span, ...], time_s: float
+        self, paced: Paced, start: ArmCoordinates, spans: tuple[Span, ...], time_s: float
     ) -> tuple[float, ...]:
         """Return by how much axes are slowed that end by themselves while the others go on."""
         full = self._scale.full(paced.kind[0])
@@ -202,29 +204,33 @@ class JogCourse:
 
     def _proposal(
         self,
-        way: Way,
-        start: Coordinates,
+        way: JogPath,
+        start: ArmCoordinates,
         paced: Paced,
         at_s: float,
         time_s: float,
         note: str = "",
-    ) -> Proposal | Ended:
+    ) -> JogProposal | JogEnded:
         there = way.at(at_s)
         if there is None:
             return self._bounds.ended(way, start.joints, at_s)
         lasts_s = max(time_s, self._speeds.duration_s(start, there, 1.0))
-        return Proposal(Leg(start, there, lasts_s), paced, note)
+        return JogProposal(MotionSegment(start, there, lasts_s), paced, note)
 
     def _way(
-        self, kind: Kind, start: Coordinates, shares: Rates, spans: tuple[Span, ...] | None = None
-    ) -> Way:
+        self,
+        kind: Kind,
+        start: ArmCoordinates,
+        shares: Rates,
+        spans: tuple[Span, ...] | None = None,
+    ) -> JogPath:
         rates = self._rates(kind, start, shares)
         if kind[0] is Space.JOINT:
-            return JointWay(start, rates, spans)
+            return JointJogPath(start, rates, spans)
         config = self._config
-        return TipWay(config, on_limits(config, start), rates, spans_of(config, start)[-1])
+        return TipJogPath(config, on_limits(config, start), rates, spans_of(config, start)[-1])
 
-    def _rates(self, kind: Kind, start: Coordinates, shares: Rates) -> Rates:
+    def _rates(self, kind: Kind, start: ArmCoordinates, shares: Rates) -> Rates:
         space, frame = kind
         full = self._scale.full(space)
         rates = tuple(share * most for share, most in zip(shares, full, strict=True))
@@ -243,23 +249,29 @@ PIECE_RAD = math.radians(5.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Stride:
+class JogIncrement:
     """Legs end to end, and why they lead less far than asked, where they do."""
 
-    legs: tuple[Leg, ...]
-    ended: Ended
+    legs: tuple[MotionSegment, ...]
+    ended: JogEnded
 
 
 def stride(
-    config: ArmConfig, speeds: Speeds, jog: Jog, speed: float, start: Coordinates, *, known: bool
-) -> Stride:
+    config: ArmConfig,
+    speeds: SpeedLimits,
+    jog: Jog,
+    speed: float,
+    start: ArmCoordinates,
+    *,
+    known: bool,
+) -> JogIncrement:
     """Return how an increment is driven; without bounds where the position is not known.
 
     Raises `BadRequest` for a frame that nobody knows.
     """
     way, pieces = _way(config, jog, start, known=known)
     bounds = Bounds(config) if known else None
-    ended = Ended(at_limits(_clipped(config, jog, start)) if known else "")
+    ended = JogEnded(at_limits(_clipped(config, jog, start)) if known else "")
     whole_s = _least_s(config, speeds, jog) / speed
     here, legs = start, []
     for piece in range(pieces):
@@ -268,15 +280,15 @@ def stride(
         there = way.at(last)
         if there is not None and there != here:
             lasts_s = max(speeds.duration_s(here, there, speed), (last - low) * whole_s)
-            legs.append(Leg(here, there, lasts_s))
+            legs.append(MotionSegment(here, there, lasts_s))
         if bounds is not None and math.isfinite(beyond):
             ended = bounds.ended(way, here.joints, beyond)
             break
         here = there or here
-    return Stride(tuple(legs), ended)
+    return JogIncrement(tuple(legs), ended)
 
 
-def _least_s(config: ArmConfig, speeds: Speeds, jog: Jog) -> float:
+def _least_s(config: ArmConfig, speeds: SpeedLimits, jog: Jog) -> float:
     """Return how long an increment of the tip takes at least: no less than if it were held."""
     if jog.space is Space.JOINT:
         return 0.0
@@ -285,16 +297,16 @@ def _least_s(config: ArmConfig, speeds: Speeds, jog: Jog) -> float:
     return max(abs(amount) / most for amount, most in tip)
 
 
-def _way(config: ArmConfig, jog: Jog, start: Coordinates, *, known: bool) -> tuple[Way, int]:
+def _way(config: ArmConfig, jog: Jog, start: ArmCoordinates, *, known: bool) -> tuple[JogPath, int]:
     """Return the way of an increment, which lasts a second, and into how many pieces it is cut."""
     amounts = _amounts(config, jog)
     if jog.space is Space.JOINT:
-        return JointWay(start, amounts, spans_of(config, start) if known else None), 1
+        return JointJogPath(start, amounts, spans_of(config, start) if known else None), 1
     if jog.frame != BASE:
         amounts = in_base(axes_of(config, start.joints, jog.frame), amounts)
     *turns, _ = amounts[3:]
     pieces = max(math.hypot(*amounts[:3]) / PIECE_MM, *(abs(turn) / PIECE_RAD for turn in turns))
-    way = TipWay(config, on_limits(config, start), amounts, spans_of(config, start)[-1])
+    way = TipJogPath(config, on_limits(config, start), amounts, spans_of(config, start)[-1])
     return way, max(math.ceil(pieces), 1)
 
 
@@ -308,7 +320,7 @@ def _amounts(config: ArmConfig, jog: Jog) -> tuple[float, ...]:
 
 
 def _free(
-    bounds: Bounds | None, way: Way, here: Coordinates, low: float, high: float
+    bounds: Bounds | None, way: JogPath, here: ArmCoordinates, low: float, high: float
 ) -> tuple[float, float]:
     """Return how far a piece of a way may be gone, and something beyond that is not free."""
     if bounds is None:
@@ -322,7 +334,7 @@ def _free(
     return low + free, low + beyond
 
 
-def _clipped(config: ArmConfig, jog: Jog, start: Coordinates) -> list[str]:
+def _clipped(config: ArmConfig, jog: Jog, start: ArmCoordinates) -> list[str]:
     """Return the axes that end at their limits while the others go on."""
     names = axis_names(config, jog.space)
     spans = spans_of(config, start)

@@ -13,10 +13,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from armdrive.config.arm import ArmConfig
-from armdrive.motion.jog.bounds import Way
-from armdrive.motion.segments import Speeds
+from armdrive.motion.jog.bounds import JogPath
+from armdrive.motion.segments import SpeedLimits
 from armdrive.moves import CARTESIAN_AXES, GRIPPER_AXIS, YAW_AXIS, Space
-from armdrive.runtime.position import Coordinates
+from armdrive.runtime.position import ArmCoordinates
 from kinematics import FiveAxisArm
 from kinematics.five_axis.jog_rates import Rates, joint_rates, ramped, share_of_limits
 
@@ -28,7 +28,7 @@ STALE_S = 1.0
 
 
 @dataclass(frozen=True, slots=True)
-class Goal:
+class RateGoal:
     """What can be had of a wish: shares of full speed, of the `speed` that was wished for.
 
     `had` is the share of the wish that joints and motors can do.
@@ -84,7 +84,7 @@ class Pacer:
         last = self._moving(now_s)
         return last.kind if last is not None and self._carries else wished
 
-    def paced(self, kind: Kind, goal: Goal, time_s: float, now_s: float) -> Paced:
+    def paced(self, kind: Kind, goal: RateGoal, time_s: float, now_s: float) -> Paced:
         """Return the speed of a leg on the way to a goal."""
         last = self._moving(now_s)
         most = goal.most
@@ -121,7 +121,7 @@ class Pacer:
         return last
 
 
-def _along(goal: Goal, before: Rates) -> Rates:
+def _along(goal: RateGoal, before: Rates) -> Rates:
     """Return as much of a goal as there was of speed, if it led about the same way."""
     together = sum(a * b for a, b in zip(goal.shares, before, strict=True))
     if not goal.most or together <= 0.0:
@@ -157,7 +157,7 @@ def axis_names(config: ArmConfig, space: Space) -> tuple[str, ...]:
 class Scale:
     """Full speeds of the axes, and what can be had of them."""
 
-    def __init__(self, config: ArmConfig, speeds: Speeds) -> None:
+    def __init__(self, config: ArmConfig, speeds: SpeedLimits) -> None:
         self._arm = config.model.arm
         self._speeds = speeds
         yaw = (ANGULAR_JOG_RAD_S,) * self._arm.has_yaw
@@ -177,7 +177,7 @@ class Scale:
         """Return full speed in rad/s and mm/s."""
         return self._full[space]
 
-    def first_guess(self, start: Coordinates, rates: Sequence[float], speed: float) -> float:
+    def first_guess(self, start: ArmCoordinates, rates: Sequence[float], speed: float) -> float:
         """Return what the joint rates alone allow of a tip's rates, 1 where nobody knows."""
         if not isinstance(self._arm, FiveAxisArm):
             return 1.0
@@ -189,8 +189,8 @@ class Scale:
 
     def share(
         self,
-        way: Way,
-        start: Coordinates,
+        way: JogPath,
+        start: ArmCoordinates,
         time_s: float,
         speed: float,
         guess: float,

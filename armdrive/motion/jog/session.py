@@ -7,21 +7,21 @@ from dataclasses import dataclass
 
 from armdrive.abilities import Abort, segment_s
 from armdrive.errors import ArmError, BadRequest, NotReferenced, WrongState
-from armdrive.motion.context import Way, Wire
+from armdrive.motion.context import MotionContext, Way
 from armdrive.motion.execute import begin, drive_legs, next_share, paced_move
 from armdrive.motion.gripper import require_finger_motor
-from armdrive.motion.jog.bounds import Ended
-from armdrive.motion.jog.course import JogCourse, Proposal, Terms, Wish, stride
+from armdrive.motion.jog.bounds import JogEnded
+from armdrive.motion.jog.course import JogCourse, JogProposal, Terms, Wish, stride
 from armdrive.motion.jog.rates import axis_names
 from armdrive.motion.plan import audit
 from armdrive.motion.resolve import axes_of
-from armdrive.motion.segments import Speeds
+from armdrive.motion.segments import SpeedLimits
 from armdrive.motion.streaming import stream_held
-from armdrive.moves import BASE_FRAME, GRIPPER_AXIS, Hold, Jog, Nudge, Space
+from armdrive.moves import BASE_FRAME, GRIPPER_AXIS, ContinuousJog, IncrementalJog, Jog, Space
 from armdrive.runtime.arm_state import Core
-from armdrive.runtime.position import Coordinates, Leg
+from armdrive.runtime.position import ArmCoordinates, MotionSegment
 from armdrive.status import State
-from armdrive.tasks import Flow
+from armdrive.tasks import TaskBody
 from kinematics import Joints, KinematicsError, Pose
 
 # What a jog may move, how fast, on which terms: where an arm's state meets its jog's course.
@@ -56,14 +56,14 @@ def capped(core: Core, speed: float) -> float:
     return speed if core.position_known else min(speed, core.config.motion.unreferenced_speed)
 
 
-def wish_of(core: Core, hold: Hold) -> Wish:
+def wish_of(core: Core, hold: ContinuousJog) -> Wish:
     """Return what somebody who holds a jog wants of the arm as it is now. Raises as `check_jog`."""
     check_jog(core, hold.jog)
     speed = capped(core, hold.speed) * core.tempo.override
     return Wish(hold.jog, speed, known=core.position_known)
 
 
-def course_of(core: Core, speeds: Speeds) -> JogCourse:
+def course_of(core: Core, speeds: SpeedLimits) -> JogCourse:
     """Return the course of a jog that begins."""
     queued = bool(core.controller.abilities.queued_segments)
     terms = Terms(core.config.motion.jog_ramp_s, queued, runs_on_s(core))
@@ -80,7 +80,7 @@ def runs_on_s(core: Core) -> float:
     return core.controller.stopping(core.config.motion.jog_burst_s).asked_motion_s
 
 
-def require_audit(core: Core, *legs: Leg) -> None:
+def require_audit(core: Core, *legs: MotionSegment) -> None:
     """Raise `OutOfBounds` for legs that would pass a limit or a guard: nothing goes unaudited."""
     if core.position_known and legs:
         audit(core.config, [legs[0].start.joints, *(leg.end.joints for leg in legs)])
@@ -90,13 +90,13 @@ SHORTER_TRIES = 3
 """How often a line's burst is solved anew: by then a share of its joint motion is as straight."""
 
 
-def is_held(wire: Wire) -> bool:
+def is_held(wire: MotionContext) -> bool:
     """Tell whether somebody holds a jog now."""
     hold = wire.core.hold
     return hold is not None and hold.until_s > wire.now_s and not wire.core.tempo.paused
 
 
-def held_burst(wire: Wire, course: JogCourse) -> Flow[bool]:
+def held_burst(wire: MotionContext, course: JogCourse) -> TaskBody[bool]:
     """Go on with the held jog for a burst; False where a bound leaves nowhere to go.
 
     A device that queues segments is driven for as long as the jog is held.
@@ -125,10 +125,10 @@ class _Held:
     What leads to the bound is driven to its end, so that the hold is given up only behind it.
     """
 
-    def __init__(self, wire: Wire, course: JogCourse) -> None:
+    def __init__(self, wire: MotionContext, course: JogCourse) -> None:
         self._wire = wire
         self._course = course
-        self._ended: Hold | None = None
+        self._ended: ContinuousJog | None = None
 
     def ways(self) -> Iterator[Way]:
         """Give points, each from where the one before has led."""
@@ -152,7 +152,7 @@ class _Held:
             _give_up(self._wire, self._ended)
 
 
-def _fitting(wire: Wire, course: JogCourse, hold: Hold) -> Proposal | None:
+def _fitting(wire: MotionContext, course: JogCourse, hold: ContinuousJog) -> JogProposal | None:
     """Return a leg that this device ends within a burst; None where the jog ends here.
 
     A long line that takes too long is asked for anew, for a shorter time: a share of its joint
@@ -170,13 +170,17 @@ def _fitting(wire: Wire, course: JogCourse, hold: Hold) -> Proposal | None:
 
 
 def _proposed(
-    wire: Wire, course: JogCourse, hold: Hold, start: Coordinates, time_s: float
-) -> Proposal | None:
+    wire: MotionContext,
+    course: JogCourse,
+    hold: ContinuousJog,
+    start: ArmCoordinates,
+    time_s: float,
+) -> JogProposal | None:
     """Return the next leg of the held jog; None where it ends, with the reason as the notice."""
     core = wire.core
     try:
         found = course.propose(wish_of(core, hold), start, time_s, wire.now_s)
-        if isinstance(found, Ended):
+        if isinstance(found, JogEnded):
             tell(wire, found)
             course.note = found.note
             return None
@@ -189,7 +193,7 @@ def _proposed(
     return found
 
 
-def tell(wire: Wire, ended: Ended) -> None:
+def tell(wire: MotionContext, ended: JogEnded) -> None:
     """Have the status say why a jog has ended, where there is a reason."""
     if ended.cause is not None:
         wire.core.notify(ended.note, ended.cause)
@@ -197,7 +201,7 @@ def tell(wire: Wire, ended: Ended) -> None:
         wire.core.notice = ended.note
 
 
-def _give_up(wire: Wire, hold: Hold) -> None:
+def _give_up(wire: MotionContext, hold: ContinuousJog) -> None:
     """Forget a hold and its renewals, but not another that somebody has begun meanwhile."""
     now = wire.core.hold
     if now is not None and now.jog == hold.jog:
@@ -225,7 +229,7 @@ class Jogged:
     note: str = ""
 
 
-def jog_session(wire: Wire, speeds: Speeds) -> Flow[Jogged]:
+def jog_session(wire: MotionContext, speeds: SpeedLimits) -> TaskBody[Jogged]:
     """Serve increments and the held jog until neither is left, or somebody stops."""
     core = wire.core
     homing = core.state is State.HOMING
@@ -248,7 +252,7 @@ def jog_session(wire: Wire, speeds: Speeds) -> Flow[Jogged]:
     return Jogged(joints, core.config.model.arm.fk(joints), core.notice)
 
 
-def _serve(wire: Wire, speeds: Speeds) -> Flow[None]:
+def _serve(wire: MotionContext, speeds: SpeedLimits) -> TaskBody[None]:
     core, course = wire.core, course_of(wire.core, speeds)
     while not wire.stopping:
         if core.tempo.paused:
@@ -270,7 +274,7 @@ def _give_up_paused(core: Core) -> None:
     core.nudges.clear()
 
 
-def _increment(wire: Wire, speeds: Speeds, nudge: Nudge) -> Flow[None]:
+def _increment(wire: MotionContext, speeds: SpeedLimits, nudge: IncrementalJog) -> TaskBody[None]:
     """Move by fixed distances, in bursts of jogging length, as far as the bounds allow.
 
     A hold that comes meanwhile is what is meant from then on, and letting go of it ends both.
@@ -295,7 +299,7 @@ def _increment(wire: Wire, speeds: Speeds, nudge: Nudge) -> Flow[None]:
             core.notice = PAUSED
 
 
-def _overtaken(wire: Wire, holds: int) -> Callable[[], bool]:
+def _overtaken(wire: MotionContext, holds: int) -> Callable[[], bool]:
     """Return what tells that an increment's rest is given up, for a hold that came meanwhile.
 
     A device that stands between bursts goes over to the hold at once. One that queues drives the

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from math import isfinite
 from types import MappingProxyType
 
-from armdrive.errors import Mark, Problem
-from armdrive.programs.language.compiling import Code, Instruction, Op, compiled
+from armdrive.errors import Problem, SourceMark
+from armdrive.programs.language.compiling import CompiledCode, Instruction, OpCode, compiled
 from armdrive.programs.language.lines import unknown_word
 from armdrive.programs.language.syntax import (
     Assign,
@@ -25,7 +25,7 @@ from armdrive.programs.language.syntax import (
     Number,
     Repeat,
     Statement,
-    Text,
+    TextValue,
     Tree,
     Truth,
     Unary,
@@ -47,8 +47,8 @@ from armdrive.programs.language.words import (
     RESERVED,
     SHAPES,
     WORDS,
-    Kind,
     Slot,
+    ValueKind,
 )
 from kinematics.errors import suggestion
 
@@ -61,7 +61,7 @@ ARITHMETIC = ("+", "-", "*", "/")
 class Kinds:
     """The kinds of a program's names. A name has one kind, which its first value decides."""
 
-    def __init__(self, tree: Tree, known: Mapping[str, Kind] = MappingProxyType({})) -> None:
+    def __init__(self, tree: Tree, known: Mapping[str, ValueKind] = MappingProxyType({})) -> None:
         self.variables = variables(tree) | known.keys()
         self.subprograms = subprograms(tree)
         self._kinds = {("", name): kind for name, kind in known.items()}
@@ -79,7 +79,7 @@ class Kinds:
             return
         for name, _, kind in set_by(line):  # type: ignore[arg-type]
             if kind is None and isinstance(line, Assign):
-                kind = Kind.PLACE if line.point else self.of(line.value, define)
+                kind = ValueKind.PLACE if line.point else self.of(line.value, define)
             if kind is not None:
                 self._kinds.setdefault(_scope(name, define), kind)
 
@@ -92,11 +92,11 @@ class Kinds:
             if kind is not None:
                 self._kinds.setdefault(_scope(name.lower(), called), kind)
 
-    def of_name(self, name: str, define: Define | None) -> Kind | None:
+    def of_name(self, name: str, define: Define | None) -> ValueKind | None:
         """Return the kind of a name; None where nothing tells."""
         low = name.lower()
         if self.nowhere(name, define) or low == HERE:
-            return Kind.PLACE
+            return ValueKind.PLACE
         return self._kinds.get(_scope(low, define))
 
     def nowhere(self, name: str, define: Define | None) -> bool:
@@ -104,23 +104,23 @@ class Kinds:
         low = name.lower()
         return low != HERE and low not in own_names(define) and low not in self.variables
 
-    def of(self, value: Expression, define: Define | None) -> Kind | None:
+    def of(self, value: Expression, define: Define | None) -> ValueKind | None:
         """Return the kind of a value; None where nothing tells."""
         match value:
             case Number() | FieldOf():
-                return Kind.NUMBER
+                return ValueKind.NUMBER
             case Truth():
-                return Kind.TRUTH
-            case Text():
-                return Kind.TEXT
+                return ValueKind.TRUTH
+            case TextValue():
+                return ValueKind.TEXT
             case JointsOf():
-                return Kind.PLACE
+                return ValueKind.PLACE
             case Name():
                 return self.of_name(value.name, define)
             case Unary():
-                return Kind.NUMBER if value.sign == "-" else Kind.TRUTH
+                return ValueKind.NUMBER if value.sign == "-" else ValueKind.TRUTH
             case Binary():
-                return Kind.NUMBER if value.sign in ARITHMETIC else Kind.TRUTH
+                return ValueKind.NUMBER if value.sign in ARITHMETIC else ValueKind.TRUTH
             case Use():
                 row = FUNCTIONS.get(value.name)
                 return None if row is None else row.gives
@@ -135,7 +135,7 @@ def _scope(name: str, define: Define | None) -> tuple[str, str]:
 # Whether values fit what takes them: how many there are, of which kind, in which bounds.
 
 _COUNT = Slot("how often", least=0.0, whole=True)
-_CONDITION = Slot("condition", Kind.TRUTH)
+_CONDITION = Slot("condition", ValueKind.TRUTH)
 
 
 class Fitting:
@@ -167,7 +167,7 @@ class Fitting:
     def _set(self, line: Statement) -> Iterator[Problem]:
         for name, mark, kind in set_by(line):
             if isinstance(line, Assign):
-                kind = Kind.PLACE if line.point else self._kinds.of(line.value, self._define)
+                kind = ValueKind.PLACE if line.point else self._kinds.of(line.value, self._define)
             known = self._kinds.of_name(name, self._define)
             if kind is not None and known is not None and kind is not known:
                 text = f"{name!r} is {known.value} elsewhere, and cannot become {kind.value}"
@@ -191,20 +191,20 @@ class Fitting:
                 yield Problem(line.mark, f"`{line.word}` needs `{link}`{example}")
 
     def _assign(self, line: Assign) -> Iterator[Problem]:
-        wanted = Kind.PLACE if line.point else Kind.ANY
+        wanted = ValueKind.PLACE if line.point else ValueKind.ANY
         kind = self._kinds.of(line.value, self._define)
         if line.point:
             yield from self._value(line.value, Slot("place", wanted))
         elif isinstance(line.value, Name) and self._kinds.nowhere(line.value.name, self._define):
             yield self._nowhere(line.value)
-        elif kind is Kind.PLACE:
+        elif kind is ValueKind.PLACE:
             text = f"a place is given a name so: `point {line.name} = ...`"
             yield Problem(line.mark, text)
-            yield from self._value(line.value, Slot("value", Kind.ANY))
-        elif kind is Kind.TEXT:
+            yield from self._value(line.value, Slot("value", ValueKind.ANY))
+        elif kind is ValueKind.TEXT:
             yield Problem(line.value.mark, "a text cannot be given a name")
         else:
-            yield from self._value(line.value, Slot("value", Kind.ANY))
+            yield from self._value(line.value, Slot("value", ValueKind.ANY))
 
     def _call(self, line: Call) -> Iterator[Problem]:
         called = self._kinds.subprograms.get(line.name.lower())
@@ -212,10 +212,10 @@ class Fitting:
             return
         for name, value in zip(called.parameters, line.arguments, strict=False):
             kind = self._kinds.of_name(name, called)
-            if isinstance(value, Text):
+            if isinstance(value, TextValue):
                 yield Problem(value.mark, "a subprogram takes no text")
             else:
-                yield from self._value(value, Slot(name, kind or Kind.ANY))
+                yield from self._value(value, Slot(name, kind or ValueKind.ANY))
         if len(called.parameters) != len(line.arguments):
             takes = ", ".join(called.parameters) or "nothing"
             text = f"`{called.name}` takes {takes}: {len(called.parameters)} values, "
@@ -224,7 +224,12 @@ class Fitting:
     # -- values ------------------------------------------------------------------------------
 
     def _many(
-        self, values: Sequence[Expression], slots: Sequence[Slot], what: str, mark: Mark, hint: str
+        self,
+        values: Sequence[Expression],
+        slots: Sequence[Slot],
+        what: str,
+        mark: SourceMark,
+        hint: str,
     ) -> Iterator[Problem]:
         if len(values) < fewest(slots):
             missing = slots[len(values)].title
@@ -244,10 +249,10 @@ class Fitting:
         found = list(self._inside(value))
         yield from found
         kind = self._kinds.of(value, self._define)
-        computed = slot.kind in (Kind.NUMBER, Kind.TRUTH)
+        computed = slot.kind in (ValueKind.NUMBER, ValueKind.TRUTH)
         if isinstance(value, Name) and computed and self._kinds.nowhere(value.name, self._define):
             yield self._nowhere(value)
-        elif kind is not None and slot.kind not in (kind, Kind.ANY):
+        elif kind is not None and slot.kind not in (kind, ValueKind.ANY):
             yield Problem(value.mark, f"{slot.kind.value} is needed here, not {kind.value}")
         elif isinstance(value, Number) and isfinite(value.value):
             wrong = out_of_bounds(slot, value.value)
@@ -264,12 +269,12 @@ class Fitting:
             case Number() if not isfinite(value.value):
                 yield Problem(value.mark, "this number is too large")
             case Unary():
-                wanted = Kind.NUMBER if value.sign == "-" else Kind.TRUTH
+                wanted = ValueKind.NUMBER if value.sign == "-" else ValueKind.TRUTH
                 yield from self._value(value.value, Slot("value", wanted))
             case Binary():
                 yield from self._binary(value)
             case FieldOf():
-                yield from self._value(value.value, Slot("place", Kind.PLACE))
+                yield from self._value(value.value, Slot("place", ValueKind.PLACE))
                 if value.name not in FIELDS:
                     text = f"a place has {', '.join(FIELDS)}, no {value.name}"
                     yield Problem(value.mark, text)
@@ -281,17 +286,17 @@ class Fitting:
     def _binary(self, value: Binary) -> Iterator[Problem]:
         if value.sign not in ("==", "!="):
             number = value.sign in ARITHMETIC or value.sign in ("<", "<=", ">", ">=")
-            slot = Slot("value", Kind.NUMBER if number else Kind.TRUTH)
+            slot = Slot("value", ValueKind.NUMBER if number else ValueKind.TRUTH)
             yield from self._value(value.left, slot)
             yield from self._value(value.right, slot)
             return
         sides = [self._kinds.of(side, self._define) for side in (value.left, value.right)]
-        kind = next((each for each in sides if each in (Kind.NUMBER, Kind.TRUTH)), None)
-        if kind is None and Kind.PLACE in sides:
+        kind = next((each for each in sides if each in (ValueKind.NUMBER, ValueKind.TRUTH)), None)
+        if kind is None and ValueKind.PLACE in sides:
             yield Problem(value.mark, "places are not compared: compare their x, y and z")
         for side in (value.left, value.right):
-            yield from self._value(side, Slot("value", kind or Kind.ANY))
-        if kind is None and Kind.TEXT in sides:
+            yield from self._value(side, Slot("value", kind or ValueKind.ANY))
+        if kind is None and ValueKind.TEXT in sides:
             yield Problem(value.mark, "texts are not compared")
 
     def _joints(self, value: JointsOf) -> Iterator[Problem]:
@@ -334,7 +339,7 @@ def _own_body(tree: Tree, define: Define | None) -> tuple[Statement, ...]:
     return tuple(line for line in tree.body if not isinstance(line, Define))
 
 
-def _twice(named: list[tuple[str, Mark]], text: str) -> Iterator[Problem]:
+def _twice(named: list[tuple[str, SourceMark]], text: str) -> Iterator[Problem]:
     seen: set[str] = set()
     for name, mark in named:
         if name.lower() in seen:
@@ -410,16 +415,16 @@ def _leaves(line: Do, within: bool, looped: bool) -> Iterator[Problem]:
 # when it is called (Aho, Lam, Sethi and Ullman, Compilers, section 9.2.5, with summaries for
 # calls).
 
-_BOTH = (Op.JUMP_UNLESS, Op.JUMP_IF, Op.KEEP_OFF, Op.KEEP_ON, Op.ROUND)
-_LAST = (Op.RETURN, Op.END, Op.FAIL)
-_Needs = dict[tuple[str, Mark], int | None]
+_BOTH = (OpCode.JUMP_UNLESS, OpCode.JUMP_IF, OpCode.KEEP_OFF, OpCode.KEEP_ON, OpCode.ROUND)
+_LAST = (OpCode.RETURN, OpCode.END, OpCode.FAIL)
+_Needs = dict[tuple[str, SourceMark], int | None]
 
 
 class _Settled:
-    def __init__(self, code: Code, known: frozenset[str]) -> None:
+    def __init__(self, code: CompiledCode, known: frozenset[str]) -> None:
         self._known = known
         self._rows = code.instructions
-        self._all = frozenset(row.name for row in self._rows if row.op is Op.STORE)
+        self._all = frozenset(row.name for row in self._rows if row.op is OpCode.STORE)
         starts = (0, *code.entries.values())
         self._sets: dict[int, frozenset[str]] = dict.fromkeys(starts, self._all)
         self._needs: dict[int, _Needs] = {start: {} for start in starts}
@@ -440,7 +445,7 @@ class _Settled:
 
     def _learn_sets(self, start: int) -> bool:
         ways = self._ways(start)
-        ends = [known for at, known in ways.items() if self._rows[at].op is Op.RETURN]
+        ends = [known for at, known in ways.items() if self._rows[at].op is OpCode.RETURN]
         found = frozenset.intersection(*ends) if ends else self._all
         changed = found != self._sets[start]
         self._sets[start] = found
@@ -451,9 +456,9 @@ class _Settled:
         before = len(needs)
         for at, known in self._ways(start).items():
             row = self._rows[at]
-            if row.op is Op.LOAD and row.name not in known:
+            if row.op is OpCode.LOAD and row.name not in known:
                 needs.setdefault((row.name, row.mark), None)
-            if row.op is Op.CALL:
+            if row.op is OpCode.CALL:
                 for (name, mark), _ in list(self._needs[row.target].items()):
                     if name not in known:
                         needs.setdefault((name, mark), row.mark.line)
@@ -477,27 +482,27 @@ class _Settled:
         return known
 
     def _adds(self, row: Instruction) -> frozenset[str]:
-        if row.op is Op.STORE:
+        if row.op is OpCode.STORE:
             return frozenset((row.name,))
-        return self._sets[row.target] if row.op is Op.CALL else frozenset()
+        return self._sets[row.target] if row.op is OpCode.CALL else frozenset()
 
 
 def _following(at: int, row: Instruction) -> tuple[int, ...]:
     if row.op in _LAST:
         return ()
-    if row.op is Op.JUMP:
+    if row.op is OpCode.JUMP:
         return (row.target,)
     return (at + 1, row.target) if row.op in _BOTH else (at + 1,)
 
 
-def unsettled(code: Code, known: frozenset[str] = frozenset()) -> list[Problem]:
+def unsettled(code: CompiledCode, known: frozenset[str] = frozenset()) -> list[Problem]:
     """Return the names that may have no value where they are used; `known` have one already."""
     return list(_Settled(code, known).problems())
 
 
 def checked(
-    tree: Tree, known: Mapping[str, Kind] = MappingProxyType({})
-) -> tuple[Code | None, list[Problem]]:
+    tree: Tree, known: Mapping[str, ValueKind] = MappingProxyType({})
+) -> tuple[CompiledCode | None, list[Problem]]:
     """Return a program's code, and everything that is wrong with it.
 
     `known` are the kinds of the names that have a value already. There is no code where it does

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from types import MappingProxyType
 
-from armdrive.errors import Mark
+from armdrive.errors import SourceMark
 from armdrive.programs.language.syntax import (
     NOWHERE,
     Assign,
@@ -26,7 +26,7 @@ from armdrive.programs.language.syntax import (
     Remark,
     Repeat,
     Statement,
-    Text,
+    TextValue,
     Tree,
     Truth,
     Unary,
@@ -44,7 +44,7 @@ from armdrive.programs.language.writing import written
 # What a program is compiled to: a flat list of small instructions over a stack of values.
 
 
-class Op(Enum):
+class OpCode(Enum):
     """What an instruction does; in brackets what it finds in `name`, `value`, `target`, `count`."""
 
     PUSH = "push a constant (value)"
@@ -86,8 +86,8 @@ class Op(Enum):
 class Instruction:
     """One instruction, and where in the program it comes from."""
 
-    op: Op
-    mark: Mark
+    op: OpCode
+    mark: SourceMark
     name: str = ""
     value: Value | None = None
     target: int = 0
@@ -98,8 +98,8 @@ class Instruction:
 
 # Emitting instructions: the list, the names in sight, and what pushes a value.
 
-_SIGNS = {"-": Op.NEGATE, "not": Op.NOT}
-_KEEPS = {"and": Op.KEEP_OFF, "or": Op.KEEP_ON}
+_SIGNS = {"-": OpCode.NEGATE, "not": OpCode.NOT}
+_KEEPS = {"and": OpCode.KEEP_OFF, "or": OpCode.KEEP_ON}
 
 
 @dataclass(slots=True)
@@ -121,7 +121,7 @@ class Emitter:
         self._variables = variables(tree) | known
         self._shifted = only_shifted(tree) - known
 
-    def emit(self, op: Op, mark: Mark, name: str = "", **more: object) -> int:
+    def emit(self, op: OpCode, mark: SourceMark, name: str = "", **more: object) -> int:
         """Put an instruction behind the others, and return its number."""
         self.code.append(Instruction(op, mark, name, **more))  # type: ignore[arg-type]
         return len(self.code) - 1
@@ -131,10 +131,10 @@ class Emitter:
         aimed = len(self.code) if target is None else target
         self.code[index] = replace(self.code[index], target=aimed)
 
-    def store(self, name: str, mark: Mark) -> None:
+    def store(self, name: str, mark: SourceMark) -> None:
         """Emit what pops a value into a name."""
         low = name.lower()
-        self.emit(Op.STORE_OWN if low in self.scope.own else Op.STORE, mark, low)
+        self.emit(OpCode.STORE_OWN if low in self.scope.own else OpCode.STORE, mark, low)
 
     def values(self, line: Do) -> int:
         """Emit what pushes the values of a word, and return how many there are."""
@@ -145,8 +145,8 @@ class Emitter:
     def value(self, value: Expression) -> None:
         """Emit what pushes a value."""
         match value:
-            case Number() | Truth() | Text():
-                self.emit(Op.PUSH, value.mark, value=value.value)
+            case Number() | Truth() | TextValue():
+                self.emit(OpCode.PUSH, value.mark, value=value.value)
             case Name():
                 self._name(value)
             case Unary():
@@ -156,34 +156,34 @@ class Emitter:
                 self._binary(value)
             case FieldOf():
                 self.value(value.value)
-                self.emit(Op.PART, value.mark, value.name)
+                self.emit(OpCode.PART, value.mark, value.name)
             case Use():
                 self._use(value)
             case JointsOf():
                 for _, angle in value.angles:
                     self.value(angle)
                 names = ",".join(name for name, _ in value.angles)
-                self.emit(Op.JOINTS, value.mark, names, count=len(value.angles))
+                self.emit(OpCode.JOINTS, value.mark, names, count=len(value.angles))
 
     def _name(self, value: Name) -> None:
         low = value.name.lower()
         if low == HERE:
-            self.emit(Op.LOOK, value.mark)
+            self.emit(OpCode.LOOK, value.mark)
         elif low in self.scope.own:
-            self.emit(Op.LOAD_OWN, value.mark, low)
+            self.emit(OpCode.LOAD_OWN, value.mark, low)
         elif low in self._shifted:
-            self.emit(Op.LOAD_SHIFTED, value.mark, value.name)
+            self.emit(OpCode.LOAD_SHIFTED, value.mark, value.name)
         elif low in self._variables:
-            self.emit(Op.LOAD, value.mark, low)
+            self.emit(OpCode.LOAD, value.mark, low)
         else:
-            self.emit(Op.LOAD_POINT, value.mark, value.name)
+            self.emit(OpCode.LOAD_POINT, value.mark, value.name)
 
     def _binary(self, value: Binary) -> None:
         self.value(value.left)
         keep = _KEEPS.get(value.sign)
         if keep is None:
             self.value(value.right)
-            self.emit(Op.BINARY, value.mark, value.sign)
+            self.emit(OpCode.BINARY, value.mark, value.sign)
         else:
             kept = self.emit(keep, value.mark)
             self.value(value.right)
@@ -191,12 +191,12 @@ class Emitter:
 
     def _use(self, value: Use) -> None:
         (first, *_) = (*value.arguments, None)
-        if value.name == "taught" and isinstance(first, Text):
-            self.emit(Op.LOAD_POINT, value.mark, first.value)
+        if value.name == "taught" and isinstance(first, TextValue):
+            self.emit(OpCode.LOAD_POINT, value.mark, first.value)
             return
         for argument in value.arguments:
             self.value(argument)
-        op = Op.INPUT if value.name == "input" else Op.USE
+        op = OpCode.INPUT if value.name == "input" else OpCode.USE
         self.emit(op, value.mark, value.name, count=len(value.arguments))
 
 
@@ -221,25 +221,25 @@ class WordCode(Emitter):
     def act(self, line: Do) -> None:
         looking = line.word in LOOKING
         if looking:
-            self.emit(Op.LOOK, line.mark)
+            self.emit(OpCode.LOOK, line.mark)
         count = self.values(line) + looking
         if line.word in GOING:
-            self.emit(Op.FINGERS, line.mark, line.word)
+            self.emit(OpCode.FINGERS, line.mark, line.word)
         about = written(line.arguments[0]) if line.word in _NAMED else ""
-        self.emit(Op.ACT, line.mark, line.word, count=count, about=about)
+        self.emit(OpCode.ACT, line.mark, line.word, count=count, about=about)
 
     def speed(self, line: Do) -> None:
         self.values(line)
-        self.emit(Op.SPEED, line.mark)
+        self.emit(OpCode.SPEED, line.mark)
 
     def opening(self, line: Do) -> None:
         if line.word == "close":
-            self.emit(Op.PUSH, line.mark, value=0.0)
+            self.emit(OpCode.PUSH, line.mark, value=0.0)
         shut = line.word == "close"
-        self.emit(Op.OPENING, line.mark, line.word, count=self.values(line) + shut)
+        self.emit(OpCode.OPENING, line.mark, line.word, count=self.values(line) + shut)
 
     def grasp(self, line: Do) -> None:
-        self.emit(Op.ACT, line.mark, line.word, value=True)
+        self.emit(OpCode.ACT, line.mark, line.word, value=True)
         self.into(line)
 
     def into(self, line: Do) -> None:
@@ -247,7 +247,7 @@ class WordCode(Emitter):
         if name is not None and isinstance(name[0], Name):
             self.store(name[0].name, name[0].mark)
         else:
-            self.emit(Op.DROP, line.mark)
+            self.emit(OpCode.DROP, line.mark)
 
     def wait(self, line: Do) -> None:
         links = dict(line.links)
@@ -256,30 +256,30 @@ class WordCode(Emitter):
         for value in limit:
             self.value(value)
         word = "wait within" if limit else line.word
-        self.emit(Op.ACT, line.mark, word, value=True, count=count + len(limit))
+        self.emit(OpCode.ACT, line.mark, word, value=True, count=count + len(limit))
         if "into" in links or not limit:
             self.into(line)
             return
-        met = self.emit(Op.JUMP_IF, line.mark)
+        met = self.emit(OpCode.JUMP_IF, line.mark)
         wanted = ", ".join(written(value) for value in line.arguments)
         text = f"the inputs were not {wanted} within {written(limit[0])} s"
-        self.emit(Op.FAIL, line.mark, value=text)
+        self.emit(OpCode.FAIL, line.mark, value=text)
         self.aim(met)
 
     def here(self, line: Do) -> None:
-        self.emit(Op.LOOK, line.mark)
+        self.emit(OpCode.LOOK, line.mark)
         name = line.arguments[0]
         if isinstance(name, Name):
             self.store(name.name, name.mark)
             if line.word == "remember":
                 self.value(name)
-                self.emit(Op.ACT, line.mark, line.word, count=1, about=name.name)
+                self.emit(OpCode.ACT, line.mark, line.word, count=1, about=name.name)
 
     def shift(self, line: Do) -> None:
         count = self.values(line)
         for value in dict(line.links)["by"]:
             self.value(value)
-        self.emit(Op.USE, line.mark, "shifted", count=count + 3)
+        self.emit(OpCode.USE, line.mark, "shifted", count=count + 3)
         name = line.arguments[0]
         if isinstance(name, Name):
             self.store(name.name, name.mark)
@@ -287,27 +287,27 @@ class WordCode(Emitter):
     def expect(self, line: Do) -> None:
         condition, *rest = line.arguments
         self.value(condition)
-        met = self.emit(Op.JUMP_IF, line.mark)
+        met = self.emit(OpCode.JUMP_IF, line.mark)
         for value in rest:
             self.value(value)
         text = "" if rest else f"it was expected that {written(condition)}"
-        self.emit(Op.FAIL, line.mark, value=text, count=len(rest))
+        self.emit(OpCode.FAIL, line.mark, value=text, count=len(rest))
         self.aim(met)
 
     def stop(self, line: Do) -> None:
         count = self.values(line)
         if count:
-            self.emit(Op.ACT, line.mark, "type", count=count)
-        self.emit(Op.END, line.mark)
+            self.emit(OpCode.ACT, line.mark, "type", count=count)
+        self.emit(OpCode.END, line.mark)
 
     def return_(self, line: Do) -> None:
-        self.emit(Op.RETURN, line.mark)
+        self.emit(OpCode.RETURN, line.mark)
 
     def break_(self, line: Do) -> None:
-        self.scope.loops[-1][1].append(self.emit(Op.JUMP, line.mark))
+        self.scope.loops[-1][1].append(self.emit(OpCode.JUMP, line.mark))
 
     def continue_(self, line: Do) -> None:
-        self.emit(Op.JUMP, line.mark, target=self.scope.loops[-1][0])
+        self.emit(OpCode.JUMP, line.mark, target=self.scope.loops[-1][0])
 
 
 WORD_CODE: Mapping[str, Callable[[WordCode, Do], None]] = MappingProxyType({
@@ -321,14 +321,14 @@ WORD_CODE: Mapping[str, Callable[[WordCode, Do], None]] = MappingProxyType({
 
 
 @dataclass(frozen=True, slots=True)
-class Code:
+class CompiledCode:
     """The instructions of a program, and where each subprogram begins, with its parameters."""
 
     instructions: tuple[Instruction, ...]
     entries: Mapping[str, int]
 
 
-def compiled(tree: Tree, known: frozenset[str] = frozenset()) -> Code:
+def compiled(tree: Tree, known: frozenset[str] = frozenset()) -> CompiledCode:
     """Return the instructions of a tree that has been checked; `known` have a value already."""
     return _Compiler(tree, known).whole()
 
@@ -339,7 +339,7 @@ class _Compiler(WordCode):
         self._tree = tree
         self._calls: list[tuple[int, str]] = []
 
-    def whole(self) -> Code:
+    def whole(self) -> CompiledCode:
         self._part(self._tree.body, None)
         entries = {}
         for name, define in subprograms(self._tree).items():
@@ -347,16 +347,16 @@ class _Compiler(WordCode):
             self._part(define.body, define)
         for index, name in self._calls:
             self.aim(index, entries[name])
-        return Code(tuple(self.code), MappingProxyType(entries))
+        return CompiledCode(tuple(self.code), MappingProxyType(entries))
 
     def _part(self, body: tuple[Statement, ...], define: Define | None) -> None:
         self.scope = Scope(own_names(define))
         mark = NOWHERE if define is None else define.mark
         for name in reversed(() if define is None else define.parameters):
-            self.emit(Op.STORE_OWN, mark, name.lower())
+            self.emit(OpCode.STORE_OWN, mark, name.lower())
         self._block(body)
         last = self.code[-1].mark if self.code else mark
-        self.emit(Op.RETURN, last)
+        self.emit(OpCode.RETURN, last)
         for index, label in self.scope.jumps:
             self.aim(index, self.scope.labels[label])
 
@@ -373,14 +373,14 @@ class _Compiler(WordCode):
         for value in line.arguments:
             self.value(value)
         name = line.name.lower()
-        index = self.emit(Op.CALL, line.mark, name, count=len(line.arguments))
+        index = self.emit(OpCode.CALL, line.mark, name, count=len(line.arguments))
         self._calls.append((index, name))
 
     def label(self, line: Label) -> None:
         self.scope.labels[line.name.lower()] = len(self.code)
 
     def goto(self, line: Goto) -> None:
-        self.scope.jumps.append((self.emit(Op.JUMP, line.mark), line.name.lower()))
+        self.scope.jumps.append((self.emit(OpCode.JUMP, line.mark), line.name.lower()))
 
     def if_(self, line: If) -> None:
         ends = []
@@ -388,10 +388,10 @@ class _Compiler(WordCode):
             miss = None
             if branch.condition is not None:
                 self.value(branch.condition)
-                miss = self.emit(Op.JUMP_UNLESS, branch.mark)
+                miss = self.emit(OpCode.JUMP_UNLESS, branch.mark)
             self._block(branch.body)
             if branch is not line.branches[-1]:
-                ends.append(self.emit(Op.JUMP, branch.mark))
+                ends.append(self.emit(OpCode.JUMP, branch.mark))
             if miss is not None:
                 self.aim(miss)
         for end in ends:
@@ -400,27 +400,29 @@ class _Compiler(WordCode):
     def while_(self, line: While) -> None:
         top = len(self.code)
         self.value(line.condition)
-        miss = self.emit(Op.JUMP_UNLESS, line.mark)
+        miss = self.emit(OpCode.JUMP_UNLESS, line.mark)
         self._looped(line.body, top, miss, line.mark)
 
     def repeat(self, line: Repeat) -> None:
         name = f"@{len(self.code)}"
         if line.count is not None:
             self.value(line.count)
-        self.emit(Op.FOREVER if line.count is None else Op.ROUNDS, line.mark, name)
-        top = self.emit(Op.COUNT if line.count is None else Op.ROUND, line.mark, name)
+        self.emit(OpCode.FOREVER if line.count is None else OpCode.ROUNDS, line.mark, name)
+        top = self.emit(OpCode.COUNT if line.count is None else OpCode.ROUND, line.mark, name)
         if line.variable:
             self.store(line.variable, line.mark)
         else:
-            self.emit(Op.DROP, line.mark)
+            self.emit(OpCode.DROP, line.mark)
         self._looped(line.body, top, None if line.count is None else top, line.mark)
 
-    def _looped(self, body: tuple[Statement, ...], top: int, miss: int | None, mark: Mark) -> None:
+    def _looped(
+        self, body: tuple[Statement, ...], top: int, miss: int | None, mark: SourceMark
+    ) -> None:
         breaks = [] if miss is None else [miss]
         self.scope.loops.append((top, breaks))
         self._block(body)
         self.scope.loops.pop()
-        self.emit(Op.JUMP, mark, target=top)
+        self.emit(OpCode.JUMP, mark, target=top)
         for index in breaks:
             self.aim(index)
 

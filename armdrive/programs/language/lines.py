@@ -15,11 +15,10 @@ from typing import Any, TypeAlias
 
 from lark import Lark, Token, Tree, UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
-from armdrive.errors import Mark, Problem
+from armdrive.errors import Problem, SourceMark
 from armdrive.programs.language.syntax import (
     Assign,
     Binary,
-    Branch,
     Call,
     DefineHead,
     Do,
@@ -30,6 +29,7 @@ from armdrive.programs.language.syntax import (
     Goto,
     Head,
     If,
+    IfBranch,
     IfHead,
     JointsOf,
     Label,
@@ -38,7 +38,7 @@ from armdrive.programs.language.syntax import (
     Remark,
     RepeatHead,
     Statement,
-    Text,
+    TextValue,
     Truth,
     Unary,
     Unread,
@@ -161,10 +161,10 @@ class Expressions:
         self._number = number
         self._file = file
 
-    def mark(self, found: Tree[Token] | Token) -> Mark:
+    def mark(self, found: Tree[Token] | Token) -> SourceMark:
         """Return where something begins."""
         where = found if isinstance(found, Token) else found.meta
-        return Mark(self._number, getattr(where, "column", None) or 1, self._file)
+        return SourceMark(self._number, getattr(where, "column", None) or 1, self._file)
 
     def arguments(self, found: Tree[Token] | Token) -> tuple[Expression, ...]:
         """Return the values between commas."""
@@ -177,48 +177,50 @@ class Expressions:
         made: Expression = _VALUES[found.data](self, found.children, self.mark(found))
         return made
 
-    def number_of(self, children: list[Any], mark: Mark) -> Expression:
+    def number_of(self, children: list[Any], mark: SourceMark) -> Expression:
         return Number(float(children[0]), mark=mark)
 
-    def percent(self, children: list[Any], mark: Mark) -> Expression:
+    def percent(self, children: list[Any], mark: SourceMark) -> Expression:
         return Number(float(children[0].rstrip("% \t")) / 100.0, percent=True, mark=mark)
 
-    def text(self, children: list[Any], mark: Mark) -> Expression:
-        return Text(children[0][1:-1].replace('""', '"'), mark=mark)
+    def text(self, children: list[Any], mark: SourceMark) -> Expression:
+        return TextValue(children[0][1:-1].replace('""', '"'), mark=mark)
 
-    def truth(self, children: list[Any], mark: Mark) -> Expression:
+    def truth(self, children: list[Any], mark: SourceMark) -> Expression:
         return Truth(children[0].lower() in _TRUE, mark=mark)
 
-    def name(self, children: list[Any], mark: Mark) -> Expression:
+    def name(self, children: list[Any], mark: SourceMark) -> Expression:
         return Name(str(children[0]), mark=mark)
 
-    def use(self, children: list[Any], mark: Mark) -> Expression:
+    def use(self, children: list[Any], mark: SourceMark) -> Expression:
         arguments = self.arguments(children[1]) if len(children) > 1 else ()
         return Use(str(children[0]).lower(), arguments, mark=mark)
 
-    def joints(self, children: list[Any], mark: Mark) -> Expression:
+    def joints(self, children: list[Any], mark: SourceMark) -> Expression:
         angles = [each.children for each in children[1:]]
         named = tuple((str(name).lower(), self.value(angle)) for name, angle in angles)
         return JointsOf(named, mark=mark)
 
-    def field(self, children: list[Any], mark: Mark) -> Expression:
+    def field(self, children: list[Any], mark: SourceMark) -> Expression:
         return FieldOf(self.value(children[0]), str(children[1]).lower(), mark=mark)
 
-    def inner(self, children: list[Any], mark: Mark) -> Expression:
+    def inner(self, children: list[Any], mark: SourceMark) -> Expression:
         return self.value(children[0])
 
-    def unary(self, children: list[Any], mark: Mark) -> Expression:
+    def unary(self, children: list[Any], mark: SourceMark) -> Expression:
         sign, value = str(children[0]).lower(), self.value(children[1])
         return negative(value, mark) if sign == "-" else Unary(sign, value, mark=mark)
 
-    def binary(self, children: list[Any], mark: Mark) -> Expression:
+    def binary(self, children: list[Any], mark: SourceMark) -> Expression:
         left, sign, right = children
         said = " ".join(str(sign).lower().split())
         at = self.mark(sign)
         return Binary(self.value(left), SIGNS.get(said, said), self.value(right), mark=at)
 
 
-_VALUES: Mapping[str, Callable[[Expressions, list[Any], Mark], Expression]] = MappingProxyType({
+_Builder = Callable[[Expressions, list[Any], SourceMark], Expression]
+
+_VALUES: Mapping[str, _Builder] = MappingProxyType({
     "number": Expressions.number_of,
     "percent": Expressions.percent,
     "text": Expressions.text,
@@ -364,18 +366,18 @@ def read_line(line: str, number: int = 1, file: str = "") -> list[Item]:
     Raises `LineMistake`.
     """
     if not line.strip(" \t"):
-        return [Remark(mark=Mark(number, 1, file))]
+        return [Remark(mark=SourceMark(number, 1, file))]
     if len(line) > LONGEST_LINE:
-        mark = Mark(number, LONGEST_LINE + 1, file)
+        mark = SourceMark(number, LONGEST_LINE + 1, file)
         raise LineMistake(Problem(mark, f"a line has at most {LONGEST_LINE} characters"))
     try:
         tree = line_parser().parse(line)
     except UnexpectedInput as error:
         column, text = mistake(error, line)
-        raise LineMistake(Problem(Mark(number, column, file), text)) from None
+        raise LineMistake(Problem(SourceMark(number, column, file), text)) from None
     if _depth(tree) > DEEPEST_VALUE:
         raise LineMistake(
-            Problem(Mark(number, 1, file), "this is nested too deeply: give its parts names")
+            Problem(SourceMark(number, 1, file), "this is nested too deeply: give its parts names")
         )
     return _Reader(number, file).items(tree)
 
@@ -445,7 +447,7 @@ class _Reader(Expressions):
     def if_goto(self, tree: Tree[Token]) -> If:
         mark = self.mark(tree)
         condition = self.value(tree.children[0])
-        return If((Branch(condition, (self.goto(tree),), mark=mark),), mark=mark)
+        return If((IfBranch(condition, (self.goto(tree),), mark=mark),), mark=mark)
 
     def if_head(self, tree: Tree[Token]) -> IfHead:
         return IfHead(self.value(tree.children[-1]), mark=self.mark(tree))

@@ -9,16 +9,16 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 
-from armdrive.errors import Mark, Problem
+from armdrive.errors import Problem, SourceMark
 from armdrive.programs.language.lines import Item, LineMistake, read_line
 from armdrive.programs.language.syntax import (
-    Branch,
     Define,
     DefineHead,
     Else,
     End,
     Expression,
     If,
+    IfBranch,
     IfHead,
     Opening,
     Repeat,
@@ -47,9 +47,9 @@ class _Open:
 
     head: Opening
     body: list[Statement] = field(default_factory=list)
-    branches: list[Branch] = field(default_factory=list)
+    branches: list[IfBranch] = field(default_factory=list)
     condition: Expression | None = None
-    at: Mark | None = None
+    at: SourceMark | None = None
     otherwise: bool = False
 
 
@@ -69,7 +69,7 @@ def read_tree(text: str, file: str = "", first: int = 1) -> tuple[Tree, list[Pro
     blocks = _Blocks()
     lines = lines_of(text)
     if len(lines) > MOST_LINES:
-        mark = Mark(MOST_LINES + 1, 1, file)
+        mark = SourceMark(MOST_LINES + 1, 1, file)
         return blocks.whole(), [Problem(mark, f"a program has at most {MOST_LINES} lines")]
     if lines[-1] == "":
         lines.pop()  # what ends with a line's end has no blank line behind it
@@ -145,7 +145,7 @@ class _Blocks:
         if made is not None and len(self._open) <= DEEPEST_BLOCK:
             self._body().append(made)
 
-    def _wrong(self, mark: Mark, text: str) -> None:
+    def _wrong(self, mark: SourceMark, text: str) -> None:
         self.problems.append(Problem(mark, text))
 
 
@@ -153,7 +153,7 @@ def _close_branch(block: _Open) -> None:
     head = block.head
     first = not block.branches
     note = head.note if first and isinstance(head, IfHead) else ""
-    branch = Branch(block.condition, tuple(block.body), note=note, mark=block.at or head.mark)
+    branch = IfBranch(block.condition, tuple(block.body), note=note, mark=block.at or head.mark)
     block.branches.append(branch)
     block.body = []
 

@@ -11,15 +11,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from armdrive.errors import BadRequest, Mark
+from armdrive.errors import BadRequest, SourceMark
 from armdrive.programs.language.values import slot_of
-from armdrive.programs.language.words import WORDS, Kind, Slot
+from armdrive.programs.language.words import WORDS, Slot, ValueKind
 
 # What has a value in a program: the nodes that lines are made with.
 #
 # Numbers are as written: mm, deg, s. Marks are not compared.
 
-NOWHERE = Mark(1)
+NOWHERE = SourceMark(1)
 """The mark of what was not read from a text."""
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -41,7 +41,7 @@ class Number:
 
     value: float
     percent: bool = False
-    mark: Mark = field(default=NOWHERE, compare=False, kw_only=True)
+    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,15 +49,15 @@ class Truth:
     """`on` or `off`, also written `true` and `false`."""
 
     value: bool
-    mark: Mark = field(default=NOWHERE, compare=False, kw_only=True)
+    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
-class Text:
+class TextValue:
     """A text between quotes."""
 
     value: str
-    mark: Mark = field(default=NOWHERE, compare=False, kw_only=True)
+    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
     def __post_init__(self) -> None:
         one_line(self.value)
@@ -68,7 +68,7 @@ class Name:
     """A variable, a parameter, a point of the program, or one of the arm's own book."""
 
     name: str
-    mark: Mark = field(default=NOWHERE, compare=False, kw_only=True)
+    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +77,7 @@ class Unary:
 
     sign: str
     value: Expression
-    mark: Mark = field(default=NOWHERE, compare=False, kw_only=True)
+    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +87,7 @@ class Binary:
     left: Expression
     sign: str
     right: Expression
-    mark: Mark = field(default=NOWHERE, compare=False, kw_only=True)
+    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +96,7 @@ class FieldOf:
 
     value: Expression
     name: str
-    mark: Mark = field(default=NOWHERE, compare=False, kw_only=True)
+    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +105,7 @@ class Use:
 
     name: str
     arguments: tuple[Expression, ...] = ()
-    mark: Mark = field(default=NOWHERE, compare=False, kw_only=True)
+    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,13 +113,15 @@ class JointsOf:
     """A place in joint angles, deg: `joints(base 0, shoulder 40, ...)`."""
 
     angles: tuple[tuple[str, Expression], ...]
-    mark: Mark = field(default=NOWHERE, compare=False, kw_only=True)
+    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
-Expression: TypeAlias = Number | Truth | Text | Name | Unary | Binary | FieldOf | Use | JointsOf
+Expression: TypeAlias = (
+    Number | Truth | TextValue | Name | Unary | Binary | FieldOf | Use | JointsOf
+)
 
 
-def negative(value: Expression, mark: Mark = NOWHERE) -> Expression:
+def negative(value: Expression, mark: SourceMark = NOWHERE) -> Expression:
     """Return a value with the other sign; of a number, a number."""
     if isinstance(value, Number):
         return Number(-value.value, value.percent, mark=mark)
@@ -155,7 +157,7 @@ class Remark:
     """A comment on a line of its own; None is a blank line."""
 
     text: str | None = None
-    mark: Mark = field(default=NOWHERE, compare=False, kw_only=True)
+    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
     def __post_init__(self) -> None:
         one_line(self.text or "")
@@ -171,7 +173,7 @@ class Do:
     links: tuple[tuple[str, tuple[Expression, ...]], ...] = ()
     """What stands behind `into`, `by` and `within`."""
     note: str = field(default="", kw_only=True)
-    mark: Mark = field(default=NOWHERE, compare=False, kw_only=True)
+    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,7 +184,7 @@ class Assign:
     value: Expression
     point: bool = False
     note: str = field(default="", kw_only=True)
-    mark: Mark = field(default=NOWHERE, compare=False, kw_only=True)
+    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,7 +194,7 @@ class Call:
     name: str
     arguments: tuple[Expression, ...] = ()
     note: str = field(default="", kw_only=True)
-    mark: Mark = field(default=NOWHERE, compare=False, kw_only=True)
+    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,7 +203,7 @@ class Label:
 
     name: str
     note: str = field(default="", kw_only=True)
-    mark: Mark = field(default=NOWHERE, compare=False, kw_only=True)
+    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,25 +212,25 @@ class Goto:
 
     name: str
     note: str = field(default="", kw_only=True)
-    mark: Mark = field(default=NOWHERE, compare=False, kw_only=True)
+    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
-class Branch:
+class IfBranch:
     """One way of an `if`: None is the condition of `else`."""
 
     condition: Expression | None
     body: tuple[Statement, ...]
     note: str = field(default="", kw_only=True)
-    mark: Mark = field(default=NOWHERE, compare=False, kw_only=True)
+    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
 class If:
     """`if`, any number of `else if`, perhaps `else`: at least one branch."""
 
-    branches: tuple[Branch, ...]
-    mark: Mark = field(default=NOWHERE, compare=False, kw_only=True)
+    branches: tuple[IfBranch, ...]
+    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -238,7 +240,7 @@ class While:
     condition: Expression
     body: tuple[Statement, ...]
     note: str = field(default="", kw_only=True)
-    mark: Mark = field(default=NOWHERE, compare=False, kw_only=True)
+    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -249,7 +251,7 @@ class Repeat:
     body: tuple[Statement, ...]
     variable: str = ""
     note: str = field(default="", kw_only=True)
-    mark: Mark = field(default=NOWHERE, compare=False, kw_only=True)
+    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -260,7 +262,7 @@ class Define:
     parameters: tuple[str, ...]
     body: tuple[Statement, ...]
     note: str = field(default="", kw_only=True)
-    mark: Mark = field(default=NOWHERE, compare=False, kw_only=True)
+    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 Statement: TypeAlias = Remark | Do | Assign | Call | Label | Goto | If | While | Repeat | Define
@@ -293,7 +295,7 @@ class IfHead:
 
     condition: Expression
     note: str = ""
-    mark: Mark = field(default=NOWHERE)
+    mark: SourceMark = field(default=NOWHERE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -301,7 +303,7 @@ class Else:
     """`else`, or `else if CONDITION`."""
 
     condition: Expression | None
-    mark: Mark = field(default=NOWHERE)
+    mark: SourceMark = field(default=NOWHERE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -310,7 +312,7 @@ class WhileHead:
 
     condition: Expression
     note: str = ""
-    mark: Mark = field(default=NOWHERE)
+    mark: SourceMark = field(default=NOWHERE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -320,7 +322,7 @@ class RepeatHead:
     count: Expression | None
     variable: str
     note: str = ""
-    mark: Mark = field(default=NOWHERE)
+    mark: SourceMark = field(default=NOWHERE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -330,21 +332,21 @@ class DefineHead:
     name: str
     parameters: tuple[str, ...]
     note: str = ""
-    mark: Mark = field(default=NOWHERE)
+    mark: SourceMark = field(default=NOWHERE)
 
 
 @dataclass(frozen=True, slots=True)
 class End:
     """`end`."""
 
-    mark: Mark = field(default=NOWHERE)
+    mark: SourceMark = field(default=NOWHERE)
 
 
 @dataclass(frozen=True, slots=True)
 class Unread:
     """The head of a block that could not be read: its block is left out, and so is its `end`."""
 
-    mark: Mark = field(default=NOWHERE)
+    mark: SourceMark = field(default=NOWHERE)
 
 
 Opening: TypeAlias = IfHead | WhileHead | RepeatHead | DefineHead | Unread
@@ -367,7 +369,7 @@ def slotted(do: Do) -> Iterator[tuple[Expression, Slot]]:
                 yield value, slot
 
 
-def set_by(statement: Statement) -> Iterator[tuple[str, Mark, Kind | None]]:
+def set_by(statement: Statement) -> Iterator[tuple[str, SourceMark, ValueKind | None]]:
     """Yield the names that a line itself sets, in lower case, and of which kind it makes them.
 
     None is the kind of the value that is assigned.
@@ -377,7 +379,7 @@ def set_by(statement: Statement) -> Iterator[tuple[str, Mark, Kind | None]]:
             yield statement.name.lower(), statement.mark, None
         case Repeat():
             if statement.variable:
-                yield statement.variable.lower(), statement.mark, Kind.NUMBER
+                yield statement.variable.lower(), statement.mark, ValueKind.NUMBER
         case Do():
             for value, slot in slotted(statement):
                 if slot.sets and isinstance(value, Name):

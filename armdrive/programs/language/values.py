@@ -20,7 +20,7 @@ class Trouble(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class PlaceValue:
     """A place: joint angles (deg, by name), a pose, or both of the same place.
 
     Where both are known, the arm goes to the joint angles: they say which elbow was meant.
@@ -46,10 +46,10 @@ class Place:
         )
 
 
-Value: TypeAlias = float | bool | str | Place
+Value: TypeAlias = float | bool | str | PlaceValue
 
 
-def pose_of(place: Place, fk: ForwardKinematics | None) -> Pose:
+def pose_of(place: PlaceValue, fk: ForwardKinematics | None) -> Pose:
     """Return the pose of a place. Raises `Trouble` where nobody can say it."""
     if place.pose is not None:
         return place.pose
@@ -83,16 +83,16 @@ def truth(value: object) -> bool:
     return value
 
 
-def place(value: object) -> Place:
+def place(value: object) -> PlaceValue:
     """Return a place; `Trouble` for anything else."""
-    if not isinstance(value, Place):
+    if not isinstance(value, PlaceValue):
         raise Trouble(f"a place is needed, not {value}")
     return value
 
 
 def to_json(value: Value) -> object:
     """Return a value as plain JSON data."""
-    if not isinstance(value, Place):
+    if not isinstance(value, PlaceValue):
         return value
     pose = value.pose
     return {
@@ -113,7 +113,7 @@ def from_json(data: object) -> Value:
     if not isinstance(data, dict):
         raise TypeError(f"{data!r} is no value of a program")
     pose, joints, opening = data["pose"], data["joints_deg"], data["opening_mm"]
-    return Place(
+    return PlaceValue(
         None if pose is None else Pose(*pose),
         None if joints is None else {str(name): float(angle) for name, angle in joints.items()},
         None if opening is None else float(opening),
@@ -199,29 +199,29 @@ def backed(found: Pose, distance_mm: float) -> Pose:
     )
 
 
-def _at(values: Sequence[Value], _: ForwardKinematics | None) -> Place:
+def _at(values: Sequence[Value], _: ForwardKinematics | None) -> PlaceValue:
     x, y, z, pitch, *rest = (number(value) for value in values)
     roll = rest[0] if rest else 0.0
     yaw = rest[1] if len(rest) > 1 else None
-    return Place(Pose.of(x_mm=x, y_mm=y, z_mm=z, pitch_deg=pitch, roll_deg=roll, yaw_deg=yaw))
+    return PlaceValue(Pose.of(x_mm=x, y_mm=y, z_mm=z, pitch_deg=pitch, roll_deg=roll, yaw_deg=yaw))
 
 
-def _shifted(values: Sequence[Value], fk: ForwardKinematics | None) -> Place:
+def _shifted(values: Sequence[Value], fk: ForwardKinematics | None) -> PlaceValue:
     x, y, z = (number(value) for value in values[1:])
-    return Place(moved(pose_of(place(values[0]), fk), x, y, z))
+    return PlaceValue(moved(pose_of(place(values[0]), fk), x, y, z))
 
 
-def _above(values: Sequence[Value], fk: ForwardKinematics | None) -> Place:
+def _above(values: Sequence[Value], fk: ForwardKinematics | None) -> PlaceValue:
     return _shifted((values[0], 0.0, 0.0, values[1]), fk)
 
 
-PLACING: Mapping[str, Callable[[Sequence[Value], ForwardKinematics | None], Place]] = (
+PLACING: Mapping[str, Callable[[Sequence[Value], ForwardKinematics | None], PlaceValue]] = (
     MappingProxyType({"at": _at, "shifted": _shifted, "above": _above})
 )
 """The functions that give places."""
 
 
-def part_of(found: Place, name: str, fk: ForwardKinematics | None) -> float:
+def part_of(found: PlaceValue, name: str, fk: ForwardKinematics | None) -> float:
     """Return a part of a place by its name of `FIELDS`: mm or deg."""
     value = getattr(pose_of(found, fk), FIELDS[name])
     if value is None:

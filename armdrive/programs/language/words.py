@@ -8,7 +8,7 @@ from enum import Enum
 from types import MappingProxyType
 
 
-class Kind(Enum):
+class ValueKind(Enum):
     """What a value is."""
 
     NUMBER = "a number"
@@ -30,7 +30,7 @@ class Slot:
     """
 
     title: str
-    kind: Kind = Kind.NUMBER
+    kind: ValueKind = ValueKind.NUMBER
     sets: bool = False
     optional: bool = False
     many: bool = False
@@ -55,17 +55,17 @@ class Word:
     """Which of the links there has to be."""
 
 
-PLACE = Slot("place", Kind.PLACE)
+PLACE = Slot("place", ValueKind.PLACE)
 DISTANCE = Slot("distance in mm")
 WIDTH = Slot("opening in mm", least=0.0)
 MAYBE_WIDTH = Slot("opening in mm", least=0.0, optional=True)
 ALONG = (Slot("x in mm"), Slot("y in mm"), Slot("z in mm"))
-ANYTHING = Slot("text or value", Kind.ANY, many=True, optional=True)
-NEW_PLACE = Slot("name", Kind.PLACE, sets=True)
+ANYTHING = Slot("text or value", ValueKind.ANY, many=True, optional=True)
+NEW_PLACE = Slot("name", ValueKind.PLACE, sets=True)
 LINES = Slot("number, negative for off", many=True, whole=True, not_zero=True)
 
 
-def _into(kind: Kind) -> tuple[str, tuple[Slot, ...]]:
+def _into(kind: ValueKind) -> tuple[str, tuple[Slot, ...]]:
     return ("into", (Slot("name", kind, sets=True),))
 
 
@@ -101,7 +101,7 @@ FINGERS = (
     Word("open_now", (MAYBE_WIDTH,), "Open the fingers at once.", "open_now 40", ("openi",)),
     Word("close_now", (), "Close the fingers at once.", "close_now", ("closei",)),
     Word("grasp", (), "Close the fingers on what is there; its width in mm is 0 for nothing.",
-         "grasp into width", links=(_into(Kind.NUMBER),)),
+         "grasp into width", links=(_into(ValueKind.NUMBER),)),
 )  # fmt: skip
 
 PLACES = (
@@ -123,14 +123,14 @@ WAITING = (
          "says, in s, the program ends with an error, or goes on with `off` in the name that "
          "stands behind `into`.",
          "wait 1, -2 within 5",
-         links=(("within", (TIME,)), _into(Kind.TRUTH))),
+         links=(("within", (TIME,)), _into(ValueKind.TRUTH))),
     Word("hold", (ANYTHING,), "Wait until a person lets the program go on.",
          'hold "turn the part"', ("pause",)),
     Word("type", (ANYTHING,), "Say something to the person.", 'type "width", width'),
 )  # fmt: skip
 
 GOING_ON = (
-    Word("expect", (Slot("condition", Kind.TRUTH), ANYTHING),
+    Word("expect", (Slot("condition", ValueKind.TRUTH), ANYTHING),
          "End the program with an error unless the condition holds.",
          'expect width > 20, "no block"'),
     Word("stop", (ANYTHING,), "End the program here, and say why.", 'stop "that was all"'),
@@ -163,7 +163,7 @@ LINKS = ("into", "by", "within")
 
 
 @dataclass(frozen=True, slots=True)
-class Form:
+class WordForm:
     """A line that gives a program its shape."""
 
     name: str
@@ -172,20 +172,23 @@ class Form:
 
 
 FORMS = (
-    Form("point", "point NAME = PLACE", "Give a place a name."),
-    Form("=", "NAME = VALUE", "Give a value a name."),
-    Form("if", "if CONDITION", "Do the lines up to `end` if the condition holds; `else if "
-         "CONDITION` and `else` stand between. `IF X > 3 THEN GOTO 10` is the old form."),
-    Form("while", "while CONDITION", "Do the lines up to `end` as long as the condition holds."),
-    Form("repeat", "repeat COUNT as NAME",
-         "Do the lines up to `end` so many times; without a count for ever. The name counts 1, 2, "
-         "3 and may be left out."),
-    Form("define", "define NAME(PARAMETER, ...)",
-         "A subprogram of the lines up to `end`; it is called by its name."),
-    Form("end", "end", "The end of what `if`, `while`, `repeat` or `define` began."),
-    Form("goto", "goto NAME", "Go on at the label `NAME:` (or a number) of the same block, or of "
-         "one around it. The old way; loops read better."),
-    Form("#", "# anything", "A comment, up to the end of the line."),
+    WordForm("point", "point NAME = PLACE", "Give a place a name."),
+    WordForm("=", "NAME = VALUE", "Give a value a name."),
+    WordForm("if", "if CONDITION",
+             "Do the lines up to `end` if the condition holds; `else if "
+             "CONDITION` and `else` stand between. `IF X > 3 THEN GOTO 10` is the old form."),
+    WordForm("while", "while CONDITION",
+             "Do the lines up to `end` as long as the condition holds."),
+    WordForm("repeat", "repeat COUNT as NAME",
+             "Do the lines up to `end` so many times; without a count for ever. The name counts "
+             "1, 2, 3 and may be left out."),
+    WordForm("define", "define NAME(PARAMETER, ...)",
+             "A subprogram of the lines up to `end`; it is called by its name."),
+    WordForm("end", "end", "The end of what `if`, `while`, `repeat` or `define` began."),
+    WordForm("goto", "goto NAME",
+             "Go on at the label `NAME:` (or a number) of the same block, or of one "
+             "around it. The old way; loops read better."),
+    WordForm("#", "# anything", "A comment, up to the end of the line."),
 )  # fmt: skip
 """The lines that are no `Word`."""
 
@@ -199,7 +202,7 @@ class Function:
 
     name: str
     slots: tuple[Slot, ...]
-    gives: Kind
+    gives: ValueKind
     says: str
     example: str
 
@@ -211,30 +214,30 @@ _SOME = (Slot("number", many=True),)
 FUNCTIONS: Mapping[str, Function] = MappingProxyType({row.name: row for row in (
     Function("at", (*ALONG, Slot("pitch in deg"), Slot("roll in deg", optional=True),
                     Slot("yaw in deg, for arms of six joints", optional=True)),
-             Kind.PLACE, "The place with these coordinates; -90 of pitch points at the table.",
+             ValueKind.PLACE, "The place with these coordinates; -90 of pitch points at the table.",
              "at(250, 0, 60, -90)"),
-    Function("taught", (Slot("name", Kind.TEXT),), Kind.PLACE,
+    Function("taught", (Slot("name", ValueKind.TEXT),), ValueKind.PLACE,
              "A point of the arm's own book whose name is no word of a program.",
              'taught("pick-2")'),
-    Function("shifted", (PLACE, *ALONG), Kind.PLACE, "A place so far along x, y and z from one.",
-             "shifted(pick, 0, 40, 0)"),
-    Function("above", (PLACE, DISTANCE), Kind.PLACE, "A place so far above one.",
+    Function("shifted", (PLACE, *ALONG), ValueKind.PLACE,
+             "A place so far along x, y and z from one.", "shifted(pick, 0, 40, 0)"),
+    Function("above", (PLACE, DISTANCE), ValueKind.PLACE, "A place so far above one.",
              "above(pick, 30)"),
-    Function("input", (Slot("number", least=1.0, whole=True),), Kind.TRUTH,
+    Function("input", (Slot("number", least=1.0, whole=True),), ValueKind.TRUTH,
              "Whether an input is on; they count from 1.", "input(3)"),
-    Function("abs", _ONE, Kind.NUMBER, "Without its sign.", "abs(-3)"),
-    Function("min", _SOME, Kind.NUMBER, "The smallest of some.", "min(2, 3)"),
-    Function("max", _SOME, Kind.NUMBER, "The largest of some.", "max(2, 3)"),
-    Function("mod", _TWO, Kind.NUMBER, "What is left when one is divided by the other.",
+    Function("abs", _ONE, ValueKind.NUMBER, "Without its sign.", "abs(-3)"),
+    Function("min", _SOME, ValueKind.NUMBER, "The smallest of some.", "min(2, 3)"),
+    Function("max", _SOME, ValueKind.NUMBER, "The largest of some.", "max(2, 3)"),
+    Function("mod", _TWO, ValueKind.NUMBER, "What is left when one is divided by the other.",
              "mod(7, 3)"),
-    Function("sqrt", _ONE, Kind.NUMBER, "The square root.", "sqrt(2)"),
-    Function("sin", _ONE, Kind.NUMBER, "The sine of an angle in deg.", "sin(30)"),
-    Function("cos", _ONE, Kind.NUMBER, "The cosine of an angle in deg.", "cos(60)"),
-    Function("tan", _ONE, Kind.NUMBER, "The tangent of an angle in deg.", "tan(45)"),
-    Function("atan2", _TWO, Kind.NUMBER, "The angle, in deg, of a direction by its y and x.",
+    Function("sqrt", _ONE, ValueKind.NUMBER, "The square root.", "sqrt(2)"),
+    Function("sin", _ONE, ValueKind.NUMBER, "The sine of an angle in deg.", "sin(30)"),
+    Function("cos", _ONE, ValueKind.NUMBER, "The cosine of an angle in deg.", "cos(60)"),
+    Function("tan", _ONE, ValueKind.NUMBER, "The tangent of an angle in deg.", "tan(45)"),
+    Function("atan2", _TWO, ValueKind.NUMBER, "The angle, in deg, of a direction by its y and x.",
              "atan2(1, 1)"),
-    Function("floor", _ONE, Kind.NUMBER, "The next whole number below.", "floor(2.7)"),
-    Function("round", _ONE, Kind.NUMBER, "The nearest whole number; halves go up.",
+    Function("floor", _ONE, ValueKind.NUMBER, "The next whole number below.", "floor(2.7)"),
+    Function("round", _ONE, ValueKind.NUMBER, "The nearest whole number; halves go up.",
              "round(2.5)"),
 )})  # fmt: skip
 """Every function. `joints(base 0, ...)` has a form of its own."""

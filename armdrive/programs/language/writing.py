@@ -23,7 +23,7 @@ from armdrive.programs.language.syntax import (
     Remark,
     Repeat,
     Statement,
-    Text,
+    TextValue,
     Tree,
     Truth,
     Unary,
@@ -130,7 +130,7 @@ def _value(value: Expression, strength: int) -> str:
             return f"({text})" if strength == _PART else text
         case Truth():
             return "on" if value.value else "off"
-        case Text():
+        case TextValue():
             return '"' + value.value.replace('"', '""') + '"'
         case Name():
             return value.name

@@ -28,7 +28,7 @@ TRUSTED = ("referenced", "restored")
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class SeenPosture:
     """What a status says that matters here; `joints` is None where the arm does not rest."""
 
     joints: Joints | None
@@ -49,7 +49,7 @@ class Choices:
     rest_s: float = REST_S
 
 
-def seen_in(view: Mapping[str, Any], names: tuple[str, ...]) -> Seen:
+def seen_in(view: Mapping[str, Any], names: tuple[str, ...]) -> SeenPosture:
     """Read a status as `armdrive watch` prints it. Raises `NotReferenced` without a position."""
     joints = view.get("joints")
     trust = str(view.get("trust"))
@@ -59,17 +59,17 @@ def seen_in(view: Mapping[str, Any], names: tuple[str, ...]) -> Seen:
             f"({view.get('trust_reason', '')}). Home it, then record"
         )
     if view.get("state") != RESTING or view.get("paused"):
-        return Seen(None)
+        return SeenPosture(None)
     angles = (float(joints[f"{name}_deg"]) for name in names)
     opening = view.get("gripper_mm")
-    return Seen(
+    return SeenPosture(
         Joints.of(*angles, names=names),
         None if opening is None else float(opening),
         bool(view.get("gripping")),
     )
 
 
-class Recorder:
+class StepRecorder:
     """Makes a sequence of what is seen; `points` are named after it, `NAME-1` and so on."""
 
     def __init__(self, name: str, choices: Choices) -> None:
@@ -77,11 +77,11 @@ class Recorder:
         self.points: dict[str, Point] = {}
         self.steps: list[Step] = []
         self._choices = choices
-        self._standing: Seen | None = None
+        self._standing: SeenPosture | None = None
         self._since_s = 0.0
-        self._kept: Seen | None = None
+        self._kept: SeenPosture | None = None
 
-    def see(self, seen: Seen, now_s: float) -> tuple[Step, ...]:
+    def see(self, seen: SeenPosture, now_s: float) -> tuple[Step, ...]:
         """Take what is seen now; return the steps that are certain by that."""
         before = self._standing
         if before is not None and seen.joints is not None and _same(before, seen):
@@ -101,7 +101,7 @@ class Recorder:
         """What has been recorded."""
         return StepList(tuple(self.steps), "recorded")
 
-    def _rested(self, at: Seen, now_s: float, *, enough: bool = False) -> tuple[Step, ...]:
+    def _rested(self, at: SeenPosture, now_s: float, *, enough: bool = False) -> tuple[Step, ...]:
         rested_s = now_s - self._since_s
         if rested_s < self._choices.rest_s and not enough:
             return ()
@@ -113,7 +113,7 @@ class Recorder:
         self.steps += made
         return tuple(made)
 
-    def _way(self, at: Seen) -> tuple[Step, ...]:
+    def _way(self, at: SeenPosture) -> tuple[Step, ...]:
         """Return the step to a place: none to the one before, by its old name to an earlier one."""
         if at.joints is None or (self._kept is not None and _there(self._kept, at)):
             return ()
@@ -123,7 +123,7 @@ class Recorder:
             self.points[name] = Point(at.joints, at.opening_mm)
         return (Step(name, self._choices.how, self._choices.speed),)
 
-    def _fingers(self, at: Seen) -> tuple[Step, ...]:
+    def _fingers(self, at: SeenPosture) -> tuple[Step, ...]:
         kept = self._kept
         if at.opening_mm is None or (kept is not None and _held_alike(kept, at)):
             return ()
@@ -132,11 +132,11 @@ class Recorder:
         return (Step(gripper=round(at.opening_mm, 1)),)
 
 
-def _same(a: Seen, b: Seen) -> bool:
+def _same(a: SeenPosture, b: SeenPosture) -> bool:
     return _there(a, b) and _held_alike(a, b)
 
 
-def _there(a: Seen, b: Seen) -> bool:
+def _there(a: SeenPosture, b: SeenPosture) -> bool:
     return a.joints is not None and b.joints is not None and _near(a.joints, b.joints)
 
 
@@ -145,7 +145,7 @@ def _near(a: Joints, b: Joints) -> bool:
     return all(abs(one - other) <= SAME_DEG for one, other in pairs)
 
 
-def _held_alike(a: Seen, b: Seen) -> bool:
+def _held_alike(a: SeenPosture, b: SeenPosture) -> bool:
     if a.gripping and b.gripping:  # what is gripped does not let go, however the fingers press
         return True
     if a.opening_mm is None or b.opening_mm is None:

@@ -19,7 +19,7 @@ SLICE_S = 0.05
 """A wait is cut into slices of this length, so that a stop ends it."""
 
 
-class Fingers(Protocol):
+class FingerStep(Protocol):
     """What a sequence needs of an arm's fingers."""
 
     def open(self, opening_mm: float | None = None, *, speed: float = 1.0) -> object:
@@ -45,7 +45,7 @@ class SequenceArm(Protocol):
         ...
 
     @property
-    def gripper(self) -> Fingers:
+    def gripper(self) -> FingerStep:
         """The fingers."""
         ...
 

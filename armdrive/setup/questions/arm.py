@@ -40,7 +40,7 @@ def _no_choices(_draft: Draft) -> tuple[tuple[str, str], ...]:
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class ArmRow:
     """One row of the table: `{one}` in its key and words stands for each name of `each`.
 
     `read` makes the check from the answers before; `when` says whether the question is asked.
@@ -186,60 +186,60 @@ _MOTORS = (
 )
 
 ROWS = (
-    Row(
+    ArmRow(
         "measured", "Have you measured this arm's lengths and steps?",
         "Nobody has published them. Without your numbers joints can be jogged, and Cartesian "
         "motion is refused.",
         fixed(yes_or_no), plain("no"),
         when=lambda draft: draft.preset is not None and not draft.preset.verified,
     ),
-    Row(
+    ArmRow(
         "lengths.keep", "Keep the published lengths?",
         "Base height, upper arm, forearm, hand. Yours may differ by a millimetre or two.",
         fixed(yes_or_no), gate("lengths."),
         when=lambda draft: _is_preset(draft) and draft.preset.verified,  # type: ignore[union-attr]
     ),
-    Row(
+    ArmRow(
         "lengths.{one}", "Length {one}?", "Measured between axes, in mm.", POSITIVE_LENGTH,
         _preset_length, each=lambda _draft: LENGTHS,
         when=lambda draft: _is_preset(draft) and draft.get("lengths.keep", False) is False,
     ),
-    Row(
+    ArmRow(
         "lengths.{one}", "Length {one}, in mm?",
         "Measured on your arm, between axes: docs/config.md shows from where to where.",
         LENGTH, _length, each=_lengths,
     ),
-    Row(
+    ArmRow(
         "links.how", "Is there a model file with the link table, or will you type it?",
         "A model file is a TOML file; docs/model-file.md shows one.",
         fixed(choice(("file", "type"))),
         lambda draft, _one: "type" if _typed_rows(draft) else "file",
         when=_own_links,
     ),
-    Row(
+    ArmRow(
         "links.file", "Where is the model file?", "Its path; its text is copied.", _link_file,
         when=lambda draft: _own_links(draft) and draft.get("links.how") == "file",
     ),
-    Row(
+    ArmRow(
         "links.joints", "The joints' names, from the table to the hand?",
         "Five or six single words; they are used as in `armdrive move --joint shoulder=40`.",
         fixed(_joint_names), plain("base shoulder elbow wrist_pitch wrist_roll"),
         when=_types_links,
     ),
-    Row(
+    ArmRow(
         "links.{one}", "Row of {one}: theta/deg d/mm a/mm alpha/deg?",
         "Standard Denavit-Hartenberg: theta is what the table's zero lies beyond the joint's.",
         fixed(numbers(("theta", "d", "a", "alpha"))),
         when=_types_links, each=lambda draft: draft.get("links.joints", ()),
     ),
-    Row(
+    ArmRow(
         "motors", "Which motors does it have?",
         "Steps per turn of a joint are what turns angles into motor steps.",
         fixed(choice(("published", "own"))),
         lambda draft, _one: "own" if "full_steps" in draft.around.given else "published",
         when=_published, choices=lambda _draft: _MOTORS,
     ),
-    Row(
+    ArmRow(
         "full_steps", "Full steps of a motor for one turn of its shaft?",
         "200 for motors of 1.8 degrees, 400 for 0.9, 48 for 7.5. Of closed-loop drives that count "
         "by their encoder: its counts, 16384 of the MKS drives; of CiA 402 drives the increments "
@@ -247,34 +247,34 @@ ROWS = (
         fixed(whole(4, 1 << 20)),
         lambda draft, _one: str(draft.encoder_counts or 200), when=_asks_gears,
     ),
-    Row(
+    ArmRow(
         "microsteps", "Microsteps for one full step?",
         "As the drivers' switches or registers are set; 2 for half-steps.",
         fixed(whole(1, 1024)),
         lambda draft, _one: "2" if draft.published_motors else "16", when=_asks_microsteps,
     ),
-    Row(
+    ArmRow(
         "gear.{one}", "Gear of the {one} motor, turns of the motor for one of the joint?",
         "20:1 of a gearbox, teeth as 60/16 (joint over motor), or both: 60/16 * 5.18:1.",
         fixed(ratio), _gear, when=_asks_gears, each=lambda draft: draft.motors,
     ),
-    Row(
+    ArmRow(
         "limits.keep", "Keep the known limits of the joints?",
         "Where the arm itself stops; nothing is planned beyond.", fixed(yes_or_no),
         gate("limits."), when=lambda draft: bool(draft.joints) and _known_limits(draft),
     ),
-    Row(
+    ArmRow(
         "limits.{one}", "Limits of {one}, lowest and highest in degrees?",
         "A few degrees before its mechanical stops.", fixed(bounds), _limits,
         when=lambda draft: not _known_limits(draft) or _corrects("limits", draft),
         each=lambda draft: draft.joints,
     ),
-    Row(
+    ArmRow(
         "speeds.keep", "Keep the known speeds of the joints?", "At full load, without lost steps.",
         fixed(yes_or_no), gate("speeds."),
         when=lambda draft: all(draft.speed_deg_s(joint) is not None for joint in draft.joints),
     ),
-    Row(
+    ArmRow(
         "speeds.{one}", "Highest speed of {one}, in degrees a second?",
         "Begin low: a stepper that loses steps does not say so.",
         fixed(number(0.01, 3600.0)), _speed,

@@ -17,7 +17,7 @@ from armdrive.dialog import (
     yes_or_no,
 )
 from armdrive.setup.draft import Draft
-from armdrive.setup.questions.arm import Fill, Row, fixed, plain
+from armdrive.setup.questions.arm import ArmRow, Fill, fixed, plain
 from armdrive.setup.templates import OUTPUT, SERVO
 
 
@@ -59,14 +59,14 @@ def _nodes(draft: Draft) -> Reader:
 
 
 ROWS = (
-    Row(
+    ArmRow(
         "device.axes", "Which axis of the board drives each motor, in the arm's order?",
         "One letter a motor. Where a plug sits on another socket, change the letters' order.",
         _axes,
         lambda draft, _one: str(draft.device_fields["axes"])[: len(draft.motors) + draft.stepped],
         when=_has("axes"),
     ),
-    Row(
+    ArmRow(
         "device.ids", "Which node is the drive of each motor, in the arm's order?",
         "Node numbers, 1 to 127, as the drives' own program or switches set them. `armdrive doctor "
         "--can` shows who is on the bus.",
@@ -74,36 +74,36 @@ ROWS = (
         lambda draft, _one: " ".join(str(1 + each) for each in range(_count(draft))),
         when=_has("master_id"),
     ),
-    Row(
+    ArmRow(
         "device.unit", "What is the board's mm: one motor step, or one degree?",
         "Steps need no rounding: $100 and its fellows are then 1.",
         fixed(choice(("steps", "degrees"))), plain("steps"), when=_has("unit"),
         choices=lambda _draft: (("steps", "one motor step"), ("degrees", "one degree")),
     ),
-    Row(
+    ArmRow(
         "device.servo", "Which word sets the gripper's servo?",
         "M3 with a number S, or M67E0 for an analogue output of grblHAL.",
         fixed(text), _usual("servo"), when=_has("servo", SERVO),
     ),
-    Row(
+    ArmRow(
         "device.servo_closed", "The servo's number with the fingers closed?",
         "The S or Q of that word. Begin near the middle and go outwards in small steps.",
         fixed(number(0.0, 100_000.0)), _usual("servo_closed"),
         when=_has("servo_closed", SERVO),
     ),
-    Row(
+    ArmRow(
         "device.servo_open", "The servo's number with the fingers open?",
         "It may be below the one for closed fingers.",
         fixed(number(0.0, 100_000.0)), _usual("servo_open"),
         when=_has("servo_open", SERVO),
     ),
-    Row(
+    ArmRow(
         "device.gripper_output", "Which output bit switches the gripper?",
         "0 is the first word of the section's outputs, flood by default.",
         fixed(whole(0, 7)), _usual("gripper_output"),
         when=_has("gripper_output", OUTPUT),
     ),
-    Row(
+    ArmRow(
         "device.gripper_closes", "Does the gripper close when that output is on?",
         "no: it opens then, and closes when the power fails.",
         fixed(yes_or_no), plain("yes"), when=_has("gripper_closes", OUTPUT),

@@ -14,7 +14,7 @@ from armdrive.dialog import (
 from armdrive.errors import BadRequest
 from armdrive.registry import DIALECTS
 from armdrive.setup.draft import Draft
-from armdrive.setup.questions.arm import Row, fixed, plain
+from armdrive.setup.questions.arm import ArmRow, fixed, plain
 from armdrive.setup.templates import available
 from armdrive.storage.files import file_name
 from armdrive.transports.address import CanAddress, is_can
@@ -90,30 +90,30 @@ def _resets(draft: Draft) -> bool:
 
 
 ROWS = (
-    Row(
+    ArmRow(
         "name", "What is the arm called?",
         "The arm file is named so, and every command takes this name: armdrive status --arm NAME.",
         fixed(_name),
     ),
-    Row(
+    ArmRow(
         "template", "Which template does it begin from?",
         "A template brings a model, a dialect and defaults; every number can be changed below.",
         lambda _draft: choice(tuple(available())),
         choices=lambda _draft: tuple((key, row.title) for key, row in available().items()),
     ),
-    Row(
+    ArmRow(
         "title", "A title for people?", "Shown wherever the arm is named.",
         fixed(text),
         lambda draft, _one: draft.preset.title if draft.preset else draft.name,
     ),
-    Row(
+    ArmRow(
         "dialect", "Which dialect does its controller speak?",
         "The language of the controller's firmware. Nothing is sent to find out.",
         lambda _draft: choice(tuple(DIALECTS)),
         lambda draft, _one: draft.template.dialect,
         choices=lambda _draft: tuple((row.name, row.title) for row in DIALECTS.values()),
     ),
-    Row(
+    ArmRow(
         "connection.port", "Which port leads to it? (none: only simulated for now)",
         "A serial port, or any pyserial URL such as socket://HOST:PORT. None is opened to look. "
         "Unplug the arm and ask `armdrive ports` again to see which one is its.",
@@ -121,7 +121,7 @@ ROWS = (
         choices=lambda draft: tuple((port, "") for port in draft.around.ports),
         when=_on_line,
     ),
-    Row(
+    ArmRow(
         "connection.port", "Which CAN adapter leads to its drives? (none: only simulated for now)",
         "Written can:INTERFACE:CHANNEL, with the bus's bit rate behind it where the adapter is to "
         "be told: can:slcan:/dev/ttyACM0?bitrate=500000, or can:socketcan:can0 of the kernel. None "
@@ -130,13 +130,13 @@ ROWS = (
         choices=lambda draft: tuple((port, "") for port in draft.around.buses),
         when=_on_bus,
     ),
-    Row(
+    ArmRow(
         "connection.baud", "At how many baud?", "The dialect's own rate, unless you changed it.",
         fixed(whole(50, 4_000_000)),
         lambda draft, _one: str(draft.dialect.baud),
         when=_has_baud,
     ),
-    Row(
+    ArmRow(
         "connection.keep_dtr", "Keep the board from resetting when its port is opened again?",
         "Such a board resets when DTR rises, which loses the position and drops the motors. Kept "
         "up between programs, it resets at the first opening alone.",

@@ -19,7 +19,7 @@ NEVER_S = 4_294_967.295
 
 
 @dataclass(frozen=True, slots=True)
-class Board:
+class ArmdroidBoard:
     """What differs between boards.
 
     `character_s` is how long a character takes, `room_bytes` how many wait at most, `boot_s` how

@@ -12,9 +12,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import ClassVar
 
-from armdrive.sim.armdroid.board import Board, LockstepRack, by_channel, by_motor
+from armdrive.sim.armdroid.board import ArmdroidBoard, LockstepRack, by_channel, by_motor
 from armdrive.sim.device import SimBase, lacks
-from armdrive.sim.mechanics.motors import Drive, checked_error
+from armdrive.sim.mechanics.motors import MotorDrive, checked_error
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import Json, Saved
 from firmware_protocol.armdroid import (
@@ -57,15 +57,19 @@ class SimArmdroid(SimBase):
 
     title: ClassVar[str] = "Armdroid"
     input_bits: ClassVar[int] = 0
-    _drive: Drive[LockstepRack]
+    _drive: MotorDrive[LockstepRack]
 
     def __init__(
-        self, world: World | None = None, board: Board | None = None, *, baud: int | None = BAUD
+        self,
+        world: World | None = None,
+        board: ArmdroidBoard | None = None,
+        *,
+        baud: int | None = BAUD,
     ) -> None:
         world = world or World()
         rack = LockstepRack((0,) * len(world.motors))
-        super().__init__(world, Drive(world, rack), baud)
-        self.board = board or Board()
+        super().__init__(world, MotorDrive(world, rack), baud)
+        self.board = board or ArmdroidBoard()
         self.lost_bytes = 0
         self._codec = Device()
         self._waiting = bytearray()

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.sim.armdroid.board import Board
+from armdrive.sim.armdroid.board import ArmdroidBoard
 from armdrive.sim.armdroid.device import SimArmdroid
 from armdrive.sim.device import Option, Options, SimDeviceKind
 from armdrive.sim.mechanics.motors import checked_error
 from armdrive.sim.world.arm import World
 
-_BOARD = Board()
+_BOARD = ArmdroidBoard()
 
 
 def _make(config: ArmConfig, world: World, options: Options) -> SimArmdroid:
     """Make it as a program finds it that has just opened its port."""
     device = SimArmdroid(
         world,
-        Board(
+        ArmdroidBoard(
             character_s=_within(options, "character_s", 0.0, 1.0),
             room_bytes=options.whole("room_bytes"),
             boot_s=_within(options, "boot_s", 0.0, 60.0),

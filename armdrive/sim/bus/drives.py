@@ -11,8 +11,15 @@ from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
 from armdrive.sim.bus.line import Outbox
 from armdrive.sim.device import SimBase, SwitchState
-from armdrive.sim.mechanics.motors import Drive
-from armdrive.sim.mechanics.profiles import Piece, Profile, nearest, standing, to_goal, to_speed
+from armdrive.sim.mechanics.motors import MotorDrive
+from armdrive.sim.mechanics.profiles import (
+    AxisProfile,
+    ProfilePiece,
+    nearest,
+    standing,
+    to_goal,
+    to_speed,
+)
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import sagged
 from armdrive.sim.world.saved import Json
@@ -156,24 +163,26 @@ class ShaftPoint:
             return float(self.end), 0.0
         return self._profile.at(now_s), self._profile.speed_at(now_s)
 
-    def _begin(self, profile: Profile, now_s: float) -> None:
+    def _begin(self, profile: AxisProfile, now_s: float) -> None:
         self._profile, self._end_s = profile, max(profile.end_s, now_s)
 
 
-def dead(position: float, goal: float, rate: float, now_s: float) -> Profile:
+def dead(position: float, goal: float, rate: float, now_s: float) -> AxisProfile:
     """Go to a goal at once at full speed, and stop there dead."""
     way = goal - position
-    piece = Piece(now_s, position, math.copysign(rate, way), 0.0, abs(way) / rate)
-    return Profile((piece,), goal)
+    piece = ProfilePiece(now_s, position, math.copysign(rate, way), 0.0, abs(way) / rate)
+    return AxisProfile((piece,), goal)
 
 
-def at_rate(position: float, speed: float, wanted: float, slope: float, now_s: float) -> Profile:
+def at_rate(
+    position: float, speed: float, wanted: float, slope: float, now_s: float
+) -> AxisProfile:
     """Run at a speed for ever, or stand; an infinite slope is no ramp."""
     if not math.isinf(slope):
         return to_speed(position, speed, wanted, slope, now_s)
     if not wanted:
         return standing(position)
-    return Profile((Piece(now_s, position, wanted, 0.0, math.inf),), position)
+    return AxisProfile((ProfilePiece(now_s, position, wanted, 0.0, math.inf),), position)
 
 
 # --- The shafts, and the arm that follows them ---------------------------------------------------
@@ -234,7 +243,7 @@ class ShaftPoints(Generic[P]):
         """Do nothing: a zero is a matter of what a drive says, and no shaft turns for it."""
 
 
-class ShaftDrive(Drive[ShaftPoints[P]]):
+class ShaftDrive(MotorDrive[ShaftPoints[P]]):
     """Six loops and one arm. `holding` says which drives have current: the others turn freely.
 
     `makes_up` is how many counts a second a drive makes up for, beyond what its set-point goes.

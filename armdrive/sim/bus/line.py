@@ -19,7 +19,7 @@ from armdrive.transports.can_health import frame_bits
 from firmware_protocol.frames import Frame, Unpacker, pack
 
 
-class Side(Enum):
+class BusSide(Enum):
     """Who has sent a frame."""
 
     HOST = "host"
@@ -31,14 +31,14 @@ class Arrival:
     """A frame that everybody on the bus has heard, and when."""
 
     frame: Frame
-    sender: Side
+    sender: BusSide
     time_s: float
 
 
 @dataclass(frozen=True, slots=True)
 class _Waiting:
     frame: Frame
-    sender: Side
+    sender: BusSide
     ready_s: float
 
 
@@ -53,15 +53,15 @@ class FrameWire:
         self.bit_s = 1.0 / bitrate
         self.busy_s = 0.0
         """For how long the bus has carried frames altogether."""
-        self._queues: dict[tuple[Side, int], deque[_Waiting]] = {}
+        self._queues: dict[tuple[BusSide, int], deque[_Waiting]] = {}
         self._now: tuple[_Waiting, float] | None = None
         self._free_s = -math.inf
         self._arrived: list[Arrival] = []
 
-    def push(self, frame: Frame, sender: Side, now_s: float) -> None:
+    def push(self, frame: Frame, sender: BusSide, now_s: float) -> None:
         """Hand a frame to its sender's controller, which sends it as soon as it may."""
         self._run(now_s)
-        lane = (sender, -1 if sender is Side.HOST else frame.can_id)
+        lane = (sender, -1 if sender is BusSide.HOST else frame.can_id)
         self._queues.setdefault(lane, deque()).append(_Waiting(frame, sender, now_s))
         self._begin()
 
@@ -82,12 +82,12 @@ class FrameWire:
         """How many frames are under way or wait to be sent."""
         return sum(map(len, self._queues.values())) + (self._now is not None)
 
-    def waiting_of(self, sender: Side) -> int:
+    def waiting_of(self, sender: BusSide) -> int:
         """Return how many of one side's are."""
         queued = sum(len(queue) for (side, _), queue in self._queues.items() if side is sender)
         return queued + (self._now is not None and self._now[0].sender is sender)
 
-    def clear(self, sender: Side | None = None) -> None:
+    def clear(self, sender: BusSide | None = None) -> None:
         """Lose what waits, of one side or of both; what is on the bus is cut off."""
         for lane in [each for each in self._queues if sender in (None, each[0])]:
             del self._queues[lane]
@@ -112,7 +112,7 @@ class FrameWire:
             start_s = max(self._free_s, min([each.ready_s for each in heads]))
             able = [each for each in heads if each.ready_s <= start_s]
             won = able[0] if len(able) == 1 else min(able, key=lambda each: _priority(each.frame))
-        lane = (won.sender, -1 if won.sender is Side.HOST else won.frame.can_id)
+        lane = (won.sender, -1 if won.sender is BusSide.HOST else won.frame.can_id)
         self._queues[lane].popleft()
         if not self._queues[lane]:
             del self._queues[lane]
@@ -165,14 +165,14 @@ class BusLine(PacedDevice):
     @property
     def backlog(self) -> int:
         """How many frames of the host have not passed yet."""
-        return self.bus.waiting_of(Side.HOST)
+        return self.bus.waiting_of(BusSide.HOST)
 
     def send(self, data: bytes, now_s: float) -> None:
         """Hand the host's frames to its adapter; half a frame waits for its other half."""
         self.advance(now_s)
         for frame in self._of_host.feed(data):
             if self._on_bus:
-                self._pass(frame, Side.HOST, now_s)
+                self._pass(frame, BusSide.HOST, now_s)
 
     def receive(self, now_s: float) -> bytes:
         """Take the frames that the host has heard by now."""
@@ -189,7 +189,7 @@ class BusLine(PacedDevice):
         super().unplug()
         self._of_host = Unpacker()
         self._heard.clear()
-        self.bus.clear(Side.HOST)
+        self.bus.clear(BusSide.HOST)
 
     def say(self, data: bytes, now_s: float) -> None:
         """Have the host hear bytes that no drive has sent, as noise within its adapter."""
@@ -204,23 +204,23 @@ class BusLine(PacedDevice):
         """Have the host's controller go bus-off, or come back; what it had to say is lost."""
         self.bus_off = off
         if off:
-            self.bus.clear(Side.HOST)
+            self.bus.clear(BusSide.HOST)
             self._heard.clear()
 
     @property
     def _on_bus(self) -> bool:
         return self._plugged and not self.bus_off
 
-    def _pass(self, frame: Frame, sender: Side, now_s: float) -> None:
+    def _pass(self, frame: Frame, sender: BusSide, now_s: float) -> None:
         """Put a frame on the bus, as far as the faults of its lane let it."""
-        lane = self.faults.host if sender is Side.HOST else self.faults.device
+        lane = self.faults.host if sender is BusSide.HOST else self.faults.device
         if lane.clear:
             self.bus.push(frame, sender, now_s)
             return
         for piece in lane.passed(pack(frame), now_s):
             self._put(piece, sender, now_s)
 
-    def _put(self, piece: bytes, sender: Side, now_s: float) -> None:
+    def _put(self, piece: bytes, sender: BusSide, now_s: float) -> None:
         for frame in Unpacker().feed(piece):
             self.bus.push(frame, sender, now_s)
 
@@ -229,17 +229,17 @@ class BusLine(PacedDevice):
 
     def _exchange(self, now_s: float) -> None:
         for late in self.faults.host.due(now_s):
-            self._put(late, Side.HOST, now_s)
+            self._put(late, BusSide.HOST, now_s)
         for arrival in self.bus.pull(now_s):
-            if arrival.sender is Side.HOST:
+            if arrival.sender is BusSide.HOST:
                 self.device.receive(pack(arrival.frame), now_s)
             elif self._on_bus:
                 self._heard.append((now_s, pack(arrival.frame)))
         said = self.device.transmit(now_s)
         for frame in Unpacker().feed(said) if said else ():
-            self._pass(frame, Side.DEVICE, now_s)
+            self._pass(frame, BusSide.DEVICE, now_s)
         for late in self.faults.device.due(now_s):
-            self._put(late, Side.DEVICE, now_s)
+            self._put(late, BusSide.DEVICE, now_s)
 
 
 # --- Frames on their way from the drives to the bus ----------------------------------------------

@@ -19,7 +19,7 @@ from armdrive.sim.cia402.messages import (
     tell_changes,
 )
 from armdrive.sim.cia402.motion import set_mode
-from armdrive.sim.cia402.node import Homing, Node
+from armdrive.sim.cia402.node import Cia402Node, Homing
 from armdrive.sim.cia402.states import fault, react, say
 from armdrive.sim.cia402.writes import watched
 from armdrive.sim.world.saved import MEND, Json, Saved
@@ -65,12 +65,12 @@ _STATES = {state.name.lower(): state for state in _WAYS}
 _TALKS = {state.name.lower(): state for state in (NodeState.PRE_OPERATIONAL, *_ORDERS)}
 
 
-def known_json(nodes: Sequence[Node]) -> dict[str, Json]:
+def known_json(nodes: Sequence[Cia402Node]) -> dict[str, Json]:
     """Return what each drive is, and what its objects hold that they do not at first."""
     return {"drives": [_known(node) for node in nodes]}
 
 
-def seen_json(node: Node, error: int, now_s: float) -> dict[str, Json]:
+def seen_json(node: Cia402Node, error: int, now_s: float) -> dict[str, Json]:
     """Return what a drive would tell of itself, and how far its shaft is from its set-point."""
     watch = watched(node)
     return {
@@ -89,7 +89,7 @@ def seen_json(node: Node, error: int, now_s: float) -> dict[str, Json]:
     }
 
 
-def recall_known(nodes: Sequence[Node], saved: Saved, *, powered: bool) -> None:
+def recall_known(nodes: Sequence[Cia402Node], saved: Saved, *, powered: bool) -> None:
     """Know again what `known_json` wrote. Raises `StateFileError`."""
     drives = saved.items("drives")
     if len(drives) != len(nodes):
@@ -100,7 +100,7 @@ def recall_known(nodes: Sequence[Node], saved: Saved, *, powered: bool) -> None:
         _recall(node, Saved(item, f"drive {node.index + 1}"), powered=powered)
 
 
-def _known(node: Node) -> dict[str, Json]:
+def _known(node: Cia402Node) -> dict[str, Json]:
     state = DriveState.FAULT if node.state is DriveState.FAULT_REACTION else node.state
     leaves = state is DriveState.QUICK_STOP and not node.machine.quick_stop.stays
     booting = node.nmt.state is NodeState.BOOTING
@@ -116,7 +116,7 @@ def _known(node: Node) -> dict[str, Json]:
     }
 
 
-def _changed(node: Node) -> dict[str, Json]:
+def _changed(node: Cia402Node) -> dict[str, Json]:
     """Return the objects that are not as they are at first, as they are on the bus."""
     changed: dict[str, Json] = {}
     store = node.stored()
@@ -127,7 +127,7 @@ def _changed(node: Node) -> dict[str, Json]:
     return changed
 
 
-def _recall(node: Node, saved: Saved, *, powered: bool) -> None:
+def _recall(node: Cia402Node, saved: Saved, *, powered: bool) -> None:
     node.number = saved.whole("id", 1, NODE_MAX)
     node.powered = saved.flag("powered") and powered
     homed = saved.flag("homed")
@@ -140,7 +140,7 @@ def _recall(node: Node, saved: Saved, *, powered: bool) -> None:
     saved.end()
 
 
-def _recall_objects(node: Node, saved: Saved) -> None:
+def _recall_objects(node: Cia402Node, saved: Saved) -> None:
     for key in [*saved.data]:
         text = saved.text(str(key))
         try:
@@ -156,7 +156,7 @@ def _recall_objects(node: Node, saved: Saved) -> None:
     node.machine.quick_stop = QuickStopOption(node.number_of(QUICK_STOP_OPTION, 2))
 
 
-def _recall_talk(node: Node, state: NodeState) -> None:
+def _recall_talk(node: Cia402Node, state: NodeState) -> None:
     node.nmt.booted()
     if state in _ORDERS:
         node.nmt.receive_frame(Nmt(_ORDERS[state], node.number).frame)
@@ -164,7 +164,7 @@ def _recall_talk(node: Node, state: NodeState) -> None:
     node.beat_on(node.drive.rack.now_s)
 
 
-def _recall_state(node: Node, state: DriveState) -> None:
+def _recall_state(node: Cia402Node, state: DriveState) -> None:
     """Be as a saved drive was; nothing comes down for it, as that has been saved too."""
     if state is DriveState.FAULT:
         node.machine.happen(Happening.FAULT)
@@ -184,7 +184,7 @@ def _of(names: Mapping[str, S], text: str) -> S:
     return names[text]
 
 
-class SimCia402(DrivesBox[Node]):
+class SimCia402(DrivesBox[Cia402Node]):
     """The drives, the arm, and the person beside them. Input bit n is the switch of drive n."""
 
     title: ClassVar[str] = "arm on CiA 402 drives"
@@ -249,10 +249,10 @@ class SimCia402(DrivesBox[Node]):
         for node in self.nodes:
             node.nmt.booted()  # it has said so long ago
 
-    def _listens(self, node: Node, frame: Frame) -> bool:
+    def _listens(self, node: Cia402Node, frame: Frame) -> bool:
         return listens_to(node, frame.can_id)
 
-    def _bring(self, node: Node, frame: Frame) -> None:
+    def _bring(self, node: Cia402Node, frame: Frame) -> None:
         if minds_shaft(node, frame.can_id):
             self._shafts.look(self.now_s)
             live(node, self.now_s)
@@ -265,13 +265,13 @@ class SimCia402(DrivesBox[Node]):
         else:  # a frame is ready, and no drive has anything to do
             self.said += self._outbox.take(self.now_s)
 
-    def _next_of(self, node: Node) -> float:
+    def _next_of(self, node: Cia402Node) -> float:
         return due_s(node)
 
-    def _live_through(self, node: Node) -> None:
+    def _live_through(self, node: Cia402Node) -> None:
         live(node, self.now_s)
 
-    def _seen(self, node: Node, error: int) -> dict[str, Json]:
+    def _seen(self, node: Cia402Node, error: int) -> dict[str, Json]:
         return seen_json(node, error, self.now_s)
 
     def _known(self) -> dict[str, Json]:

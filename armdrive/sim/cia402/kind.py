@@ -8,7 +8,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
 from armdrive.sim.bus.drives import ShaftDrive, switches
 from armdrive.sim.cia402.device import SimCia402
-from armdrive.sim.cia402.node import Habits, Node, ServoPoint
+from armdrive.sim.cia402.node import Cia402Node, Cia402Quirks, ServoPoint
 from armdrive.sim.cia402.objects import ENCODER_INCREMENTS, MOST_MOTOR_SPEED, dictionary, without
 from armdrive.sim.device import Option, Options, SimDeviceKind
 from armdrive.sim.world.arm import World
@@ -41,7 +41,7 @@ def _make(config: ArmConfig, world: World, options: Options) -> SimCia402:
     drive = ShaftDrive(world, points, _top_rate(objects), SLACK_S)
     wired = switches(config, drive, behind=1)
     nodes = [
-        Node(index, number, objects, drive, wired[index], habits)
+        Cia402Node(index, number, objects, drive, wired[index], habits)
         for index, number in enumerate(_numbers(config, len(world.motors)))
     ]
     return SimCia402(world, drive, nodes, bits_s)
@@ -90,13 +90,13 @@ def _top_rate(objects: Dictionary) -> float:
     return int(speed.default or 0) * int(increments.default or 0) / 60.0
 
 
-def _habits(options: Options) -> Habits:
+def _habits(options: Options) -> Cia402Quirks:
     answer_ms, boot_s = options.number("answer_ms"), options.number("boot_s")
     if not _ANSWER_MS[0] <= answer_ms <= _ANSWER_MS[1]:
         raise BadRequest(f"answer_ms is from 0 to {_ANSWER_MS[1]:g}, not {answer_ms:g}")
     if not 0.0 < boot_s <= 60.0:
         raise BadRequest(f"boot_s is above 0 and at most 60, not {boot_s:g}")
-    return Habits(
+    return Cia402Quirks(
         modes=_modes(options),
         extrapolates=options.text("hold_after_loss") == "extrapolate",
         limits=options.flag("limits"),

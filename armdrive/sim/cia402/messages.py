@@ -8,8 +8,8 @@ from functools import cache
 from types import MappingProxyType
 
 from armdrive.sim.cia402.motion import arrived, watch_switch
-from armdrive.sim.cia402.node import Homing, Node
-from armdrive.sim.cia402.objects import AT_CHANGE, DIGITAL_INPUTS, POSITION_DEMAND, VELOCITY, Pdo
+from armdrive.sim.cia402.node import Cia402Node, Homing
+from armdrive.sim.cia402.objects import AT_CHANGE, DIGITAL_INPUTS, POSITION_DEMAND, VELOCITY, SimPdo
 from armdrive.sim.cia402.states import (
     LIMIT_REACHED,
     PDO_TOO_SHORT,
@@ -56,7 +56,7 @@ _UPPER_SWITCH = 1
 _WRAP = 1 << 32
 
 
-def status(node: Node, now_s: float) -> Statusword:
+def status(node: Cia402Node, now_s: float) -> Statusword:
     """Return its statusword."""
     word = node.machine.statusword(_common(node))
     bits = _TOLD.get(node.mode, _told_of_none)(node, word.bits & _OF_MODE, now_s)
@@ -65,18 +65,18 @@ def status(node: Node, now_s: float) -> Statusword:
     return Statusword(word.value & ~_OF_MODE_MASK | int(bits))
 
 
-def read(node: Node, place: Place, now_s: float) -> int:
+def read(node: Cia402Node, place: Place, now_s: float) -> int:
     """Return what an object that is a number is now."""
     told = LIVE.get(place)
     return node.number_of(place, 0) if told is None else told(node, now_s)
 
 
-def behind(node: Node, now_s: float) -> int:
+def behind(node: Cia402Node, now_s: float) -> int:
     """Return how far the shaft is from where it was told to be; 0 where nothing holds it."""
     return node.point.demand(now_s) - node.shaft if node.holding else 0
 
 
-def _common(node: Node) -> StatusBit:
+def _common(node: Cia402Node) -> StatusBit:
     return _common_of(node.astray, node.limited, node.forsaken)
 
 
@@ -88,17 +88,17 @@ def _common_of(astray: bool, limited: bool, forsaken: bool) -> StatusBit:
     return bits | StatusBit.WARNING if forsaken else bits
 
 
-def _told_of_profile(node: Node, bits: StatusBit, now_s: float) -> StatusBit:  # noqa: ARG001
+def _told_of_profile(node: Cia402Node, bits: StatusBit, now_s: float) -> StatusBit:  # noqa: ARG001
     return bits & ~StatusBit.REACHED if node.withheld else bits
 
 
-def _told_of_cycle(node: Node, bits: StatusBit, now_s: float) -> StatusBit:  # noqa: ARG001
+def _told_of_cycle(node: Cia402Node, bits: StatusBit, now_s: float) -> StatusBit:  # noqa: ARG001
     """Return bit 12 while it follows its targets; bit 10 says nothing then."""
     halted = node.machine.points.halted
     return StatusBit(0) if halted else StatusBit.ACKNOWLEDGED
 
 
-def _told_of_homing(node: Node, bits: StatusBit, now_s: float) -> StatusBit:  # noqa: ARG001
+def _told_of_homing(node: Cia402Node, bits: StatusBit, now_s: float) -> StatusBit:  # noqa: ARG001
     if node.homing is Homing.FAILED:
         return StatusBit.FOLLOWING_ERROR | StatusBit.REACHED
     stands = not node.point.moving(now_s) and arrived(node)
@@ -108,18 +108,18 @@ def _told_of_homing(node: Node, bits: StatusBit, now_s: float) -> StatusBit:  # 
     return StatusBit.REACHED | (StatusBit.ACKNOWLEDGED if home else StatusBit(0))
 
 
-def _told_of_none(node: Node, bits: StatusBit, now_s: float) -> StatusBit:  # noqa: ARG001
+def _told_of_none(node: Cia402Node, bits: StatusBit, now_s: float) -> StatusBit:  # noqa: ARG001
     return StatusBit(0) if node.point.moving(now_s) else StatusBit.REACHED
 
 
-_TOLD: Mapping[int, Callable[[Node, StatusBit, float], StatusBit]] = MappingProxyType(
+_TOLD: Mapping[int, Callable[[Cia402Node, StatusBit, float], StatusBit]] = MappingProxyType(
     {
         OperationMode.PROFILE_POSITION: _told_of_profile,
         OperationMode.CYCLIC_POSITION: _told_of_cycle,
         OperationMode.HOMING: _told_of_homing,
     }
 )
-LIVE: Mapping[Place, Callable[[Node, float], int]] = MappingProxyType(
+LIVE: Mapping[Place, Callable[[Cia402Node, float], int]] = MappingProxyType(
     {
         STATUSWORD: lambda node, now_s: status(node, now_s).value,
         MODE_SHOWN: lambda node, _: node.mode,
@@ -143,7 +143,7 @@ _SDO, _HEARTBEAT = 0x600, 0x700
 _HEARTBEATS = range(0x701, 0x780)
 
 
-def listens_to(node: Node, can_id: int) -> bool:
+def listens_to(node: Cia402Node, can_id: int) -> bool:
     """Tell whether a drive takes a frame of an id from the bus."""
     if not (node.powered and node.plugged):
         return False
@@ -152,12 +152,12 @@ def listens_to(node: Node, can_id: int) -> bool:
     return can_id in _HEARTBEATS
 
 
-def minds_shaft(node: Node, can_id: int) -> bool:
+def minds_shaft(node: Cia402Node, can_id: int) -> bool:
     """Tell whether what a frame asks for depends on where the shaft is at this very moment."""
     return can_id in (SYNC, _SDO + node.number)
 
 
-def hear(node: Node, frame: Frame, now_s: float) -> None:
+def hear(node: Cia402Node, frame: Frame, now_s: float) -> None:
     """Take a frame that it listens to."""
     if frame.extended or frame.remote or node.booting:
         return
@@ -173,7 +173,7 @@ def hear(node: Node, frame: Frame, now_s: float) -> None:
         _heartbeat(node, frame.can_id - _HEARTBEAT, now_s)
 
 
-def tell_changes(node: Node, now_s: float) -> None:
+def tell_changes(node: Cia402Node, now_s: float) -> None:
     """Send the PDOs that go by themselves, where something has changed or their time has come."""
     if not node.nmt.takes("pdo"):
         return
@@ -189,7 +189,7 @@ def tell_changes(node: Node, now_s: float) -> None:
 # --- SYNC and PDOs -------------------------------------------------------------------------------
 
 
-def _beat(node: Node, now_s: float) -> None:
+def _beat(node: Cia402Node, now_s: float) -> None:
     """Tell how it stands at this moment, and only then do what was handed over before it."""
     if not node.nmt.takes("pdo"):
         return
@@ -202,7 +202,7 @@ def _beat(node: Node, now_s: float) -> None:
             _act(node, pdo, data, now_s)
 
 
-def _send_in_turn(node: Node, pdo: Pdo, now_s: float) -> None:
+def _send_in_turn(node: Cia402Node, pdo: SimPdo, now_s: float) -> None:
     data = _packed(node, pdo, now_s)
     pdo.beats += 1
     if pdo.transmission == AT_CHANGE and data == pdo.data:
@@ -212,11 +212,11 @@ def _send_in_turn(node: Node, pdo: Pdo, now_s: float) -> None:
         _send(node, pdo, data, now_s)
 
 
-def _packed(node: Node, pdo: Pdo, now_s: float) -> bytes:
+def _packed(node: Cia402Node, pdo: SimPdo, now_s: float) -> bytes:
     return pdo.pack([read(node, place, now_s) for place in pdo.places])
 
 
-def _send(node: Node, pdo: Pdo, data: bytes, now_s: float) -> None:
+def _send(node: Cia402Node, pdo: SimPdo, data: bytes, now_s: float) -> None:
     node.say((Frame(pdo.can_id, data),))
     pdo.data = data
     pdo.free_s = now_s + pdo.inhibit_s
@@ -224,7 +224,7 @@ def _send(node: Node, pdo: Pdo, data: bytes, now_s: float) -> None:
         pdo.due_s = max(now_s + pdo.event_s, pdo.free_s) if pdo.event_s else math.inf
 
 
-def _take_pdo(node: Node, pdo: Pdo, data: bytes, now_s: float) -> None:
+def _take_pdo(node: Cia402Node, pdo: SimPdo, data: bytes, now_s: float) -> None:
     if not node.nmt.takes("pdo"):
         return
     if len(data) < pdo.size:
@@ -235,7 +235,7 @@ def _take_pdo(node: Node, pdo: Pdo, data: bytes, now_s: float) -> None:
         _act(node, pdo, data, now_s)
 
 
-def _act(node: Node, pdo: Pdo, data: bytes, now_s: float) -> None:
+def _act(node: Cia402Node, pdo: SimPdo, data: bytes, now_s: float) -> None:
     """Take over what a PDO has brought; a value that an object may not have is left out."""
     taken = []
     for place, value in zip(pdo.places, pdo.unpack(data), strict=True):
@@ -248,7 +248,7 @@ def _act(node: Node, pdo: Pdo, data: bytes, now_s: float) -> None:
 # --- SDO -----------------------------------------------------------------------------------------
 
 
-def _serve(node: Node, frame: Frame, now_s: float) -> None:
+def _serve(node: Cia402Node, frame: Frame, now_s: float) -> None:
     if not node.nmt.takes("sdo"):
         return
     said = [node.sdo.receive_frame(frame)]
@@ -260,13 +260,13 @@ def _serve(node: Node, frame: Frame, now_s: float) -> None:
     node.say(said)
 
 
-def _tell(node: Node, ask: ReadAsked, now_s: float) -> Frame | None:
+def _tell(node: Cia402Node, ask: ReadAsked, now_s: float) -> Frame | None:
     if ask.place in LIVE:
         node.keep(ask.place, LIVE[ask.place](node, now_s))
     return node.stored().answer(node.sdo, ask)
 
 
-def _take(node: Node, ask: WriteAsked, now_s: float) -> Frame | None:
+def _take(node: Cia402Node, ask: WriteAsked, now_s: float) -> Frame | None:
     entry = node.dictionary.find(ask.place)
     try:
         value = None if entry is None else entry.type.unpack(ask.data, exact=ask.exact)
@@ -286,7 +286,7 @@ def _take(node: Node, ask: WriteAsked, now_s: float) -> Frame | None:
 # --- NMT and heartbeats --------------------------------------------------------------------------
 
 
-def _order(node: Node, frame: Frame, now_s: float) -> None:
+def _order(node: Cia402Node, frame: Frame, now_s: float) -> None:
     order = node.nmt.receive_frame(frame)
     if order is NmtCommand.START:
         node.pdos.rebuild()
@@ -299,7 +299,7 @@ def _order(node: Node, frame: Frame, now_s: float) -> None:
         node.renew_talk(node.number, now_s)
 
 
-def _heartbeat(node: Node, sender: int, now_s: float) -> None:
+def _heartbeat(node: Cia402Node, sender: int, now_s: float) -> None:
     watch = watched(node)
     if watch is None or watch.node != sender:
         return
@@ -316,7 +316,7 @@ _UNWATCHED = 0xFFFF_FFFF
 _OBEYING = (DriveState.ENABLED, DriveState.QUICK_STOP)
 
 
-def due_s(node: Node) -> float:
+def due_s(node: Cia402Node) -> float:
     """Tell when it next does something by itself, apart from looking at its shaft."""
     if not node.powered:
         return math.inf
@@ -328,7 +328,7 @@ def due_s(node: Node) -> float:
     return min((due, *(pdo.due_s for pdo in node.pdos.transmitted)))
 
 
-def live(node: Node, now_s: float) -> None:
+def live(node: Cia402Node, now_s: float) -> None:
     """Do whatever is due by now."""
     if not node.powered:
         return
@@ -344,16 +344,16 @@ def live(node: Node, now_s: float) -> None:
     tell_changes(node, now_s)
 
 
-def _motion_s(node: Node) -> float:
+def _motion_s(node: Cia402Node) -> float:
     end_s = node.point.end_s if node.ends and not node.waits else math.inf
     return min(end_s, node.switch_s, node.astray_s + _patience_s(node))
 
 
-def _patience_s(node: Node) -> float:
+def _patience_s(node: Cia402Node) -> float:
     return node.number_of(FOLLOWING_ERROR_TIMEOUT_MS, 0) / 1000
 
 
-def _watch_beats(node: Node, now_s: float) -> None:
+def _watch_beats(node: Cia402Node, now_s: float) -> None:
     if node.beat_s <= now_s:
         node.beat_on(node.beat_s)
         node.say((node.nmt.heartbeat.frame,))
@@ -362,7 +362,7 @@ def _watch_beats(node: Node, now_s: float) -> None:
         forsake(node, now_s)
 
 
-def _watch_shaft(node: Node, now_s: float) -> None:
+def _watch_shaft(node: Cia402Node, now_s: float) -> None:
     """Fail where the shaft has been too far from where it was told to be, for too long."""
     window = node.number_of(FOLLOWING_ERROR_WINDOW, _UNWATCHED)
     watches = node.holding and node.state in _OBEYING and window != _UNWATCHED
@@ -375,7 +375,7 @@ def _watch_shaft(node: Node, now_s: float) -> None:
         fault(node, TOO_FAR_BEHIND, now_s)
 
 
-def _watch_switch(node: Node, now_s: float) -> None:
+def _watch_switch(node: Cia402Node, now_s: float) -> None:
     if node.switch_s <= now_s:
         node.switch_s = math.inf
     if node.homing.searches:
@@ -385,6 +385,6 @@ def _watch_switch(node: Node, now_s: float) -> None:
         command(node, Command.QUICK_STOP, now_s)
 
 
-def _runs_into_limit(node: Node, now_s: float) -> bool:
+def _runs_into_limit(node: Cia402Node, now_s: float) -> bool:
     minds = node.habits.limits and node.enabled and node.switch.pressed
     return minds and node.point.rate(now_s) * node.switch.way > 0

@@ -13,7 +13,7 @@ from enum import Enum
 
 from armdrive.sim.bus.drives import LimitSwitch, ShaftDrive, ShaftPoint
 from armdrive.sim.cia402.objects import COMMUNICATION, SERIAL_NUMBER, Pdos
-from armdrive.sim.mechanics.profiles import Piece, Profile, nearest
+from armdrive.sim.mechanics.profiles import AxisProfile, ProfilePiece, nearest
 from firmware_protocol.canopen import (
     PRODUCER_HEARTBEAT_MS,
     AbortCode,
@@ -53,7 +53,7 @@ class Homing(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Habits:
+class Cia402Quirks:
     """What CiA 402 leaves to the maker; `kind.KIND` says what each means."""
 
     modes: frozenset[OperationMode]
@@ -76,7 +76,7 @@ class ServoPoint(ShaftPoint):
 
     def __init__(self, at: int) -> None:
         super().__init__(at)
-        self._demand: Piece | None = None
+        self._demand: ProfilePiece | None = None
 
     def demand(self, now_s: float) -> int:
         """Return where it was told to be: ahead of where it is, of what it cannot follow."""
@@ -88,14 +88,14 @@ class ServoPoint(ShaftPoint):
         """Go straight to a target within a period, and stand there; or go `on` beyond it."""
         told, here = self.demand(now_s), self._state(now_s)[0]
         rate = (target - told) / period_s
-        self._demand = Piece(now_s, told, rate, 0.0, period_s)
+        self._demand = ProfilePiece(now_s, told, rate, 0.0, period_s)
         way = target - here
         able = math.copysign(min(abs(way) / period_s, most_rate), way)
-        pieces = [Piece(now_s, here, able, 0.0, abs(way / able) if able else 0.0)]
+        pieces = [ProfilePiece(now_s, here, able, 0.0, abs(way / able) if able else 0.0)]
         if on and able:
-            self._demand = Piece(now_s, told, rate, 0.0, math.inf)
-            pieces.append(Piece(pieces[0].end_s, target, able, 0.0, math.inf))
-        self._profile = Profile(pieces, target)
+            self._demand = ProfilePiece(now_s, told, rate, 0.0, math.inf)
+            pieces.append(ProfilePiece(pieces[0].end_s, target, able, 0.0, math.inf))
+        self._profile = AxisProfile(pieces, target)
         self._end_s = max(self._profile.end_s, now_s)
 
     def hold(self, at: int) -> None:
@@ -103,7 +103,7 @@ class ServoPoint(ShaftPoint):
         super().hold(at)
         self._demand = None
 
-    def _begin(self, profile: Profile, now_s: float) -> None:
+    def _begin(self, profile: AxisProfile, now_s: float) -> None:
         super()._begin(profile, now_s)
         self._demand = None
 
@@ -111,7 +111,7 @@ class ServoPoint(ShaftPoint):
 _ROUNDING = 1e-6
 
 
-class Node:
+class Cia402Node:
     """A drive on the motor of its index. Its owner calls `messages.live` once time has passed."""
 
     def __init__(
@@ -121,7 +121,7 @@ class Node:
         dictionary: Dictionary,
         drive: ShaftDrive[ServoPoint],
         switch: LimitSwitch,
-        habits: Habits,
+        habits: Cia402Quirks,
     ) -> None:
         self.index = index
         self.number = number

@@ -83,7 +83,7 @@ _INHIBIT_S, _EVENT_S = 1e-4, 1e-3
 
 
 @dataclass(slots=True)
-class Pdo:
+class SimPdo:
     """One that exists, and where it stands."""
 
     can_id: int
@@ -128,8 +128,8 @@ class Pdos:
     def __init__(self, store: ObjectStore, dictionary: Dictionary) -> None:
         self._store = store
         self._dictionary = dictionary
-        self.received: Table[int, Pdo] = {}
-        self.transmitted: tuple[Pdo, ...] = ()
+        self.received: Table[int, SimPdo] = {}
+        self.transmitted: tuple[SimPdo, ...] = ()
         self.rebuild()
 
     def rebuild(self) -> None:
@@ -174,7 +174,7 @@ class Pdos:
             fits = entry.access.writable if received else entry.access.readable
         return None if fits else AbortCode.NOT_MAPPABLE
 
-    def _read(self, communication: int, mapping: int, number: int) -> Pdo | None:
+    def _read(self, communication: int, mapping: int, number: int) -> SimPdo | None:
         cob = self._value(Place(communication + number, _COB))
         count = self._value(Place(mapping + number, 0))
         if not cob or cob & NOT_VALID or not count:
@@ -184,7 +184,7 @@ class Pdos:
             mapped = PdoMapping(tuple(Mapped.of(word, self._dictionary) for word in words))
         except (BadField, RemoteProtocolError):  # as shipped it maps what this drive lacks
             return None
-        return Pdo(
+        return SimPdo(
             cob & STANDARD_ID_MAX,
             mapped,
             self._value(Place(communication + number, _TRANSMISSION)),

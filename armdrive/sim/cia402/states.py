@@ -17,7 +17,7 @@ from armdrive.sim.cia402.motion import (
     slope,
     slow_down,
 )
-from armdrive.sim.cia402.node import Node
+from armdrive.sim.cia402.node import Cia402Node
 from armdrive.sim.cia402.objects import ERROR_COUNT, LAST_ERROR
 from firmware_protocol.canopen import (
     CONTROLWORD,
@@ -56,7 +56,7 @@ _KINDS = {
 _OF_TALK = range(0x8100, 0x8300)
 
 
-def report(node: Node, code: int) -> None:
+def report(node: Cia402Node, code: int) -> None:
     """Say that something is wrong, and keep it."""
     register = ErrorRegister.GENERIC | _kind(code) | node.number_of(ERROR_REGISTER, 0)
     node.keep(ERROR_REGISTER, register)
@@ -66,7 +66,7 @@ def report(node: Node, code: int) -> None:
     say(node, code)
 
 
-def over(node: Node) -> None:
+def over(node: Cia402Node) -> None:
     """Say that nothing is wrong any more, if something was."""
     if node.number_of(ERROR_REGISTER, 0):
         node.keep(ERROR_REGISTER, 0)
@@ -74,7 +74,7 @@ def over(node: Node) -> None:
         say(node, 0)
 
 
-def say(node: Node, code: int) -> None:
+def say(node: Cia402Node, code: int) -> None:
     """Say an EMCY, whatever it is that has caused it."""
     if node.nmt.takes("emcy"):
         node.say((Emergency(node.number, code, node.number_of(ERROR_REGISTER, 0)).frame,))
@@ -94,7 +94,7 @@ _RAMPS = {1: PROFILE_DECELERATION}
 """By what ramp 605E has it brake, where that is not the quick stop's."""
 
 
-def control(node: Node, now_s: float) -> None:
+def control(node: Cia402Node, now_s: float) -> None:
     """Obey the controlword, as it stands in its object."""
     word = Controlword(node.number_of(CONTROLWORD, 0))
     halted = node.machine.points.halted
@@ -112,7 +112,7 @@ def control(node: Node, now_s: float) -> None:
             slow_down(node, now_s)
 
 
-def take(node: Node, taken: Iterable[Transition], now_s: float) -> None:
+def take(node: Cia402Node, taken: Iterable[Transition], now_s: float) -> None:
     """Do what changes of the state mean for the motor."""
     for row in taken:
         if row.number == _FAULT_RESET:
@@ -129,7 +129,7 @@ def take(node: Node, taken: Iterable[Transition], now_s: float) -> None:
             let_go(node, now_s)
 
 
-def let_go(node: Node, now_s: float) -> None:
+def let_go(node: Cia402Node, now_s: float) -> None:
     """Take the motor's current: what it holds comes down."""
     node.homing = node.homing.given_up
     node.ends, node.astray_s, node.switch_s = False, math.inf, math.inf
@@ -137,12 +137,12 @@ def let_go(node: Node, now_s: float) -> None:
         node.drive.release((node.index,), now_s)
 
 
-def command(node: Node, what: Command, now_s: float) -> None:
+def command(node: Cia402Node, what: Command, now_s: float) -> None:
     """Have the drive do by itself what a controlword would."""
     take(node, node.machine.control(Controlword.of(what))[0], now_s)
 
 
-def fault(node: Node, code: int, now_s: float) -> None:
+def fault(node: Cia402Node, code: int, now_s: float) -> None:
     """Fail, and say why: by 605E it brakes, and then its motor is free."""
     report(node, code)
     changed = node.machine.happen(Happening.FAULT)
@@ -158,7 +158,7 @@ def fault(node: Node, code: int, now_s: float) -> None:
         brake(node, slope(node, _RAMPS.get(reaction, QUICK_STOP_DECELERATION)), now_s)
 
 
-def watch_end(node: Node, now_s: float) -> None:
+def watch_end(node: Cia402Node, now_s: float) -> None:
     """Do what is due when a motion has ended."""
     if not node.ends or node.point.moving(now_s):
         return
@@ -174,7 +174,7 @@ def watch_end(node: Node, now_s: float) -> None:
         node.ends = False
 
 
-def _watch_arrival(node: Node, now_s: float) -> None:
+def _watch_arrival(node: Cia402Node, now_s: float) -> None:
     node.waits = not arrived(node)
     if node.waits:
         return
@@ -186,7 +186,9 @@ def _watch_arrival(node: Node, now_s: float) -> None:
         go(node, now_s)
 
 
-def _control_profile(node: Node, point: SetPoint | None, now_s: float, *, halted: bool) -> None:
+def _control_profile(
+    node: Cia402Node, point: SetPoint | None, now_s: float, *, halted: bool
+) -> None:
     points = node.machine.points
     if point is not None:
         aim(node, point)
@@ -197,21 +199,23 @@ def _control_profile(node: Node, point: SetPoint | None, now_s: float, *, halted
         go(node, now_s)
 
 
-def _control_homing(node: Node, word: Controlword, point: SetPoint | None, now_s: float) -> None:
+def _control_homing(
+    node: Cia402Node, word: Controlword, point: SetPoint | None, now_s: float
+) -> None:
     if not word.has(ControlBit.NEW_SET_POINT) or node.machine.points.halted:
         homing.give_up(node, now_s)
     elif point is not None:
         homing.begin(node, now_s)
 
 
-def _stopping_slope(node: Node) -> float:
+def _stopping_slope(node: Cia402Node) -> float:
     option = node.machine.quick_stop
     if option in _ON_RAMP:
         return slope(node, PROFILE_DECELERATION)
     return quickly(node) if option in _ON_QUICK_RAMP else math.inf
 
 
-def _happened(node: Node, happening: Happening) -> Iterable[Transition]:
+def _happened(node: Cia402Node, happening: Happening) -> Iterable[Transition]:
     row = node.machine.happen(happening)
     return () if row is None else (row,)
 
@@ -222,7 +226,7 @@ _FAULT = 1
 _COMMANDS = {2: Command.DISABLE_VOLTAGE, 3: Command.QUICK_STOP}
 
 
-def forsake(node: Node, now_s: float) -> None:
+def forsake(node: Cia402Node, now_s: float) -> None:
     """Miss its master's heartbeat: say so, and react."""
     node.forsaken = True
     node.watch_stops += 1
@@ -231,7 +235,7 @@ def forsake(node: Node, now_s: float) -> None:
     react(node, now_s, HEARTBEAT_MISSING)
 
 
-def react(node: Node, now_s: float, code: int = HEARTBEAT_MISSING) -> None:
+def react(node: Cia402Node, now_s: float, code: int = HEARTBEAT_MISSING) -> None:
     """Do what 6007 says: nothing, a fault, let the motor go, or a quick stop."""
     reaction = node.number_of(HEARTBEAT_REACTION, _FAULT)
     if reaction == _FAULT:

@@ -9,7 +9,7 @@ from functools import lru_cache
 from types import MappingProxyType
 
 from armdrive.sim.cia402.motion import METHODS, follow, set_mode
-from armdrive.sim.cia402.node import Node
+from armdrive.sim.cia402.node import Cia402Node
 from armdrive.sim.cia402.objects import (
     ERROR_COUNT,
     HOMING_METHOD,
@@ -56,7 +56,7 @@ _RANGES: Mapping[Place, Collection[int]] = MappingProxyType(
 )
 
 
-def refusal(node: Node, place: Place, value: Value) -> AbortCode | None:
+def refusal(node: Cia402Node, place: Place, value: Value) -> AbortCode | None:
     """Return why an object may not become a value that is one of its type; None where it may."""
     if not isinstance(value, int):
         return None
@@ -73,7 +73,7 @@ def refusal(node: Node, place: Place, value: Value) -> AbortCode | None:
     return None
 
 
-def written(node: Node, places: Collection[Place], now_s: float) -> None:
+def written(node: Cia402Node, places: Collection[Place], now_s: float) -> None:
     """Do what follows from objects that have been written together."""
     followed, due = _follows(node), _due_of(tuple(places))
     for act in due.acts:
@@ -84,35 +84,35 @@ def written(node: Node, places: Collection[Place], now_s: float) -> None:
         node.pdos.rebuild()
 
 
-def watched(node: Node) -> HeartbeatWatch | None:
+def watched(node: Cia402Node) -> HeartbeatWatch | None:
     """Return whose silence it minds, and when."""
     return HeartbeatWatch.of(node.number_of(CONSUMER_HEARTBEAT, 0))
 
 
-def _mode(node: Node, now_s: float) -> None:
+def _mode(node: Cia402Node, now_s: float) -> None:
     set_mode(node, node.number_of(MODE, 0), now_s)
 
 
-def _follows(node: Node) -> bool:
+def _follows(node: Cia402Node) -> bool:
     """Tell whether it goes wherever its target is: also to an old one, when that begins."""
     cyclic = node.mode == OperationMode.CYCLIC_POSITION
     return cyclic and node.enabled and not node.machine.points.halted
 
 
-def _beat(node: Node, now_s: float) -> None:
+def _beat(node: Cia402Node, now_s: float) -> None:
     node.beat_on(now_s)
 
 
-def _watch(node: Node, now_s: float) -> None:  # noqa: ARG001
+def _watch(node: Cia402Node, now_s: float) -> None:  # noqa: ARG001
     """Begin to watch anew, with the first heartbeat that comes."""
     node.silent_s, node.forsaken = math.inf, False
 
 
-def _quick_stop(node: Node, now_s: float) -> None:  # noqa: ARG001
+def _quick_stop(node: Cia402Node, now_s: float) -> None:  # noqa: ARG001
     node.machine.quick_stop = QuickStopOption(node.number_of(QUICK_STOP_OPTION, 2))
 
 
-_ACTS: Mapping[Place, Callable[[Node, float], None]] = MappingProxyType(
+_ACTS: Mapping[Place, Callable[[Cia402Node, float], None]] = MappingProxyType(
     {
         QUICK_STOP_OPTION: _quick_stop,
         PRODUCER_HEARTBEAT_MS: _beat,
@@ -128,7 +128,7 @@ _ACTS: Mapping[Place, Callable[[Node, float], None]] = MappingProxyType(
 class _Due:
     """What objects ask for that have been written together."""
 
-    acts: tuple[Callable[[Node, float], None], ...]
+    acts: tuple[Callable[[Cia402Node, float], None], ...]
     aims: bool
     """Whether there is a target among them."""
     rebuilds: bool

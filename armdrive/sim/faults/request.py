@@ -112,7 +112,7 @@ class Cable(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Bench:
+class FaultBench:
     """All that a fault can befall."""
 
     device: SimDevice
@@ -129,7 +129,7 @@ class Running:
 
 
 Begin = Callable[[], Running | None]
-Prepare = Callable[[Bench, FaultRequest], Begin]
+Prepare = Callable[[FaultBench, FaultRequest], Begin]
 
 
 @dataclass(frozen=True, slots=True)

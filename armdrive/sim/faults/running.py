@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.sim.device import SimDevice
-from armdrive.sim.faults.request import Begin, Bench, Cable, FaultRequest, Running
+from armdrive.sim.faults.request import Begin, Cable, FaultBench, FaultRequest, Running
 from armdrive.sim.faults.table import fault_kind
 from armdrive.sim.wire import PacedDevice
 from armdrive.transports.in_process import MemoryLink
@@ -43,7 +43,7 @@ class Faults:
     """The faults of one device. Called from the thread that owns the device, or under its lock."""
 
     def __init__(self, device: SimDevice, line: PacedDevice, cable: Cable) -> None:
-        self._bench = Bench(device, line, cable)
+        self._bench = FaultBench(device, line, cable)
         self._active: list[_Active] = []
         self.troubles: list[str] = []
         """What could not be done when its time came; whoever reads this clears it."""

@@ -17,7 +17,7 @@ from armdrive.sim.bus.drives import DrivesOnBus, SaysEmergencies
 from armdrive.sim.device import HasSwitches, Resettable, SimDevice, SwitchState, lacks
 from armdrive.sim.faults.request import (
     Begin,
-    Bench,
+    FaultBench,
     FaultKind,
     FaultRequest,
     Prepare,
@@ -28,11 +28,11 @@ from armdrive.sim.faults.request import (
 from armdrive.sim.wire import (
     Amount,
     Effect,
-    Lane,
     Next,
     Nth,
     Rule,
     Share,
+    WireDirection,
     changed,
     frame_lost,
     late,
@@ -45,7 +45,7 @@ from kinematics.errors import did_you_mean
 BROWN_OUT_S = 0.5
 
 
-def brown_out(bench: Bench, _: FaultRequest) -> Begin:
+def brown_out(bench: FaultBench, _: FaultRequest) -> Begin:
     """Have the power fail, and come back."""
 
     def end() -> None:
@@ -60,7 +60,7 @@ def brown_out(bench: Bench, _: FaultRequest) -> Begin:
     return begin
 
 
-def reset(bench: Bench, _: FaultRequest) -> Begin:
+def reset(bench: FaultBench, _: FaultRequest) -> Begin:
     """Have the board reset, its power on."""
     device = bench.device
     if not isinstance(device, Resettable):
@@ -68,7 +68,7 @@ def reset(bench: Bench, _: FaultRequest) -> Begin:
     return device.reset
 
 
-def lose_steps(bench: Bench, request: FaultRequest) -> Begin:
+def lose_steps(bench: FaultBench, request: FaultRequest) -> Begin:
     """Have a motor lose steps."""
     motor, count = motor_of(bench, request.words[0]), whole(request.words[1])
     if count < 1:
@@ -76,7 +76,7 @@ def lose_steps(bench: Bench, request: FaultRequest) -> Begin:
     return lambda: bench.device.world.lose(motor, count)
 
 
-def stall(bench: Bench, request: FaultRequest) -> Begin:
+def stall(bench: FaultBench, request: FaultRequest) -> Begin:
     """Have a motor no longer follow."""
     motor, stalled = motor_of(bench, request.words[0]), bench.device.world.stalled
 
@@ -87,7 +87,7 @@ def stall(bench: Bench, request: FaultRequest) -> Begin:
     return begin
 
 
-def switch(bench: Bench, request: FaultRequest) -> Begin:
+def switch(bench: FaultBench, request: FaultRequest) -> Begin:
     """Have a limit switch stick, or free it."""
     device = bench.device
     if not isinstance(device, HasSwitches):
@@ -106,7 +106,7 @@ def switch(bench: Bench, request: FaultRequest) -> Begin:
     return begin
 
 
-def motor_of(bench: Bench, word: str) -> int:
+def motor_of(bench: FaultBench, word: str) -> int:
     """Return a motor's index, given as its number from 1 or as its name."""
     names = [motor.name for motor in bench.device.world.body.transmission.motors]
     if word in names:
@@ -132,7 +132,7 @@ def ruling(
 ) -> Prepare:
     """Return a row's `prepare` that puts a rule on the lanes of the sides that speak."""
 
-    def prepare(bench: Bench, request: FaultRequest) -> Begin:
+    def prepare(bench: FaultBench, request: FaultRequest) -> Begin:
         words = request.words[first:] or ((default,) if default else ())
         rules = [
             (lane, make(request, _amount(words[0] if words else "", request, lane_number)))
@@ -151,12 +151,12 @@ def ruling(
     return prepare
 
 
-def _withdraw(rules: list[tuple[Lane, Rule]]) -> None:
+def _withdraw(rules: list[tuple[WireDirection, Rule]]) -> None:
     for lane, rule in rules:
         lane.rules = [one for one in lane.rules if one is not rule]
 
 
-def _lanes(bench: Bench, side: str) -> list[Lane]:
+def _lanes(bench: FaultBench, side: str) -> list[WireDirection]:
     lanes = {"host": bench.line.faults.host, "device": bench.line.faults.device}
     return [lane for name, lane in lanes.items() if side in (name, "both")]
 
@@ -188,12 +188,12 @@ def delaying(request: FaultRequest) -> Effect:
     return late(seconds)
 
 
-def mute(bench: Bench, _: FaultRequest) -> Begin:
+def mute(bench: FaultBench, _: FaultRequest) -> Begin:
     """Have the device say nothing."""
     return silencing(bench, "device")
 
 
-def silencing(bench: Bench, side: str) -> Callable[[], Running]:
+def silencing(bench: FaultBench, side: str) -> Callable[[], Running]:
     """Return what has nothing pass that a side says, or both."""
     every = Share(1.1, random.Random(0))  # noqa: S311 - every byte, nothing is drawn
     rules = [(lane, Rule(lost, every)) for lane in _lanes(bench, side)]
@@ -206,7 +206,7 @@ def silencing(bench: Bench, side: str) -> Callable[[], Running]:
     return begin
 
 
-def garbage(bench: Bench, request: FaultRequest) -> Begin:
+def garbage(bench: FaultBench, request: FaultRequest) -> Begin:
     """Have noise come from the device's end of the wire."""
     count = whole(request.words[0]) if request.words else NOISE_BYTES
     if not 1 <= count <= NOISE_MOST:
@@ -215,7 +215,7 @@ def garbage(bench: Bench, request: FaultRequest) -> Begin:
     return lambda: bench.line.say(noise, bench.device.now_s)
 
 
-def unplug(bench: Bench, _: FaultRequest) -> Begin:
+def unplug(bench: FaultBench, _: FaultRequest) -> Begin:
     """Pull the cable."""
 
     def begin() -> Running:
@@ -225,7 +225,7 @@ def unplug(bench: Bench, _: FaultRequest) -> Begin:
     return begin
 
 
-def replug(bench: Bench, request: FaultRequest) -> Begin:
+def replug(bench: FaultBench, request: FaultRequest) -> Begin:
     """Put the cable back, under another name perhaps."""
     words = [word for word in request.words if word != "as"]
     return lambda: bench.cable.replug(words[0] if words else None)
@@ -245,7 +245,7 @@ def frame_doubled(frame: bytes, amount: Amount) -> tuple[bytes, float]:
     return frame * (2 if amount.strikes(len(frame)) else 1), 0.0
 
 
-def bus_off(bench: Bench, _: FaultRequest) -> Begin:
+def bus_off(bench: FaultBench, _: FaultRequest) -> Begin:
     """Have the host's adapter leave the bus."""
     _drives(bench)
     line: Any = bench.line
@@ -259,7 +259,7 @@ def bus_off(bench: Bench, _: FaultRequest) -> Begin:
     return begin
 
 
-def alone(bench: Bench, _: FaultRequest) -> Begin:
+def alone(bench: FaultBench, _: FaultRequest) -> Begin:
     """Have nobody acknowledge what the adapter sends: it stands alone on its bus."""
     _drives(bench)
     adapter = getattr(bench.line, "adapter", None)
@@ -282,38 +282,38 @@ def alone(bench: Bench, _: FaultRequest) -> Begin:
     return begin
 
 
-def mute_drive(bench: Bench, request: FaultRequest) -> Begin:
+def mute_drive(bench: FaultBench, request: FaultRequest) -> Begin:
     """Have a drive say nothing, while it hears and obeys."""
     return _lasting(bench, request, lambda drives, at, on: drives.mute_drive(at, on))
 
 
-def dead_drive(bench: Bench, request: FaultRequest) -> Begin:
+def dead_drive(bench: FaultBench, request: FaultRequest) -> Begin:
     """Take a drive's supply away."""
     return _lasting(bench, request, lambda drives, at, on: drives.power_drive(at, not on))
 
 
-def without_done(bench: Bench, request: FaultRequest) -> Begin:
+def without_done(bench: FaultBench, request: FaultRequest) -> Begin:
     """Have a drive not say that a motion is done."""
     return _lasting(bench, request, lambda drives, at, on: drives.withhold_done(at, on))
 
 
-def reset_drive(bench: Bench, request: FaultRequest) -> Begin:
+def reset_drive(bench: FaultBench, request: FaultRequest) -> Begin:
     """Have a drive's firmware begin anew."""
     drives, at = _drives(bench), motor_of(bench, request.words[0])
     return lambda: drives.reset_drive(at)
 
 
-def other_mode(bench: Bench, request: FaultRequest) -> Begin:
+def other_mode(bench: FaultBench, request: FaultRequest) -> Begin:
     """Give a drive another mode, as somebody does at its keys."""
     return _changed(bench, request, lambda drives, at, mode: drives.set_drive_mode(at, mode))
 
 
-def other_id(bench: Bench, request: FaultRequest) -> Begin:
+def other_id(bench: FaultBench, request: FaultRequest) -> Begin:
     """Give a drive another id, one that another has perhaps."""
     return _changed(bench, request, lambda drives, at, node: drives.set_drive_id(at, node))
 
 
-def ailing_drive(bench: Bench, request: FaultRequest) -> Begin:
+def ailing_drive(bench: FaultBench, request: FaultRequest) -> Begin:
     """Have a drive fail by itself, for as long as this lasts; it is to be reset then."""
     drives, at = _emergencies(bench), motor_of(bench, request.words[0])
     code = _code(request.words[1])
@@ -325,14 +325,14 @@ def ailing_drive(bench: Bench, request: FaultRequest) -> Begin:
     return begin
 
 
-def warning_drive(bench: Bench, request: FaultRequest) -> Begin:
+def warning_drive(bench: FaultBench, request: FaultRequest) -> Begin:
     """Have a drive say an EMCY, and go on."""
     drives, at = _emergencies(bench), motor_of(bench, request.words[0])
     code = _code(request.words[1])
     return lambda: drives.warn_drive(at, code)
 
 
-def _emergencies(bench: Bench) -> SaysEmergencies:
+def _emergencies(bench: FaultBench) -> SaysEmergencies:
     if not isinstance(bench.device, SaysEmergencies):
         raise lacks(bench.device, "error codes of its own")
     return bench.device
@@ -344,7 +344,7 @@ def _code(word: str) -> int:
     return int(word, 16)
 
 
-def _drives(bench: Bench) -> DrivesOnBus:
+def _drives(bench: FaultBench) -> DrivesOnBus:
     device = bench.device
     if not isinstance(device, DrivesOnBus):
         raise BadRequest(f"the simulated {device.title} has no drives on a bus")
@@ -352,7 +352,7 @@ def _drives(bench: Bench) -> DrivesOnBus:
 
 
 def _lasting(
-    bench: Bench, request: FaultRequest, switch: Callable[[DrivesOnBus, int, bool], None]
+    bench: FaultBench, request: FaultRequest, switch: Callable[[DrivesOnBus, int, bool], None]
 ) -> Begin:
     drives, at = _drives(bench), motor_of(bench, request.words[0])
 
@@ -364,7 +364,7 @@ def _lasting(
 
 
 def _changed(
-    bench: Bench, request: FaultRequest, change: Callable[[DrivesOnBus, int, int], int]
+    bench: FaultBench, request: FaultRequest, change: Callable[[DrivesOnBus, int, int], int]
 ) -> Begin:
     drives, at = _drives(bench), motor_of(bench, request.words[0])
     value = whole(request.words[1])

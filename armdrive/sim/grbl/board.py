@@ -21,10 +21,10 @@ from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from typing import Generic, TypeAlias, TypeVar
 
-from armdrive.sim.grbl.firmware import HARD_LIMITS, INCHES, REPORT, Build, Settings
-from armdrive.sim.grbl.hardware import Outputs, Switches
+from armdrive.sim.grbl.firmware import HARD_LIMITS, INCHES, REPORT, BoardBuild, BoardSettings
+from armdrive.sim.grbl.hardware import BoardOutputs, Switches
 from armdrive.sim.grbl.motors import BoardDrive
-from armdrive.sim.grbl.parser import Parser
+from armdrive.sim.grbl.parser import GcodeParser
 from armdrive.sim.mechanics.planner import SEGMENT_S
 from firmware_protocol.grbl import (
     GRBLHAL_ONLY,
@@ -44,7 +44,7 @@ _LINE_END = re.compile(rb"[\r\n]")
 _LONGEST = 4096
 
 
-class Ring:
+class ReceiveRing:
     """Bytes that the main loop has not read, and the line that it has begun to read.
 
     `lost` counts the bytes that found no room.
@@ -104,13 +104,13 @@ Boot: TypeAlias = Generator[float, None, None]
 class Makers:
     """What a board is made to do with lines, real-time commands and its two kinds of alarms."""
 
-    line: Callable[[Board, LineReceived], Script]
-    order: Callable[[Board, Realtime], None]
-    critical: Callable[[Board, int], None]
-    fail: Callable[[Board, int], None]
+    line: Callable[[GrblBoard, LineReceived], Script]
+    order: Callable[[GrblBoard, Realtime], None]
+    critical: Callable[[GrblBoard, int], None]
+    fail: Callable[[GrblBoard, int], None]
 
 
-class Task(Generic[T]):
+class BoardScript(Generic[T]):
     """One script at a time, or none."""
 
     def __init__(self) -> None:
@@ -167,7 +167,7 @@ _MINUTE_S = 60.0
 MM_PER_INCH = 25.4
 
 
-class Reporter:
+class StatusReporter:
     """Answers `?`. A report takes its time on the wire, and the next one waits for it."""
 
     def __init__(self, baud: int | None) -> None:
@@ -189,7 +189,7 @@ class Reporter:
         """Have the next report tell the overrides."""
         self._until_ov = 0
 
-    def due_s(self, board: Board) -> float:
+    def due_s(self, board: GrblBoard) -> float:
         """Tell when a report is to be sent; infinity while none is, or none can be."""
         if not self.asked:
             return math.inf
@@ -199,7 +199,7 @@ class Reporter:
             return math.inf
         return max(self._free_s, board.now_s)
 
-    def report(self, board: Board) -> StatusReport:
+    def report(self, board: GrblBoard) -> StatusReport:
         """Return the report of this moment."""
         self.asked = False
         per_unit = 1.0 / MM_PER_INCH if board.settings.on(INCHES) else 1.0
@@ -243,7 +243,7 @@ class Reporter:
         return wco, False
 
 
-def _sub_state(board: Board) -> int | None:
+def _sub_state(board: GrblBoard) -> int | None:
     if board.state is State.HOLD:
         return 0 if board.stands else 1
     if board.state is State.DOOR:
@@ -251,7 +251,7 @@ def _sub_state(board: Board) -> int | None:
     return None
 
 
-def _pins(board: Board) -> str | None:
+def _pins(board: GrblBoard) -> str | None:
     letters = "".join(
         letter for axis, letter in enumerate(board.axes) if board.switches.pressed(axis)
     )
@@ -275,7 +275,7 @@ class HardLimits:
         self.due_s = math.inf
         self._pressed = 0
 
-    def plan(self, board: Board) -> None:
+    def plan(self, board: GrblBoard) -> None:
         """Find out when to look next."""
         limited = _in_force(board) and board.state is not State.HOME
         if not (limited and board.drive.moving) or board.critical:
@@ -283,7 +283,7 @@ class HardLimits:
         elif math.isinf(self.due_s):
             self.due_s = board.now_s + TICK_S
 
-    def look(self, board: Board) -> None:
+    def look(self, board: GrblBoard) -> None:
         """Raise the alarm where a switch has changed."""
         before = self._pressed
         self.forget(board)
@@ -291,13 +291,13 @@ class HardLimits:
         if self._pressed != before and _in_force(board) and not deaf:
             board.alarm(HARD_LIMIT)
 
-    def forget(self, board: Board) -> None:
+    def forget(self, board: GrblBoard) -> None:
         """Take the switches as they are."""
         self.due_s = math.inf
         self._pressed = board.switches.mask()
 
 
-def _in_force(board: Board) -> bool:
+def _in_force(board: GrblBoard) -> bool:
     """Tell whether a switch that changes is an alarm: not every build acts on $21=1."""
     return board.firmware.hard_limits and board.settings.on(HARD_LIMITS)
 
@@ -307,13 +307,13 @@ _PICKED = re.compile(rb"[\x18!?~\x80-\xff]")
 _PICKED_BY_GRBLHAL = re.compile(rb"[\x18\x19!?~\x80-\xff]")
 
 
-class Board:
+class GrblBoard:
     """Everything that the firmware knows and does. Answers are appended to `said`."""
 
     def __init__(
         self,
-        build: Build,
-        settings: Settings,
+        build: BoardBuild,
+        settings: BoardSettings,
         drive: BoardDrive,
         switches: Switches,
         said: bytearray,
@@ -329,11 +329,11 @@ class Board:
         self.switches = switches
         self.coast = build.coast
         self.codec = Device(firmware.dialect(build.axes))
-        self.parser = Parser(build.axes, firmware.unknown)
-        self.outputs = Outputs()
+        self.parser = GcodeParser(build.axes, firmware.unknown)
+        self.outputs = BoardOutputs()
         self.outputs_changed = outputs_changed
-        self.reporter = Reporter(baud)
-        self.ring = Ring(firmware.ring_bytes)
+        self.reporter = StatusReporter(baud)
+        self.ring = ReceiveRing(firmware.ring_bytes)
         self.startup = ["", ""]
         self.note = self.inputs = ""
         self.now_s = 0.0
@@ -344,9 +344,9 @@ class Board:
         self.overrides, self.cancels = [100, 100, 100], 0
         self.deaf_until_s = -math.inf
         self.idle_off_s = math.inf
-        self.boot: Task[None] = Task()
+        self.boot: BoardScript[None] = BoardScript()
         self.limits = HardLimits()
-        self._line: Task[Ok | Error] = Task()
+        self._line: BoardScript[Ok | Error] = BoardScript()
         self._said = said
         self.makers = makers
         self._picked = _PICKED_BY_GRBLHAL if firmware.grblhal else _PICKED
@@ -525,21 +525,21 @@ class Board:
 Waits = Generator[float, None, None]
 
 
-def until_still(board: Board) -> Waits:
+def until_still(board: GrblBoard) -> Waits:
     """Wait until everything queued has been driven."""
     while board.drive.rack.waiting or board.state is State.RUN:
         board.autostart()
         yield math.inf
 
 
-def until_room(board: Board) -> Waits:
+def until_room(board: GrblBoard) -> Waits:
     """Wait until the planner takes one more line: one leaves it with its last segment."""
     while board.full:
         board.autostart()
         yield board.now_s + SEGMENT_S
 
 
-def write_eeprom(board: Board) -> Waits:
+def write_eeprom(board: GrblBoard) -> Waits:
     """Write, with the interrupts off on some boards: what arrives meanwhile is lost."""
     if board.firmware.deaf_in_eeprom:
         board.deaf_until_s = board.now_s + board.firmware.eeprom_s

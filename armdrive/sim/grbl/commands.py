@@ -8,7 +8,7 @@ from collections.abc import Callable, Generator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
-from armdrive.sim.grbl.board import Board, write_eeprom
+from armdrive.sim.grbl.board import GrblBoard, write_eeprom
 from armdrive.sim.grbl.firmware import (
     ACCELERATION,
     ALWAYS_ON_MS,
@@ -67,7 +67,7 @@ _MINUTE_S = 60.0
 Steps = Generator[float, None, int]
 
 
-def home(board: Board, axes: Sequence[int]) -> Steps:
+def home(board: GrblBoard, axes: Sequence[int]) -> Steps:
     """Home axes; returns 0, or the number of the alarm with which it failed."""
     settings = board.settings
     board.state = State.HOME
@@ -94,7 +94,7 @@ def home(board: Board, axes: Sequence[int]) -> Steps:
 
 
 def _approach(
-    board: Board, axes: Sequence[int], search: float, rate: float
+    board: GrblBoard, axes: Sequence[int], search: float, rate: float
 ) -> Generator[float, None, bool]:
     """Move axes until each has pressed its switch; False where one has not by then."""
     left = [axis for axis in axes if not board.switches.pressed(axis)]
@@ -109,18 +109,18 @@ def _approach(
     return True
 
 
-def _units_to_switch(board: Board, axis: int) -> float | None:
+def _units_to_switch(board: GrblBoard, axis: int) -> float | None:
     """Return how far an axis has to go, and a whole step at least; None where for ever."""
     steps = board.switches.steps_to(axis, _way(board, axis))
     return None if steps is None else max(steps, 1) / board.settings.axis(STEPS, axis)
 
 
-def _way(board: Board, axis: int) -> int:
+def _way(board: GrblBoard, axis: int) -> int:
     return -1 if board.settings.mask(HOMING_DIRECTIONS, axis) else 1
 
 
 def _go(
-    board: Board, axes: Sequence[int], units: float, rate: float
+    board: GrblBoard, axes: Sequence[int], units: float, rate: float
 ) -> Generator[float, None, None]:
     """Move axes by as much each towards their switches (back where negative), and wait."""
     target = list(board.drive.units_of(board.drive.rack.goal))
@@ -131,7 +131,7 @@ def _go(
         yield math.inf
 
 
-def _set_position(board: Board, axes: Sequence[int]) -> None:
+def _set_position(board: GrblBoard, axes: Sequence[int]) -> None:
     """Have the axes stand a pull-off inside their travel, which is all on the negative side."""
     settings = board.settings
     place = list(board.drive.units_of(board.drive.rack.goal))
@@ -167,7 +167,7 @@ def named_path(line: str) -> tuple[str, str | None] | None:
     return None if found is None else (found[1].lower(), found[2])
 
 
-def run_path(board: Board, path: str, value: str | None) -> Steps:
+def run_path(board: GrblBoard, path: str, value: str | None) -> Steps:
     """Tell a setting, or change it."""
     yield from ()
     number = _number(board, path)
@@ -190,7 +190,7 @@ def run_path(board: Board, path: str, value: str | None) -> Steps:
     return code
 
 
-def _number(board: Board, path: str) -> int | None:
+def _number(board: GrblBoard, path: str) -> int | None:
     if path == "stepping/idle_ms":
         return IDLE_MS
     found = _AXIS.fullmatch(path)
@@ -203,7 +203,7 @@ NOT_IDLE, NO_HOMING = 8, 5
 _HELP = "$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x"
 
 
-def run_system(board: Board, command: SystemCommand) -> Steps:
+def run_system(board: GrblBoard, command: SystemCommand) -> Steps:
     """Carry out a command, or refuse it in this state; returns 0 or the number of an error."""
     states, steps = _COMMANDS[type(command)]
     if states and board.state not in states:
@@ -211,13 +211,13 @@ def run_system(board: Board, command: SystemCommand) -> Steps:
     return (yield from steps(board, command))
 
 
-def _help(board: Board, _: Help) -> Steps:
+def _help(board: GrblBoard, _: Help) -> Steps:
     board.say(Bracketed(f"HLP:{_HELP}"))
     yield from ()
     return 0
 
 
-def _settings(board: Board, _: QuerySettings) -> Steps:
+def _settings(board: GrblBoard, _: QuerySettings) -> Steps:
     for number, text in board.settings.written():
         if number >= FIRST_TOLD or not board.firmware.has_paths:
             board.say(Setting(number, text))
@@ -225,13 +225,13 @@ def _settings(board: Board, _: QuerySettings) -> Steps:
     return 0
 
 
-def _parser_state(board: Board, _: QueryParserState) -> Steps:
+def _parser_state(board: GrblBoard, _: QueryParserState) -> Steps:
     board.say(board.parser.modal.report)
     yield from ()
     return 0
 
 
-def _parameters(board: Board, _: QueryParameters) -> Steps:
+def _parameters(board: GrblBoard, _: QueryParameters) -> Steps:
     parser = board.parser
     for name in STORED:
         board.say(Parameter(name, parser.stored[name]))
@@ -242,21 +242,21 @@ def _parameters(board: Board, _: QueryParameters) -> Steps:
     return 0
 
 
-def _build(board: Board, _: QueryBuildInfo) -> Steps:
+def _build(board: GrblBoard, _: QueryBuildInfo) -> Steps:
     for line in board.firmware.info(board.axes, board.note):
         board.say(line)
     yield from ()
     return 0
 
 
-def _startup_lines(board: Board, _: QueryStartupLines) -> Steps:
+def _startup_lines(board: GrblBoard, _: QueryStartupLines) -> Steps:
     for number, text in enumerate(board.startup):
         board.say(Setting(f"N{number}", text))
     yield from ()
     return 0
 
 
-def _unlock(board: Board, _: Unlock) -> Steps:
+def _unlock(board: GrblBoard, _: Unlock) -> Steps:
     if board.state is State.ALARM:
         board.say(Feedback("Caution: Unlocked"))
         board.state = State.IDLE
@@ -264,7 +264,7 @@ def _unlock(board: Board, _: Unlock) -> Steps:
     return 0
 
 
-def _check(board: Board, _: CheckMode) -> Steps:
+def _check(board: GrblBoard, _: CheckMode) -> Steps:
     if board.state is State.CHECK:
         board.say(Feedback("Disabled"))
         board.makers.order(board, Realtime.SOFT_RESET)
@@ -276,7 +276,7 @@ def _check(board: Board, _: CheckMode) -> Steps:
     return 0
 
 
-def _sleep(board: Board, _: Sleep) -> Steps:
+def _sleep(board: GrblBoard, _: Sleep) -> Steps:
     """Fall asleep, once the line is answered: seen on both 8-bit boards."""
 
     def fall_asleep() -> None:
@@ -291,7 +291,7 @@ def _sleep(board: Board, _: Sleep) -> Steps:
     return 0
 
 
-def _home(board: Board, command: Home) -> Steps:
+def _home(board: GrblBoard, command: Home) -> Steps:
     if not board.settings.on(HOMING):
         return NO_HOMING
     letters = command.axes or board.axes
@@ -302,7 +302,7 @@ def _home(board: Board, command: Home) -> Steps:
     return 0
 
 
-def _set(board: Board, command: SetSetting) -> Steps:
+def _set(board: GrblBoard, command: SetSetting) -> Steps:
     code = board.settings.store(command.setting, command.value)
     if code:
         return code
@@ -311,7 +311,7 @@ def _set(board: Board, command: SetSetting) -> Steps:
     return 0
 
 
-def _store_line(board: Board, command: StoreStartupLine) -> Steps:
+def _store_line(board: GrblBoard, command: StoreStartupLine) -> Steps:
     if board.state is not State.IDLE:
         return NOT_IDLE
     content = parse_line(command.line, board.codec.dialect)
@@ -324,13 +324,13 @@ def _store_line(board: Board, command: StoreStartupLine) -> Steps:
     return 0
 
 
-def _store_note(board: Board, command: StoreBuildInfo) -> Steps:
+def _store_note(board: GrblBoard, command: StoreBuildInfo) -> Steps:
     board.note = command.note
     yield from write_eeprom(board)
     return 0
 
 
-def _restore(board: Board, command: Restore) -> Steps:
+def _restore(board: GrblBoard, command: Restore) -> Steps:
     if command.what in "$*":
         board.settings.values.update(board.settings.factory)
     if command.what in "#*":
@@ -347,7 +347,7 @@ def _restore(board: Board, command: Restore) -> Steps:
 
 _STILL = (State.IDLE, State.ALARM)
 _NO_CYCLE = tuple(state for state in State if state not in (State.RUN, State.HOLD))
-_COMMANDS: Mapping[type, tuple[tuple[State, ...], Callable[[Board, Any], Steps]]] = (
+_COMMANDS: Mapping[type, tuple[tuple[State, ...], Callable[[GrblBoard, Any], Steps]]] = (
     MappingProxyType(
         {
             Help: ((), _help),

@@ -12,8 +12,8 @@ from typing import ClassVar
 
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.device import SimBase, SwitchState
-from armdrive.sim.grbl.board import Board, Makers
-from armdrive.sim.grbl.firmware import Build, Settings
+from armdrive.sim.grbl.board import GrblBoard, Makers
+from armdrive.sim.grbl.firmware import BoardBuild, BoardSettings
 from armdrive.sim.grbl.hardware import Switches
 from armdrive.sim.grbl.lines import run_line
 from armdrive.sim.grbl.motors import BoardDrive
@@ -37,7 +37,7 @@ from kinematics.spaces import Motors
 _PORT_MOST = 255
 
 
-def known_json(board: Board) -> dict[str, Json]:
+def known_json(board: GrblBoard) -> dict[str, Json]:
     """Return what is in the EEPROM, the outputs, and whether the board is locked."""
     locked = board.state in (State.ALARM, State.SLEEP)
     settings: dict[str, Json] = {str(key): value for key, value in board.settings.values.items()}
@@ -53,7 +53,7 @@ def known_json(board: Board) -> dict[str, Json]:
     }
 
 
-def recall_known(board: Board, saved: Saved) -> None:
+def recall_known(board: GrblBoard, saved: Saved) -> None:
     """Have a board know what `known_json` wrote; raises `StateFileError`."""
     if saved.text("axes") != board.axes:
         raise StateFileError(f"the saved board has other axes than {board.axes}; {MEND}")
@@ -92,7 +92,7 @@ def _line(item: object) -> str:
     return Saved({"line": item}, "startup").text("line")
 
 
-def _recall_outputs(board: Board, saved: Saved) -> None:
+def _recall_outputs(board: GrblBoard, saved: Saved) -> None:
     outputs = board.outputs
     outputs.spindle, outputs.speed = saved.text("spindle"), saved.number("speed")
     outputs.flood, outputs.mist = saved.flag("flood"), saved.flag("mist")
@@ -120,15 +120,15 @@ class SimGrbl(SimBase):
     def __init__(
         self,
         world: World,
-        build: Build,
-        settings: Settings,
+        build: BoardBuild,
+        settings: BoardSettings,
         switches: Switches,
         baud: int | None,
     ) -> None:
         drive = BoardDrive(world, build, settings.limits())
         super().__init__(world, drive, baud)
         self.build = build
-        self.board = Board(
+        self.board = GrblBoard(
             build,
             settings,
             drive,

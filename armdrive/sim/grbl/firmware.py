@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from types import MappingProxyType
 
-from armdrive.sim.grbl.hardware import Wiring
+from armdrive.sim.grbl.hardware import OutputWiring
 from armdrive.sim.mechanics.planner import PathLimits, Stepping
 from firmware_protocol.grbl import (
     AxesInfo,
@@ -298,7 +298,7 @@ def factory_values(axes: int) -> dict[int, float]:
     return {**_WHOLE, **_DECIMAL, **each}
 
 
-class Settings:
+class BoardSettings:
     """The values by their numbers; `values` is what a start finds."""
 
     def __init__(
@@ -376,7 +376,7 @@ class Settings:
 
 
 @dataclass(frozen=True, slots=True)
-class Build:
+class BoardBuild:
     """One board on one arm.
 
     `order` gives the axis of each motor by its place in `axes`; `fingers` is which output moves
@@ -387,7 +387,7 @@ class Build:
     firmware: Firmware
     axes: str
     order: Sequence[int]
-    fingers: Wiring = field(default_factory=Wiring)
+    fingers: OutputWiring = field(default_factory=OutputWiring)
     opening_mm: tuple[float, float] = (0.0, 76.0)
     finger_mm_s: float = 100.0
     coast: float = 1.0

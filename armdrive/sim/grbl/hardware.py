@@ -12,7 +12,7 @@ from firmware_protocol.grbl import Modal
 
 
 @dataclass(frozen=True, slots=True)
-class Wiring:
+class OutputWiring:
     """Which output moves the fingers: spindle, flood, mist, digital or analog, or none of them.
 
     At the value `closed` the fingers are shut, at `opened` wide open, in between in proportion.
@@ -29,7 +29,7 @@ class Wiring:
 
 
 @dataclass(slots=True)
-class Outputs:
+class BoardOutputs:
     """The state of every output."""
 
     spindle: str = "M5"
@@ -74,7 +74,7 @@ class Outputs:
         turning = {"M3": "S", "M4": "C"}.get(self.spindle, "")
         return turning + "F" * self.flood + "M" * self.mist
 
-    def value(self, wiring: Wiring) -> float | None:
+    def value(self, wiring: OutputWiring) -> float | None:
         """Return what a gripper on this wiring is told; None for a servo that is told nothing."""
         match wiring.what:
             case "spindle":
@@ -107,7 +107,7 @@ class Outputs:
 
 
 @dataclass(frozen=True, slots=True)
-class Switch:
+class LimitInput:
     """The motor that it is on, the physical steps from which it is pressed, and which way."""
 
     motor: int
@@ -120,7 +120,7 @@ class Switches:
     """Switches by the number of their axis. What the registers say does not matter to them."""
 
     world: World
-    by_axis: Mapping[int, Switch]
+    by_axis: Mapping[int, LimitInput]
     stuck: dict[int, SwitchState] = field(default_factory=dict)
     """What is stuck, by motor."""
 

@@ -8,7 +8,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
 from armdrive.sim.device import Option, Options, SimDeviceKind
 from armdrive.sim.grbl.device import SimGrbl
-from armdrive.sim.grbl.firmware import FIRMWARES, Build, Settings
+from armdrive.sim.grbl.firmware import FIRMWARES, BoardBuild, BoardSettings
 from armdrive.sim.grbl.wiring import (
     board_axes,
     gripper_wiring,
@@ -36,7 +36,7 @@ def _make(config: ArmConfig, world: World, options: Options) -> SimGrbl:
     wired = switches(config, world, letters, axes, values)
     if options.flag("homing"):
         values[22] = 1.0
-    build = Build(
+    build = BoardBuild(
         firmware,
         axes,
         tuple(axes.index(letter) for letter in letters),
@@ -46,7 +46,7 @@ def _make(config: ArmConfig, world: World, options: Options) -> SimGrbl:
         coast,
         options.flag("resets_on_open"),
     )
-    settings = Settings(len(axes), {} if options.flag("factory") else values, firmware.factory)
+    settings = BoardSettings(len(axes), {} if options.flag("factory") else values, firmware.factory)
     return SimGrbl(world, build, settings, wired, config.connection.baud)
 
 

@@ -8,10 +8,10 @@ from __future__ import annotations
 import math
 from collections.abc import Generator
 
-from armdrive.sim.grbl.board import Board, Script, until_room, until_still, write_eeprom
+from armdrive.sim.grbl.board import GrblBoard, Script, until_room, until_still, write_eeprom
 from armdrive.sim.grbl.commands import named_path, run_path, run_system
 from armdrive.sim.grbl.firmware import LEAST_SPEED, MOST_SPEED, SOFT_LIMITS, TRAVEL
-from armdrive.sim.grbl.parser import Way, Work
+from armdrive.sim.grbl.parser import MotionMode, Work
 from firmware_protocol.grbl import (
     Block,
     Empty,
@@ -34,14 +34,14 @@ _CANCELLED = -1
 """A line that was planned, and taken away by a jog cancel; it is answered with ok."""
 
 
-def run_line(board: Board, line: LineReceived) -> Script:
+def run_line(board: GrblBoard, line: LineReceived) -> Script:
     """Carry out a line."""
     yield board.now_s + board.firmware.parse_s
     code = yield from _run(board, line)
     return Error(code) if code else Ok()
 
 
-def run_startup(board: Board) -> None:
+def run_startup(board: GrblBoard) -> None:
     """Carry out the lines that every start begins with; of motions there the first alone fits."""
     for text in board.startup:
         if not text:
@@ -66,7 +66,7 @@ class _Code:
         self.code = yield from self._steps
 
 
-def _run(board: Board, line: LineReceived) -> Steps:
+def _run(board: GrblBoard, line: LineReceived) -> Steps:
     content = line.content
     if isinstance(content, Empty):
         return 0
@@ -82,7 +82,7 @@ def _run(board: Board, line: LineReceived) -> Steps:
     return (yield from run_system(board, content))
 
 
-def _block(board: Board, block: Block) -> Steps:
+def _block(board: GrblBoard, block: Block) -> Steps:
     if block.jog and board.state not in (State.IDLE, State.JOG):
         return NOT_IDLE
     try:
@@ -105,7 +105,7 @@ def _block(board: Board, block: Block) -> Steps:
     return 0
 
 
-def _serve(board: Board, work: Work) -> Generator[float, None, None]:
+def _serve(board: GrblBoard, work: Work) -> Generator[float, None, None]:
     """Do what stands before the motion: outputs, a wait, and what the EEPROM keeps."""
     if work.waits:
         yield from until_still(board)
@@ -126,7 +126,7 @@ def _serve(board: Board, work: Work) -> Generator[float, None, None]:
         yield from write_eeprom(board)
 
 
-def _move(board: Board, way: Way, work: Work) -> Steps:
+def _move(board: GrblBoard, way: MotionMode, work: Work) -> Steps:
     """Queue a line as soon as there is room.
 
     A jog cancel finds what is planned by then, or being planned, and takes it away. A line that was
@@ -158,13 +158,13 @@ def _move(board: Board, way: Way, work: Work) -> Steps:
     return 0
 
 
-def _outside(board: Board, way: Way) -> bool:
+def _outside(board: GrblBoard, way: MotionMode) -> bool:
     """Tell whether a target lies outside the travel, which is all on the negative side."""
     travels = board.settings.per_axis(TRAVEL)
     return any(not -far <= at <= 0 for at, far in zip(way.target, travels, strict=True))
 
 
-def _leave(board: Board) -> Generator[float, None, None]:
+def _leave(board: GrblBoard) -> Generator[float, None, None]:
     """Come to a stand in a controlled way, and lock; the line is never carried out."""
     if board.state is State.RUN:
         board.leaving = True
@@ -176,7 +176,7 @@ def _leave(board: Board) -> Generator[float, None, None]:
         yield math.inf
 
 
-def _end(board: Board, work: Work) -> Generator[float, None, None]:
+def _end(board: GrblBoard, work: Work) -> Generator[float, None, None]:
     """Do what ends a program, or pauses it."""
     if work.pause:
         board.state, board.stands = State.HOLD, True

@@ -9,17 +9,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from armdrive.sim.grbl.firmware import Build
-from armdrive.sim.mechanics.motors import Drive
+from armdrive.sim.grbl.firmware import BoardBuild
+from armdrive.sim.mechanics.motors import MotorDrive
 from armdrive.sim.mechanics.planner import PathLimits, PathRack
 from armdrive.sim.world.arm import World
 from kinematics.spaces import Motors
 
 
-class BoardDrive(Drive[PathRack]):
+class BoardDrive(MotorDrive[PathRack]):
     """A path in the space of the board's axes; the build gives the axis of each motor."""
 
-    def __init__(self, world: World, build: Build, limits: PathLimits) -> None:
+    def __init__(self, world: World, build: BoardBuild, limits: PathLimits) -> None:
         axes = len(build.axes)
         super().__init__(world, PathRack((0,) * axes, limits, build.firmware.stepping))
         self._followed_s = math.nan

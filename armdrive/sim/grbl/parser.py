@@ -21,7 +21,7 @@ _MINUTE_S = 60.0
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
+class MotionMode:
     """A motion to a target; `rate` is in units a second, or in ways a second where `inverse`."""
 
     target: Place
@@ -43,7 +43,7 @@ class Work:
     stores: dict[str, Place] = field(default_factory=dict)
     g92: Place | None = None
     new_system: bool = False
-    ways: list[Way] = field(default_factory=list)
+    ways: list[MotionMode] = field(default_factory=list)
     pause: bool = False
     end: bool = False
 
@@ -62,7 +62,7 @@ class Work:
         )  # fmt: skip
 
 
-class Parser:
+class GcodeParser:
     """Modes, work offsets and the position up to which lines have been read."""
 
     def __init__(self, axes: str, unknown: frozenset[str] = frozenset()) -> None:
@@ -142,19 +142,21 @@ class Parser:
                 work.stores[name[:3]] = self.position
             case "G28" | "G30":
                 if words:
-                    work.ways.append(Way(self._target(words, modes, shift), rapid=True))
+                    work.ways.append(MotionMode(self._target(words, modes, shift), rapid=True))
                 start = work.ways[-1].target if work.ways else self.position
                 kept = self.stored[name]
                 picked = {a: kept[i] for i, a in enumerate(self.axes) if a in (words or self.axes)}
-                work.ways.append(Way(self._changed(start, picked, lambda _, v: v), rapid=True))
+                work.ways.append(
+                    MotionMode(self._changed(start, picked, lambda _, v: v), rapid=True)
+                )
             case _ if words and block.motion_use:
                 target = self._target(words, modes, self.zero if name == "G53" else shift, name)
                 work.ways.append(self._way(target, modes))
 
-    def _way(self, target: Place, modes: Modal) -> Way:
+    def _way(self, target: Place, modes: Modal) -> MotionMode:
         if modes.motion == "G0":
-            return Way(target, rapid=True)
-        return Way(target, modes.feed / _MINUTE_S, inverse=modes.feed_mode == "G93")
+            return MotionMode(target, rapid=True)
+        return MotionMode(target, modes.feed / _MINUTE_S, inverse=modes.feed_mode == "G93")
 
     def _target(
         self, words: dict[str, float], modes: Modal, shift: Place, name: str | None = None

@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
-from armdrive.sim.grbl.board import Board, Boot
+from armdrive.sim.grbl.board import Boot, GrblBoard
 from armdrive.sim.grbl.firmware import HOMING, IDLE_MS, Killed
 from armdrive.sim.grbl.lines import run_startup
 from firmware_protocol.grbl import Alarm, Feedback, Realtime, State
@@ -19,7 +19,7 @@ _ABORTED, _HOMING_ABORTED = 3, 6
 _FLOOD_STATES = (State.IDLE, State.RUN, State.HOLD, State.JOG)
 
 
-def obey(board: Board, command: Realtime) -> None:
+def obey(board: GrblBoard, command: Realtime) -> None:
     """Do at once what a real-time command says; in a limit alarm only a reset is heard."""
     if board.critical and command not in (Realtime.SOFT_RESET, *_STATUS):
         return
@@ -31,7 +31,7 @@ def obey(board: Board, command: Realtime) -> None:
         _override(board, *_STEPS[command])
 
 
-def hold(board: Board) -> None:
+def hold(board: GrblBoard) -> None:
     """Slow down and stand: of a jog it is the end, of a motion a pause; in Idle a pause too."""
     if board.state is State.JOG:
         _cancel(board)
@@ -42,7 +42,7 @@ def hold(board: Board) -> None:
         board.state, board.stands = State.HOLD, True
 
 
-def resume(board: Board) -> None:
+def resume(board: GrblBoard) -> None:
     """Go on from a pause that is complete, not before; a board that hangs reads lines again."""
     board.hung = False
     if board.state in (State.HOLD, State.DOOR) and board.stands:
@@ -52,7 +52,7 @@ def resume(board: Board) -> None:
             board.set_going(State.RUN)
 
 
-def soft_reset(board: Board) -> None:
+def soft_reset(board: GrblBoard) -> None:
     """Start anew; in motion the motors stop dead, and steps may be lost."""
     if board.boot.active:
         return
@@ -67,7 +67,7 @@ def soft_reset(board: Board) -> None:
     board.boot.begin(_started_anew(board, code), board.now_s)
 
 
-def raise_critical(board: Board, code: int) -> None:
+def raise_critical(board: GrblBoard, code: int) -> None:
     """Lock the board by a limit alarm: a motion under way stops dead, and the motors go off."""
     _outputs_off(board)
     if board.drive.moving:
@@ -78,13 +78,13 @@ def raise_critical(board: Board, code: int) -> None:
     board.say(Feedback("Reset to continue"))
 
 
-def fail(board: Board, code: int) -> None:
+def fail(board: GrblBoard, code: int) -> None:
     """Raise an alarm of homing, after which the board starts anew; the motors stay on."""
     board.kill()
     board.boot.begin(_started_anew(board, code), board.now_s)
 
 
-def switched_on(board: Board, wait_s: float) -> Boot:
+def switched_on(board: GrblBoard, wait_s: float) -> Boot:
     """Start from nothing: the counts are at zero, whatever the truth; with homing it is locked."""
     yield board.now_s + wait_s
     board.state = State.ALARM if board.settings.on(HOMING) else State.IDLE
@@ -92,7 +92,7 @@ def switched_on(board: Board, wait_s: float) -> Boot:
     _start(board)
 
 
-def _started_anew(board: Board, code: int) -> Boot:
+def _started_anew(board: GrblBoard, code: int) -> Boot:
     if board.state is State.SLEEP and board.firmware.killed is Killed.LATE:
         yield board.now_s + board.settings[IDLE_MS] / 1000  # seen: 0.26 s at $1=255
     if code:
@@ -106,7 +106,7 @@ def _started_anew(board: Board, code: int) -> Boot:
     _start(board)
 
 
-def _lose_current(board: Board, *, anew: bool) -> None:
+def _lose_current(board: GrblBoard, *, anew: bool) -> None:
     """Let go of motors that were killed; `anew` where the board starts anew by itself."""
     if board.firmware.killed is Killed.AT_ONCE:
         board.idle_off_s = board.now_s
@@ -114,12 +114,12 @@ def _lose_current(board: Board, *, anew: bool) -> None:
         board.let_motors_go()
 
 
-def _outputs_off(board: Board) -> None:
+def _outputs_off(board: GrblBoard) -> None:
     board.outputs.off()
     board.outputs_changed()
 
 
-def _start(board: Board) -> None:
+def _start(board: GrblBoard) -> None:
     locked = board.state in (State.ALARM, State.SLEEP)
     board.state = State.ALARM if locked else State.IDLE
     board.critical = board.stands = board.cancelling = board.leaving = False
@@ -145,7 +145,7 @@ def _start(board: Board) -> None:
         run_startup(board)
 
 
-def _cancel(board: Board) -> None:
+def _cancel(board: GrblBoard) -> None:
     """Slow down and give up what the planner holds; what is not read yet runs on."""
     if not board.cancelling:
         board.cancelling = True
@@ -153,7 +153,7 @@ def _cancel(board: Board) -> None:
         board.drive.brake(board.now_s)
 
 
-def _jog_cancel(board: Board) -> None:
+def _jog_cancel(board: GrblBoard) -> None:
     if board.state is not State.JOG:
         return
     if board.firmware.cancel_clears_ring:
@@ -164,14 +164,14 @@ def _jog_cancel(board: Board) -> None:
         _cancel(board)
 
 
-def _stop(board: Board) -> None:
+def _stop(board: GrblBoard) -> None:
     """Give up everything without an alarm (grblHAL)."""
     board.ring.clear()
     if board.state in (State.RUN, State.JOG):
         _cancel(board)
 
 
-def _door(board: Board) -> None:
+def _door(board: GrblBoard) -> None:
     board.say(Feedback("Check Door"))
     board.reporter.overrides_changed()
     hold(board)
@@ -179,17 +179,17 @@ def _door(board: Board) -> None:
         board.state = State.DOOR
 
 
-def _ask(board: Board) -> None:
+def _ask(board: GrblBoard) -> None:
     board.reporter.asked = True
 
 
-def _flood(board: Board) -> None:
+def _flood(board: GrblBoard) -> None:
     if board.state in _FLOOD_STATES:
         board.outputs.flood = not board.outputs.flood
         board.outputs_changed()
 
 
-def _override(board: Board, which: int, value: int, relative: bool) -> None:
+def _override(board: GrblBoard, which: int, value: int, relative: bool) -> None:
     low, high = _OVERRIDE_BOUNDS
     before = board.overrides[which]
     board.overrides[which] = min(max(before + value, low), high) if relative else value
@@ -202,7 +202,7 @@ def _override(board: Board, which: int, value: int, relative: bool) -> None:
 
 _STATUS = (Realtime.STATUS, Realtime.STATUS_ALIAS, Realtime.FULL_STATUS)
 
-_ORDERS: Mapping[Realtime, Callable[[Board], None]] = MappingProxyType(
+_ORDERS: Mapping[Realtime, Callable[[GrblBoard], None]] = MappingProxyType(
     {
         **dict.fromkeys(_STATUS, _ask),
         Realtime.SOFT_RESET: soft_reset,

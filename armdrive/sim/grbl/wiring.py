@@ -30,7 +30,7 @@ from armdrive.sim.grbl.firmware import (
     STEPS,
     TRAVEL,
 )
-from armdrive.sim.grbl.hardware import Switch, Switches, Wiring
+from armdrive.sim.grbl.hardware import LimitInput, OutputWiring, Switches
 from armdrive.sim.world.arm import World
 from firmware_protocol.grbl import AXIS_LETTERS
 from kinematics import Transmission
@@ -194,7 +194,7 @@ def switches(
 
     Where the file tells no such posture, they are at the upper end of each motor's travel.
     """
-    found: dict[int, Switch] = {}
+    found: dict[int, LimitInput] = {}
     for motor, letter in enumerate(letters):
         axis = axes.index(letter)
         back = round(values[PULL_OFF] * values[STEPS + axis])
@@ -204,11 +204,11 @@ def switches(
             turning = _transmission(config)
             home = turning.to_motors(config.homing.joints, config.homing.opening_mm)[motor] + back
         check_switch(motor, home)
-        found[axis] = Switch(motor, home, 1)
+        found[axis] = LimitInput(motor, home, 1)
     return Switches(world, found)
 
 
-def gripper_wiring(config: ArmConfig) -> Wiring:
+def gripper_wiring(config: ArmConfig) -> OutputWiring:
     """Return which output moves the fingers, where no motor does."""
     device: Any = config.device
     check_gripper(config)
@@ -217,16 +217,16 @@ def gripper_wiring(config: ArmConfig) -> Wiring:
         shut = float(getattr(device, "servo_closed", 0.0))
         wide = float(getattr(device, "servo_open", 1000.0))
         if word == "M3":
-            return Wiring("spindle", 0, shut, wide)
-        return Wiring("analog", int(word.partition("E")[2]), shut, wide)
+            return OutputWiring("spindle", 0, shut, wide)
+        return OutputWiring("analog", int(word.partition("E")[2]), shut, wide)
     if config.gripper.kind == "output":
         names = getattr(device, "outputs", ("flood",))
         name = str(names[int(getattr(device, "gripper_output", 0))])
         closes = bool(getattr(device, "gripper_closes", True))
         what = "digital" if name.startswith("P") else name
         port = int(name[1:]) if what == "digital" else 0
-        return Wiring(what, port, float(closes), float(not closes))
-    return Wiring()
+        return OutputWiring(what, port, float(closes), float(not closes))
+    return OutputWiring()
 
 
 def _transmission(config: ArmConfig) -> Transmission:

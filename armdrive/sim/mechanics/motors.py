@@ -140,7 +140,7 @@ class Rack(Protocol):
 R = TypeVar("R", bound=Rack)
 
 
-class Drive(Generic[R]):
+class MotorDrive(Generic[R]):
     """Turns motors: the rack counts what was commanded, the world says what came of it.
 
     A dialect's device starts motions on `rack` itself, after `energise`.
@@ -216,7 +216,7 @@ class Drive(Generic[R]):
             self.world.drive(steps, now_s)
 
 
-class CoordinatedDrive(Drive[MotorRack]):
+class CoordinatedDrive(MotorDrive[MotorRack]):
     """All motors in proportion, at a constant rate."""
 
     def __init__(self, world: World) -> None:

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
-from armdrive.sim.mechanics.profiles import Piece, nearest
+from armdrive.sim.mechanics.profiles import ProfilePiece, nearest
 from kinematics.spaces import Motors
 
 _STRAIGHT = 1e-6
@@ -38,7 +38,7 @@ class PathLimits:
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class PlannedLine:
     """A line by its steps; `rate` is what was asked for, and `most` what the axes allow.
 
     A motor that turns at all makes the line at no less than the speed `least`.
@@ -81,7 +81,7 @@ def line(
     *,
     rapid: bool = False,
     tag: Any = None,
-) -> Line | None:
+) -> PlannedLine | None:
     """Make a line of some steps at a rate in units a second; None where there is no way to go.
 
     Its busiest motor turns no slower than `slowest_hz` steps a second.
@@ -94,10 +94,10 @@ def line(
     slope = limits.along(unit, limits.acceleration)
     most = limits.along(unit, limits.most_rate)
     least = slowest_hz * length / max(map(abs, deltas))
-    return Line(tuple(deltas), length, unit, slope, most, rate, rapid, tag, least)
+    return PlannedLine(tuple(deltas), length, unit, slope, most, rate, rapid, tag, least)
 
 
-def corner_speed(one: Line, other: Line, limits: PathLimits) -> float:
+def corner_speed(one: PlannedLine, other: PlannedLine, limits: PathLimits) -> float:
     """Return how fast the corner between two lines may be passed.
 
     Source: gnea/grbl grbl/planner.c (plan_buffer_line): the speed on a circle that touches both
@@ -124,25 +124,25 @@ Part: TypeAlias = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Stretch:
+class PlannerStretch:
     """A piece of the way along one line of the queue; `last` where the line ends with it."""
 
     number: int
-    piece: Piece
+    piece: ProfilePiece
     last: bool
 
 
 def planned(
-    lines: Sequence[Line],
+    lines: Sequence[PlannedLine],
     along: float,
     speed: float,
     now_s: float,
     limits: PathLimits,
     scale: tuple[float, float],
-) -> list[Stretch]:
+) -> list[PlannerStretch]:
     """Plan from a length along the first line, at a speed, to the end of the last one."""
     entries = _entries(lines, limits, scale)
-    stretches: list[Stretch] = []
+    stretches: list[PlannerStretch] = []
     for number, one in enumerate(lines):
         first = along if number == 0 else 0.0
         far = one.length - first
@@ -155,9 +155,11 @@ def planned(
     return stretches
 
 
-def braked(lines: Sequence[Line], along: float, speed: float, now_s: float) -> list[Stretch]:
+def braked(
+    lines: Sequence[PlannedLine], along: float, speed: float, now_s: float
+) -> list[PlannerStretch]:
     """Slow down to a stand-still along the way, as soon as the lines' accelerations allow."""
-    stretches: list[Stretch] = []
+    stretches: list[PlannerStretch] = []
     for number, one in enumerate(lines):
         first = along if number == 0 else 0.0
         slope = one.acceleration
@@ -172,7 +174,9 @@ def braked(lines: Sequence[Line], along: float, speed: float, now_s: float) -> l
     return stretches
 
 
-def _entries(lines: Sequence[Line], limits: PathLimits, scale: tuple[float, float]) -> list[float]:
+def _entries(
+    lines: Sequence[PlannedLine], limits: PathLimits, scale: tuple[float, float]
+) -> list[float]:
     """Return the greatest speeds at which the lines may begin, the end after the last at 0."""
     corners = [
         min(corner_speed(a, b, limits), a.nominal(scale), b.nominal(scale))
@@ -217,7 +221,7 @@ def _floored(shape: Iterable[Part], least: float) -> Iterator[Part]:
 
 
 def _lay(
-    stretches: list[Stretch],
+    stretches: list[PlannerStretch],
     number: int,
     along: float,
     shape: Iterable[Part],
@@ -226,13 +230,14 @@ def _lay(
     last: bool = True,
 ) -> float:
     """Append the parts of a line that last any time; return when it ends."""
-    pieces: list[Piece] = []
+    pieces: list[ProfilePiece] = []
     for speed, slope, duration_s in shape:
-        pieces.append(Piece(now_s, along, speed, slope, duration_s))
+        pieces.append(ProfilePiece(now_s, along, speed, slope, duration_s))
         now_s, along = pieces[-1].end_s, pieces[-1].at(pieces[-1].end_s)
     kept = [piece for piece in pieces if piece.duration_s > 0.0] or pieces[-1:]
     stretches += [
-        Stretch(number, piece, last and index == len(kept) - 1) for index, piece in enumerate(kept)
+        PlannerStretch(number, piece, last and index == len(kept) - 1)
+        for index, piece in enumerate(kept)
     ]
     return now_s
 
@@ -272,8 +277,8 @@ class PathRack:
         self.limits = limits
         self._stepping = stepping or Stepping()
         self._base = Motors(counts)
-        self._lines: deque[Line] = deque()
-        self._stretches: list[Stretch] = []
+        self._lines: deque[PlannedLine] = deque()
+        self._stretches: list[PlannerStretch] = []
         self._next_line_s = math.inf
         self._computed = math.nan, math.nan
         self._began_s = -math.inf
@@ -425,7 +430,10 @@ class PathRack:
                 self._base = self._base + Motors(self._lines.popleft().deltas)
                 self._along = 0.0
                 self._follow_on(
-                    [Stretch(each.number - 1, each.piece, each.last) for each in self._stretches]
+                    [
+                        PlannerStretch(each.number - 1, each.piece, each.last)
+                        for each in self._stretches
+                    ]
                 )
         if not self._stretches:
             self._follow_on([])
@@ -452,12 +460,12 @@ class PathRack:
     def _index(self, now_s: float) -> int:
         return bisect_right(self._stretches, now_s, key=lambda each: each.piece.end_s)
 
-    def _at(self, now_s: float) -> Stretch | None:
+    def _at(self, now_s: float) -> PlannerStretch | None:
         """Return the stretch under way; None while standing."""
         index = self._index(now_s)
         return self._stretches[index] if index < len(self._stretches) else None
 
-    def _made(self, found: Stretch, now_s: float) -> tuple[int, ...]:
+    def _made(self, found: PlannerStretch, now_s: float) -> tuple[int, ...]:
         one = self._lines[found.number]
         if found.last and now_s >= found.piece.end_s:
             return one.deltas
@@ -466,13 +474,13 @@ class PathRack:
     def _replan(self, now_s: float, from_s: float) -> None:
         """Plan anew from a moment on; what is under way until then stays."""
         self.settle(now_s)
-        kept: list[Stretch] = []
+        kept: list[PlannerStretch] = []
         number, along, speed = 0, self._along, 0.0
         for each in self._stretches:
             piece = each.piece
             if piece.end_s > from_s:
                 before = replace(piece, duration_s=max(from_s - piece.start_s, 0.0))
-                kept.append(Stretch(each.number, before, last=False))
+                kept.append(PlannerStretch(each.number, before, last=False))
                 number, along, speed = each.number, piece.at(from_s), piece.speed_at(from_s)
                 break
             kept.append(each)
@@ -485,11 +493,11 @@ class PathRack:
             added = planned(lines, along, speed, from_s, self.limits, self._scale)
         else:
             added = braked(lines, along, speed, from_s) if speed > 0.0 else []
-        later = [Stretch(each.number + number, each.piece, each.last) for each in added]
+        later = [PlannerStretch(each.number + number, each.piece, each.last) for each in added]
         self._follow_on([*kept, *later])
         self.settle(now_s)
 
-    def _follow_on(self, stretches: list[Stretch]) -> None:
+    def _follow_on(self, stretches: list[PlannerStretch]) -> None:
         if stretches and not self._stretches:
             self._began_s = stretches[0].piece.start_s
         self._stretches = stretches

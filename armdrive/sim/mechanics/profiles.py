@@ -15,7 +15,7 @@ _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
-class Piece:
+class ProfilePiece:
     """A stretch of constant acceleration, which may last for ever."""
 
     start_s: float
@@ -70,10 +70,10 @@ class Piece:
         return min(max(time, first_s), last_s)
 
 
-class Profile:
+class AxisProfile:
     """Pieces one after the other, and where the axis ends."""
 
-    def __init__(self, pieces: Sequence[Piece], end: float) -> None:
+    def __init__(self, pieces: Sequence[ProfilePiece], end: float) -> None:
         self.pieces = tuple(piece for piece in pieces if piece.duration_s > 0.0)
         self.end = end
         self.end_s = self.pieces[-1].end_s if self.pieces else -math.inf
@@ -103,7 +103,7 @@ class Profile:
             yield self.end_s, way
             made += way
 
-    def _piece(self, now_s: float) -> Piece | None:
+    def _piece(self, now_s: float) -> ProfilePiece | None:
         if now_s >= self.end_s:  # most axes stand most of the time
             return None
         for piece in self.pieces:
@@ -112,22 +112,22 @@ class Profile:
         return None
 
 
-def standing(position: float) -> Profile:
+def standing(position: float) -> AxisProfile:
     """Return the profile of an axis that does not move."""
-    return Profile((), position)
+    return AxisProfile((), position)
 
 
 def to_speed(
     position: float, speed: float, wanted: float, acceleration: float, now_s: float
-) -> Profile:
+) -> AxisProfile:
     """Ramp from one speed to another and keep it for ever, or stand where that is zero."""
     ramp_s = abs(wanted - speed) / acceleration
     slope = math.copysign(acceleration, wanted - speed)
-    ramp = Piece(now_s, position, speed, slope, ramp_s)
+    ramp = ProfilePiece(now_s, position, speed, slope, ramp_s)
     end = position + ramp_s * (speed + wanted) / 2
     if not wanted:
-        return Profile((ramp,), end)
-    return Profile((ramp, Piece(now_s + ramp_s, end, wanted, 0.0, math.inf)), end)
+        return AxisProfile((ramp,), end)
+    return AxisProfile((ramp, ProfilePiece(now_s + ramp_s, end, wanted, 0.0, math.inf)), end)
 
 
 def to_goal(
@@ -138,7 +138,7 @@ def to_goal(
     acceleration: float,
     now_s: float,
     braking: float | None = None,
-) -> Profile:
+) -> AxisProfile:
     """Go to a goal and stand: a trapezoid, from whatever speed there is.
 
     What already runs away from the goal, or too fast to stop before it, stops first and turns.
@@ -149,7 +149,7 @@ def to_goal(
     if (goal - position - brake) * speed < -_ROUNDING * abs(speed):
         stop = to_speed(position, speed, 0.0, braking, now_s)
         back = to_goal(stop.end, 0.0, goal, rate, acceleration, stop.end_s, braking)
-        return Profile((*stop.pieces, *back.pieces), goal)
+        return AxisProfile((*stop.pieces, *back.pieces), goal)
     way = math.copysign(1.0, goal - position)
     far, first = abs(goal - position), abs(speed)
     both = 2 * acceleration * braking / (acceleration + braking)
@@ -161,12 +161,12 @@ def to_goal(
         (peak, 0.0, run / peak if peak else 0.0),
         (peak, -braking, peak / braking),
     )
-    pieces: list[Piece] = []
+    pieces: list[ProfilePiece] = []
     for begins, slope, duration_s in shape:
-        piece = Piece(now_s, position, way * begins, way * slope, duration_s)
+        piece = ProfilePiece(now_s, position, way * begins, way * slope, duration_s)
         pieces.append(piece)
         now_s, position = piece.end_s, piece.at(piece.end_s)
-    return Profile(pieces, goal)
+    return AxisProfile(pieces, goal)
 
 
 def nearest(position: float) -> int:
@@ -207,7 +207,7 @@ class _Moment:
     forward: bool = False
 
 
-class _Axis:
+class _ProfileAxis:
     """One motor; `phase_s` shifts its chances on the grid, which is none where `grid_s` is 0."""
 
     def __init__(
@@ -370,7 +370,7 @@ class UncoordinatedRack:
         stagger_s: float = 0.0,
     ) -> None:
         self._axes = [
-            _Axis(count, acceleration_hz_s, top_hz, grid_s, number * stagger_s)
+            _ProfileAxis(count, acceleration_hz_s, top_hz, grid_s, number * stagger_s)
             for number, count in enumerate(counts)
         ]
         self._top_hz = top_hz

@@ -10,7 +10,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.bus.drives import DrivesBox
 from armdrive.sim.mks.motion import due_s, give_up, happen
-from armdrive.sim.mks.node import Flash, Node
+from armdrive.sim.mks.node import Flash, MksNode
 from armdrive.sim.mks.requests import obey, report, state
 from armdrive.sim.world.saved import MEND, Json, Saved
 from firmware_protocol.errors import BadField
@@ -34,7 +34,7 @@ from firmware_protocol.mks import (
 # --- The drives as plain data --------------------------------------------------------------------
 
 
-def known_json(nodes: Sequence[Node]) -> dict[str, Json]:
+def known_json(nodes: Sequence[MksNode]) -> dict[str, Json]:
     """Return what each drive is set up to be, and whether it holds its shaft."""
     return {
         "drives": [
@@ -50,7 +50,7 @@ def known_json(nodes: Sequence[Node]) -> dict[str, Json]:
     }
 
 
-def seen_json(node: Node, error: int, now_s: float) -> dict[str, Json]:
+def seen_json(node: MksNode, error: int, now_s: float) -> dict[str, Json]:
     """Return what a drive would tell of itself, and how far its shaft is from its set-point."""
     return {
         "id": node.device.node,
@@ -68,7 +68,7 @@ def seen_json(node: Node, error: int, now_s: float) -> dict[str, Json]:
     }
 
 
-def recall_known(nodes: Sequence[Node], saved: Saved, *, powered: bool) -> None:
+def recall_known(nodes: Sequence[MksNode], saved: Saved, *, powered: bool) -> None:
     """Know again what `known_json` wrote. Raises `StateFileError`."""
     drives = saved.items("drives")
     if len(drives) != len(nodes):
@@ -79,7 +79,7 @@ def recall_known(nodes: Sequence[Node], saved: Saved, *, powered: bool) -> None:
         _recall(node, Saved(item, f"drive {node.index + 1}"), powered=powered)
 
 
-def _recall(node: Node, saved: Saved, *, powered: bool) -> None:
+def _recall(node: MksNode, saved: Saved, *, powered: bool) -> None:
     node.powered = saved.flag("powered") and powered
     node.stalled = saved.flag("stalled")
     node.homing = HomingState.DONE if saved.flag("homed") else None
@@ -89,7 +89,7 @@ def _recall(node: Node, saved: Saved, *, powered: bool) -> None:
     saved.end()
 
 
-class SimMks(DrivesBox[Node]):
+class SimMks(DrivesBox[MksNode]):
     """The drives, the arm, and the person beside them. Input bit n is the IN_1 of drive n."""
 
     title: ClassVar[str] = "arm on MKS drives"
@@ -132,11 +132,11 @@ class SimMks(DrivesBox[Node]):
 
     # The box.
 
-    def _listens(self, node: Node, frame: Frame) -> bool:
+    def _listens(self, node: MksNode, frame: Frame) -> bool:
         meant = node.listens_to(frame.can_id)
         return node.plugged and (meant or node.habits.watchdog_hears_all)
 
-    def _bring(self, node: Node, frame: Frame) -> None:
+    def _bring(self, node: MksNode, frame: Frame) -> None:
         if node.awake and node.device.bitrate.bits_s == self._bits_s:
             node.heard_s, node.expired = self.now_s, False
             if node.listens_to(frame.can_id):
@@ -147,15 +147,15 @@ class SimMks(DrivesBox[Node]):
                         self._shafts.look(self.now_s)
                     obey(node, event, self.now_s)
 
-    def _next_of(self, node: Node) -> float:
+    def _next_of(self, node: MksNode) -> float:
         return due_s(node)
 
-    def _live_through(self, node: Node) -> None:
+    def _live_through(self, node: MksNode) -> None:
         happen(node, self.now_s)
         if node.awake:
             report(node, self.now_s)
 
-    def _seen(self, node: Node, error: int) -> dict[str, Json]:
+    def _seen(self, node: MksNode, error: int) -> dict[str, Json]:
         return seen_json(node, error, self.now_s)
 
     def _known(self) -> dict[str, Json]:

@@ -9,7 +9,7 @@ from armdrive.errors import BadRequest
 from armdrive.sim.bus.drives import switches
 from armdrive.sim.device import Option, Options, SimDeviceKind
 from armdrive.sim.mks.device import SimMks, drive_settings
-from armdrive.sim.mks.node import ClosedLoopDrive, Flash, Habits, Node
+from armdrive.sim.mks.node import ClosedLoopDrive, Flash, MksNode, MksQuirks
 from armdrive.sim.world.arm import World
 from firmware_protocol.errors import BadField
 from firmware_protocol.mks import COUNTS_PER_TURN, LATEST, Bitrate, Version, abilities_of
@@ -37,7 +37,7 @@ def _make(config: ArmConfig, world: World, options: Options) -> SimMks:
     )
     wired = switches(config, drive)
     nodes = [
-        Node(index, versions[index], Flash(settings[index]), drive, wired[index], habits)
+        MksNode(index, versions[index], Flash(settings[index]), drive, wired[index], habits)
         for index in range(count)
     ]
     return SimMks(world, drive, nodes, bits_s)
@@ -65,13 +65,13 @@ def _version(word: str) -> Version:
     return first, second, third
 
 
-def _habits(options: Options) -> Habits:
+def _habits(options: Options) -> MksQuirks:
     answer_ms, stall_turns = options.number("answer_ms"), options.number("stall_turns")
     if not _ANSWER_MS[0] <= answer_ms <= _ANSWER_MS[1]:
         raise BadRequest(f"answer_ms is from 0 to {_ANSWER_MS[1]:g}, not {answer_ms:g}")
     if not 0.0 < stall_turns <= 1.0:
         raise BadRequest(f"stall_turns is above 0 and at most 1, not {stall_turns:g}")
-    return Habits(
+    return MksQuirks(
         says_done=options.flag("says_done"),
         says_refused=options.flag("says_refused"),
         superseded=options.text("superseded"),

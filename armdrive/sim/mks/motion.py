@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from armdrive.sim.mks.node import Node
+from armdrive.sim.mks.node import MksNode
 from firmware_protocol.mks import (
     COUNTS_PER_TURN,
     Ability,
@@ -41,7 +41,7 @@ AGAINST_A_STOP = 1
 """The way of homing that feels for the end; 0 looks for the switch."""
 
 
-def begin(node: Node, asked: Asked, now_s: float) -> None:
+def begin(node: MksNode, asked: Asked, now_s: float) -> None:
     """Have the set-point do what was asked, whatever it did before."""
     request, point = asked.request, node.point
     node.under_way, node.waits = asked, False
@@ -73,12 +73,12 @@ def begin(node: Node, asked: Asked, now_s: float) -> None:
     node.switch_s = _switch_s(node, now_s)
 
 
-def homing_of(node: Node) -> SetHoming:
+def homing_of(node: MksNode) -> SetHoming:
     """Return how it homes."""
     return node.flash.of(SetHoming)
 
 
-def give_up(node: Node, now_s: float) -> None:
+def give_up(node: MksNode, now_s: float) -> None:
     """Forget what is under way and what is stored; the set-point goes on as it does."""
     if node.seeking:
         node.homing = HomingState.FAILED
@@ -88,7 +88,7 @@ def give_up(node: Node, now_s: float) -> None:
         node.point.hold(node.point.end)
 
 
-def due_s(node: Node) -> float:
+def due_s(node: MksNode) -> float:
     """Tell when it next does something by itself, apart from looking at its shaft."""
     if not node.powered:
         return math.inf
@@ -103,7 +103,7 @@ def due_s(node: Node) -> float:
     return min(due, node.switch_s, math.inf if node.waits else node.point.end_s)
 
 
-def happen(node: Node, now_s: float) -> None:
+def happen(node: MksNode, now_s: float) -> None:
     """Do whatever is due by now."""
     if node.booting and node.boots_s <= now_s:
         node.begin(now_s)
@@ -114,11 +114,11 @@ def happen(node: Node, now_s: float) -> None:
         _watch_end(node, now_s)
 
 
-def _go(node: Node, goal: int, speed_rpm: int, now_s: float) -> None:
+def _go(node: MksNode, goal: int, speed_rpm: int, now_s: float) -> None:
     node.point.move_to(goal, node.rpm_of(max(speed_rpm, 1)), node.acc, now_s)
 
 
-def _seek(node: Node, now_s: float) -> None:
+def _seek(node: MksNode, now_s: float) -> None:
     """Begin to search for the zero: first away from the switch, where that is pressed already."""
     setting = homing_of(node)
     node.seeking = 1 if setting.counter_clockwise else -1
@@ -128,7 +128,7 @@ def _seek(node: Node, now_s: float) -> None:
     node.point.run(way * node.rpm_of(max(setting.speed_rpm, 1)), node.acc, now_s)
 
 
-def _switch_s(node: Node, now_s: float) -> float:
+def _switch_s(node: MksNode, now_s: float) -> float:
     """Return when the set-point comes to where the switch changes, if it is looked at."""
     switch = node.switch
     if not node.seeking and not homing_of(node).limits:
@@ -140,7 +140,7 @@ def _switch_s(node: Node, now_s: float) -> float:
     return node.point.passes_s(switch.at, switch.way, now_s)
 
 
-def _watch_silence(node: Node, now_s: float) -> None:
+def _watch_silence(node: MksNode, now_s: float) -> None:
     """Stop where the bus has been silent for too long; the drive says nothing of it."""
     moves = node.under_way is not None and node.point.moving(now_s)
     if moves and not node.expired and now_s >= node.heard_s + node.timeout_s:
@@ -150,7 +150,7 @@ def _watch_silence(node: Node, now_s: float) -> None:
         node.watchdog_stops += 1
 
 
-def _watch_shaft(node: Node, now_s: float) -> None:
+def _watch_shaft(node: MksNode, now_s: float) -> None:
     """Let a shaft go that does not follow, where a protection is on."""
     error = abs(node.point.at(now_s) - node.shaft)
     if not error or not node.drive.holding[node.index]:
@@ -166,7 +166,7 @@ def _watch_shaft(node: Node, now_s: float) -> None:
         _let_go(node, now_s)
 
 
-def _is_off(node: Node, error: int, now_s: float) -> bool:
+def _is_off(node: MksNode, error: int, now_s: float) -> bool:
     guard = node.flash.of(SetPositionProtection)
     if not guard.on:
         return False
@@ -175,7 +175,7 @@ def _is_off(node: Node, error: int, now_s: float) -> bool:
     return now_s >= node.off_s + guard.window * WINDOW_S
 
 
-def _let_go(node: Node, now_s: float) -> None:
+def _let_go(node: MksNode, now_s: float) -> None:
     asked = node.under_way
     give_up(node, now_s)
     node.stalled = True
@@ -184,7 +184,7 @@ def _let_go(node: Node, now_s: float) -> None:
         node.tell(asked, Outcome.FAILED)
 
 
-def _watch_switch(node: Node, now_s: float) -> None:
+def _watch_switch(node: MksNode, now_s: float) -> None:
     if node.switch_s <= now_s:
         node.switch_s = math.inf
     if node.seeking:
@@ -193,7 +193,7 @@ def _watch_switch(node: Node, now_s: float) -> None:
         _limit(node, node.under_way, now_s)
 
 
-def _search(node: Node, now_s: float) -> None:
+def _search(node: MksNode, now_s: float) -> None:
     if homing_of(node).method == AGAINST_A_STOP or node.switch.pressed is node.backing:
         return
     if node.backing:
@@ -205,7 +205,7 @@ def _search(node: Node, now_s: float) -> None:
         _found(node, node.point.at(now_s))
 
 
-def _found(node: Node, at: int) -> None:
+def _found(node: MksNode, at: int) -> None:
     """Stand, call it zero, and say so."""
     node.point.hold(at)
     node.zero = at
@@ -216,7 +216,7 @@ def _found(node: Node, at: int) -> None:
     node.under_way = None
 
 
-def _limit(node: Node, asked: Asked, now_s: float) -> None:
+def _limit(node: MksNode, asked: Asked, now_s: float) -> None:
     """End what leads into the switch; what leads away from it goes on."""
     rpm = node.point.rpm(now_s) or node.point.rpm(now_s + 1e-6)
     if rpm * node.switch.way > 0:
@@ -226,7 +226,7 @@ def _limit(node: Node, asked: Asked, now_s: float) -> None:
             node.tell(asked, Outcome.LIMIT_STOP)
 
 
-def _watch_end(node: Node, now_s: float) -> None:
+def _watch_end(node: MksNode, now_s: float) -> None:
     asked = node.under_way
     if asked is None or node.seeking or node.point.moving(now_s):
         return
@@ -236,7 +236,7 @@ def _watch_end(node: Node, now_s: float) -> None:
         node.under_way = None
 
 
-def _threshold(node: Node) -> float:
+def _threshold(node: MksNode) -> float:
     """Return how near a motion must come to be said done: older firmware does not look at all."""
     setting = node.flash.of(SetArrival)
     if Ability.ARRIVAL_THRESHOLD not in node.device.abilities or not setting.on:

@@ -12,7 +12,7 @@ from typing import TypeVar, cast
 
 from armdrive.errors import StateFileError
 from armdrive.sim.bus.drives import LimitSwitch, ShaftDrive, ShaftPoint, at_rate, dead
-from armdrive.sim.mechanics.profiles import Piece, Profile
+from armdrive.sim.mechanics.profiles import AxisProfile, ProfilePiece
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import MEND, Json, Saved
 from firmware_protocol.errors import ProtocolError
@@ -134,7 +134,7 @@ _RPM = COUNTS_PER_TURN / 60.0
 """Counts a second of one rpm."""
 
 
-class SetPoint(ShaftPoint):
+class MksSetPoint(ShaftPoint):
     """It stands, or is under way on a ramped profile from whatever it did before."""
 
     def rpm(self, now_s: float) -> float:
@@ -156,7 +156,7 @@ class SetPoint(ShaftPoint):
         pieces = [_cut(piece, over_s) for piece in self._profile.pieces if piece.start_s < over_s]
         last = pieces[-1]
         end = at_rate(last.at(over_s), last.speed_at(over_s), 0.0, _slope(acc), over_s)
-        self._begin(Profile((*pieces, *end.pieces), end.end), now_s)
+        self._begin(AxisProfile((*pieces, *end.pieces), end.end), now_s)
         self._end_s = max(self._end_s, over_s)
 
     def there_and_back(self, counts: int, rpm: float, now_s: float) -> None:
@@ -164,7 +164,7 @@ class SetPoint(ShaftPoint):
         here = float(self.at(now_s))
         there = dead(here, here + counts, rpm * _RPM, now_s)
         back = dead(here + counts, here, rpm * _RPM, there.end_s)
-        self._begin(Profile((*there.pieces, *back.pieces), here), now_s)
+        self._begin(AxisProfile((*there.pieces, *back.pieces), here), now_s)
 
     def state(self, now_s: float) -> MotorState:
         """Return what the drive says it does."""
@@ -182,7 +182,7 @@ def _slope(acc: int) -> float:
     return ramp_rpm_s(acc) * _RPM
 
 
-def _cut(piece: Piece, over_s: float) -> Piece:
+def _cut(piece: ProfilePiece, over_s: float) -> ProfilePiece:
     return replace(piece, duration_s=min(piece.duration_s, over_s - piece.start_s))
 
 
@@ -192,11 +192,11 @@ MAKES_UP = SPEED_MAX_RPM / 60.0 * COUNTS_PER_TURN
 """Counts a second: no drive makes up for what it has lost faster than it turns."""
 
 
-class ClosedLoopDrive(ShaftDrive[SetPoint]):
+class ClosedLoopDrive(ShaftDrive[MksSetPoint]):
     """Six loops and one arm."""
 
     def __init__(self, world: World) -> None:
-        super().__init__(world, [SetPoint(count) for count in world.motors], MAKES_UP)
+        super().__init__(world, [MksSetPoint(count) for count in world.motors], MAKES_UP)
 
 
 FULL_STEPS = 200
@@ -204,7 +204,7 @@ FULL_STEPS = 200
 
 
 @dataclass(frozen=True, slots=True)
-class Habits:
+class MksQuirks:
     """What public sources leave open of these drives; `kind.KIND` says what each means."""
 
     says_done: bool = True
@@ -221,7 +221,7 @@ class Habits:
     stall_counts: int = COUNTS_PER_TURN // 10
 
 
-class Node:
+class MksNode:
     """A drive on the motor of its index. Its owner calls `motion.happen` once time has passed."""
 
     def __init__(
@@ -231,7 +231,7 @@ class Node:
         flash: Flash,
         drive: ClosedLoopDrive,
         switch: LimitSwitch,
-        habits: Habits,
+        habits: MksQuirks,
     ) -> None:
         self.index = index
         self.firmware = firmware
@@ -284,7 +284,7 @@ class Node:
     # What it is.
 
     @property
-    def point(self) -> SetPoint:
+    def point(self) -> MksSetPoint:
         """Its set-point."""
         return self.drive.rack.each[self.index]
 

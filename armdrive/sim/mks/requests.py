@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import cast
 
 from armdrive.sim.mks.motion import AGAINST_A_STOP, begin, give_up, homing_of
-from armdrive.sim.mks.node import Node
+from armdrive.sim.mks.node import MksNode
 from firmware_protocol.mks import (
     ANGLE_ERROR_PER_TURN,
     COUNTS_PER_TURN,
@@ -59,7 +59,7 @@ BOARD = 2
 """A SERVO42D on CAN."""
 
 
-def answer(node: Node, asked: Asked, now_s: float) -> None:
+def answer(node: MksNode, asked: Asked, now_s: float) -> None:
     """Answer a read."""
     request = asked.request
     if isinstance(request, ReadSetting):
@@ -70,7 +70,7 @@ def answer(node: Node, asked: Asked, now_s: float) -> None:
         node.say(node.device.answer(asked, reading(node, request.code, now_s)))
 
 
-def report(node: Node, now_s: float) -> None:
+def report(node: MksNode, now_s: float) -> None:
     """Say by itself what is due."""
     for code, (period_s, due_s) in node.reports.items():
         if due_s <= now_s:
@@ -78,12 +78,12 @@ def report(node: Node, now_s: float) -> None:
             node.say(node.device.report(reading(node, code, now_s)))
 
 
-def reading(node: Node, code: Code, now_s: float) -> Reading:
+def reading(node: MksNode, code: Code, now_s: float) -> Reading:
     """Return what a drive reads of itself."""
     return _READINGS[code](node, now_s)
 
 
-def state(node: Node, now_s: float) -> MotorState:
+def state(node: MksNode, now_s: float) -> MotorState:
     """Return what the drive says that its motor does."""
     if not node.searching:
         return node.point.state(now_s)
@@ -91,24 +91,24 @@ def state(node: Node, now_s: float) -> MotorState:
     return MotorState.CALIBRATING if calibrates else MotorState.HOMING
 
 
-def _error(node: Node, now_s: float) -> int:
+def _error(node: MksNode, now_s: float) -> int:
     return node.point.at(now_s) - node.shaft
 
 
-def _speed(node: Node, now_s: float) -> SpeedRead:
+def _speed(node: MksNode, now_s: float) -> SpeedRead:
     stands = abs(_error(node, now_s)) >= node.habits.stall_counts
     return SpeedRead(0 if stands else round(node.point.rpm(now_s)))
 
 
-def _pulses(node: Node, now_s: float) -> PulsesRead:
+def _pulses(node: MksNode, now_s: float) -> PulsesRead:
     return PulsesRead(round((node.point.at(now_s) - node.zero) / node.counts_per_pulse))
 
 
-def _angle_error(node: Node, now_s: float) -> AngleErrorRead:
+def _angle_error(node: MksNode, now_s: float) -> AngleErrorRead:
     return AngleErrorRead(round(_error(node, now_s) * ANGLE_ERROR_PER_TURN / COUNTS_PER_TURN))
 
 
-def _homing(node: Node, _: float) -> HomingRead:
+def _homing(node: MksNode, _: float) -> HomingRead:
     """Return how homing stands: one that has never been asked for has failed."""
     if Ability.HOMING_BY_COMMAND_READ not in node.device.abilities:
         return HomingRead(HomingState.FAILED)
@@ -116,11 +116,11 @@ def _homing(node: Node, _: float) -> HomingRead:
     return HomingRead(HomingState.FAILED, found)
 
 
-def _version(node: Node, _: float) -> VersionRead:
+def _version(node: MksNode, _: float) -> VersionRead:
     return VersionRead(node.calibrated, BOARD, bytes(node.firmware)[-node.habits.version_bytes :])
 
 
-_READINGS: Mapping[Code, Callable[[Node, float], Reading]] = MappingProxyType(
+_READINGS: Mapping[Code, Callable[[MksNode, float], Reading]] = MappingProxyType(
     {
         Code.ENCODER: lambda node, _: EncoderRead(node.counts),
         Code.RAW_ENCODER: lambda node, _: RawEncoderRead(node.shaft - node.power_on_zero),
@@ -137,7 +137,7 @@ _READINGS: Mapping[Code, Callable[[Node, float], Reading]] = MappingProxyType(
 )
 
 
-def obey(node: Node, asked: Asked, now_s: float) -> None:
+def obey(node: MksNode, asked: Asked, now_s: float) -> None:
     """Do what was asked, as far as the drive does such a thing now, and say so."""
     request = asked.request
     match request:
@@ -176,7 +176,7 @@ def obey(node: Node, asked: Asked, now_s: float) -> None:
             answer(node, asked, now_s)
 
 
-def _move(node: Node, asked: Asked, now_s: float) -> None:
+def _move(node: MksNode, asked: Asked, now_s: float) -> None:
     if not node.can_move:
         node.refuse(asked)
     elif node.armed:
@@ -191,7 +191,7 @@ def _move(node: Node, asked: Asked, now_s: float) -> None:
         node.refuse(asked)
 
 
-def _gives_way(node: Node, asked: Asked) -> bool:
+def _gives_way(node: MksNode, asked: Asked) -> bool:
     """Tell whether what is under way is replaced by what is asked for now."""
     before = None if node.under_way is None else node.under_way.request.code
     if asked.request.code is Code.SPEED_MODE:
@@ -200,7 +200,7 @@ def _gives_way(node: Node, asked: Asked) -> bool:
     return able and before in (None, Code.ABSOLUTE_AXIS)
 
 
-def _supersede(node: Node, asked: Asked, now_s: float) -> None:
+def _supersede(node: MksNode, asked: Asked, now_s: float) -> None:
     before, says = node.under_way, node.habits.superseded
     says = says if before is not None and isinstance(before.request, MoveAbsoluteAxis) else ""
     if before is not None and says == "first":
@@ -211,13 +211,13 @@ def _supersede(node: Node, asked: Asked, now_s: float) -> None:
         node.tell(before, Outcome.FAILED)
 
 
-def _stop(node: Node, asked: Asked, now_s: float) -> None:
+def _stop(node: MksNode, asked: Asked, now_s: float) -> None:
     give_up(node, now_s)
     begin(node, asked, now_s)
     node.tell(asked, Outcome.STARTED)
 
 
-def _search(node: Node, asked: Asked, now_s: float) -> None:
+def _search(node: MksNode, asked: Asked, now_s: float) -> None:
     unknown = isinstance(asked.request, Home) and homing_of(node).method > AGAINST_A_STOP
     if not node.can_move or node.point.moving(now_s) or unknown:
         node.refuse(asked)
@@ -226,7 +226,7 @@ def _search(node: Node, asked: Asked, now_s: float) -> None:
     node.tell(asked, Outcome.STARTED)
 
 
-def _go(node: Node, now_s: float) -> None:
+def _go(node: MksNode, now_s: float) -> None:
     """Begin what is stored; nobody is told that it began."""
     asked, node.stored = node.stored, None
     node.armed = node.armed and node.habits.stays_armed
@@ -234,7 +234,7 @@ def _go(node: Node, now_s: float) -> None:
         begin(node, asked, now_s)
 
 
-def _enable(node: Node, asked: Asked, *, on: bool, now_s: float) -> None:
+def _enable(node: MksNode, asked: Asked, *, on: bool, now_s: float) -> None:
     if not node.mode.on_bus or (on and node.stalled):
         node.refuse(asked)
         return
@@ -244,7 +244,7 @@ def _enable(node: Node, asked: Asked, *, on: bool, now_s: float) -> None:
     node.tell(asked, Outcome.DONE)
 
 
-def _zero(node: Node, asked: Asked, now_s: float) -> None:
+def _zero(node: MksNode, asked: Asked, now_s: float) -> None:
     if node.point.moving(now_s):
         node.refuse(asked)
         return
@@ -252,14 +252,14 @@ def _zero(node: Node, asked: Asked, now_s: float) -> None:
     node.tell(asked, Outcome.DONE)
 
 
-def _clear(node: Node, asked: Asked, now_s: float) -> None:
+def _clear(node: MksNode, asked: Asked, now_s: float) -> None:
     if node.stalled:
         node.stalled = False
         node.set_enabled(True, now_s)
     node.tell(asked, Outcome.DONE)
 
 
-def _report(node: Node, request: ReportByItself, now_s: float) -> None:
+def _report(node: MksNode, request: ReportByItself, now_s: float) -> None:
     period_s = request.period_ms / 1000
     if period_s:
         node.reports[request.reading] = (period_s, now_s + period_s)
@@ -267,7 +267,7 @@ def _report(node: Node, request: ReportByItself, now_s: float) -> None:
         node.reports.pop(request.reading, None)
 
 
-def _set(node: Node, asked: Asked, now_s: float) -> None:
+def _set(node: MksNode, asked: Asked, now_s: float) -> None:
     request = asked.request
     if isinstance(request, SetMode) and request.mode is not Mode.BUS_FOC:
         give_up(node, now_s)

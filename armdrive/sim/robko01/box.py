@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from armdrive.sim.mechanics.motors import Drive
+from armdrive.sim.mechanics.motors import MotorDrive
 from armdrive.sim.mechanics.profiles import UncoordinatedRack
 from armdrive.sim.world.arm import World
 from firmware_protocol.robko01 import (
@@ -150,7 +150,7 @@ of the retrofit's `ApplicationConfiguration.h`."""
 
 
 @dataclass(frozen=True, slots=True)
-class RobkoHabits:
+class RobkoQuirks:
     """What differs between boards: see `kind` for each.
 
     With `grid_s` a motor has a chance to make a step only so often. `watchdog_s` of silence
@@ -191,10 +191,10 @@ class RobkoHabits:
         return self.board == AVR
 
 
-class RobkoDrive(Drive[UncoordinatedRack]):
+class RobkoDrive(MotorDrive[UncoordinatedRack]):
     """Axes that go their own way; without current the counts go on and the arm does not."""
 
-    def __init__(self, world: World, habits: RobkoHabits) -> None:
+    def __init__(self, world: World, habits: RobkoQuirks) -> None:
         stretch = 1.0 + habits.slowness
         rack = UncoordinatedRack(
             (0,) * len(world.motors),
@@ -217,7 +217,7 @@ class RobkoBox:
     def __init__(
         self,
         drive: RobkoDrive,
-        habits: RobkoHabits,
+        habits: RobkoQuirks,
         said: bytearray,
         inputs_set: Callable[[], int],
     ) -> None:

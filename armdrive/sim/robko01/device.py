@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 from armdrive.sim.device import SimBase
-from armdrive.sim.robko01.box import RobkoBox, RobkoDrive, RobkoHabits
+from armdrive.sim.robko01.box import RobkoBox, RobkoDrive, RobkoQuirks
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import Json, Saved
 from kinematics.spaces import Motors
@@ -21,7 +21,7 @@ BAUD = 115_200
 
 
 class SimRobko(SimBase):
-    """The board, the arm, and the person beside them; see `RobkoHabits` for what differs."""
+    """The board, the arm, and the person beside them; see `RobkoQuirks` for what differs."""
 
     title: ClassVar[str] = "Robko 01"
     _drive: RobkoDrive
@@ -30,17 +30,17 @@ class SimRobko(SimBase):
         self,
         world: World | None = None,
         *,
-        habits: RobkoHabits | None = None,
+        habits: RobkoQuirks | None = None,
         baud: int | None = BAUD,
     ) -> None:
         world = world or World()
-        habits = habits or RobkoHabits()
+        habits = habits or RobkoQuirks()
         world.energised = False
         super().__init__(world, RobkoDrive(world, habits), baud)
         self._box = RobkoBox(self._drive, habits, self.said, lambda: self.inputs_set)
 
     @property
-    def habits(self) -> RobkoHabits:
+    def habits(self) -> RobkoQuirks:
         """What kind of board it is."""
         return self._box.habits
 

@@ -12,7 +12,7 @@ from armdrive.sim.robko01.box import (
     ESP32,
     GRIDS_S,
     TOP_SPEEDS_HZ,
-    RobkoHabits,
+    RobkoQuirks,
 )
 from armdrive.sim.robko01.device import SimRobko
 from armdrive.sim.world.arm import World
@@ -26,7 +26,7 @@ def _make(config: ArmConfig, world: World, options: Options) -> SimRobko:
     acceleration, watchdog_s = options.number("acceleration"), options.number("watchdog_s")
     if acceleration < 0.0 or watchdog_s < 0.0:
         raise BadRequest("acceleration and watchdog_s must be 0 or above")
-    habits = RobkoHabits(
+    habits = RobkoQuirks(
         board,
         acceleration or ACCELERATIONS_STEPS_S2[board],
         GRIDS_S[board],

@@ -27,14 +27,14 @@ from armdrive.sim.faults.table import fault_kind, faults_of
 from armdrive.sim.serving.servers import Server
 from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.saved import Json
-from armdrive.sim.world.table import Block
+from armdrive.sim.world.table import TableBlock
 from kinematics.errors import did_you_mean
 
 # --- A command and its answer --------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class ConsoleAnswer:
     """What a command has to say: a sentence for people, or the same and more as data."""
 
     text: str
@@ -48,7 +48,7 @@ class ConsoleCommand:
     name: str
     arguments: str
     summary: str
-    run: Callable[[Console, list[str]], Answer]
+    run: Callable[[Console, list[str]], ConsoleAnswer]
     counts: tuple[int, int]
     """The least and the most words that may follow."""
 
@@ -70,14 +70,14 @@ PARTS = "NAME X Y [WIDTH [HEIGHT]]"
 """What is said of a block, mm; the height is the width where it is left out."""
 
 
-def block_of(words: Sequence[str]) -> Block:
+def block_of(words: Sequence[str]) -> TableBlock:
     """Return a block above the table, from three to five words. Raises `BadRequest`."""
     if not 3 <= len(words) <= 5:
         raise BadRequest(f"a block is given as {PARTS}, not as {' '.join(words)!r}")
     x_mm, y_mm, *sizes = (number(word) for word in words[1:])
     width_mm = sizes[0] if sizes else USUAL_MM
     height_mm = sizes[1] if len(sizes) > 1 else width_mm
-    return Block(words[0], x_mm, y_mm, DROP_FROM_MM, width_mm, height_mm)
+    return TableBlock(words[0], x_mm, y_mm, DROP_FROM_MM, width_mm, height_mm)
 
 
 # --- The table: how each command is written, and what it does ------------------------------------
@@ -86,89 +86,91 @@ _S_DIGITS = 6
 _SWITCH = {"on": True, "off": False, "1": True, "0": False}
 
 
-def _state(console: Console, _: list[str]) -> Answer:
+def _state(console: Console, _: list[str]) -> ConsoleAnswer:
     # the device's own clock: whoever looks on late still learns when what is seen was so
     time_s = round(console.device.now_s, _S_DIGITS)
-    return Answer(state_line(console.device), {"time_s": time_s, **state_json(console.device)})
+    return ConsoleAnswer(
+        state_line(console.device), {"time_s": time_s, **state_json(console.device)}
+    )
 
 
-def _key(console: Console, words: list[str]) -> Answer:
+def _key(console: Console, words: list[str]) -> ConsoleAnswer:
     device = console.device
     if not isinstance(device, HasPendant):
         raise lacks(device, "pendant")
     device.press_named(words[0])
-    return Answer(f"pressed {words[0].upper()}")
+    return ConsoleAnswer(f"pressed {words[0].upper()}")
 
 
-def _return(console: Console, _: list[str]) -> Answer:
+def _return(console: Console, _: list[str]) -> ConsoleAnswer:
     device = console.device
     if not isinstance(device, GivesControl):
         raise lacks(device, "pendant that takes control")
     if device.pendant_returns():
-        return Answer("the host has control again")
+        return ConsoleAnswer("the host has control again")
     raise BadRequest("the pendant has no control to give back: the host has not sent @SET")
 
 
-def _guide(console: Console, _: list[str]) -> Answer:
+def _guide(console: Console, _: list[str]) -> ConsoleAnswer:
     reference = console.device.world.body.reference
     if reference is None:
         raise BadRequest("no reference posture is known of this arm")
     joints = console.device.world.body.arm.ik(reference.pose)
     console.device.bring_to(joints, reference.opening_mm)
-    return Answer("somebody brought the arm to its reference posture by hand")
+    return ConsoleAnswer("somebody brought the arm to its reference posture by hand")
 
 
-def _put(console: Console, words: list[str]) -> Answer:
+def _put(console: Console, words: list[str]) -> ConsoleAnswer:
     block = console.device.world.put(block_of(words))
     place = f"x {block.x_mm:.1f}, y {block.y_mm:.1f}, z {block.z_mm:.1f} mm"
-    return Answer(f"block {block.name} stands at {place}")
+    return ConsoleAnswer(f"block {block.name} stands at {place}")
 
 
-def _take(console: Console, words: list[str]) -> Answer:
+def _take(console: Console, words: list[str]) -> ConsoleAnswer:
     if console.device.world.take(words[0]) is None:
         there = ", ".join(console.device.world.scene.blocks) or "none"
         raise BadRequest(f"there is no block {words[0]!r}; there are: {there}")
-    return Answer(f"took block {words[0]} away")
+    return ConsoleAnswer(f"took block {words[0]} away")
 
 
-def _power(console: Console, words: list[str]) -> Answer:
+def _power(console: Console, words: list[str]) -> ConsoleAnswer:
     on = _switch(words[0])
     if on != console.device.powered:
         (console.device.power_on if on else console.device.power_off)()
-    return Answer(f"power is {'on' if on else 'off'}")
+    return ConsoleAnswer(f"power is {'on' if on else 'off'}")
 
 
-def _unplug(console: Console, _: list[str]) -> Answer:
+def _unplug(console: Console, _: list[str]) -> ConsoleAnswer:
     console.cable.unplug()
-    return Answer("unplugged")
+    return ConsoleAnswer("unplugged")
 
 
-def _replug(console: Console, words: list[str]) -> Answer:
+def _replug(console: Console, words: list[str]) -> ConsoleAnswer:
     names = [word for word in words if word != "as"]
     console.cable.replug(*names[:1])
-    return Answer(f"plugged in at {console.server.address}")
+    return ConsoleAnswer(f"plugged in at {console.server.address}")
 
 
-def _fault(console: Console, words: list[str]) -> Answer:
+def _fault(console: Console, words: list[str]) -> ConsoleAnswer:
     if not words:
         active = console.faults.active
-        return Answer("; ".join(active) or "nothing is wrong", {"faults": list(active)})
+        return ConsoleAnswer("; ".join(active) or "nothing is wrong", {"faults": list(active)})
     if words[0].lower() == "off":
         ended = console.faults.end(*words[1:2])
-        return Answer(f"ended: {'; '.join(ended) or 'nothing'}", {"ended": list(ended)})
+        return ConsoleAnswer(f"ended: {'; '.join(ended) or 'nothing'}", {"ended": list(ended)})
     request = parse_words(words)
     console.faults.ask(request)
     due = f" in {request.after_s:g} s" if request.after_s else ""
-    return Answer(f"fault{due}: {fault_kind(request.name).summary}")
+    return ConsoleAnswer(f"fault{due}: {fault_kind(request.name).summary}")
 
 
-def _faults(console: Console, _: list[str]) -> Answer:
+def _faults(console: Console, _: list[str]) -> ConsoleAnswer:
     kinds = faults_of(type(console.device))
     table: dict[str, Json] = {kind.usage: kind.summary for kind in kinds}
-    return Answer("; ".join(table), table)
+    return ConsoleAnswer("; ".join(table), table)
 
 
-def _plug(console: Console, words: list[str]) -> Answer:
+def _plug(console: Console, words: list[str]) -> ConsoleAnswer:
     """Have some drives alone be on the bus: commissioning meets one at a time."""
     device = console.device
     if not isinstance(device, DrivesOnBus):
@@ -182,41 +184,41 @@ def _plug(console: Console, words: list[str]) -> Answer:
     for number_of, _ in enumerate(names, 1):
         device.plug_drive(number_of - 1, number_of in numbers)
     there = ", ".join(names[each - 1] for each in sorted({*numbers})) or "none"
-    return Answer(f"on the bus: {there}")
+    return ConsoleAnswer(f"on the bus: {there}")
 
 
-def _input(console: Console, words: list[str]) -> Answer:
+def _input(console: Console, words: list[str]) -> ConsoleAnswer:
     bit, on = whole(words[0]), _switch(words[1])
     console.device.set_input(bit, on)
-    return Answer(f"input {bit} is {'on' if on else 'off'}")
+    return ConsoleAnswer(f"input {bit} is {'on' if on else 'off'}")
 
 
-def _push(console: Console, words: list[str]) -> Answer:
+def _push(console: Console, words: list[str]) -> ConsoleAnswer:
     motor, steps = whole(words[0]), whole(words[1])
     count = len(console.device.world.motors)
     if not 1 <= motor <= count:
         raise BadRequest(f"motors are numbered 1 to {count}, not {motor}")
     console.device.push([steps if index == motor else 0 for index in range(1, count + 1)])
-    return Answer(f"pushed motor {motor} by {steps} half-steps, unknown to the registers")
+    return ConsoleAnswer(f"pushed motor {motor} by {steps} half-steps, unknown to the registers")
 
 
-def _speed_error(console: Console, words: list[str]) -> Answer:
+def _speed_error(console: Console, words: list[str]) -> ConsoleAnswer:
     device = console.device
     if not isinstance(device, HasSpeedError):
         raise lacks(device, "speed error: it keeps its own time")
     device.set_speed_error(number(words[0]))
-    return Answer(f"motions last {1.0 + device.speed_error:.2f} times as long")
+    return ConsoleAnswer(f"motions last {1.0 + device.speed_error:.2f} times as long")
 
 
-def _help(_: Console, __: list[str]) -> Answer:
+def _help(_: Console, __: list[str]) -> ConsoleAnswer:
     usages = [command.usage for command in COMMANDS.values()]
     helps: dict[str, Json] = {each.usage: each.summary for each in COMMANDS.values()}
-    return Answer("; ".join(usages), helps)
+    return ConsoleAnswer("; ".join(usages), helps)
 
 
-def _quit(console: Console, _: list[str]) -> Answer:
+def _quit(console: Console, _: list[str]) -> ConsoleAnswer:
     console.ended = True
-    return Answer("ends")
+    return ConsoleAnswer("ends")
 
 
 def _switch(word: str) -> bool:
@@ -316,7 +318,7 @@ class Console:
             return answer.text
         return json.dumps({"ok": True, "text": answer.text} if answer.data is None else answer.data)
 
-    def _run(self, name: str, words: list[str]) -> Answer:
+    def _run(self, name: str, words: list[str]) -> ConsoleAnswer:
         command = COMMANDS.get(name.lower())
         if command is None:
             hint = did_you_mean(name.lower(), COMMANDS, "try 'help'.", likeness=0.4)

@@ -81,7 +81,7 @@ def run_device(
     """
     bell = Bell()
     try:
-        loop = _Loop(device, server, out, bell, clock)
+        loop = _ServeLoop(device, server, out, bell, clock)
         loop.begin(faults)
         with _ending_signals(loop.end):
             if commands is not None:
@@ -94,7 +94,7 @@ def run_device(
         bell.close()
 
 
-class _Loop:
+class _ServeLoop:
     """Carries bytes and commands to the device, each as it comes."""
 
     def __init__(

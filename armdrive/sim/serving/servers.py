@@ -21,7 +21,7 @@ from armdrive.errors import PortUnavailable
 from armdrive.sim.bus.line import BusLine
 from armdrive.sim.device import WireDevice
 from firmware_protocol.frames import Frame, Unpacker, pack
-from firmware_protocol.slcan import BELL, CR, ON_BUS, Lines, frame_of, line_of
+from firmware_protocol.slcan import BELL, CR, ON_BUS, SlcanLines, frame_of, line_of
 
 if sys.platform != "win32":
     import pty
@@ -403,7 +403,7 @@ class Adapter:
         self._bitrate = 0
         self._open = False
         self._listens = False
-        self._lines = Lines()
+        self._lines = SlcanLines()
         self._said = bytearray()
         self._sent: list[Frame] = []
 
@@ -433,7 +433,7 @@ class Adapter:
 
     def restart(self) -> None:
         """Lose the power: everything that the host has set is forgotten."""
-        self._open, self._bitrate, self._lines = False, 0, Lines()
+        self._open, self._bitrate, self._lines = False, 0, SlcanLines()
         self._said.clear()
 
     def _obey(self, line: bytes) -> None:

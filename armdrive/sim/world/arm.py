@@ -10,8 +10,8 @@ import math
 from collections.abc import Iterable, Sequence
 
 from armdrive.sim.world.body import ArmBody, Play, found_posture, sagged
-from armdrive.sim.world.scene import TABLE_TOLERANCE_MM, Scene
-from armdrive.sim.world.table import Block, Incident, IncidentKind, Point, Stand
+from armdrive.sim.world.scene import TABLE_TOLERANCE_MM, GripScene
+from armdrive.sim.world.table import Incident, IncidentKind, Point, Stand, TableBlock
 from kinematics.presets import preset
 from kinematics.spaces import Joints, Motors, Pose
 
@@ -31,7 +31,7 @@ class World:
         self,
         body: ArmBody | None = None,
         motors: Sequence[int] | None = None,
-        blocks: Iterable[Block] = (),
+        blocks: Iterable[TableBlock] = (),
         stand: Stand | None = None,
     ) -> None:
         """Take an arm as it is found; without a `stand` it has a table of its own."""
@@ -48,7 +48,7 @@ class World:
         self._sample_steps = self.body.sample_steps
         self._blocked: set[str] = set()
         self._observe()
-        self.scene = Scene(tip=self.tip, opening_mm=self._pull_mm, stand=stand)
+        self.scene = GripScene(tip=self.tip, opening_mm=self._pull_mm, stand=stand)
         for block in blocks:
             self.put(block)
 
@@ -94,17 +94,17 @@ class World:
         """Whether the grip switch has tripped."""
         return self.grip_force_n >= self.body.switch_force_n - _ROUNDING
 
-    def put(self, block: Block) -> Block:
+    def put(self, block: TableBlock) -> TableBlock:
         """Set a block down; return where it came to rest, on what stood there already."""
         return self.scene.put(block, self.tip, self._pull_mm)
 
-    def take(self, name: str) -> Block | None:
+    def take(self, name: str) -> TableBlock | None:
         """Take a block away; None where there is none of that name."""
         return self.scene.take(name, self.tip, self._pull_mm)
 
-    def restore_blocks(self, blocks: Iterable[Block], held: str | None) -> None:
+    def restore_blocks(self, blocks: Iterable[TableBlock], held: str | None) -> None:
         """Have these blocks where they say, one of them in the fingers, as a saved world had."""
-        self.scene = Scene(blocks, held, self.tip, self._pull_mm)
+        self.scene = GripScene(blocks, held, self.tip, self._pull_mm)
 
     def steps_to_trip(self) -> Motors:
         """Return the steps that close the fingers until the switch trips; none if it has."""

@@ -10,7 +10,7 @@ from typing import TypeAlias
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody
-from armdrive.sim.world.table import Block, Incident, IncidentKind
+from armdrive.sim.world.table import Incident, IncidentKind, TableBlock
 
 # --- Strict reading: whatever does not fit is a `StateFileError` ---------------------------------
 
@@ -163,7 +163,7 @@ def world_from_json(data: object, body: ArmBody | None = None) -> World:
     return world
 
 
-def block_to_json(block: Block) -> dict[str, Json]:
+def block_to_json(block: TableBlock) -> dict[str, Json]:
     """Return a block's name, place and size."""
     sizes: dict[str, Json] = {name: getattr(block, name) for name in _LENGTHS}
     return {"name": block.name, **sizes}
@@ -179,10 +179,10 @@ def incident_to_json(incident: Incident) -> dict[str, Json]:
     }
 
 
-def _block(data: object) -> Block:
+def _block(data: object) -> TableBlock:
     saved = Saved(data, "block")
     try:
-        block = Block(saved.text("name"), *(saved.number(name) for name in _LENGTHS))
+        block = TableBlock(saved.text("name"), *(saved.number(name) for name in _LENGTHS))
     except BadRequest as error:
         raise StateFileError(f"{error}; {MEND}") from None
     saved.end()

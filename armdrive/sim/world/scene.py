@@ -9,14 +9,22 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from armdrive.sim.world.table import GRAZE_MM, Block, Incident, IncidentKind, Point, Stand, riders
+from armdrive.sim.world.table import (
+    GRAZE_MM,
+    Incident,
+    IncidentKind,
+    Point,
+    Stand,
+    TableBlock,
+    riders,
+)
 
 TABLE_TOLERANCE_MM = 1.5
 """How far below the table the tip may be: rounding to steps and the table's own give."""
 _ROUNDING_MM = 1e-6
 
 
-class Scene:
+class GripScene:
     """What one arm's fingers have to do with the blocks of its table, and which one they hold.
 
     Points and blocks are told and shown in the arm's base frame; within, all is in the table's.
@@ -25,7 +33,7 @@ class Scene:
 
     def __init__(
         self,
-        blocks: Iterable[Block] = (),
+        blocks: Iterable[TableBlock] = (),
         held: str | None = None,
         tip: Point = (0.0, 0.0, 0.0),
         opening_mm: float = 0.0,
@@ -50,7 +58,7 @@ class Scene:
             self.look()
 
     @property
-    def blocks(self) -> Mapping[str, Block]:
+    def blocks(self) -> Mapping[str, TableBlock]:
         """Every block by its name."""
         with self._table.lock:
             return self._stand.seen()
@@ -72,13 +80,13 @@ class Scene:
             return self._blocks[self._held].width_mm
         return max((self._blocks[name].width_mm for name in self._around), default=0.0)
 
-    def put(self, block: Block, tip: Point, opening_mm: float) -> Block:
+    def put(self, block: TableBlock, tip: Point, opening_mm: float) -> TableBlock:
         """Set a block down where it says, or on what is there; return where it came to rest."""
         self._tip, self._opening_mm = self._stand.on_table(tip), opening_mm
         put = self._table.put(block.at(self._stand.on_table(block.place)))
         return put.at(self._stand.from_base(put.place))
 
-    def take(self, name: str, tip: Point, opening_mm: float) -> Block | None:
+    def take(self, name: str, tip: Point, opening_mm: float) -> TableBlock | None:
         """Take a block away, out of the fingers if need be."""
         self._tip, self._opening_mm = self._stand.on_table(tip), opening_mm
         taken = self._table.take(name)
@@ -152,7 +160,7 @@ class Scene:
     def _pull(self, time_s: float) -> Iterator[Incident]:
         """Draw what is carried out of fingers that have closed on it as well, and hold still."""
         for hand in self._table.others(self):
-            if isinstance(hand, Scene) and hand.held in self._carried and not hand.reaches():
+            if isinstance(hand, GripScene) and hand.held in self._carried and not hand.reaches():
                 sentence = f"block {hand.held} was pulled out of another arm's fingers"
                 yield Incident(IncidentKind.KNOCK, hand.held or "", sentence, time_s)
                 hand.forget(hand.held or "")
@@ -234,7 +242,7 @@ class Scene:
         self._table.released()
 
     @property
-    def _blocks(self) -> dict[str, Block]:
+    def _blocks(self) -> dict[str, TableBlock]:
         return self._table.blocks
 
     def _shift(self, name: str, by: Point) -> None:

@@ -29,7 +29,7 @@ GRAZE_MM = 1.0
 
 
 @dataclass(frozen=True, slots=True)
-class Block:
+class TableBlock:
     """A box by the centre of its bottom; `width_mm` is what the fingers measure.
 
     Raises `BadRequest` for sizes and places that no block has.
@@ -65,7 +65,7 @@ class Block:
         """The centre of the bottom."""
         return self.x_mm, self.y_mm, self.z_mm
 
-    def at(self, place: Point) -> Block:
+    def at(self, place: Point) -> TableBlock:
         """Return this block with the centre of its bottom somewhere else."""
         x, y, z = place
         return replace(self, x_mm=x, y_mm=y, z_mm=z)
@@ -90,12 +90,12 @@ class Block:
             first, last = max(first, near), min(last, far)
         return first if first <= last else None
 
-    def shares_ground(self, other: Block) -> bool:
+    def shares_ground(self, other: TableBlock) -> bool:
         """Tell whether the footprints overlap by more than a touch."""
         reach = (self.width_mm + other.width_mm) / 2 - GRAZE_MM
         return abs(self.x_mm - other.x_mm) < reach and abs(self.y_mm - other.y_mm) < reach
 
-    def hits(self, other: Block) -> bool:
+    def hits(self, other: TableBlock) -> bool:
         """Tell whether the boxes overlap by more than resting on one another explains."""
         depth = min(self.top_mm, other.top_mm) - max(self.z_mm, other.z_mm)
         return depth > REST_MM and self.shares_ground(other)
@@ -109,12 +109,14 @@ class Block:
         )
 
 
-def settled(blocks: Mapping[str, Block], floating: Collection[str] = ()) -> dict[str, Block]:
+def settled(
+    blocks: Mapping[str, TableBlock], floating: Collection[str] = ()
+) -> dict[str, TableBlock]:
     """Let every block fall onto what is under it; those named in `floating` are in the fingers.
 
     A block stays where it comes down, however little of it is supported: nothing topples.
     """
-    resting: list[Block] = []
+    resting: list[TableBlock] = []
     for block in sorted(blocks.values(), key=lambda one: one.z_mm):
         if block.name not in floating:
             under = [b for b in resting if b.top_mm <= block.z_mm + REST_MM]
@@ -124,7 +126,7 @@ def settled(blocks: Mapping[str, Block], floating: Collection[str] = ()) -> dict
     return {name: fallen.get(name, block) for name, block in blocks.items()}
 
 
-def riders(blocks: Mapping[str, Block], carrier: str) -> tuple[str, ...]:
+def riders(blocks: Mapping[str, TableBlock], carrier: str) -> tuple[str, ...]:
     """Name the blocks that stand on a block, and on those, and so on."""
     found = [carrier]
     for block in sorted(blocks.values(), key=lambda one: one.z_mm):
@@ -133,7 +135,7 @@ def riders(blocks: Mapping[str, Block], carrier: str) -> tuple[str, ...]:
     return tuple(found[1:])
 
 
-def _stands_on(block: Block, under: Block) -> bool:
+def _stands_on(block: TableBlock, under: TableBlock) -> bool:
     return abs(block.z_mm - under.top_mm) <= REST_MM and block.shares_ground(under)
 
 
@@ -163,7 +165,7 @@ class Table:
 
     def __init__(self) -> None:
         self.lock = threading.RLock()
-        self.blocks: dict[str, Block] = {}
+        self.blocks: dict[str, TableBlock] = {}
         self._hands: list[Hand] = []
 
     def join(self, hand: Hand) -> None:
@@ -178,7 +180,7 @@ class Table:
         """Return the hand that a block goes with, if it is off the table."""
         return next((hand for hand in self._hands if name in hand.carried), None)
 
-    def put(self, block: Block) -> Block:
+    def put(self, block: TableBlock) -> TableBlock:
         """Set a block down, on what is there; return where it came to rest."""
         with self.lock:
             self.take(block.name)
@@ -187,7 +189,7 @@ class Table:
             self._look()
             return self.blocks[block.name]
 
-    def take(self, name: str) -> Block | None:
+    def take(self, name: str) -> TableBlock | None:
         """Take a block away, out of the fingers if need be; None where there is none."""
         with self.lock:
             for hand in self._hands:
@@ -244,7 +246,7 @@ class Stand:
         x, y, z = point[0] - self.x_mm, point[1] - self.y_mm, point[2]
         return cos * x + sin * y, cos * y - sin * x, z
 
-    def seen(self) -> Mapping[str, Block]:
+    def seen(self) -> Mapping[str, TableBlock]:
         """Return the blocks as the arm's base frame has them."""
         blocks = self.table.blocks
         if self.plain:

@@ -4,7 +4,7 @@
 """
 
 from kinematics.textbook.systems.mini_movers import Alpha2, MiniBuild, MiniMover
-from kinematics.textbook.systems.named import Miss, NamedBranch, Quantity, Step, System
+from kinematics.textbook.systems.named import Miss, NamedBranch, NamedStep, Quantity, System
 from kinematics.textbook.systems.puma import Puma
 from kinematics.textbook.systems.registry import SYSTEMS, system
 from kinematics.textbook.systems.three_link import ThreeLink
@@ -35,11 +35,11 @@ __all__ = [
     "MiniMover",
     "Miss",
     "NamedBranch",
+    "NamedStep",
     "Puma",
     "Quantity",
     "RevoluteTransporter",
     "SphericalTransporter",
-    "Step",
     "System",
     "ThreeLink",
     "Transporter",

@@ -33,9 +33,9 @@ from kinematics.textbook.systems.named import (
     REACH_MM,
     Miss,
     NamedBranch,
+    NamedStep,
     Quantity,
     Solved,
-    Step,
     System,
 )
 from kinematics.textbook.systems.triangle import (
@@ -235,32 +235,34 @@ class Alpha2(MiniBuild):
     name: ClassVar[str] = "alpha2"
     title: ClassVar[str] = "Alpha II (five revolute joints)"
     source: ClassVar[str] = "Asokan, Introduction to Robotics, lecture 2.7"
-    derivation: ClassVar[tuple[Step, ...]] = (
-        Step(
+    derivation: ClassVar[tuple[NamedStep, ...]] = (
+        NamedStep(
             "frames",
             "z0 up the base, z1, z2, z3 along the parallel axes, z4 and z5 along the hand",
             "frames 3 and 4 share the wrist, where z3 and z4 meet; frame 5 is at the tip",
         ),
-        Step(
+        NamedStep(
             "link table",
             "alpha = -90, 0, 0, -90, 0 degrees;  d1 = 215, a2 = a3 = 177.8, d5 = 129.5 mm",
             "z1 = z0 turned by -90 degrees about x1, z4 = z3 turned by -90 degrees about x4",
         ),
-        Step("home", "theta4 = -90 degrees", "x4 points up and z4 along the hand, straight on"),
-        Step("base", "theta1 = atan2(y, x)", "or half a turn on"),
-        Step(
+        NamedStep(
+            "home", "theta4 = -90 degrees", "x4 points up and z4 along the hand, straight on"
+        ),
+        NamedStep("base", "theta1 = atan2(y, x)", "or half a turn on"),
+        NamedStep(
             "wrist",
             "r0 = sqrt(x^2 + y^2) - d5 cos(P),  z0 = z - d1 - d5 sin(P)",
             "P is the hand's pitch above the horizontal",
         ),
-        Step("elbow triangle", *ELBOW_TRIANGLE),
-        Step(
+        NamedStep("elbow triangle", *ELBOW_TRIANGLE),
+        NamedStep(
             "shoulder and elbow",
             "theta2 = -(direction +- lift),  theta3 = +- bend",
             "upper signs for elbow up; both count downwards",
         ),
-        Step("tool pitch", "theta4 = -P - theta2 - theta3 - 90 degrees"),
-        Step("tool roll", "theta5 = R"),
+        NamedStep("tool pitch", "theta4 = -P - theta2 - theta3 - 90 degrees"),
+        NamedStep("tool roll", "theta5 = R"),
     )
     drawing: ClassVar[str] = r"""
       z0       elbow    wrist
@@ -320,23 +322,27 @@ class MiniMover(MiniBuild):
     name: ClassVar[str] = "minimover5"
     title: ClassVar[str] = "Mini-mover 5 (five revolute joints)"
     source: ClassVar[str] = "McKerrow, chapter 4, section 16"
-    derivation: ClassVar[tuple[Step, ...]] = (
-        Step("base", "theta1 = atan2(y, x)", "the arm's plane holds the tip; or half a turn on"),
-        Step(
+    derivation: ClassVar[tuple[NamedStep, ...]] = (
+        NamedStep(
+            "base", "theta1 = atan2(y, x)", "the arm's plane holds the tip; or half a turn on"
+        ),
+        NamedStep(
             "wrist",
             "r0 = sqrt(x^2 + y^2) - d5 cos(P),  z0 = z - d1 - d5 sin(P)",
             "from the tip back along the hand, whose pitch P is given, seen from the shoulder",
         ),
-        Step("elbow triangle", *ELBOW_TRIANGLE),
-        Step(
+        NamedStep("elbow triangle", *ELBOW_TRIANGLE),
+        NamedStep(
             "shoulder",
             "theta2 = direction + lift,  direction = atan2(z0, r0)",
             "elbow up; elbow down takes the lift away. With equal links a2 = a3 = L, "
             "lift = acos(sqrt(r0^2 + z0^2) / 2L)",
         ),
-        Step("elbow", "theta3 = -+ bend", "minus for elbow up"),
-        Step("wrist pitch", "theta4 = P - theta2 - theta3", "elevations of parallel axes add up"),
-        Step("wrist roll", "theta5 = R", "in the hand's frame; plus theta1 in the table's"),
+        NamedStep("elbow", "theta3 = -+ bend", "minus for elbow up"),
+        NamedStep(
+            "wrist pitch", "theta4 = P - theta2 - theta3", "elevations of parallel axes add up"
+        ),
+        NamedStep("wrist roll", "theta5 = R", "in the hand's frame; plus theta1 in the table's"),
     )
     drawing: ClassVar[str] = r"""
       z        theta3

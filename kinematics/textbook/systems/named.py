@@ -34,7 +34,7 @@ ON_AXIS = "the tip is on the base axis: the base is free"
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class NamedStep:
     """One step of a derivation: what is done, the formula in the notes' notation, and why."""
 
     title: str
@@ -99,7 +99,7 @@ class System(ABC):
     coordinates: ClassVar[tuple[str, ...]]
     signs: ClassVar[Mapping[str, tuple[float, ...]]]
     """The branches by name, each with the signs that pick it in the formulas."""
-    derivation: ClassVar[tuple[Step, ...]]
+    derivation: ClassVar[tuple[NamedStep, ...]]
     drawing: ClassVar[str]
 
     @abstractmethod

@@ -34,9 +34,9 @@ from kinematics.textbook.systems.named import (
     REACH_MM,
     Miss,
     NamedBranch,
+    NamedStep,
     Quantity,
     Solved,
-    Step,
     System,
 )
 from kinematics.textbook.systems.triangle import (
@@ -134,39 +134,39 @@ DRAWING = r"""
 """
 
 DERIVATION = (
-    Step(
+    NamedStep(
         "wrist",
         "pw = p - d6 a",
         "the last three axes meet there, so that only joints 1, 2 and 3 place it",
     ),
-    Step(
+    NamedStep(
         "arm's own plane",
         "rho = a2 C2 + d4 S23,  h = d1 - a2 S2 + d4 C23",
         "outwards and upwards, with l3 neglected (a3 = 0)",
     ),
-    Step("wrist in the base frame", "xw = C1 rho - S1 d2,  yw = S1 rho + C1 d2,  zw = h"),
-    Step(
+    NamedStep("wrist in the base frame", "xw = C1 rho - S1 d2,  yw = S1 rho + C1 d2,  zw = h"),
+    NamedStep(
         "base",
         "rho = +- sqrt(xw^2 + yw^2 - d2^2),  theta1 = atan2(yw, xw) - atan2(d2, rho)",
         "front and back: two solutions",
     ),
-    Step(
+    NamedStep(
         "elbow triangle",
         "cos(bend) = (rho^2 + (zw - d1)^2 - a2^2 - d4^2) / (2 a2 d4)",
         "cosine rule in the triangle of a2, d4 and the line from shoulder to wrist; "
         "theta3 = 90 degrees - bend, of either sign: elbow up and down",
     ),
-    Step(
+    NamedStep(
         "shoulder",
         "theta2 = lift - direction",
         "direction of the wrist from the shoulder, lift of the upper arm above that line",
     ),
-    Step(
+    NamedStep(
         "hand seen from the forearm",
         "R36 = R03^t R06 = Rot(z, theta4) Rot(y, theta5) Rot(z, theta6)",
         "what is left for the wrist are the Euler angles z-y-z (section 10)",
     ),
-    Step(
+    NamedStep(
         "wrist joints",
         "theta4 = atan2(+-ay', +-ax'),  theta5 = atan2(+-sqrt(ax'^2 + ay'^2), az'),  "
         "theta6 = atan2(+-oz', -+nz')",
@@ -201,7 +201,7 @@ class Puma(System):
         "psi_rad",
     )
     signs: ClassVar[Mapping[str, tuple[float, ...]]] = BRANCHES
-    derivation: ClassVar[tuple[Step, ...]] = DERIVATION
+    derivation: ClassVar[tuple[NamedStep, ...]] = DERIVATION
     drawing: ClassVar[str] = DRAWING
 
     def chain(self) -> Chain:

@@ -16,7 +16,7 @@ from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, DHLink
 from kinematics.frames.numbers import atan2, cos, sin
 from kinematics.frames.transforms import LAST_ROW, Transform, position_of, translation
-from kinematics.textbook.systems.named import NamedBranch, Solved, Step, System
+from kinematics.textbook.systems.named import NamedBranch, NamedStep, Solved, System
 from kinematics.textbook.systems.triangle import (
     ELBOWS,
     broken_bound,
@@ -39,23 +39,23 @@ class ThreeLink(System):
     source: ClassVar[str] = "Craig, chapters 3 and 4"
     coordinates: ClassVar[tuple[str, ...]] = ("x_mm", "y_mm", "phi_rad")
     signs: ClassVar[Mapping[str, tuple[float, ...]]] = ELBOWS
-    derivation: ClassVar[tuple[Step, ...]] = (
-        Step("direction", "phi = theta1 + theta2 + theta3", "parallel axes add up"),
-        Step(
+    derivation: ClassVar[tuple[NamedStep, ...]] = (
+        NamedStep("direction", "phi = theta1 + theta2 + theta3", "parallel axes add up"),
+        NamedStep(
             "tip",
             "x = l1 C1 + l2 C12 + l3 C123,  y = l1 S1 + l2 S12 + l3 S123",
             "frame 3 stands at the third joint, the tip is l3 along its x axis",
         ),
-        Step(
+        NamedStep(
             "third joint", "xw = x - l3 cos(phi),  yw = y - l3 sin(phi)", "the last link is given"
         ),
-        Step(
+        NamedStep(
             "second angle",
             "C2 = (xw^2 + yw^2 - l1^2 - l2^2) / (2 l1 l2),  S2 = -+ sqrt(1 - C2^2)",
             "cosine rule: two solutions",
         ),
-        Step("first angle", "theta1 = atan2(yw, xw) - atan2(l2 S2, l1 + l2 C2)"),
-        Step("third angle", "theta3 = phi - theta1 - theta2"),
+        NamedStep("first angle", "theta1 = atan2(yw, xw) - atan2(l2 S2, l1 + l2 C2)"),
+        NamedStep("third angle", "theta3 = phi - theta1 - theta2"),
     )
     drawing: ClassVar[str] = r"""
       y              l3

@@ -23,9 +23,9 @@ from kinematics.textbook.systems.named import (
     QUARTER_TURN,
     REACH_MM,
     NamedBranch,
+    NamedStep,
     Quantity,
     Solved,
-    Step,
     System,
 )
 from kinematics.textbook.systems.triangle import broken_bound, brought_within, sides, triangle
@@ -80,9 +80,9 @@ class CartesianTransporter(Transporter):
     name: ClassVar[str] = "cartesian"
     title: ClassVar[str] = "Cartesian transporter (three prismatic joints)"
     signs: ClassVar[Mapping[str, tuple[float, ...]]] = ONLY
-    derivation: ClassVar[tuple[Step, ...]] = (
-        Step("end point", "X = d1,  Y = d2,  Z = d3", "the joints are the coordinates"),
-        Step("inverse", "d1 = X,  d2 = Y,  d3 = Z", "one solution"),
+    derivation: ClassVar[tuple[NamedStep, ...]] = (
+        NamedStep("end point", "X = d1,  Y = d2,  Z = d3", "the joints are the coordinates"),
+        NamedStep("inverse", "d1 = X,  d2 = Y,  d3 = Z", "one solution"),
     )
     drawing: ClassVar[str] = r"""
       z       o end point
@@ -125,11 +125,13 @@ class CylindricalTransporter(Transporter):
     name: ClassVar[str] = "cylindrical"
     title: ClassVar[str] = "Cylindrical transporter (one revolute, two prismatic joints)"
     signs: ClassVar[Mapping[str, tuple[float, ...]]] = REACHES
-    derivation: ClassVar[tuple[Step, ...]] = (
-        Step("end point", "X = r cos(theta),  Y = r sin(theta),  Z = l", "equations 2.28 to 2.30"),
-        Step("slide", "r = +- sqrt(X^2 + Y^2)", "equation 2.31; the notes give the plus only"),
-        Step("base", "theta = atan2(Y / r, X / r)", "equation 2.31; free where r = 0"),
-        Step("lift", "l = Z", "equation 2.32"),
+    derivation: ClassVar[tuple[NamedStep, ...]] = (
+        NamedStep(
+            "end point", "X = r cos(theta),  Y = r sin(theta),  Z = l", "equations 2.28 to 2.30"
+        ),
+        NamedStep("slide", "r = +- sqrt(X^2 + Y^2)", "equation 2.31; the notes give the plus only"),
+        NamedStep("base", "theta = atan2(Y / r, X / r)", "equation 2.31; free where r = 0"),
+        NamedStep("lift", "l = Z", "equation 2.32"),
     )
     drawing: ClassVar[str] = r"""
       z    r
@@ -177,19 +179,19 @@ class SphericalTransporter(Transporter):
     name: ClassVar[str] = "spherical"
     title: ClassVar[str] = "Spherical transporter (two revolute joints, one prismatic)"
     signs: ClassVar[Mapping[str, tuple[float, ...]]] = AIMS
-    derivation: ClassVar[tuple[Step, ...]] = (
-        Step(
+    derivation: ClassVar[tuple[NamedStep, ...]] = (
+        NamedStep(
             "end point",
             "X = r cos(theta) cos(phi),  Y = r cos(theta) sin(phi),  Z = r sin(theta)",
             "equation 2.33",
         ),
-        Step("slide", "r = +- sqrt(X^2 + Y^2 + Z^2)", "the notes give the plus only"),
-        Step(
+        NamedStep("slide", "r = +- sqrt(X^2 + Y^2 + Z^2)", "the notes give the plus only"),
+        NamedStep(
             "elevation",
             "cos(theta) = +- sqrt(X^2 + Y^2) / |r|,  sin(theta) = Z / r",
             "equation 2.34; the second is over the top, 180 degrees - theta",
         ),
-        Step(
+        NamedStep(
             "azimuth",
             "cos(phi) = X / (r cos(theta)),  sin(phi) = Y / (r cos(theta))",
             "after equation 2.34, which leaves out r; free where cos(theta) = 0",
@@ -271,16 +273,22 @@ class RevoluteTransporter(Transporter):
     name: ClassVar[str] = "revolute"
     title: ClassVar[str] = "General revolute transporter (three revolute joints)"
     signs: ClassVar[Mapping[str, tuple[float, ...]]] = POSTURES
-    derivation: ClassVar[tuple[Step, ...]] = (
-        Step("arm's own plane", "h = S2 L2 + S23 L3", "how far the arm leans away from the axis"),
-        Step("end point", "X = S1 h,  Y = -C1 h,  Z = L1 + C2 L2 + C23 L3", "equation 2.35"),
-        Step("base", "h = +- sqrt(X^2 + Y^2),  theta1 = atan2(X / h, -Y / h)", "two solutions"),
-        Step(
+    derivation: ClassVar[tuple[NamedStep, ...]] = (
+        NamedStep(
+            "arm's own plane", "h = S2 L2 + S23 L3", "how far the arm leans away from the axis"
+        ),
+        NamedStep("end point", "X = S1 h,  Y = -C1 h,  Z = L1 + C2 L2 + C23 L3", "equation 2.35"),
+        NamedStep(
+            "base", "h = +- sqrt(X^2 + Y^2),  theta1 = atan2(X / h, -Y / h)", "two solutions"
+        ),
+        NamedStep(
             "elbow",
             "C3 = (h^2 + (Z - L1)^2 - L2^2 - L3^2) / (2 L2 L3),  S3 = +- sqrt(1 - C3^2)",
             "cosine rule in the arm's plane: two solutions for each",
         ),
-        Step("shoulder", "theta2 = atan2(h, Z - L1) - atan2(L3 S3, L2 + L3 C3)", "from upright"),
+        NamedStep(
+            "shoulder", "theta2 = atan2(h, Z - L1) - atan2(L3 S3, L2 + L3 C3)", "from upright"
+        ),
     )
     drawing: ClassVar[str] = r"""
       z      theta3

@@ -51,7 +51,7 @@ class Triangle:
 
 
 @dataclass(frozen=True, slots=True)
-class Side:
+class TriangleSide:
     """A way to bend the elbow: its name, the sign of its angle, what it loses, what is free."""
 
     name: str
@@ -84,7 +84,7 @@ def broken_bound(distance: float, first: float, second: float) -> float | None:
 
 def sides(
     distance: float, first: float, second: float, positive: str, negative: str
-) -> tuple[Side, ...]:
+) -> tuple[TriangleSide, ...]:
     """Return the ways to bend the elbow for a tip in reach, `negative` angle first.
 
     Two, or one where the links lie on one line. Where the tip is on the first joint (equal
@@ -92,11 +92,11 @@ def sides(
     """
     cosine = _held((distance * distance - first * first - second * second) / (2.0 * first * second))
     if 1.0 - cosine * cosine > STRAIGHT_SINE * STRAIGHT_SINE:
-        return Side(negative, -1.0), Side(positive, 1.0)
+        return TriangleSide(negative, -1.0), TriangleSide(positive, 1.0)
     if cosine > 0.0:
-        return (Side("elbow straight", 1.0, STRETCHED),)
+        return (TriangleSide("elbow straight", 1.0, STRETCHED),)
     home = distance <= REACH_MM
-    return (Side("elbow folded", 1.0, FOLDED_HOME if home else FOLDED, home),)
+    return (TriangleSide("elbow folded", 1.0, FOLDED_HOME if home else FOLDED, home),)
 
 
 def brought_within(x: float, y: float, first: float, second: float) -> tuple[float, float]:

@@ -27,9 +27,9 @@ from kinematics.textbook.systems.named import (
     QUARTER_TURN,
     REACH_MM,
     NamedBranch,
+    NamedStep,
     Quantity,
     Solved,
-    Step,
     System,
 )
 from kinematics.textbook.systems.triangle import (
@@ -124,13 +124,13 @@ class TwoLinkType4(TwoLink):
     source: ClassVar[str] = "McKerrow, chapter 4, section 8"
     coordinates: ClassVar[tuple[str, ...]] = ("x_mm", "z_mm")
     signs: ClassVar[Mapping[str, tuple[float, ...]]] = SIDES
-    derivation: ClassVar[tuple[Step, ...]] = (
-        Step("lift", "A1 = [1 0 0 0; 0 0 -1 0; 0 1 0 d1; 0 0 0 1]", "alpha1 = 90 degrees"),
-        Step("arm", "A2 = [C2 -S2 0 l2 C2; S2 C2 0 l2 S2; 0 0 1 0; 0 0 0 1]"),
-        Step("tip", "x = l2 C2,  y = 0,  z = d1 + l2 S2", "last column of A1 A2"),
-        Step("orientation", "phi = 0,  theta = -theta2,  psi = 90 degrees"),
-        Step("arm", "C2 = x / l2,  S2 = +- sqrt(1 - C2^2)", "two angles have the same cosine"),
-        Step("lift", "d1 = z - l2 S2", "the lift makes up for the arm's height"),
+    derivation: ClassVar[tuple[NamedStep, ...]] = (
+        NamedStep("lift", "A1 = [1 0 0 0; 0 0 -1 0; 0 1 0 d1; 0 0 0 1]", "alpha1 = 90 degrees"),
+        NamedStep("arm", "A2 = [C2 -S2 0 l2 C2; S2 C2 0 l2 S2; 0 0 1 0; 0 0 0 1]"),
+        NamedStep("tip", "x = l2 C2,  y = 0,  z = d1 + l2 S2", "last column of A1 A2"),
+        NamedStep("orientation", "phi = 0,  theta = -theta2,  psi = 90 degrees"),
+        NamedStep("arm", "C2 = x / l2,  S2 = +- sqrt(1 - C2^2)", "two angles have the same cosine"),
+        NamedStep("lift", "d1 = z - l2 S2", "the lift makes up for the arm's height"),
     )
     drawing: ClassVar[str] = r"""
       z
@@ -235,12 +235,12 @@ class TwoLinkType5(TwoLink):
     source: ClassVar[str] = "McKerrow, chapter 4, section 8"
     coordinates: ClassVar[tuple[str, ...]] = ("y_mm", "z_mm")
     signs: ClassVar[Mapping[str, tuple[float, ...]]] = ONLY
-    derivation: ClassVar[tuple[Step, ...]] = (
-        Step("lift", "A1 = [1 0 0 0; 0 0 -1 0; 0 1 0 d1; 0 0 0 1]", "alpha1 = 90 degrees"),
-        Step("slide", "A2 = Trans(0, 0, d2)", "along z1 = -y0"),
-        Step("tip", "x = 0,  y = -d2,  z = d1", "Trans(y, -d2) Trans(z, d1) Rot(x, 90)"),
-        Step("orientation", "phi = 0,  theta = 0,  psi = 90 degrees", "it never turns"),
-        Step("inverse", "d1 = z,  d2 = -y", "one solution"),
+    derivation: ClassVar[tuple[NamedStep, ...]] = (
+        NamedStep("lift", "A1 = [1 0 0 0; 0 0 -1 0; 0 1 0 d1; 0 0 0 1]", "alpha1 = 90 degrees"),
+        NamedStep("slide", "A2 = Trans(0, 0, d2)", "along z1 = -y0"),
+        NamedStep("tip", "x = 0,  y = -d2,  z = d1", "Trans(y, -d2) Trans(z, d1) Rot(x, 90)"),
+        NamedStep("orientation", "phi = 0,  theta = 0,  psi = 90 degrees", "it never turns"),
+        NamedStep("inverse", "d1 = z,  d2 = -y", "one solution"),
     )
     drawing: ClassVar[str] = r"""
       z
@@ -323,13 +323,15 @@ class TwoLinkType3(TwoLink):
     source: ClassVar[str] = "McKerrow, chapter 4, section 7"
     coordinates: ClassVar[tuple[str, ...]] = ("x_mm", "y_mm")
     signs: ClassVar[Mapping[str, tuple[float, ...]]] = STRETCHES
-    derivation: ClassVar[tuple[Step, ...]] = (
-        Step("column", "A1 = [C1 0 S1 0; S1 0 -C1 0; 0 1 0 d1; 0 0 0 1]", "alpha1 = 90 degrees"),
-        Step("slide", "A2 = Trans(0, 0, d2)", "along z1, which lies in the horizontal plane"),
-        Step("tip", "x = d2 S1,  y = -d2 C1,  z = d1", "last column of A1 A2"),
-        Step("orientation", "phi = theta1,  theta = 0,  psi = 90 degrees"),
-        Step("slide", "d2 = +- sqrt(x^2 + y^2)", "S1^2 + C1^2 = 1"),
-        Step("base", "theta1 = atan2(x / d2, -y / d2)", "half a turn apart for the two signs"),
+    derivation: ClassVar[tuple[NamedStep, ...]] = (
+        NamedStep(
+            "column", "A1 = [C1 0 S1 0; S1 0 -C1 0; 0 1 0 d1; 0 0 0 1]", "alpha1 = 90 degrees"
+        ),
+        NamedStep("slide", "A2 = Trans(0, 0, d2)", "along z1, which lies in the horizontal plane"),
+        NamedStep("tip", "x = d2 S1,  y = -d2 C1,  z = d1", "last column of A1 A2"),
+        NamedStep("orientation", "phi = theta1,  theta = 0,  psi = 90 degrees"),
+        NamedStep("slide", "d2 = +- sqrt(x^2 + y^2)", "S1^2 + C1^2 = 1"),
+        NamedStep("base", "theta1 = atan2(x / d2, -y / d2)", "half a turn apart for the two signs"),
     )
     drawing: ClassVar[str] = r"""
       z
@@ -421,17 +423,17 @@ class TwoLinkType1(TwoLink):
     source: ClassVar[str] = "McKerrow, chapter 4, sections 5, 7, 8, 11 and 12"
     coordinates: ClassVar[tuple[str, ...]] = ("x_mm", "y_mm")
     signs: ClassVar[Mapping[str, tuple[float, ...]]] = ELBOWS
-    derivation: ClassVar[tuple[Step, ...]] = (
-        Step("first link", "p01 = (l1 C1, l1 S1)", "a link of length l1 at the angle theta1"),
-        Step("second link", "p12 = (l2 C12, l2 S12)", "in the base frame the angles add up"),
-        Step("tip", "x = l1 C1 + l2 C12,  y = l1 S1 + l2 S12", "p02 = p01 + p12"),
-        Step("orientation", "phi = theta1 + theta2", "RPY(phi, 0, 0) = Rot(z, phi)"),
-        Step(
+    derivation: ClassVar[tuple[NamedStep, ...]] = (
+        NamedStep("first link", "p01 = (l1 C1, l1 S1)", "a link of length l1 at the angle theta1"),
+        NamedStep("second link", "p12 = (l2 C12, l2 S12)", "in the base frame the angles add up"),
+        NamedStep("tip", "x = l1 C1 + l2 C12,  y = l1 S1 + l2 S12", "p02 = p01 + p12"),
+        NamedStep("orientation", "phi = theta1 + theta2", "RPY(phi, 0, 0) = Rot(z, phi)"),
+        NamedStep(
             "elbow",
             "C2 = (x^2 + y^2 - l1^2 - l2^2) / (2 l1 l2),  S2 = -+ sqrt(1 - C2^2)",
             "cosine rule in the triangle of l1, l2 and the line to the tip: two solutions",
         ),
-        Step(
+        NamedStep(
             "shoulder",
             "theta1 = atan2(y, x) - atan2(l2 S2, l1 + l2 C2)",
             "direction of the tip less the angle between that line and the first link",
@@ -531,13 +533,15 @@ class TwoLinkType2(TwoLink):
     source: ClassVar[str] = "McKerrow, chapter 4, section 6"
     coordinates: ClassVar[tuple[str, ...]] = ("x_mm", "y_mm", "z_mm")
     signs: ClassVar[Mapping[str, tuple[float, ...]]] = BASES
-    derivation: ClassVar[tuple[Step, ...]] = (
-        Step("column", "A1 = [C1 0 S1 0; S1 0 -C1 0; 0 1 0 d1; 0 0 0 1]", "alpha1 = 90 degrees"),
-        Step("arm", "A2 = [C2 -S2 0 l2 C2; S2 C2 0 l2 S2; 0 0 1 0; 0 0 0 1]"),
-        Step("tip", "x = l2 C1 C2,  y = l2 S1 C2,  z = d1 + l2 S2", "last column of A1 A2"),
-        Step("orientation", "phi = theta1,  theta = -theta2,  psi = 90 degrees"),
-        Step("constraint", "x^2 + y^2 + (z - d1)^2 = l2^2", "two joints reach a surface only"),
-        Step(
+    derivation: ClassVar[tuple[NamedStep, ...]] = (
+        NamedStep(
+            "column", "A1 = [C1 0 S1 0; S1 0 -C1 0; 0 1 0 d1; 0 0 0 1]", "alpha1 = 90 degrees"
+        ),
+        NamedStep("arm", "A2 = [C2 -S2 0 l2 C2; S2 C2 0 l2 S2; 0 0 1 0; 0 0 0 1]"),
+        NamedStep("tip", "x = l2 C1 C2,  y = l2 S1 C2,  z = d1 + l2 S2", "last column of A1 A2"),
+        NamedStep("orientation", "phi = theta1,  theta = -theta2,  psi = 90 degrees"),
+        NamedStep("constraint", "x^2 + y^2 + (z - d1)^2 = l2^2", "two joints reach a surface only"),
+        NamedStep(
             "inverse",
             "theta1 = atan2(y, x),  theta2 = atan2(z - d1, sqrt(x^2 + y^2))",
             "or over the top: theta1 + 180 degrees, 180 degrees - theta2",

@@ -15,7 +15,7 @@ from armdrive.programs.acts import (
     Look,
     ReadInput,
     Say,
-    Seen,
+    SeenInput,
 )
 from kinematics import JOINT_NAMES, Joints, Pose, preset
 
@@ -32,7 +32,7 @@ def fk(joints_deg):
     return preset("teachmover").arm.fk(Joints.of(*(joints_deg[name] for name in JOINT_NAMES)))
 
 
-HERE = Seen(Pose.of(x_mm=200.0, y_mm=0.0, z_mm=100.0, pitch_deg=-90.0), HERE_DEG, 40.0)
+HERE = SeenInput(Pose.of(x_mm=200.0, y_mm=0.0, z_mm=100.0, pitch_deg=-90.0), HERE_DEG, 40.0)
 
 
 def at(x, y, z, pitch=-90.0, roll=0.0):

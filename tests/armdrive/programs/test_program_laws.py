@@ -17,20 +17,20 @@ from armdrive.programs.language.reading import parse
 from armdrive.programs.language.syntax import (
     Assign,
     Binary,
-    Branch,
     Call,
     Define,
     Do,
     FieldOf,
     Goto,
     If,
+    IfBranch,
     JointsOf,
     Label,
     Name,
     Number,
     Remark,
     Repeat,
-    Text,
+    TextValue,
     Tree,
     Truth,
     Unary,
@@ -52,7 +52,7 @@ leaves = st.one_of(
     numbers.map(Number),
     st.integers(0, 10000).map(lambda count: Number(float(f"{count / 100}") / 100, percent=True)),
     st.booleans().map(Truth),
-    notes.map(Text),
+    notes.map(TextValue),
     names.map(Name),
 )
 SIGNS = ("+", "-", "*", "/", "==", "!=", "<", "<=", ">", ">=", "and", "or")
@@ -90,8 +90,8 @@ flat = st.one_of(
 
 def blocks(inner):
     body = st.lists(inner, max_size=3).map(tuple)
-    branch = st.builds(Branch, values, body, note=notes)
-    otherwise = st.builds(Branch, st.none(), body)
+    branch = st.builds(IfBranch, values, body, note=notes)
+    otherwise = st.builds(IfBranch, st.none(), body)
     return st.one_of(
         st.builds(While, values, body, note=notes),
         st.builds(Repeat, st.none() | values, body, st.just("") | names, note=notes),
@@ -247,7 +247,7 @@ def test_comments_stay_with_their_lines_or_stand_behind_them():
     )
 
 
-@pytest.mark.parametrize("make", [Remark, Text])
+@pytest.mark.parametrize("make", [Remark, TextValue])
 def test_what_would_break_a_line_is_no_text_of_a_program(make):
     with pytest.raises(BadRequest, match="one line"):
         make("a\nb")

@@ -7,11 +7,11 @@ from typing import Any
 
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
-from armdrive.errors import Mark
-from armdrive.programs.acts import Fingers, Go, Grasp, Ready, Stage
+from armdrive.errors import SourceMark
+from armdrive.programs.acts import Fingers, Go, Grasp, Ready, RunStage
 from armdrive.programs.performing import Performer
 from armdrive.registry import simulate
-from armdrive.sim.world.table import Block
+from armdrive.sim.world.table import TableBlock
 from kinematics import Pose
 
 
@@ -56,7 +56,9 @@ class Script:
 
     @property
     def stages(self):
-        return [Stage(act, Mark(number, 1, "t.arm")) for number, act in enumerate(self.acts, 1)]
+        return [
+            RunStage(act, SourceMark(number, 1, "t.arm")) for number, act in enumerate(self.acts, 1)
+        ]
 
     def machine(self):
         self.made.append(ScriptedMachine(self.stages))
@@ -101,7 +103,7 @@ PICK_AND_PLACE = (
 )
 """Carries block A from y 60 to y -60."""
 
-BLOCK = Block("A", 250.0, 60.0, 0.0, 30.0, 30.0)
+BLOCK = TableBlock("A", 250.0, 60.0, 0.0, 30.0, 30.0)
 
 
 def table_arm(dialect="teachmover", *blocks):

@@ -23,10 +23,10 @@ from armdrive.programs.acts import (
     Ready,
     Remember,
     Say,
-    Seen,
+    SeenInput,
 )
 from armdrive.programs.performing import Performer
-from armdrive.programs.running import FOR_EVER, Run
+from armdrive.programs.running import FOR_EVER, ProgramRun
 from armdrive.status import Trust
 
 JOINTS = {"base": 10.0, "shoulder": 40.0, "elbow": -60.0, "wrist_pitch": -70.0, "wrist_roll": 5.0}
@@ -87,7 +87,7 @@ def test_a_reference_is_taken_only_where_nobody_has(arm, does, monkeypatch):
 
 def test_it_looks_and_remembers(arm, does):
     seen = does(Look())
-    assert isinstance(seen, Seen)
+    assert isinstance(seen, SeenInput)
     assert seen.pose == arm.pose
     does(Remember("here", seen.joints_deg, seen.opening_mm))
     assert arm.points["here"].joints.deg == pytest.approx(seen.joints_deg, abs=1e-3)
@@ -181,7 +181,7 @@ def test_a_stop_between_two_acts_ends_the_program_too(arm):
         def ended(self, step, answer, took_s):
             carried_out.append(step.number)
 
-    run = Run(script, performer(arm), [Presser()])
+    run = ProgramRun(script, performer(arm), [Presser()])
     with pytest.raises(Stopped):
         run.carry_out()
     assert carried_out == [1, 2, 3]
@@ -222,7 +222,7 @@ def test_a_stop_ends_a_program_that_waits_in_a_pause(arm, monkeypatch):
 
 def test_it_runs_as_often_as_it_is_told(arm):
     script = Script((Outputs(on=(1,)), Outputs(off=(1,))))
-    run = Run(script, performer(arm), loops=3)
+    run = ProgramRun(script, performer(arm), loops=3)
     assert run.carry_out() == 6
     assert len(script.made) == 3
 
@@ -239,13 +239,13 @@ def test_it_runs_as_often_as_it_is_told(arm):
 
     ender = Ender()
     with pytest.raises(Stopped):
-        Run(script, performer(arm), [ender], loops=FOR_EVER).carry_out()
+        ProgramRun(script, performer(arm), [ender], loops=FOR_EVER).carry_out()
     assert ender.loops == 50
 
 
 def test_a_refused_act_is_told_with_its_place(arm):
     script = Script((Go(down(250, 0, 120)), Go(down(900, 0, 120))))
-    run = Run(script, performer(arm))
+    run = ProgramRun(script, performer(arm))
     with pytest.raises(Exception, match="reach"):
         run.carry_out()
     assert run.at.stage.mark.line == 2

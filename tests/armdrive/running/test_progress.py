@@ -2,24 +2,24 @@
 
 import pytest
 
-from armdrive.errors import Mark
-from armdrive.programs.running import FOR_EVER, UNKNOWN, Progress, Took, nearest
+from armdrive.errors import SourceMark
+from armdrive.programs.running import FOR_EVER, UNKNOWN, RunProgress, Took, nearest
 
 
 def took(*pairs):
-    return [Took(Mark(line), "Go", time_s) for line, time_s in pairs]
+    return [Took(SourceMark(line), "Go", time_s) for line, time_s in pairs]
 
 
 ONCE = took((1, 10.0), (2, 20.0), (3, 10.0), (2, 20.0), (4, 40.0))
 
 
 def test_a_run_that_goes_as_rehearsed():
-    progress = Progress([ONCE])
+    progress = RunProgress([ONCE])
     assert progress.total_s == 100
     assert progress.estimate(0.0) is UNKNOWN
     seen = []
     for line in (1, 2, 3, 2, 4):
-        progress.begins(Mark(line))
+        progress.begins(SourceMark(line))
         seen.append((progress.estimate(0.0).percent, progress.estimate(5.0).left_s))
     assert seen == [(0, 95), (10, 85), (30, 65), (40, 55), (60, 35)]
     assert progress.estimate(1000.0).percent == 100
@@ -27,52 +27,52 @@ def test_a_run_that_goes_as_rehearsed():
 
 
 def test_a_slowed_run_has_more_time_left():
-    progress = Progress([ONCE])
-    progress.begins(Mark(1))
+    progress = RunProgress([ONCE])
+    progress.begins(SourceMark(1))
     assert progress.estimate(0.0, 0.5).left_s == 200
     assert progress.estimate(4.0, 0.5).percent == 2
 
 
 def test_a_branch_that_was_not_rehearsed_is_left_for_the_next_line_that_was():
-    progress = Progress([ONCE])
-    progress.begins(Mark(1))
-    progress.begins(Mark(9))
+    progress = RunProgress([ONCE])
+    progress.begins(SourceMark(1))
+    progress.begins(SourceMark(9))
     assert progress.estimate(0.0) is UNKNOWN
-    progress.begins(Mark(3))
+    progress.begins(SourceMark(3))
     assert progress.estimate(0.0).percent == 30
 
 
 def test_a_line_that_is_carried_out_more_often_than_rehearsed_is_found_before():
-    progress = Progress([took((1, 10.0), (2, 10.0), (3, 10.0))])
+    progress = RunProgress([took((1, 10.0), (2, 10.0), (3, 10.0))])
     for line in (1, 2, 3):
-        progress.begins(Mark(line))
-    progress.begins(Mark(2))
+        progress.begins(SourceMark(line))
+    progress.begins(SourceMark(2))
     assert progress.estimate(0.0).percent == pytest.approx(100 / 3)
 
 
 def test_loops_are_counted_and_the_last_rehearsed_stands_for_the_rest():
-    progress = Progress([took((1, 40.0)), took((1, 20.0))], repeated=4)
+    progress = RunProgress([took((1, 40.0)), took((1, 20.0))], repeated=4)
     assert progress.total_s == 100
     for loop, percent in ((1, 0), (2, 40), (3, 60), (4, 80)):
-        progress.begins(Mark(1), loop)
+        progress.begins(SourceMark(1), loop)
         assert progress.estimate(0.0).percent == percent
 
 
 def test_without_an_end_it_is_the_loop_that_counts():
-    progress = Progress([took((1, 40.0)), took((1, 20.0))], repeated=FOR_EVER)
+    progress = RunProgress([took((1, 40.0)), took((1, 20.0))], repeated=FOR_EVER)
     assert progress.total_s is None
-    progress.begins(Mark(1), 700)
+    progress.begins(SourceMark(1), 700)
     assert progress.estimate(5.0).percent == 25
     assert progress.estimate(5.0).left_s == 15
 
 
 def test_nothing_is_known_without_a_rehearsal():
-    progress = Progress(())
-    progress.begins(Mark(1))
+    progress = RunProgress(())
+    progress.begins(SourceMark(1))
     assert progress.estimate(3.0) is UNKNOWN
     assert progress.total_s is None
-    nothing_takes_time = Progress([took((1, 0.0))])
-    nothing_takes_time.begins(Mark(1))
+    nothing_takes_time = RunProgress([took((1, 0.0))])
+    nothing_takes_time.begins(SourceMark(1))
     assert nothing_takes_time.estimate(3.0).percent == 0
 
 
@@ -87,4 +87,4 @@ def test_nothing_is_known_without_a_rehearsal():
     ],
 )
 def test_a_place_is_looked_for_ahead_and_then_behind(lines, line, expected, index):
-    assert nearest([Mark(each) for each in lines], Mark(line), expected) == index
+    assert nearest([SourceMark(each) for each in lines], SourceMark(line), expected) == index

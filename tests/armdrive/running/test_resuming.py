@@ -15,7 +15,7 @@ from armdrive.programs.journal import (
     require_same_program,
 )
 from armdrive.programs.performing import Performer
-from armdrive.programs.running import Run
+from armdrive.programs.running import ProgramRun
 from armdrive.registry import simulate
 from armdrive.storage.record import FileRecorder
 
@@ -68,7 +68,7 @@ def journal_of(arm, performer, tmp_path):
 def begin(arm, script, tmp_path, *onlookers):
     performer = Performer(arm, Listener())
     journal = journal_of(arm, performer, tmp_path)
-    Run(script, performer, [journal, *onlookers]).carry_out()
+    ProgramRun(script, performer, [journal, *onlookers]).carry_out()
     journal.finish()
 
 
@@ -79,7 +79,9 @@ def resume(arm, script, tmp_path):
     require_place(arm, entry, machine.next().act, "armdrive run t.arm --resume")
     performer = Performer(arm, Listener(), outputs=entry.outputs)
     journal = journal_of(arm, performer, tmp_path)
-    run = Run(script, performer, [journal], loop=entry.loop, loops=entry.loops, machine=machine)
+    run = ProgramRun(
+        script, performer, [journal], loop=entry.loop, loops=entry.loops, machine=machine
+    )
     run.carry_out()
     journal.finish()
     return machine
@@ -255,7 +257,7 @@ def test_why_it_ended_is_written_down(arm, tmp_path):
     assert not journal.path.exists()
     script = Script(PICK_AND_PLACE)
     with pytest.raises(Killed):
-        Run(script, performer, [journal, Killer(2, "begins")]).carry_out()
+        ProgramRun(script, performer, [journal, Killer(2, "begins")]).carry_out()
     journal.broke_off(Stopped("the program was stopped"))
     entry = interrupted(arm.config.name)
     assert entry.why == "the program was stopped"

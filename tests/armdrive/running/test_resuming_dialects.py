@@ -11,7 +11,7 @@ from armdrive.errors import Stopped
 from armdrive.programs.journal import Journal, interrupted, require_place, require_same_program
 from armdrive.programs.performing import Performer
 from armdrive.programs.program import ArmProgram, read_program
-from armdrive.programs.running import Run
+from armdrive.programs.running import ProgramRun
 from armdrive.registry import DIALECTS, simulate
 from armdrive.status import State
 from armdrive.storage.record import FileRecorder
@@ -81,7 +81,7 @@ def run(arm, tmp_path, *onlookers, resume=False):
         require_place(arm, entry, machine.next().act, "armdrive run t.arm --resume")
     performer = Performer(arm, Listener(), outputs=outputs)
     journal = Journal(arm, performer, tmp_path / "t.arm", program.digest, 1)
-    made = Run(source, performer, [journal, *onlookers], machine=machine)
+    made = ProgramRun(source, performer, [journal, *onlookers], machine=machine)
     made.carry_out()
     journal.finish()
     return made.done

@@ -6,7 +6,7 @@ from itertools import pairwise
 import pytest
 
 from armdrive.connect.target import simulated_config
-from armdrive.programs.rehearsal import Plan
+from armdrive.programs.rehearsal import RehearsedPlan
 from armdrive.programs.scripts import rehearse_script
 
 CENTRE = """
@@ -30,7 +30,7 @@ def traced(tmp_path):
     def trace(text, *, wanted=True):
         script = tmp_path / "script.py"
         script.write_text(text, encoding="utf-8")
-        plan = Plan(source=None, settle=True, traced=wanted)
+        plan = RehearsedPlan(source=None, settle=True, traced=wanted)
         found = rehearse_script(script, (), simulated_config("teachmover"), None, plan)
         assert found.refusal is None
         return found.path

@@ -180,7 +180,7 @@ def test_no_port_opens_in_a_rehearsal_whatever_the_script_does(call, write, monk
 def test_an_arm_that_the_script_names_as_the_command_does_stands_where_it_stands(tmp_path):
     from running_bench import table_arm
 
-    from armdrive.programs.rehearsal import Plan
+    from armdrive.programs.rehearsal import RehearsedPlan
     from armdrive.programs.scripts import rehearse_script
 
     path = write_arm_file(
@@ -196,7 +196,7 @@ def test_an_arm_that_the_script_names_as_the_command_does_stands_where_it_stands
         "        assert round(arm.joints.deg['base']) == 33, arm.joints\n",
         encoding="utf-8",
     )
-    found = rehearse_script(script, (), arm.config, arm, Plan(None, settle=True))
+    found = rehearse_script(script, (), arm.config, arm, RehearsedPlan(None, settle=True))
     assert (found.refusal, found.assumptions) == (None, ())
 
 

@@ -8,11 +8,11 @@ import pytest
 from running_bench import table_arm
 
 from armdrive.cli.program.run_display import CLEAR_LINE, Display, duration
-from armdrive.cli.program.run_input import Lines, Terminal
+from armdrive.cli.program.run_input import PromptLines, RunTerminal
 from armdrive.connect.control_socket import _lasting, _shown
-from armdrive.errors import Mark
-from armdrive.programs.acts import Go, Stage
-from armdrive.programs.running import Progress, Step, Took
+from armdrive.errors import SourceMark
+from armdrive.programs.acts import Go, RunStage
+from armdrive.programs.running import RunProgress, RunStep, Took
 from kinematics import Pose
 
 GO = Go(Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90))
@@ -20,7 +20,7 @@ LINES = ["# a program", "  move pick  ", "move put"]
 
 
 def step(line, number=1, loop=1):
-    return Step(Stage(GO, Mark(line, 3, "t.arm")), number, loop)
+    return RunStep(RunStage(GO, SourceMark(line, 3, "t.arm")), number, loop)
 
 
 @pytest.fixture
@@ -29,8 +29,8 @@ def arm():
 
 
 def rehearsed():
-    return Progress(
-        [[Took(Mark(2, 3, "t.arm"), "Go", 90.0), Took(Mark(3, 3, "t.arm"), "Go", 10.0)]]
+    return RunProgress(
+        [[Took(SourceMark(2, 3, "t.arm"), "Go", 90.0), Took(SourceMark(3, 3, "t.arm"), "Go", 10.0)]]
     )
 
 
@@ -53,7 +53,7 @@ def test_one_line_is_rewritten_and_wiped_for_words(arm, capsys, monkeypatch):
 def test_no_line_is_drawn_over_a_question(arm, capsys):
     with Display(LINES, None, rewrites=True) as display:
         display.use(arm)
-        display.at(None, Mark(3), "Home")
+        display.at(None, SourceMark(3), "Home")
         display._look_once()
     assert capsys.readouterr().out == "      line 3: move put\n"
 
@@ -119,7 +119,7 @@ def test_lines_that_were_typed_before_are_no_answer_from_a_person(tmp_path, monk
     path = tmp_path / "typed"
     path.write_text("\n\n", encoding="utf-8")
     with path.open() as file:
-        lines = Lines(file.fileno())
+        lines = PromptLines(file.fileno())
         while not lines.take():
             pass
         monkeypatch.setattr("os.isatty", lambda _: True)
@@ -130,7 +130,7 @@ def test_lines_that_were_typed_before_are_no_answer_from_a_person(tmp_path, monk
         for each in threading.enumerate():  # none may read on in a number that is used again
             if each.name == "lines":
                 each.join()
-    assert not Lines(None).take()
+    assert not PromptLines(None).take()
 
 
 def test_what_waits_for_a_person_ends_with_the_run(arm):
@@ -142,7 +142,7 @@ def test_what_waits_for_a_person_ends_with_the_run(arm):
 
         waits = say
 
-    person = Terminal(arm, Shown(), Lines(None))
+    person = RunTerminal(arm, Shown(), PromptLines(None))
     person.say("hello")
     person.hold("turn it", lambda: True)
     assert shown == ["hello", "turn it"]

@@ -5,7 +5,14 @@ from running_bench import BLOCK, Listener, performer, table_arm
 
 from armdrive.errors import Stopped
 from armdrive.programs import performing
-from armdrive.programs.acts import AwaitInputs, Delay, Hold, Look, Outputs, Say
+from armdrive.programs.acts import (
+    AwaitInputs,
+    Delay,
+    Hold,
+    Look,
+    Outputs,
+    Say,
+)
 from armdrive.tasks import never
 
 

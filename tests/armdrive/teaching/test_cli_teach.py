@@ -11,7 +11,7 @@ from armdrive.cli.program import teach_recording
 from armdrive.cli.sim_state import connect_remembered
 from armdrive.connect.target import find, simulated_config
 from armdrive.errors import ArmError
-from armdrive.programs.teaching.record import Recorder
+from armdrive.programs.teaching.record import StepRecorder
 from armdrive.status import status_view
 from armdrive.storage.point_file import points_of
 from armdrive.storage.points import Point, Step, StepList
@@ -112,7 +112,7 @@ def test_a_held_arm_is_recorded_until_it_is_given_back(call, monkeypatch):
     arm = connect_remembered(simulated_config("teachmover"), pace=10.0)
     arm.confirm_reference()
     watched = {base_deg: threading.Event() for base_deg in (0, 30, -10)}
-    see = Recorder.see
+    see = StepRecorder.see
 
     def seen(recorder, what, now_s):
         made = see(recorder, what, now_s)
@@ -126,7 +126,7 @@ def test_a_held_arm_is_recorded_until_it_is_given_back(call, monkeypatch):
                 arm.move_j(base_deg=base_deg)
                 assert seen_there.wait(LONG_S)
 
-    monkeypatch.setattr(Recorder, "see", seen)
+    monkeypatch.setattr(StepRecorder, "see", seen)
     driver = threading.Thread(target=drive)
     driver.start()
     lines = call("teach", "record", "tour", "--rest", "0", "--json", code=0).json_lines

@@ -4,20 +4,20 @@ import pytest
 
 from armdrive import Arm, Stepper
 from armdrive.errors import NotReferenced
-from armdrive.programs.teaching.record import Choices, Recorder, Seen, seen_in
+from armdrive.programs.teaching.record import Choices, SeenPosture, StepRecorder, seen_in
 from armdrive.status import status_view
 from armdrive.storage.points import Step
 from kinematics import JOINT_NAMES, Joints, Pose
 
-MOVING = Seen(None)
+MOVING = SeenPosture(None)
 
 
 def at(base_deg, opening_mm=30.0, *, gripping=False):
-    return Seen(Joints.of(base_deg, 40.0, -80.0, -40.0, 0.0), opening_mm, gripping)
+    return SeenPosture(Joints.of(base_deg, 40.0, -80.0, -40.0, 0.0), opening_mm, gripping)
 
 
 def recorded(*told, choices=None, end_s=100.0):
-    recorder = Recorder("tour", choices or Choices())
+    recorder = StepRecorder("tour", choices or Choices())
     for now_s, seen in told:
         recorder.see(seen, now_s)
     recorder.end(end_s)
@@ -111,7 +111,7 @@ def test_what_was_recorded_of_an_arm_leads_it_the_same_way_again():
     goals = [Pose.of(x_mm=220, y_mm=y, z_mm=120, pitch_deg=-90) for y in (0, 60, -40)]
     with Arm.connect("sim:teachmover") as arm:
         arm.home()
-        recorder, tips = Recorder("tour", Choices()), []
+        recorder, tips = StepRecorder("tour", Choices()), []
         for goal in goals:
             arm.move_to(goal)
             arm.gripper.move(20.0 + goal.y_mm / 10)

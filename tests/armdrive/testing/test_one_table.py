@@ -13,9 +13,9 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
 from armdrive.registry import simulate
 from armdrive.sim.world.arm import World
-from armdrive.sim.world.table import Block, IncidentKind, Stand, Table
+from armdrive.sim.world.table import IncidentKind, Stand, Table, TableBlock
 
-TALL = Block("A", 250.0, 0.0, 0.0, width_mm=30.0, height_mm=60.0)
+TALL = TableBlock("A", 250.0, 0.0, 0.0, width_mm=30.0, height_mm=60.0)
 """Halfway between two bases that are 500 mm apart and look at one another."""
 
 
@@ -54,9 +54,9 @@ def test_an_arm_that_is_not_turned_sees_the_tables_own_coordinates_exactly():
 def test_each_arm_sees_a_block_from_its_own_base():
     table = Table()
     quarter = World(stand=Stand(table, x_mm=300.0, y_mm=-250.0, turned_rad=math.pi / 2))
-    table.put(Block("A", 250.0, 0.0))
+    table.put(TableBlock("A", 250.0, 0.0))
     assert quarter.scene.blocks["A"].place == pytest.approx((250.0, 50.0, 0.0))
-    rest = quarter.put(Block("B", 250.0, 50.0, 30.0))
+    rest = quarter.put(TableBlock("B", 250.0, 50.0, 30.0))
     assert rest.place == pytest.approx((250.0, 50.0, 25.0))
     assert table.blocks["B"].place == pytest.approx((250.0, 0.0, 25.0))
 
@@ -147,7 +147,7 @@ def test_both_let_go_and_it_falls():
 def test_what_stands_on_a_block_goes_over_with_it():
     table, near, far = facing()
     table.put(TALL)
-    table.put(Block("B", 250.0, 0.0, 60.0, width_mm=20.0, height_mm=20.0))
+    table.put(TableBlock("B", 250.0, 0.0, 60.0, width_mm=20.0, height_mm=20.0))
     around(near, 20.0)
     grasp(near)
     around(far, 45.0)

@@ -8,7 +8,7 @@ from chain_cases import ALPHA_II, ASKEW, PUMA, chains_and_values, difference
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinematics.chains.assignment import JointAxis, Line, Relation, assign_frames, relate
+from kinematics.chains.assignment import AxisLine, JointAxis, Relation, assign_frames, relate
 from kinematics.chains.links import Convention, JointKind, assigned_parameters, link_parameters
 from kinematics.chains.tables import table_text
 from kinematics.errors import BadNumber, KinematicsError, ZeroVector
@@ -178,10 +178,10 @@ def test_what_is_no_axis_is_refused():
     with pytest.raises(KinematicsError, match="at least one joint axis"):
         assign_frames([])
     with pytest.raises(ZeroVector):
-        Line((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+        AxisLine((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     with pytest.raises(BadNumber, match="an axis' point"):
         assign_frames([JointAxis((math.nan, 0, 0), (0, 0, 1))])
 
 
 def test_a_direction_is_made_one_long():
-    assert Line((1, 2, 3), (0, 0, 5)).direction == unit((0.0, 0.0, 5.0))
+    assert AxisLine((1, 2, 3), (0, 0, 5)).direction == unit((0.0, 0.0, 5.0))

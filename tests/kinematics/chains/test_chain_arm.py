@@ -29,7 +29,7 @@ from kinematics import (
 )
 from kinematics.chains.arm import ChainArm
 from kinematics.chains.goals import Part
-from kinematics.chains.task import Task, goal_of, pose_of
+from kinematics.chains.task import HandTask, goal_of, pose_of
 from kinematics.frames.rotations import multiply, transpose
 from kinematics.frames.transforms import position_of, rotation_of, translation
 
@@ -94,8 +94,8 @@ def test_what_ik_finds_for_six_joints_holds_the_hand_there(joints):
 @given(postures(PUMA))
 def test_a_pose_and_its_frame_are_one(joints):
     frame = PUMA.chain.fk(joints.angles_rad)
-    pose = pose_of(frame, Task.WHOLE, (0.0, 0.0, 660.0))
-    again = goal_of(pose, Task.WHOLE, (0.0, 0.0, 660.0)).frame
+    pose = pose_of(frame, HandTask.WHOLE, (0.0, 0.0, 660.0))
+    again = goal_of(pose, HandTask.WHOLE, (0.0, 0.0, 660.0)).frame
     for ours, theirs in zip(again, frame, strict=True):
         assert ours == pytest.approx(theirs, abs=1e-9)
 
@@ -256,7 +256,7 @@ def offset_shoulder(convention=Convention.STANDARD):
 @settings(max_examples=15, deadline=None)
 def test_five_joints_off_their_plane_hold_position_elevation_and_roll(values):
     arm = offset_shoulder()
-    assert arm.task is Task.ELEVATION
+    assert arm.task is HandTask.ELEVATION
     joints = arm.joints_of(values)
     pose = arm.fk(joints)
     assert pose.yaw_rad is None

@@ -23,7 +23,7 @@ from kinematics.textbook.study import (
     subject_of_chain,
 )
 from kinematics.textbook.systems import SYSTEMS
-from kinematics.textbook.worked_example import Section, example_posture
+from kinematics.textbook.worked_example import ExampleSection, example_posture
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 
@@ -247,7 +247,9 @@ def test_the_theory_of_an_arm_that_is_driven():
 
 
 def test_columns_hold_every_line_in_order_and_none_is_too_high():
-    parts = [Section(f"part {n}", tuple(f"{n}.{i}" for i in range(n))) for n in (3, 9, 2, 30, 1)]
+    parts = [
+        ExampleSection(f"part {n}", tuple(f"{n}.{i}" for i in range(n))) for n in (3, 9, 2, 30, 1)
+    ]
     columns = laid(parts, 20, 12)
     assert all(len(column) <= 12 for column in columns)
     lines = [line for column in columns for line in column]
