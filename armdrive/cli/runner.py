@@ -17,7 +17,7 @@ from types import FrameType
 from typing import NoReturn, Protocol
 
 from armdrive.cli.presenter import complain, put_error
-from armdrive.cli.unexpected import FAULT, UnexpectedError, raises_unexpected, threads_told
+from armdrive.cli.unexpected import FAULT, Unexpected, raises_unexpected, threads_told
 from armdrive.errors import ArmError
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.printable import as_message
@@ -99,7 +99,7 @@ def run_command(
     except Exception as error:
         if raises_unexpected():
             raise
-        return _say(options, UnexpectedError(error), FAULT)
+        return _say(options, Unexpected(error), FAULT)
 
 
 def refuse(word: str, known: Collection[str]) -> int:

@@ -35,7 +35,7 @@ _RAISES = "ARMDRIVE_TRACEBACK"
 _MOST_REASON = 200  # characters: an unforeseen error may quote a whole file
 
 
-class UnexpectedError(Exception):
+class Unexpected(Exception):
     """An error that nobody foresaw; making it writes the details down."""
 
     def __init__(self, error: BaseException) -> None:
@@ -68,7 +68,7 @@ def threads_told() -> Iterator[None]:
 def _tell_of_thread(found: threading.ExceptHookArgs) -> None:
     if found.exc_value is not None and not isinstance(found.exc_value, SystemExit):
         with contextlib.suppress(OSError, ValueError):  # the error output is closed
-            complain(f"armdrive: {tagged(UnexpectedError(found.exc_value))}")
+            complain(f"armdrive: {tagged(Unexpected(found.exc_value))}")
 
 
 def _written(error: BaseException) -> str:

@@ -54,7 +54,7 @@ def replays(days):
         return benches[-1]
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(replaying, "Bench", remembered)
+        patch.setattr(replaying, "ReplayBench", remembered)
         return {
             dialect: (replay(recording), tuple(benches[-1].view["motors"]))
             for dialect, (recording, _) in days.items()

@@ -253,7 +253,7 @@ MUTANTS = (
         name="a TeachMover's failed command counts as done",
         promise="a motion that the controller refused says so",
         path="armdrive/dialects/teachmover/controller.py",
-        old=("        if event.status is Status.FAILED:\n            return Denied()\n"),
+        old=("        if event.status is Status.FAILED:\n            return RequestRejected()\n"),
         new="",
         tests=tests_of(
             "tests/armdrive/test_wire_faults.py",

@@ -403,7 +403,8 @@ MUTANTS = (
         promise="homing gives the posture of the arm file",
         path="armdrive/motion/reference.py",
         old=(
-            "    core.refer(registers.positions, Coordinates(homing.joints, homing.opening_mm))\n"
+            "    core.refer(registers.positions, "
+            "ArmCoordinates(homing.joints, homing.opening_mm))\n"
         ),
         new="",
         tests=tests_of(
