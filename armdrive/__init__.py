@@ -58,7 +58,7 @@ if TYPE_CHECKING:  # what type checkers read; `_HOMES` says the same, and a test
     from armdrive.moves import Jog as Jog
     from armdrive.moves import Space as Space
     from armdrive.programs.teaching.sequence import Stepper as Stepper
-    from armdrive.registry import PendantProgram as PendantProgram
+    from armdrive.registry.pendant import PendantProgram as PendantProgram
     from armdrive.runtime.clock import SimulatedClock as SimulatedClock
     from armdrive.status import Current as Current
     from armdrive.status import State as State

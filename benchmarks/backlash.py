@@ -20,7 +20,7 @@ from reporting import report
 
 from armdrive import Arm, Pose
 from armdrive.connect.target import connect_simulated, simulated_config
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from armdrive.status import State
 
 PLAY_STEPS = 12

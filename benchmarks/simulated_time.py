@@ -12,7 +12,7 @@ from measuring import Row, Section
 from armdrive import Arm, Pose
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.programs.demo import JOBS, blocks_of, misplaced, perform
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 
 SEED = 1982
 RISE_MM = 80.0

@@ -11,7 +11,7 @@ import pytest
 from armdrive.config import arm as armfile
 from armdrive.config import sections as armsections
 from armdrive.dialects.teachmover.controller import TeachMoverSettings
-from armdrive.registry import parse_arm
+from armdrive.registry.arm_files import parse_arm
 from kinematics import preset
 from kinematics.tool import Tool
 

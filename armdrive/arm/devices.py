@@ -13,7 +13,7 @@ from armdrive.motion import device as program_memory
 from armdrive.motion import idle as idling
 from armdrive.motion import reference as referencing
 from armdrive.motion.resolve import BASE, LineGoal, PoseGoal, PostureGoal, ResolvedGoal
-from armdrive.registry import PendantProgram, pendant_of
+from armdrive.registry.pendant import PendantProgram, pendant_of
 from armdrive.runtime.drive import RealPace
 from armdrive.runtime.engine import Engine
 from armdrive.runtime.io_lines import Lines, input_bits, output_bits

@@ -10,7 +10,7 @@ from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import connect_simulated, state_file
 from armdrive.errors import StateFileError
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold

@@ -14,7 +14,9 @@ from armdrive.connect.port import PortOpening, overheard
 from armdrive.connect.reconnect import NewLink
 from armdrive.dialog import Operator
 from armdrive.errors import ArmFileError, BadRequest, PortUnavailable
-from armdrive.registry import DEFAULT, DIALECTS, dialect, load_arm, preset_arm, simulate
+from armdrive.registry import DEFAULT, DIALECTS, dialect
+from armdrive.registry.arm_files import load_arm, preset_arm
+from armdrive.registry.simulate import simulate
 from armdrive.runtime.drive import PaceChoice, RealPace, pace_of
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold

@@ -8,16 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from armdrive.abilities import Abilities, Torque
-from armdrive.config.arm import ArmConfig
-from armdrive.dialects.bus.tools import BusTools
-from armdrive.dialects.bus.words import Ear
-from armdrive.dialects.controller import Controller
-from armdrive.dialects.pendant import PendantTools
-from armdrive.dialects.recognition import Recognition
-from armdrive.dialects.words import Describer
+
+if TYPE_CHECKING:
+    from armdrive.config.arm import ArmConfig
+    from armdrive.dialects.bus.tools import BusTools
+    from armdrive.dialects.bus.words import Ear
+    from armdrive.dialects.controller import Controller
+    from armdrive.dialects.pendant import PendantTools
+    from armdrive.dialects.recognition import Recognition
+    from armdrive.dialects.words import Describer
 
 
 @dataclass(frozen=True, slots=True)

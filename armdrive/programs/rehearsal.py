@@ -40,7 +40,7 @@ from armdrive.programs.running import (
     RunStep,
     Took,
 )
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from armdrive.runtime.drive import PaceChoice
 from armdrive.runtime.io_lines import input_bits
 from armdrive.runtime.position import ArmCoordinates

@@ -11,7 +11,7 @@ from pathlib import Path
 from armdrive.config.arm import ArmConfig, read_arm_table
 from armdrive.config.write import amended
 from armdrive.errors import ArmFileError
-from armdrive.registry import arm_problems, load_arm
+from armdrive.registry.arm_files import arm_problems, load_arm
 from armdrive.setup.arm_text import ArmFiles
 from armdrive.setup.directions import DirectionVerdict, changes, swapped
 from armdrive.storage.files import replace_file

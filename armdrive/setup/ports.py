@@ -11,7 +11,7 @@ from pathlib import Path
 
 from armdrive.dialog import Finding, note, ok, problem
 from armdrive.errors import ArmError
-from armdrive.registry import load_arm
+from armdrive.registry.arm_files import load_arm
 from armdrive.storage import files as places
 from armdrive.storage.lock_client import ask_holder
 from armdrive.text.toml import value as toml

@@ -17,7 +17,7 @@ from armdrive.arm import Arm, standing_in
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import DEFAULT_TARGET, Target, connect_simulated, find
 from armdrive.errors import ArmFileError, ArmInUse, BadRequest
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from armdrive.runtime.clock import SimulatedClock
 from armdrive.sim.faults.running import Faults
 from armdrive.sim.simulated_arm import SimulatedArm

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.words import Message, Weight
 from armdrive.errors import ArmError, BadRequest, RecordingError
-from armdrive.registry import simulate_device
+from armdrive.registry.simulate import simulate_device
 from armdrive.sim.bus.drives import DrivesOnBus
 from armdrive.sim.bus.line import BusLine
 from armdrive.sim.device import SimDevice, Value, state_json, state_line

@@ -22,7 +22,7 @@ from typing import Any
 from armdrive.config.arm import MODEL_FILE, ArmConfig, ConfigSource
 from armdrive.config.write import complete
 from armdrive.errors import ArmError, ArmFileError, RecordingError, StateFileError
-from armdrive.registry import parse_arm
+from armdrive.registry.arm_files import parse_arm
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, replace_durably
 from armdrive.text.reading import parse_toml, read_bytes, read_text

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from armdrive.arm import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from armdrive.sim.armdroid.board import ArmdroidBoard
 from armdrive.sim.armdroid.device import SimArmdroid
 from armdrive.sim.simulated_arm import link_to

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from armdrive.status import State
 
 PLAY = 12

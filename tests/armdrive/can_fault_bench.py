@@ -14,7 +14,7 @@ import pytest
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import ArmError, DeviceFault
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from armdrive.runtime.clock import SimulatedClock
 from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.status import State, Trust

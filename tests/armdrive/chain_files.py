@@ -5,7 +5,7 @@ from pathlib import Path
 
 from faults import sim_arm
 
-from armdrive.registry import load_arm
+from armdrive.registry.arm_files import load_arm
 
 PAGE = Path(__file__).parents[2] / "docs" / "arm-file.md"
 

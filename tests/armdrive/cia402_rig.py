@@ -8,7 +8,8 @@ from dataclasses import replace
 
 from armdrive.connect.target import simulated_config
 from armdrive.dialects.cia402.controller import Cia402Controller
-from armdrive.registry import DIALECTS, simulate
+from armdrive.registry import DIALECTS
+from armdrive.registry.simulate import simulate
 from armdrive.tasks import Alert, Event, MoveAlong, MoveBy, Progress, ProtocolWarning, SwitchOn
 from firmware_protocol.canopen import Service, Statusword, service_of
 from firmware_protocol.frames import Frame, Unpacker

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from armdrive.arm import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import LinkLost
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from kinematics import Joints
 
 CR = b"\r"

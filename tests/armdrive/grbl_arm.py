@@ -11,7 +11,7 @@ from armdrive import Jog
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import connect_simulated, simulated_config
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from kinematics import Joints, Pose
 
 OVER = Joints.of(0.0, 40.0, -80.0, -40.0, 0.0)

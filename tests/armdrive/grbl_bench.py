@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from armdrive.config.sections import GripperSettings
 from armdrive.connect.target import simulated_config
-from armdrive.registry import simulate_device
+from armdrive.registry.simulate import simulate_device
 from armdrive.sim.grbl.hardware import LimitInput
 from armdrive.sim.wire import PacedDevice
 from armdrive.transports.in_process import MemoryLink

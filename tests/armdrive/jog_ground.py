@@ -12,7 +12,7 @@ from armdrive import Jog
 from armdrive.arm import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.moves import CARTESIAN_AXES, GRIPPER_AXIS
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.status import State
 from kinematics import Joints

@@ -9,7 +9,7 @@ from power_disk import MortalLink, PowerDisk
 
 from armdrive.arm import Arm
 from armdrive.connect.parts import assemble
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from armdrive.runtime.drive import SimulatedPace
 from armdrive.sim.simulated_arm import TITLE, line_to
 from armdrive.status import Trust

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from armdrive.arm import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from armdrive.sim.robko01.device import SimRobko
 from armdrive.sim.simulated_arm import link_to
 from firmware_protocol.robko01 import Answer, Answered, Axes, Enable, Host, Op, Request

@@ -11,7 +11,9 @@ from armdrive import Arm, ArmFileError, DeviceFault, Jog, NoAnswer, Refused
 from armdrive.connect.target import connect_simulated
 from armdrive.dialects.armdroid.controller import ArmdroidController
 from armdrive.errors import ArmError, Stopped
-from armdrive.registry import dialect, parse_arm, simulate
+from armdrive.registry import dialect
+from armdrive.registry.arm_files import parse_arm
+from armdrive.registry.simulate import simulate
 from armdrive.status import Current, State, Trust
 from armdrive.tasks import (
     Alert,

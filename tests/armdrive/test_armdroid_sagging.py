@@ -6,7 +6,7 @@ from armdroid_bench import CONFIG
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated
 from armdrive.errors import DeviceFault
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from armdrive.status import State, Trust
 from armdrive.storage.record import FileRecorder
 

@@ -13,7 +13,8 @@ from armdrive.arm import Arm
 from armdrive.connect.parts import assemble
 from armdrive.connect.target import connect_simulated
 from armdrive.errors import ArmFileError, Refused
-from armdrive.registry import load_arm, parse_arm, preset_arm, simulate
+from armdrive.registry.arm_files import load_arm, parse_arm, preset_arm
+from armdrive.registry.simulate import simulate
 from armdrive.runtime.drive import SimulatedPace
 from kinematics import KinematicsError, preset
 from kinematics.spaces import Joints

@@ -7,7 +7,8 @@ from chain_files import six_arm, six_links, written
 
 from armdrive.config.write import complete
 from armdrive.errors import ArmFileError
-from armdrive.registry import parse_arm, simulate
+from armdrive.registry.arm_files import parse_arm
+from armdrive.registry.simulate import simulate
 
 
 def of(text):

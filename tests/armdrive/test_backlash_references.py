@@ -18,7 +18,8 @@ from backlash_bench import (
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated
 from armdrive.errors import ArmError, BadRequest
-from armdrive.registry import parse_arm, simulate
+from armdrive.registry.arm_files import parse_arm
+from armdrive.registry.simulate import simulate
 from armdrive.status import Trust
 from armdrive.storage.record import FileRecorder
 from kinematics import Joints

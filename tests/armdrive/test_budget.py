@@ -14,7 +14,8 @@ from armdrive.abilities import (
     budget,
     segment_s,
 )
-from armdrive.registry import DIALECTS, parse_arm
+from armdrive.registry import DIALECTS
+from armdrive.registry.arm_files import parse_arm
 
 BAUDS = st.sampled_from([300, 1200, 2400, 4800, 9600, 19_200, 57_600, 115_200, 1_000_000])
 TRAFFIC = st.builds(Traffic, st.integers(5, 80), st.integers(1, 80))

@@ -11,7 +11,7 @@ from can_setup_bench import NAMES, READING, TURNING, Bench, arm, really
 from armdrive.config.arm import ConfigSource
 from armdrive.dialog import About
 from armdrive.errors import BadRequest
-from armdrive.registry import parse_arm
+from armdrive.registry.arm_files import parse_arm
 from armdrive.setup.arm_text import merged, signs_of, text_of
 from armdrive.setup.plan import Notes, plan_of
 from firmware_protocol.mks import (

@@ -12,7 +12,7 @@ from cli_calls import state_files, write_arm_file
 from armdrive.cli.set_up import can_setup
 from armdrive.dialog import About
 from armdrive.errors import StateFileError
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from armdrive.setup import plan as kept
 from armdrive.setup.commissioning import Practice
 from armdrive.setup.dialog_runner import DialogClock

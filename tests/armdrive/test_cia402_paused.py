@@ -7,7 +7,7 @@ from cia402_rig import Rig, steps
 
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from armdrive.status import State, Trust
 from armdrive.tasks import Done, Halted, MoveAlong, MoveBy, RequestRejected
 from kinematics import Joints

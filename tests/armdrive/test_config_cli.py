@@ -8,7 +8,7 @@ import pytest
 from chain_files import NAMES, shown_files, six_arm, six_links
 from cli_calls import Caller, write_arm_file
 
-from armdrive.registry import load_arm, parse_arm
+from armdrive.registry.arm_files import load_arm, parse_arm
 
 PLAIN = 'model = "teachmover"\n[connection]\nport = "/dev/ttyNOWHERE"\n'
 

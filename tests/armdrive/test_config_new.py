@@ -9,7 +9,7 @@ import pytest
 from cli_calls import Caller, write_arm_file
 
 from armdrive.connect.target import simulated_config
-from armdrive.registry import load_arm
+from armdrive.registry.arm_files import load_arm
 from armdrive.sim import simulated_arm as twins
 from armdrive.storage import files as places
 

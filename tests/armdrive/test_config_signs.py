@@ -18,7 +18,8 @@ from armdrive.cli.set_up.config_new import write
 from armdrive.cli.set_up.config_signs import find_signs, lines_for
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.dialog import WrongAnswer
-from armdrive.registry import load_arm, parse_arm, simulate
+from armdrive.registry.arm_files import load_arm, parse_arm
+from armdrive.registry.simulate import simulate
 from armdrive.setup.arm_text import files_of
 from armdrive.setup.directions import (
     NOTHING,

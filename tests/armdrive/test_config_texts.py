@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from armdrive.config.write import complete, shortest
 from armdrive.dialog import WrongAnswer
-from armdrive.registry import load_arm
+from armdrive.registry.arm_files import load_arm
 from armdrive.setup.draft import Gearing, flattened, ratio
 from armdrive.text.toml import TomlEntry, TomlSection, document
 

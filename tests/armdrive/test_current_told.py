@@ -6,7 +6,7 @@ from cia402_rig import Rig
 
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from armdrive.status import Current, State
 from armdrive.tasks import ReadPosition
 

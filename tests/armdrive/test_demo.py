@@ -156,7 +156,7 @@ def test_in_a_terminal_it_is_drawn_and_leaves_the_terminal_as_it_was():
 def test_what_is_said_under_an_ascii_picture_is_ascii_too(capsys, monkeypatch):
     from armdrive.cli.program import demo_display
     from armdrive.connect.target import simulated_config
-    from armdrive.registry import simulate
+    from armdrive.registry.simulate import simulate
 
     monkeypatch.setattr(demo_display, "perform", lambda arm, jobs, tell: [tell("turned by 90°")])
     config = simulated_config("teachmover")

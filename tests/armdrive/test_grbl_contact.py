@@ -9,7 +9,7 @@ from armdrive.arm import Arm
 from armdrive.connect.parts import assemble
 from armdrive.connect.target import connect_simulated
 from armdrive.errors import DeviceFault
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from armdrive.runtime.drive import SimulatedPace
 from armdrive.status import State
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from armdrive.dialects.grbl.in_flight import InFlightLines, Limits, SegmentBuffer, planned_s, way
 from armdrive.dialects.grbl.settings import BoardAxes, Comparison, feed
 from armdrive.errors import ArmFileError
-from armdrive.registry import parse_arm
+from armdrive.registry.arm_files import parse_arm
 from armdrive.sim.mechanics.planner import PathLimits, PathRack
 from firmware_protocol.grbl import GRBL, MEGA_5X, Block, GcodeError, Modal, parse_line
 from kinematics import Motors

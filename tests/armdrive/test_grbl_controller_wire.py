@@ -131,7 +131,7 @@ def test_no_board_at_all_is_told_after_a_while():
     from grbl_arm import Disturbed
 
     from armdrive.connect.target import connect_simulated
-    from armdrive.registry import simulate
+    from armdrive.registry.simulate import simulate
 
     twin = simulate(made)
     link = Disturbed(twin.link)

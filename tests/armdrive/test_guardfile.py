@@ -10,7 +10,7 @@ from chain_files import six_joints
 
 from armdrive.config.guards import guard_table, guards_of
 from armdrive.errors import ArmFileError
-from armdrive.registry import parse_arm
+from armdrive.registry.arm_files import parse_arm
 from armdrive.text.toml import value
 from kinematics import Guards, preset
 from kinematics.guards.shapes import Box

@@ -7,7 +7,7 @@ from faults import ready_arm
 
 from armdrive import Jog
 from armdrive.errors import BadRequest, WrongState
-from armdrive.registry import parse_arm
+from armdrive.registry.arm_files import parse_arm
 from armdrive.status import State
 
 

@@ -15,7 +15,8 @@ from armdrive.arm import Arm
 from armdrive.connect.parts import assemble
 from armdrive.connect.target import simulated_config
 from armdrive.dialects.exchange import Scripted
-from armdrive.registry import DIALECTS, simulate
+from armdrive.registry import DIALECTS
+from armdrive.registry.simulate import simulate
 from armdrive.runtime.clock import SimulatedClock
 from armdrive.runtime.drive import SimulatedPace
 from armdrive.status import State, Trust

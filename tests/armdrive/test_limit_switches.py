@@ -15,7 +15,8 @@ from armdrive.cli.set_up.config_limits import check
 from armdrive.connect.target import connect_simulated
 from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.errors import ArmFileError, Refused, SettingsDiffer
-from armdrive.registry import load_arm, simulate
+from armdrive.registry.arm_files import load_arm
+from armdrive.registry.simulate import simulate
 from armdrive.setup.limits import (
     SawSwitch,
     all_work,

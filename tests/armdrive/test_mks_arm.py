@@ -12,7 +12,7 @@ from armdrive import registry as dialects
 from armdrive.config.sections import HomingSettings
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import DeviceFault, Refused, Stopped
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from armdrive.status import Current, Evidence, State, Trust
 from kinematics import Joints, Pose
 

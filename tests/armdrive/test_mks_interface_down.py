@@ -22,7 +22,7 @@ from watched_sim import Watch
 from armdrive import Arm
 from armdrive.connect.target import simulated_config
 from armdrive.errors import DeviceFault, LinkLost, NoAnswer, PortUnavailable
-from armdrive.registry import simulate_device
+from armdrive.registry.simulate import simulate_device
 from armdrive.sim.serving.loop import make_server, run_device
 from armdrive.status import State, Trust
 from armdrive.transports import open_errors as can_refusals

@@ -9,7 +9,7 @@ from test_mks_controller_motion import along, straight
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import ArmError, DeviceFault
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from armdrive.status import State
 from armdrive.tasks import AlertKind, Halted
 

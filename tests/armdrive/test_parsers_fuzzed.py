@@ -14,7 +14,7 @@ from armdrive.dialects.teachmover.pendant import parse_pendant
 from armdrive.errors import ArmError, ArmFileError
 from armdrive.errors.printable import printable
 from armdrive.programs.program import read_program
-from armdrive.registry import parse_arm
+from armdrive.registry.arm_files import parse_arm
 from armdrive.storage.points import parse_points
 from armdrive.text.reading import parse_toml
 from armdrive.trace.files import parse_recording

@@ -9,7 +9,7 @@ from faults import OVER_THE_TABLE, FaultyLink, sim_config
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated, state_file
 from armdrive.errors import ArmError, NotReferenced, StateFileError
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from armdrive.status import Evidence, State, Trust
 from armdrive.storage import record as record_text
 from armdrive.storage.record import FileRecorder, Record

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from armdrive.dialects.robko01.settings import BOARDS, PaceMeter, Pacing, RobkoBoard, RobkoSettings
 from armdrive.errors import ArmFileError
-from armdrive.registry import parse_arm
+from armdrive.registry.arm_files import parse_arm
 from armdrive.sim.mechanics.profiles import UncoordinatedRack
 
 BOARD = st.sampled_from(

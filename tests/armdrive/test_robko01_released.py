@@ -2,7 +2,7 @@
 
 from armdrive import Arm, Jog
 from armdrive.connect.target import connect_simulated, simulated_config
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 
 MOVE = 0x07
 

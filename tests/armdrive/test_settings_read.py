@@ -8,7 +8,7 @@ from grbl_arm import Disturbed, config, rule, without
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated
 from armdrive.errors import SettingsDiffer
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 
 A_HUNDRED_BECOMES_TEN = without(3)
 """What is left of `$100=` sets what reports tell to another number."""

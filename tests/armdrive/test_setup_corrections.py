@@ -6,7 +6,7 @@ import pytest
 
 from armdrive.config.write import Change, amended
 from armdrive.errors import ArmFileError, BadRequest
-from armdrive.registry import load_arm
+from armdrive.registry.arm_files import load_arm
 from armdrive.setup.directions import WAYS, DirectionCheck, DirectionVerdict, SawMotion
 from armdrive.setup.filing import propose
 from armdrive.sim.world.body import found_posture

@@ -141,7 +141,7 @@ def test_a_found_answer_that_does_not_fit_is_asked_for_after_all():
 
 
 def test_the_file_of_an_arm_is_known_until_somebody_changes_it(tmp_path, monkeypatch):
-    from armdrive.registry import load_arm
+    from armdrive.registry.arm_files import load_arm
 
     monkeypatch.setenv("ARMDRIVE_HOME", str(tmp_path))
     describing = Describing({})

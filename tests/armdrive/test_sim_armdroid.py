@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.errors import BadRequest, StateFileError
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from armdrive.sim.armdroid.board import LockstepRack
 
 ZERO = "offsets = 0,0,0,0,0,0\r\n"

@@ -21,7 +21,7 @@ from cia402_sim import (
 
 from armdrive.config.sections import HomingSettings
 from armdrive.errors import BadRequest, StateFileError
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from armdrive.sim.device import SwitchState
 from firmware_protocol.canopen import (
     CONTROLWORD,

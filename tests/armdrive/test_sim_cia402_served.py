@@ -15,7 +15,7 @@ from cia402_sim import arm_config
 from cli_calls import Caller
 from waiting import LONG_S, until
 
-from armdrive.registry import simulate_device
+from armdrive.registry.simulate import simulate_device
 from armdrive.sim.bus.drives import SaysEmergencies
 from armdrive.sim.cia402.kind import KIND
 from armdrive.sim.faults.table import FAULTS

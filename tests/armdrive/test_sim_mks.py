@@ -11,7 +11,7 @@ from mks_sim import outcomes as said
 
 from armdrive.config.sections import HomingSettings
 from armdrive.errors import BadRequest, StateFileError
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from armdrive.sim.device import SwitchState
 from firmware_protocol.frames import Frame, Unpacker, pack
 from firmware_protocol.mks import (

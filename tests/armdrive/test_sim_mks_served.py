@@ -15,7 +15,7 @@ from cli_calls import Caller
 from mks_sim import TURN, arm_config
 from waiting import LONG_S, until
 
-from armdrive.registry import simulate_device
+from armdrive.registry.simulate import simulate_device
 from armdrive.sim.bus.drives import DrivesOnBus
 from armdrive.sim.faults.table import FAULTS
 from armdrive.sim.mks.kind import KIND

@@ -9,7 +9,8 @@ from cli_calls import Caller
 
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, StateFileError
-from armdrive.registry import DIALECTS, simulate, simulate_device, simulated_kind
+from armdrive.registry import DIALECTS, simulated_kind
+from armdrive.registry.simulate import simulate, simulate_device
 from armdrive.sim.device import Option, Options, SimDevice, WireDevice
 from armdrive.sim.teachmover.device import SimTeachMover
 from armdrive.sim.wire import PacedDevice

@@ -15,7 +15,7 @@ from armdrive.connect.target import connect_simulated
 from armdrive.errors import ArmError, StateFileError, Stopped
 from armdrive.motion import idle as idling
 from armdrive.moves import Jog, Space
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.status import State
 from armdrive.storage.files import StateFiles

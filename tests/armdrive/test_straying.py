@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.motion.deviation import SMALL_STEPS, Corridor, has_room, turns
-from armdrive.registry import DIALECTS, dialect, simulate
+from armdrive.registry import DIALECTS, dialect
+from armdrive.registry.simulate import simulate
 from armdrive.runtime.arm_state import Core
 from kinematics import Joints, Motors, Pose
 

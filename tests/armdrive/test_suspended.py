@@ -8,7 +8,8 @@ from armdrive.arm import Arm
 from armdrive.connect.parts import assemble
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import DeviceFault, Stopped
-from armdrive.registry import DIALECTS, simulate
+from armdrive.registry import DIALECTS
+from armdrive.registry.simulate import simulate
 from armdrive.runtime.drive import SimulatedPace
 from armdrive.status import State
 

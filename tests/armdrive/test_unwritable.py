@@ -12,7 +12,7 @@ import pytest
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config, state_file
 from armdrive.errors import StateFileError
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from armdrive.status import Trust
 from armdrive.storage import files as places
 from armdrive.storage.files import StateFiles

@@ -206,7 +206,7 @@ def test_a_restored_position_that_is_right_at_the_mark_is_referenced(tmp_path):
     first.home()
     first.park()
     first.close()
-    from armdrive.registry import simulate
+    from armdrive.registry.simulate import simulate
 
     arm = Arm(
         connect_simulated(

@@ -18,7 +18,8 @@ from armdrive.arm import Arm
 from armdrive.connect.parts import assemble
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import ArmError, ArmFileError, RecordingError, StateFileError
-from armdrive.registry import load_arm, parse_arm, simulate
+from armdrive.registry.arm_files import load_arm, parse_arm
+from armdrive.registry.simulate import simulate
 from armdrive.runtime.drive import SimulatedPace
 from armdrive.status import State, Trust
 from armdrive.storage.record import FileRecorder

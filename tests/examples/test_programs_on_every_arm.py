@@ -9,7 +9,8 @@ import tomllib
 import pytest
 from amounts import THOROUGH
 
-from armdrive.registry import DIALECTS, parse_arm
+from armdrive.registry import DIALECTS
+from armdrive.registry.arm_files import parse_arm
 from kinematics.five_axis.tool_arm import ToolArm
 from kinematics.tool import Tool
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from armdrive.connect.target import find
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from armdrive.sim.device import Value
 from armdrive.sim.simulated_arm import SimulatedArm
 from tests.conformance.bench import Bench

@@ -6,7 +6,7 @@ from desk_session import Session
 
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from armdrive.setup.directions import sight
 from armdrive.setup.finding import Candidate, Found
 from armdrive.storage import files as places

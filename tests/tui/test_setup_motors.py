@@ -6,7 +6,7 @@ import pytest
 from setup_session import FILE, SetupSession, written
 
 from armdrive.connect.target import simulated_config
-from armdrive.registry import load_arm
+from armdrive.registry.arm_files import load_arm
 from armdrive.setup.directions import TRIAL_SPEED
 from armdrive.status import State
 from tui.setup.arm_file import Correction

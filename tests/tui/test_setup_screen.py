@@ -7,7 +7,7 @@ from desk_planner import settled
 from setup_session import FILE, ROBKO, SetupSession, found_at, written
 
 from armdrive.errors import PortUnavailable
-from armdrive.registry import load_arm
+from armdrive.registry.arm_files import load_arm
 from armdrive.setup.finding import Found
 from armdrive.storage import files as places
 from tui.keys.keyboard import DEFAULT_KEYS

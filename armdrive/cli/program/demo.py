@@ -24,7 +24,8 @@ from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import BadRequest, OperatorNeeded
 from armdrive.programs.demo import JOBS, CarriedBlock, Job, blocks_of, misplaced, perform
-from armdrive.registry import DEFAULT, simulate
+from armdrive.registry import DEFAULT
+from armdrive.registry.simulate import simulate
 from armdrive.sim.simulated_arm import SimulatedArm
 
 SPEED = 8.0

@@ -32,7 +32,8 @@ from armdrive.connect.port import PortOpening
 from armdrive.connect.target import simulation_forced
 from armdrive.dialog import AskPerson, Question, WrongAnswer
 from armdrive.errors import ArmFileError, BadRequest, OperatorNeeded
-from armdrive.registry import load_arm, parse_arm, preset_arm, simulate
+from armdrive.registry.arm_files import load_arm, parse_arm, preset_arm
+from armdrive.registry.simulate import simulate
 from armdrive.setup import plan as kept
 from armdrive.setup import prober
 from armdrive.setup.arm_text import merged, signs_of, text_of

@@ -9,7 +9,7 @@ from armdrive.cli.options import add_json_option
 from armdrive.cli.presenter import emit, say
 from armdrive.config.check import remarks_on
 from armdrive.errors import ArmFileError
-from armdrive.registry import arm_problems, load_arm
+from armdrive.registry.arm_files import arm_problems, load_arm
 from armdrive.setup.limits import limit_remarks
 
 WRONG = 2

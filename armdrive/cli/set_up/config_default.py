@@ -10,7 +10,7 @@ from armdrive.cli.options import add_json_option
 from armdrive.cli.presenter import emit, say
 from armdrive.connect.target import SIM, find
 from armdrive.errors import BadRequest
-from armdrive.registry import load_arm
+from armdrive.registry.arm_files import load_arm
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

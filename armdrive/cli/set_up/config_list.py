@@ -11,7 +11,7 @@ from armdrive.cli.chosen_arm import default_arm
 from armdrive.cli.options import add_json_option
 from armdrive.cli.presenter import emit, say
 from armdrive.errors import ArmFileError
-from armdrive.registry import load_arm
+from armdrive.registry.arm_files import load_arm
 from armdrive.storage import files as places
 
 NO_PORT = "(no port)"

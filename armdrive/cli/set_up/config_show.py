@@ -15,7 +15,8 @@ from armdrive.config.arm import ArmConfig
 from armdrive.config.preset import LENGTHS
 from armdrive.config.write import complete
 from armdrive.errors import ArmFileError
-from armdrive.registry import dialect, parse_arm
+from armdrive.registry import dialect
+from armdrive.registry.arm_files import parse_arm
 from armdrive.runtime.stop_bounds import stop_bound
 from armdrive.status import pose_view
 from kinematics import ArmPreset, KinematicsError, MotorSpec, Transmission

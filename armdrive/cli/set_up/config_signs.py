@@ -19,7 +19,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.connect import target as connecting
 from armdrive.dialog import Question, choice
 from armdrive.errors import DeviceFault, OperatorNeeded
-from armdrive.registry import load_arm
+from armdrive.registry.arm_files import load_arm
 from armdrive.setup.directions import (
     AGAIN,
     NOTHING,

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
-from armdrive.dialects.bus.tools import BusTools
-from armdrive.dialects.bus.words import Ear
 from armdrive.dialects.dialect import Dialect, Driver, Language
+
+if TYPE_CHECKING:
+    from armdrive.dialects.bus.tools import BusTools
+    from armdrive.dialects.bus.words import Ear
 
 
 def _driver() -> Driver:

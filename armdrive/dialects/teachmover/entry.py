@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
 from armdrive.dialects.dialect import Dialect, Driver
-from armdrive.dialects.pendant import PendantTools
+
+if TYPE_CHECKING:
+    from armdrive.dialects.pendant import PendantTools
 
 
 def _driver() -> Driver:

@@ -10,7 +10,7 @@ from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import SourceMark
 from armdrive.programs.acts import Fingers, Go, Grasp, Ready, RunStage
 from armdrive.programs.performing import Performer
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from armdrive.sim.world.table import TableBlock
 from kinematics import Pose
 

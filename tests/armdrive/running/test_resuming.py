@@ -16,7 +16,7 @@ from armdrive.programs.journal import (
 )
 from armdrive.programs.performing import Performer
 from armdrive.programs.running import ProgramRun
-from armdrive.registry import simulate
+from armdrive.registry.simulate import simulate
 from armdrive.storage.record import FileRecorder
 
 SHA = "0" * 64

@@ -12,7 +12,8 @@ from armdrive.programs.journal import Journal, interrupted, require_place, requi
 from armdrive.programs.performing import Performer
 from armdrive.programs.program import ArmProgram, read_program
 from armdrive.programs.running import ProgramRun
-from armdrive.registry import DIALECTS, simulate
+from armdrive.registry import DIALECTS
+from armdrive.registry.simulate import simulate
 from armdrive.status import State
 from armdrive.storage.record import FileRecorder
 

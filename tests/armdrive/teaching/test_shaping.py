@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from armdrive.connect.target import find
 from armdrive.errors import OutOfBounds, Refused
 from armdrive.programs.teaching.shape import Offset, mirrored, offset, shaped, shaped_point
-from armdrive.registry import DIALECTS, load_arm
+from armdrive.registry import DIALECTS
+from armdrive.registry.arm_files import load_arm
 from armdrive.storage.points import Point, Step, StepList
 from kinematics import Joints
 

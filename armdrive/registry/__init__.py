@@ -2,40 +2,33 @@
 
 No other file names a dialect: where it matters what a device can do, its row is asked. To add one,
 write its subpackages and add its row to `_ROWS` (docs/adding-a-controller.md).
+
+Every command of the command line reads this table, most of them for the names alone. What a
+dialect needs to be driven, simulated or read from a file is imported when a row is asked for it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from armdrive.config.arm import ArmConfig, DialectSections, config_of_preset, load, parse
-from armdrive.config.check import problems_of
-from armdrive.config.sections import Connection
 from armdrive.dialects.armdroid.entry import ENTRY as ARMDROID
 from armdrive.dialects.cia402.entry import ENTRY as CIA402
 from armdrive.dialects.dialect import Dialect, Language
 from armdrive.dialects.grbl.entry import ENTRY as GRBL
 from armdrive.dialects.mks.entry import ENTRY as MKS
-from armdrive.dialects.pendant import PendantTools
 from armdrive.dialects.recognition import Recogniser
 from armdrive.dialects.robko01.entry import ENTRY as ROBKO01
 from armdrive.dialects.teachmover.entry import ENTRY as TEACHMOVER
-
-# The TeachMover's is the one such program so far: other code takes the name from the registry.
-from armdrive.dialects.teachmover.pendant import PendantProgram as PendantProgram
-from armdrive.errors import BadRequest, Refused
-from firmware_protocol.frames import Frame
+from armdrive.errors import BadRequest
 from kinematics.errors import suggestion
 
 if TYPE_CHECKING:
-    from armdrive.sim.device import SimDevice, SimDeviceKind, Value
-    from armdrive.sim.simulated_arm import SimulatedArm
-    from armdrive.sim.world.table import Stand, TableBlock
+    from armdrive.sim.device import SimDeviceKind
+    from firmware_protocol.frames import Frame
 
 
 # Simulated devices are imported when one is made: an arm on a real wire needs none.
@@ -113,84 +106,9 @@ def dialect(name: str) -> Dialect:
         ) from None
 
 
-def pendant_of(config: ArmConfig) -> PendantTools[PendantProgram]:
-    """Return how an arm's own program is read and written; raises `Refused` where it has none."""
-    tools = dialect(config.connection.dialect).pendant
-    if tools is None:
-        raise Refused(f"the {config.title} keeps no program in a memory of its own")
-    return tools
-
-
-# Arms: an arm file is read with the sections of the dialects that are known here.
-
-
-def sections() -> DialectSections:
-    """Return the dialects that an arm file may name."""
-    return DialectSections(DEFAULT, dialect)
-
-
-def load_arm(path: Path) -> ArmConfig:
-    """Read an arm file. Raises `ArmFileError` that names the file, the key and the mend."""
-    return load(path, sections())
-
-
-def parse_arm(table: Mapping[str, Any], *, name: str, folder: Path = Path()) -> ArmConfig:
-    """Turn a parsed TOML document into an arm; a model file is looked for from `folder`."""
-    return parse(table, sections(), name=name, folder=folder)
-
-
-def arm_problems(table: dict[str, Any], name: str, folder: Path) -> list[str]:
-    """Return a sentence for everything that is wrong with an arm file, as it is found."""
-    return problems_of(table, sections(), name, folder)
-
-
-def preset_arm(key: str, *, name: str, connection: Connection) -> ArmConfig:
-    """Return an arm as it leaves the factory, on the given wire."""
-    return config_of_preset(key, dialect(connection.dialect), name=name, connection=connection)
-
-
-# Simulated devices.
-
-
 def simulated_kind(name: str) -> SimDeviceKind:
     """Return how the simulated device of a dialect is made; raises as `dialect` does."""
     return _SIMULATED[dialect(name).name]()
-
-
-def simulate(
-    config: ArmConfig,
-    saved: object = None,
-    *,
-    blocks: Iterable[TableBlock] = (),
-    play: int | Sequence[int] | None = None,
-    stand: Stand | None = None,
-    **options: Value,
-) -> SimulatedArm:
-    """Build the simulated counterpart of an arm, as `simulated_arm` says."""
-    from armdrive.sim.simulated_arm import simulated_arm
-
-    kind = simulated_kind(config.connection.dialect)
-    saved = _with_dialect(saved)
-    return simulated_arm(config, kind, saved, blocks=blocks, play=play, stand=stand, **options)
-
-
-def simulate_device(
-    config: ArmConfig,
-    saved: object = None,
-    *,
-    play: int | Sequence[int] | None = None,
-    settings: Mapping[str, Value] | None = None,
-) -> SimDevice:
-    """Build the simulated device of an arm alone, for a process of its own."""
-    from armdrive.sim.simulated_arm import simulated_device
-
-    kind = simulated_kind(config.connection.dialect)
-    return simulated_device(config, kind, _with_dialect(saved), play=play, settings=settings)
-
-
-def _with_dialect(saved: object) -> object:
-    """Return a saved world with its dialect: those of the first versions do not name it."""
-    return {"dialect": DEFAULT, **saved} if isinstance(saved, Mapping) else saved
 
 
 @cache
