@@ -91,10 +91,16 @@ def _arm_file_commands() -> Mapping[str, CliCommand]:
     return {"config": config}
 
 
-def _diagnosis_commands() -> Mapping[str, CliCommand]:
-    from armdrive.cli.set_up import can, doctor
+def _can_commands() -> Mapping[str, CliCommand]:
+    from armdrive.cli.set_up import can
 
-    return {"can": can, "doctor": doctor}
+    return {"can": can}
+
+
+def _diagnosis_commands() -> Mapping[str, CliCommand]:
+    from armdrive.cli.set_up import doctor
+
+    return {"doctor": doctor}
 
 
 def _port_commands() -> Mapping[str, CliCommand]:
@@ -109,10 +115,16 @@ def _sim_commands() -> Mapping[str, CliCommand]:
     return {"sim": sim}
 
 
-def _kinematics_commands() -> Mapping[str, CliCommand]:
-    from armdrive.cli.learn import explain, fk, ik, plot
+def _pose_commands() -> Mapping[str, CliCommand]:
+    from armdrive.cli.learn import fk, ik
 
-    return {"explain": explain, "fk": fk, "ik": ik, "plot": plot}
+    return {"fk": fk, "ik": ik}
+
+
+def _textbook_commands() -> Mapping[str, CliCommand]:
+    from armdrive.cli.learn import explain, plot
+
+    return {"explain": explain, "plot": plot}
 
 
 def _error_commands() -> Mapping[str, CliCommand]:
@@ -166,13 +178,13 @@ _COMMANDS: Mapping[str, tuple[Callable[[], Mapping[str, CliCommand]], str]] = Ma
             _recording_commands,
             "replay a recording against a simulated twin, and show where they part",
         ),
-        "fk": (_kinematics_commands, "joint angles to the pose of the finger tips"),
-        "ik": (_kinematics_commands, "a pose to joint angles, every solution"),
+        "fk": (_pose_commands, "joint angles to the pose of the finger tips"),
+        "ik": (_pose_commands, "a pose to joint angles, every solution"),
         "explain": (
-            _kinematics_commands,
+            _textbook_commands,
             "an arm worked out: link table, A matrices, forward, every inverse",
         ),
-        "plot": (_kinematics_commands, "draw what an arm can reach"),
+        "plot": (_textbook_commands, "draw what an arm can reach"),
         "config": (
             _arm_file_commands,
             "arm files: write one by an interview, list, show, check them",
@@ -181,7 +193,7 @@ _COMMANDS: Mapping[str, tuple[Callable[[], Mapping[str, CliCommand]], str]] = Ma
             _port_commands,
             "list the serial ports, who has them, and which arm files name them",
         ),
-        "can": (_diagnosis_commands, "set up drives on a CAN bus, and watch what passes there"),
+        "can": (_can_commands, "set up drives on a CAN bus, and watch what passes there"),
         "doctor": (
             _diagnosis_commands,
             "find out what a port leads to, and what is wrong with it; moves nothing",

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from armdrive.config.arm import read_arm_table
 from armdrive.errors import ArmFileError
+from armdrive.registry import DEFAULT
 from armdrive.storage import files as places
 from armdrive.storage.files import replace_file
 from armdrive.text.reading import is_there, read_text
 from kinematics.errors import suggestion
 
 ENDING = ".toml"
+DEFAULT_SIM = f"sim:{DEFAULT}"
+DEFAULT_FILE = "default"
 LONGEST_NAME = 4096
 """Bytes that are read of the file with the default arm's name."""
 
@@ -60,6 +64,16 @@ def _is_model(path: Path) -> bool:
 
 def _default_path() -> Path:
     return places.arm_files().parent / "default-arm"
+
+
+def default_arm() -> str:
+    """Return the arm where none is named: ARMDRIVE_ARM, the chosen one, `default.toml`, or sim."""
+    named = os.environ.get("ARMDRIVE_ARM") or chosen_default()
+    if named:
+        return named
+    if (places.arm_files() / f"{DEFAULT_FILE}.toml").is_file():
+        return DEFAULT_FILE
+    return DEFAULT_SIM
 
 
 def chosen_default() -> str | None:

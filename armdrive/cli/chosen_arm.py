@@ -3,19 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import os
 
 from armdrive.arm import Arm
-from armdrive.cli.arm_files import chosen_default
+from armdrive.cli.arm_files import default_arm
 from armdrive.cli.sim_state import connect_remembered
 from armdrive.connect import target as targets
 from armdrive.connect.target import Target
 from armdrive.errors import BadRequest
-from armdrive.registry import DEFAULT
-from armdrive.storage import files as places
-
-DEFAULT_SIM = f"sim:{DEFAULT}"
-DEFAULT_FILE = "default"
 
 
 def chosen_target(options: argparse.Namespace) -> Target:
@@ -28,16 +22,6 @@ def chosen_target(options: argparse.Namespace) -> Target:
     if options.sim:
         return targets.find(f"sim:{options.sim}")
     return targets.find(options.arm or default_arm())
-
-
-def default_arm() -> str:
-    """Return the arm where none is named: ARMDRIVE_ARM, the chosen one, `default.toml`, or sim."""
-    named = os.environ.get("ARMDRIVE_ARM") or chosen_default()
-    if named:
-        return named
-    if (places.arm_files() / f"{DEFAULT_FILE}.toml").is_file():
-        return DEFAULT_FILE
-    return DEFAULT_SIM
 
 
 def connect_chosen(

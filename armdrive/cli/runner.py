@@ -14,7 +14,7 @@ import sys
 from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
 from types import FrameType
-from typing import NoReturn, Protocol
+from typing import Any, NoReturn, Protocol
 
 from armdrive.cli.presenter import complain, put_error
 from armdrive.cli.unexpected import FAULT, Unexpected, raises_unexpected, threads_told
@@ -59,6 +59,20 @@ class CommandParser(argparse.ArgumentParser):
     def exit(self, status: int = 0, message: str | None = None) -> NoReturn:
         """End the program as `ArgumentParser` does, with a printable message."""
         super().exit(status, None if message is None else as_message(message))
+
+
+class ActionParser(CommandParser):
+    """The parser of one action of a command: it is given its options when it is chosen.
+
+    Actions that nobody chose need not be loaded for that.
+    """
+
+    load: Callable[[], CliCommand]
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Declare the action's options, then parse as `ArgumentParser` does."""
+        self.load().add_arguments(self)
+        return super().parse_known_args(args, namespace)
 
 
 def run_command(

@@ -11,9 +11,9 @@ import argparse
 from pathlib import Path
 
 import tui
-from armdrive.cli.arm_files import arm_paths
+from armdrive.cli.arm_files import DEFAULT_SIM, arm_paths, default_arm
 from armdrive.cli.arm_options import add_arm_options
-from armdrive.cli.chosen_arm import DEFAULT_SIM, chosen_target, connect_chosen, default_arm
+from armdrive.cli.chosen_arm import chosen_target, connect_chosen
 from armdrive.cli.drive.web_desk import jog_web
 from armdrive.cli.look.watch import watch_on_screen
 from armdrive.cli.options import count

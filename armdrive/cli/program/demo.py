@@ -14,8 +14,9 @@ import sys
 import time
 
 from armdrive.arm import Arm
+from armdrive.cli.arm_files import DEFAULT_SIM, default_arm
 from armdrive.cli.arm_options import add_allow_restored, add_arm_options
-from armdrive.cli.chosen_arm import DEFAULT_SIM, chosen_target, connect_chosen, default_arm
+from armdrive.cli.chosen_arm import chosen_target, connect_chosen
 from armdrive.cli.options import positive
 from armdrive.cli.presenter import emit, say, say_which
 from armdrive.cli.program.demo_display import show

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from armdrive.cli.arm_files import choose_default, path_of
-from armdrive.cli.chosen_arm import default_arm
+from armdrive.cli.arm_files import choose_default, default_arm, path_of
 from armdrive.cli.options import add_json_option
 from armdrive.cli.presenter import emit, say
 from armdrive.connect.target import SIM, find

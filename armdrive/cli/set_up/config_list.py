@@ -6,8 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from armdrive.cli.arm_files import arm_paths
-from armdrive.cli.chosen_arm import default_arm
+from armdrive.cli.arm_files import arm_paths, default_arm
 from armdrive.cli.options import add_json_option
 from armdrive.cli.presenter import emit, say
 from armdrive.errors import ArmFileError
