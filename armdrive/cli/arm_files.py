@@ -13,6 +13,7 @@ from armdrive.registry import DEFAULT
 from armdrive.storage import files as places
 from armdrive.storage.files import replace_file
 from armdrive.text.reading import is_there, read_text
+from armdrive.text.toml import require_format
 from kinematics.errors import suggestion
 
 ENDING = ".toml"
@@ -57,6 +58,7 @@ def _is_model(path: Path) -> bool:
     """Tell whether a file is a link table rather than an arm."""
     try:
         table = read_arm_table(path)
+        require_format(table)
     except ArmFileError:
         return False  # listed with what is wrong with it
     return "links" in table and "model" not in table

@@ -28,7 +28,13 @@ from armdrive.config.sections import (
 )
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.text.reading import read_toml
-from armdrive.text.toml import read_section, refuse_unknown, require_table
+from armdrive.text.toml import (
+    FORMAT_KEY,
+    read_section,
+    refuse_unknown,
+    require_format,
+    require_table,
+)
 from kinematics import (
     PRESETS,
     ArmModel,
@@ -190,6 +196,7 @@ def parse(
     table: Mapping[str, Any], sections: DialectSections, *, name: str, folder: Path = Path()
 ) -> ArmConfig:
     """Turn a parsed TOML document into an arm; a model file is looked for from `folder`."""
+    require_format(table)
     word = table.get("model")
     if not isinstance(word, str):
         raise ArmFileError('the key model is missing, for example model = "teachmover"')
@@ -267,8 +274,8 @@ def _described(table: Mapping[str, Any], folder: Path) -> ArmModel:
 
 
 _COMMON_KEYS = (
-    "model", "title", "connection", "motion", "gripper", "homing", "park", "tool", "frames",
-    "accelerations_deg_s2",
+    FORMAT_KEY, "model", "title", "connection", "motion", "gripper", "homing", "park", "tool",
+    "frames", "accelerations_deg_s2",
 )  # fmt: skip
 _MODEL_KEYS = (
     *_COMMON_KEYS, "motors", "fingers", "speeds_deg_s", "limits_deg", "reference", "guards",

@@ -15,6 +15,7 @@ from typing import Any, TypeAlias
 
 from armdrive.config.arm import ArmConfig, DialectSection, DialectSections, parse
 from armdrive.errors import ArmError, ArmFileError
+from armdrive.text.toml import FORMAT_KEY
 from kinematics import KinematicsError, Pose
 
 MOST_PROBLEMS = 50
@@ -22,7 +23,7 @@ MOST_READ = 3000
 """To find a key at fault, the file is read once more without each of its keys: no more than so
 often in all, which takes a few seconds. Ten faulty keys of a file with 300 keys are found."""
 
-_BASIC = (("model",), ("connection", "dialect"))
+_BASIC = ((FORMAT_KEY,), ("model",), ("connection", "dialect"))
 """Where one of these is wrong, nothing else can be judged."""
 
 Path_: TypeAlias = tuple[str | int, ...]

@@ -16,10 +16,12 @@ from armdrive.config.guards import guards_of
 from armdrive.errors import ArmFileError
 from armdrive.text.reading import read_toml
 from armdrive.text.toml import (
+    FORMAT_KEY,
     joint_range,
     number,
     read_section,
     refuse_unknown,
+    require_format,
     require_table,
     within,
 )
@@ -37,7 +39,9 @@ ENDING = ".toml"
 MOST_LINKS = 100
 """No arm has so many; what is worked out of a chain takes time with their number squared."""
 
-_TOP_KEYS = ("name", "title", "source", "verified", "convention", "base", "tool", "links")
+_TOP_KEYS = (
+    FORMAT_KEY, "name", "title", "source", "verified", "convention", "base", "tool", "links",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +98,7 @@ def parse_model(document: Mapping[str, Any], *, name: str = "model") -> Model:
     Raises `ArmFileError` for a wrong key or value of the file, `KinematicsError` for links that
     make no chain.
     """
+    require_format(document)
     refuse_unknown(document, list(_TOP_KEYS), "")
     called = _text(document, "name", name)
     rows = document.get("links", [])

@@ -11,6 +11,7 @@ import re
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
+from itertools import pairwise
 from typing import Any
 
 from armdrive.config.arm import ArmConfig
@@ -20,10 +21,12 @@ from armdrive.config.preset import LENGTHS
 from armdrive.errors import ArmFileError
 from armdrive.text.toml import (
     COMMENT_AT,
+    FORMAT_ENTRY,
     TomlEntry,
     TomlSection,
     document,
     key,
+    require_format,
     require_table,
     value,
 )
@@ -80,7 +83,7 @@ def _sections(config: ArmConfig, table: Mapping[str, Any]) -> Iterator[TomlSecti
 
 
 def _top(config: ArmConfig, table: Mapping[str, Any]) -> TomlSection:
-    entries = [TomlEntry("model", table["model"]), TomlEntry("title", config.title)]
+    entries = [FORMAT_ENTRY, TomlEntry("model", table["model"]), TomlEntry("title", config.title)]
     transmission = config.model.transmission
     if isinstance(config.bare, ArmPreset) and transmission and transmission.has_gripper:
         entries.append(TomlEntry("steps_per_mm", abs(transmission.motors[-1].steps_per_unit)))
@@ -221,8 +224,10 @@ def amended(text: str, changes: Iterable[Change], order: Mapping[str, str] | Non
     """Return the text with these keys changed, and its motors in another order.
 
     `order` names, by the motor that was meant, the one that is really there. Raises
-    `ArmFileError` where the file's layout is not understood; nothing is changed then.
+    `ArmFileError` where the file's format or layout is not understood; nothing is changed then.
     """
+    before = tomllib.loads(text)
+    require_format(before)
     changes = tuple(changes)
     lines = text.splitlines()
     for change in changes:
@@ -230,7 +235,7 @@ def amended(text: str, changes: Iterable[Change], order: Mapping[str, str] | Non
     if order:
         lines = _reordered(lines, order)
     after = "\n".join(lines).rstrip("\n") + "\n"
-    if _read(after) != wanted(tomllib.loads(text), changes, order):
+    if _read(after) != wanted(before, changes, order):
         by_hand = "; ".join(f"{each.name} = {value(each.value)}" for each in changes)
         raise ArmFileError(
             "the arm file is laid out in a way that cannot be edited here: write by hand, in an "
@@ -284,7 +289,7 @@ def _says(line: str) -> bool:
 def _region(lines: Sequence[str], path: tuple[str | int, ...]) -> tuple[int | None, int]:
     """Return where a key's section begins (behind its header) and ends; None where it is not."""
     headers = [at for at, line in enumerate(lines) if _HEADER.match(line)]
-    ends = dict(zip(headers, [*headers[1:], len(lines)], strict=True))
+    ends = dict(pairwise([*headers, len(lines)]))
     if len(path) == 1:
         return 0, headers[0] if headers else len(lines)
     name = str(path[0])
@@ -302,7 +307,7 @@ def _title(header: str) -> str:
 def _reordered(lines: Sequence[str], order: Mapping[str, str]) -> list[str]:
     """Return the lines with the tables of the motors in their real order."""
     headers = [at for at, line in enumerate(lines) if _HEADER.match(line)]
-    ends = dict(zip(headers, [*headers[1:], len(lines)], strict=True))
+    ends = dict(pairwise([*headers, len(lines)]))
     own = [at for at in headers if _title(lines[at]) == MOTORS]
     blocks = [list(lines[at : ends[at]]) for at in own]
     named = {_name_of(block): block for block in blocks}

@@ -148,6 +148,11 @@ def interrupted(arm: str) -> JournalEntry:
     path = journal_file(arm)
     try:
         return from_text(DISK.read_own(path, LONGEST + 1))
+    except StateFileError as error:
+        raise StateFileError(
+            f"the journal {path} {error}: resume with the armdrive that wrote it, or begin the "
+            "program anew"
+        ) from None
     except FileNotFoundError:
         raise Refused(f"no program of {arm} was interrupted: there is nothing to resume") from None
     except OSError as error:
@@ -167,14 +172,22 @@ def to_text(entry: JournalEntry) -> str:
 
 
 def from_text(text: bytes) -> JournalEntry:
-    """Return the entry of a text; raises `ValueError`, `TypeError` or `KeyError`."""
+    """Return the entry of a text.
+
+    Raises `StateFileError` for one of another format, and `ValueError`, `TypeError` or `KeyError`
+    for a damaged one.
+    """
     if len(text) > LONGEST:
         raise ValueError("it is too long")
     entries = json.loads(text.decode("utf-8"))
-    if not isinstance(entries, dict) or entries.pop(_CHECK, None) != _check(entries):
+    number = entries.get("format") if isinstance(entries, dict) else None
+    if type(number) is not int:
+        raise ValueError("it does not say its format")
+    if number != FORMAT:  # asked first: another format may compute its checksum differently
+        raise StateFileError(f"has format {number!s:.9}, and this armdrive reads {FORMAT}")
+    if entries.pop(_CHECK, None) != _check(entries):
         raise ValueError("its checksum is another one")
-    if entries.pop("format") != FORMAT:
-        raise ValueError("another armdrive wrote it")
+    del entries["format"]
     began = entries.pop("began")
     return JournalEntry(**entries, began=None if began is None else Standing(**began))
 

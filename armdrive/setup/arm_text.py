@@ -17,7 +17,7 @@ from armdrive.setup.directions import SeenMotion, Signs, conclude
 from armdrive.setup.draft import GRIPPER_MOTOR, HALF_STEP, Draft
 from armdrive.setup.plan import MM, CommissioningPlan, Notes
 from armdrive.setup.templates import COUPLED, model_text, typed_text
-from armdrive.text.toml import TomlEntry, TomlSection, document
+from armdrive.text.toml import FORMAT, FORMAT_ENTRY, FORMAT_KEY, TomlEntry, TomlSection, document
 
 # The motors of an arm file: steps per turn as a sum, and which joints a motor sees which way.
 
@@ -165,6 +165,7 @@ def _sections(draft: Draft, model_path: str) -> Iterator[TomlSection]:
 def _top(draft: Draft, model_path: str) -> TomlSection:
     preset = draft.template.preset
     entries = [
+        FORMAT_ENTRY,
         TomlEntry(
             "model", preset or model_path, "" if preset else "the link table, beside this file"
         ),
@@ -355,7 +356,7 @@ def text_of(table: Mapping[str, Any], name: str, unclear: tuple[str, ...] = ()) 
     heading = f"{name}: its drives were commissioned by `armdrive can setup {name}`."
     if unclear:
         heading += f"\nDirections and gears are not tried yet: {', '.join(unclear)}."
-    return document(_table_sections(table), heading)
+    return document(_table_sections({FORMAT_KEY: FORMAT, **table}), heading)
 
 
 def _table_sections(

@@ -128,6 +128,8 @@ def plan_of(config: ArmConfig) -> CommissioningPlan:
 # here.
 
 ENDING = "can-setup.json"
+FORMAT = 1
+"""Of the notes; those that do not say have this one too."""
 
 
 @dataclass(slots=True)
@@ -163,6 +165,7 @@ def read(arm: str, calibration: str) -> dict[str, Notes]:
         if not is_there(path):
             return {}
         known: Any = read_json(path, "the file", StateFileError, own=True)
+        _require_format(known)
         found = {name: _one(given) for name, given in known["motors"].items()}
         same = known["calibration"] == calibration
     except (StateFileError, ValueError, TypeError, KeyError, AttributeError) as error:
@@ -171,6 +174,12 @@ def read(arm: str, calibration: str) -> dict[str, Notes]:
             "only directions and gears have to be found once more"
         ) from None
     return found if same else {name: absorbed(each) for name, each in found.items()}
+
+
+def _require_format(known: Mapping[str, Any]) -> None:
+    number = known.get("format", FORMAT)
+    if type(number) is not int or number != FORMAT:
+        raise StateFileError(f"it has format {number!r:.20}, and this armdrive reads {FORMAT}")
 
 
 def absorbed(notes: Notes) -> Notes:
@@ -182,7 +191,8 @@ def write(arm: str, calibration: str, notes: Mapping[str, Notes]) -> None:
     """Keep the notes of an arm, whose file has that calibration."""
     path = path_of(arm)
     motors = {name: asdict(each) for name, each in notes.items()}
-    replace_file(path, json.dumps({"calibration": calibration, "motors": motors}, indent=1))
+    table = {"format": FORMAT, "calibration": calibration, "motors": motors}
+    replace_file(path, json.dumps(table, indent=1))
 
 
 def _one(given: Mapping[str, Any]) -> Notes:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from armdrive.registry import DIALECTS
-from armdrive.text.toml import TomlEntry, TomlSection, document
+from armdrive.text.toml import FORMAT_ENTRY, TomlEntry, TomlSection, document
 
 # Link tables of templates: joints by name, lengths that the interview asks for, and as a file.
 
@@ -60,6 +60,7 @@ def model_text(table: LinkTable, lengths_mm: Mapping[str, float], name: str, tit
     top = TomlSection(
         "",
         (
+            FORMAT_ENTRY,
             TomlEntry("name", name),
             TomlEntry("title", title),
             TomlEntry("source", table.source),
@@ -79,7 +80,7 @@ def model_text(table: LinkTable, lengths_mm: Mapping[str, float], name: str, tit
 def typed_text(rows: Mapping[str, tuple[float, ...]], name: str, title: str) -> str:
     """Return the model file of rows that were typed: theta, d, a, alpha of each joint."""
     keys = ("offset_deg", "d_mm", "a_mm", "alpha_deg")
-    top = TomlSection("", (TomlEntry("name", name), TomlEntry("title", title)))
+    top = TomlSection("", (FORMAT_ENTRY, TomlEntry("name", name), TomlEntry("title", title)))
     links = [
         TomlSection("links", (TomlEntry("joint", joint), *map(TomlEntry, keys, row)), array=True)
         for joint, row in rows.items()

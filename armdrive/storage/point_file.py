@@ -23,7 +23,7 @@ from armdrive.storage.points import (
     check_name,
     parse_points,
 )
-from armdrive.text.toml import key, value
+from armdrive.text.toml import FORMAT, FORMAT_KEY, key, value
 from kinematics import ArmGeometry, Joints, Pose
 from kinematics.errors import suggestion
 
@@ -40,6 +40,7 @@ HEADER_WIDTH = 24
 HEADING = """\
 # Points and sequences of {arm}: degrees, mm, seconds. Edit them as you like; whatever is
 # written here is audited before the arm moves. docs/points.md tells every key.
+{key} = {format}
 """
 
 _HEADER = re.compile(r"\s*\[[^\[\]]+\]\s*(#.*)?")
@@ -54,7 +55,8 @@ class PointWriter:
 
     def document(self, taught: Taught) -> str:
         """Return a whole new file."""
-        return "\n".join([HEADING.format(arm=self.arm), *self._tables(taught).values()])
+        heading = HEADING.format(arm=self.arm, key=FORMAT_KEY, format=FORMAT)
+        return "\n".join([heading, *self._tables(taught).values()])
 
     def edited(self, text: str, before: Taught, after: Taught) -> str | None:
         """Return the text with what has changed rewritten; None where it is laid out otherwise.

@@ -16,7 +16,14 @@ from typing import Any
 
 from armdrive.errors import ArmFileError, BadRequest, PointsFileError
 from armdrive.text.reading import parse_toml
-from armdrive.text.toml import number, read_section, refuse_unknown, require_table
+from armdrive.text.toml import (
+    FORMAT_KEY,
+    number,
+    read_section,
+    refuse_unknown,
+    require_format,
+    require_table,
+)
 from kinematics import BadNumber, Joints
 from kinematics.errors import finite
 
@@ -142,7 +149,7 @@ def check_name(name: str) -> str:
 # Reading a file of points: TOML; what makes no sense is an error that names the key.
 
 POINTS, SEQUENCES = "points", "sequences"
-_TOP = (POINTS, SEQUENCES)
+_TOP = (FORMAT_KEY, POINTS, SEQUENCES)
 _POINT_KEYS = ("joints_deg", "gripper_mm", "taught", "note")
 _LIST_KEYS = ("note", "steps")
 
@@ -151,6 +158,7 @@ def parse_points(text: str, names: tuple[str, ...]) -> Taught:
     """Read a file of points of an arm with these joints. Raises `PointsFileError`."""
     try:
         table = parse_toml(text, PointsFileError)
+        require_format(table)
         refuse_unknown(table, list(_TOP), "")
         points = require_table(table.get(POINTS, {}), POINTS)
         sequences = require_table(table.get(SEQUENCES, {}), SEQUENCES)

@@ -17,6 +17,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any, TypeVar
 
 from armdrive.errors import ArmFileError
+from armdrive.text.reading import Failure
 from kinematics.errors import BadNumber, did_you_mean, finite
 from kinematics.limits import JointRange
 
@@ -114,6 +115,27 @@ _WORDS: Mapping[Any, str] = types.MappingProxyType(
 )
 
 
+# The version of a file that people keep: an arm file, a model file, a file of points.
+
+FORMAT_KEY = "format"
+FORMAT = 1
+"""The format that this armdrive reads and writes. Files from before the key existed have it too."""
+
+
+def require_format(table: Mapping[str, Any], failure: Failure = ArmFileError) -> None:
+    """Raise the error that `failure` makes unless this armdrive knows the format of a file.
+
+    Call this before reading any other key: in another format, the same key may mean something else.
+    """
+    given = table.get(FORMAT_KEY, FORMAT)
+    if type(given) is not int or given < FORMAT:  # neither true nor 1.0 is a whole number here
+        raise failure(f"{FORMAT_KEY}: expected the whole number {FORMAT}, got {given!r:.40}")
+    if given > FORMAT:
+        raise failure(
+            f"{FORMAT_KEY} {given} is newer than this armdrive reads ({FORMAT}). Update armdrive."
+        )
+
+
 # Writing TOML for people: values, and sections whose lines carry comments.
 #
 # Plain text is written rather than a document edited, so that no further library is needed.
@@ -134,6 +156,10 @@ class TomlEntry:
     key: str
     value: Any
     comment: str = ""
+
+
+FORMAT_ENTRY = TomlEntry(FORMAT_KEY, FORMAT)
+"""The first key of every file that armdrive writes for people."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -239,7 +239,7 @@ def _header(found: Mapping[str, Any]) -> Header:
     known = found.get(MARK)
     if known is None:
         raise RecordingError("it is no recording of a flight recorder")
-    if known != FORMAT or isinstance(known, bool):
+    if type(known) is not int or known != FORMAT:  # neither true nor 1.0 is a format
         raise RecordingError(f"it has format {known!r:.20}, and this armdrive reads {FORMAT}")
     names = [each.name for each in fields(Header)]
     if set(found) != {MARK, *names}:

@@ -80,7 +80,7 @@ def test_every_template_loads_and_drives_its_simulated_twin(tmp_path, template):
 
 def test_the_published_numbers_of_a_preset_are_left_to_it(tmp_path):
     text = files("teachmover").arm
-    assert set(tomllib.loads(text)) == {"model", "title", "connection"}
+    assert set(tomllib.loads(text)) == {"format", "model", "title", "connection"}
     config = loaded(tmp_path, "teachmover")
     assert config.model == preset("teachmover")
 

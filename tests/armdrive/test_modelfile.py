@@ -43,7 +43,7 @@ def test_the_shown_file_is_the_alpha_ii_on_a_plinth_with_a_pen():
 def test_the_shown_file_shows_every_key():
     shown = tomllib.loads(shown_text())
     assert set(shown) == {
-        "name", "title", "source", "verified", "convention", "base", "tool", "links",
+        "format", "name", "title", "source", "verified", "convention", "base", "tool", "links",
     }  # fmt: skip
     assert set(shown["base"]) == {"x_mm", "y_mm", "z_mm", "phi_deg", "theta_deg", "psi_deg"}
     assert set(shown["links"][0]) == {

@@ -221,6 +221,34 @@ async def test_what_somebody_else_changes_is_shown_and_not_overwritten():
         assert "new" in session.text("list")
 
 
+async def test_points_of_a_newer_format_are_said_and_no_key_writes_them():
+    async with PointSession() as session:
+        path = session.arm.points.path
+        text = path.read_text(encoding="utf-8")
+        path.write_text(text.replace("format = 1", "format = 2"), encoding="utf-8")
+        before = path.read_bytes()
+        await session.settle()
+        await session.settle()
+        assert "Update armdrive" in session.text("remarks")
+        await session.choose("up")
+        for keys in (["t", "n", "enter"], ["r", "p", "enter"], ["l", "a", "enter"]):
+            await session.press(*keys)
+            await session.settle()
+            assert path.read_bytes() == before, keys
+        for key in ("U", "delete"):
+            await session.twice(key)
+            assert path.read_bytes() == before, key
+        await session.choose("stack")
+        for keys in (["pagedown", "K"], ["W", "1", "enter"], ["backspace"]):
+            await session.press(*keys)
+            await session.settle()
+            assert path.read_bytes() == before, keys
+        for key in ("D", "delete"):
+            await session.twice(key)
+            assert path.read_bytes() == before, key
+        assert session.arm.asked_for == []
+
+
 async def test_points_are_put_into_a_sequence_and_taken_out():
     async with PointSession() as session:
         await session.choose("up")

@@ -1,0 +1,399 @@
+"""Files that people keep say their format; in one that is not known, nothing is read or changed."""
+
+import tomllib
+from pathlib import Path
+
+import pytest
+from cli_calls import write_arm_file
+from faults import OVER_THE_TABLE, ready_arm, sim_config
+from hypothesis import given
+from hypothesis import strategies as st
+
+from armdrive.config.link_model import parse_model, read_model
+from armdrive.config.write import Change, amended, complete
+from armdrive.errors import ArmFileError, PointsFileError, StateFileError
+from armdrive.programs.acts import Remember
+from armdrive.programs.journal import interrupted, journal_file
+from armdrive.programs.performing import Performer
+from armdrive.registry import arm_problems, load_arm, parse_arm
+from armdrive.setup import plan as kept
+from armdrive.setup.arm_text import text_of
+from armdrive.setup.filing import checked
+from armdrive.setup.interview import Describing
+from armdrive.setup.templates import available, typed_text
+from armdrive.storage import files as places
+from armdrive.storage.point_file import PointWriter, points_of
+from armdrive.storage.points import Point, Step, StepList, Taught, parse_points
+from armdrive.text.toml import FORMAT, require_format
+from armdrive.trace.files import texts_of
+from kinematics import JOINT_NAMES, preset
+
+ARM = preset("teachmover").arm
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+NEWER = f"format 2 is newer than this armdrive reads ({FORMAT}). Update armdrive."
+KNOWN = ["", "format = 1\n", '"format" = 1\n', "format = 0x1\n"]
+UNKNOWN = [
+    ("format = 2", NEWER),
+    ("format = 9223372036854775807", "format 9223372036854775807 is newer than"),
+    ("format = 0", "format: expected the whole number 1, got 0"),
+    ("format = -1", "format: expected the whole number 1, got -1"),
+    ("format = true", "format: expected the whole number 1, got True"),
+    ("format = false", "format: expected the whole number 1, got False"),
+    ('format = "1"', "format: expected the whole number 1, got '1'"),
+    ("format = 1.0", "format: expected the whole number 1, got 1.0"),
+    ("format = nan", "format: expected the whole number 1, got nan"),
+    ("format = [1]", "format: expected the whole number 1, got [1]"),
+    ("format.new = 1", "format: expected the whole number 1, got {'new': 1}"),
+    ("format = 2026-11-23", "format: expected the whole number 1, got datetime.date(2026, 11, 23)"),
+]
+LINKS = "[[links]]\na_mm = 10\n"
+POINT = """\
+[points.a]               # where the blocks wait
+joints_deg = { base = 0, shoulder = 40, elbow = -80, wrist_pitch = -40, wrist_roll = 0 }
+
+[sequences.s]
+steps = [{ point = "a" }, { wait_s = 1 }]
+"""
+FUTURE = 'model = 7\nlengths = "as measured"\npoints = 3\nlinks = 4\nwhatever = true\n'
+"""Keys that no file of this format has: none of them is complained about where it is unknown."""
+
+
+def points_at(path, here=None):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return points_of(path.stem, ARM) if here is None else points_of(path.stem, ARM, lambda: here)
+
+
+def read_points(path):
+    return parse_points(path.read_text(encoding="utf-8"), JOINT_NAMES)
+
+
+KINDS = [
+    pytest.param(load_arm, 'model = "teachmover"\n', ArmFileError, id="arm file"),
+    pytest.param(read_model, LINKS, ArmFileError, id="model file"),
+    pytest.param(read_points, POINT, PointsFileError, id="points"),
+]
+
+
+@pytest.mark.parametrize("line", KNOWN)
+@pytest.mark.parametrize(("read", "rest", "_failure"), KINDS)
+def test_a_file_of_this_format_is_read_and_one_that_does_not_say_is_such_a_file(
+    tmp_path, read, rest, _failure, line
+):
+    plain, said = tmp_path / "plain" / "a.toml", tmp_path / "said" / "a.toml"
+    for path, text in ((plain, rest), (said, line + rest)):
+        path.parent.mkdir()
+        path.write_text(text, encoding="utf-8")
+    assert read(said) == read(plain)
+
+
+@pytest.mark.parametrize("rest", [None, FUTURE], ids=["else right", "else of the future"])
+@pytest.mark.parametrize(("line", "sentence"), UNKNOWN)
+@pytest.mark.parametrize(("read", "right", "failure"), KINDS)
+def test_an_unknown_format_is_one_sentence_and_nothing_else_is_read(
+    tmp_path, read, right, failure, line, sentence, rest
+):
+    path = tmp_path / "a.toml"
+    path.write_text(f"{line}\n{right if rest is None else rest}", encoding="utf-8")
+    with pytest.raises(failure) as refused:
+        read(path)
+    assert sentence in str(refused.value)
+    assert "\n" not in str(refused.value)
+    if failure is ArmFileError:
+        assert str(refused.value).startswith(f"{path}: format")
+
+
+@given(
+    st.integers().filter(lambda number: number != FORMAT)
+    | st.floats()
+    | st.booleans()
+    | st.text()
+    | st.lists(st.integers())
+    | st.dictionaries(st.text(), st.integers())
+)
+def test_nothing_but_the_whole_number_one_is_this_format(value):
+    with pytest.raises(ArmFileError, match=r"^format"):
+        require_format({"format": value})
+
+
+@pytest.mark.parametrize(
+    ("read", "table"),
+    [
+        (lambda table: parse_arm(table, name="a"), {"fromat": 1, "model": "teachmover"}),
+        (parse_model, {"fromat": 1, "links": [{}]}),
+        (lambda _: parse_points("fromat = 1\n", JOINT_NAMES), {}),
+    ],
+)
+def test_a_key_that_is_nearly_it_suggests_it(read, table):
+    with pytest.raises((ArmFileError, PointsFileError), match="did you mean 'format'"):
+        read(table)
+
+
+# -- arm files and model files ----------------------------------------------------------------
+
+
+def test_check_says_it_alone_since_nothing_else_can_be_judged(call):
+    write_arm_file("bench", f"format = 2\n{FUTURE}")
+    write_arm_file("fine", 'format = 1\nmodel = "teachmover"\n')
+    write_arm_file("typo", 'fromat = 1\nmodel = "teachmover"\ntitel = "x"\n')
+    said = call("config", "check", "bench", "--json", code=2).json
+    assert said["arm"] == "bench"
+    assert said["problems"] == [NEWER]
+    assert call("config", "check", "fine", "--json", code=0).json["problems"] == []
+    problems = call("config", "check", "typo", "--json", code=2).json["problems"]
+    assert ["format" in problems[0], "title" in problems[1]] == [True, True]
+
+
+@pytest.mark.parametrize(("line", "sentence"), UNKNOWN)
+def test_the_format_of_a_model_file_is_named_by_the_arm_that_needs_it(tmp_path, line, sentence):
+    (tmp_path / "links.toml").write_text(f"{line}\n{LINKS}", encoding="utf-8")
+    table = {"format": 1, "model": "links.toml"}
+    (problem,) = arm_problems(table, "bench", tmp_path)
+    assert problem.startswith(f"{tmp_path / 'links.toml'}: format")
+    assert sentence in problem
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("config", "show", "bench"),
+        ("config", "show", "bench", "--toml"),
+        ("config", "signs", "bench", "--sim", "--yes"),
+        ("config", "limits", "bench", "--sim", "--yes"),
+        ("config", "set-default", "bench"),
+        ("can", "setup", "bench", "--sim", "--yes"),
+        ("status", "--arm", "bench"),
+        ("home", "--arm", "bench"),
+        ("points", "list", "--arm", "bench"),
+    ],
+    ids=" ".join,
+)
+def test_no_command_uses_an_arm_of_an_unknown_format(call, words):
+    path = write_arm_file("bench", f"format = 2\n{FUTURE}")
+    before = path.read_bytes()
+    said = call(*words)
+    assert said.code == 2
+    assert NEWER in said.err
+    assert path.read_bytes() == before
+    assert not places.points_file("bench").exists()
+
+
+def test_a_list_names_arms_and_link_tables_of_an_unknown_format(call):
+    write_arm_file("bench", f"format = 2\n{FUTURE}")
+    write_arm_file("table", f"format = 2\n{LINKS}")
+    arms = call("config", "list", "--json", code=0).json["arms"]
+    assert [each["name"] for each in arms] == ["bench", "table"]
+    assert all(NEWER in each["error"] for each in arms)
+
+
+@pytest.mark.parametrize("line", KNOWN)
+def test_an_edit_keeps_a_file_as_it_says_its_format(line):
+    text = f'# mine\n{line}model = "teachmover"   # by the window\n'
+    after = amended(text, [Change(("motor_signs", "elbow"), -1, "seen")])
+    assert after.startswith(text)
+    assert parse_arm(tomllib.loads(after), name="a")
+    assert tomllib.loads(after)["motor_signs"] == {"elbow": -1}
+
+
+@pytest.mark.parametrize(("line", "sentence"), UNKNOWN)
+def test_no_edit_is_made_in_an_unknown_format(line, sentence):
+    with pytest.raises(ArmFileError) as refused:
+        amended(f'{line}\nmodel = "teachmover"\n', [Change(("motor_signs", "elbow"), -1, "seen")])
+    assert sentence in str(refused.value)
+
+
+def first_key(text):
+    table = tomllib.loads(text)
+    assert table["format"] == FORMAT
+    return next(iter(table))
+
+
+@pytest.mark.parametrize("template", [each for each in available() if each != "own"])
+def test_a_new_arm_says_its_format_first_and_so_does_its_link_table(call, template):
+    call("config", "new", "bench", "--template", template, "--yes", code=0)
+    path = places.arm_files() / "bench.toml"
+    written = [path, *(path.parent / "models").glob("*.toml")]
+    assert [first_key(each.read_text(encoding="utf-8")) for each in written] == (
+        ["format"] * len(written)
+    )
+    assert len(written) == 1 + (template == "printed-six")
+    shown = call("config", "show", "bench", "--toml", "--json", code=0).json["toml"]
+    assert first_key(shown) == "format"
+
+
+def test_a_typed_link_table_and_what_the_desk_asks_for_say_it_too():
+    asked = Describing({"template": "printed-six", "name": "bench"})
+    while asked.question is not None:
+        asked.enter()
+    files = asked.files()
+    assert [first_key(files.arm), first_key(files.model)] == ["format", "format"]
+    assert first_key(typed_text({"base": (0.0, 1.0, 2.0, 3.0)}, "bench", "typed")) == "format"
+    assert checked(files, "bench").model.key == "bench"
+
+
+@pytest.mark.parametrize("table", [{}, {"format": 1}, {"connection": {}, "format": 1}])
+def test_an_arm_whose_drives_were_commissioned_says_it_once(table):
+    text = text_of(table | {"model": "minimover5-mks"}, "bench")
+    assert first_key(text) == "format"
+    assert text.count("format") == 1
+
+
+@pytest.mark.parametrize("line", KNOWN)
+def test_every_key_with_its_value_has_the_format_first(line):
+    table = tomllib.loads(f'{line}model = "teachmover"\n')
+    config = parse_arm(table, name="bench")
+    assert first_key(complete(config, table)) == "format"
+    assert first_key(texts_of(config)[0]) == "format"
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.name)
+def test_the_examples_say_it(path):
+    assert first_key(path.read_text(encoding="utf-8")) == "format"
+
+
+# -- points -----------------------------------------------------------------------------------
+
+
+HERE = Point(OVER_THE_TABLE, 20.0)
+EDITS = [
+    ("points", "save", "b"),
+    ("points", "save", "a", "--again"),
+    ("points", "rename", "a", "b"),
+    ("points", "delete", "a"),
+    ("points", "delete", "s"),
+    ("points", "copy", "a", "b"),
+    ("points", "mirror", "s", "t"),
+    ("points", "offset", "a", "b", "--x", "1"),
+    ("teach", "here", "s"),
+    ("teach", "add", "s", "gripper", "open"),
+    ("teach", "add", "new", "gripper", "open"),
+    ("teach", "insert", "s", "1", "wait", "1"),
+    ("teach", "remove", "s", "1"),
+    ("teach", "move", "s", "1", "2"),
+    ("teach", "retime", "s", "--factor", "0.5"),
+    ("teach", "reverse", "s", "t"),
+]
+
+
+@pytest.mark.parametrize("line", ["format = 2", 'format = "1"'])
+def test_no_command_writes_points_of_an_unknown_format(call, tmp_path, line):
+    call("home", code=0)
+    path = places.points_file("sim:teachmover")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(f"{line}\n{POINT}", encoding="utf-8")
+    before = path.read_bytes()
+    program = tmp_path / "p.arm"
+    program.write_text("remember b\n", encoding="utf-8")
+    others = [("points", "list"), ("points", "go", "a"), ("points", "run", "s")]
+    for words in (*EDITS, *others):
+        said = call(*words)
+        assert (said.code != 0, "format" in said.err) == (True, True), words
+        assert str(path) in said.err, words
+        assert path.read_bytes() == before, words
+    said = call("run", str(program))
+    assert (said.code != 0, "format" in said.err, path.read_bytes() == before) == (True,) * 3
+    assert sorted(path.parent.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("words", EDITS, ids=" ".join)
+@pytest.mark.parametrize("line", ["", "format = 1\n"])
+def test_each_edit_works_on_both_forms_of_this_format(call, line, words):
+    call("home", code=0)
+    path = places.points_file("sim:teachmover")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    text = line + POINT
+    if words == ("points", "delete", "a"):
+        text = text.partition("[sequences")[0]
+    path.write_text(text, encoding="utf-8")
+    call(*words, code=0)
+    after = path.read_text(encoding="utf-8")
+    assert after.startswith(line)
+    assert after.count("format") == bool(line)
+    assert points_of("sim:teachmover", ARM).read() != parse_points(text, JOINT_NAMES)
+
+
+@pytest.mark.parametrize(("line", "sentence"), UNKNOWN)
+def test_no_call_writes_points_of_an_unknown_format(line, sentence):
+    path = places.points_file("bench")
+    book = points_at(path, HERE)
+    path.write_text(f"{line}\n{FUTURE}", encoding="utf-8")
+    before = path.read_bytes()
+    for edit in (
+        lambda: book.teach("b"),
+        lambda: book.__setitem__("b", HERE),
+        lambda: book.__delitem__("a"),
+        lambda: book.put("b", HERE, instead_of=None),
+        lambda: book.remove("a", instead_of=HERE),
+        lambda: book.rename("a", "b"),
+        lambda: book.put_sequence("t", StepList((Step(wait_s=1.0),)), instead_of=None),
+        lambda: book.put_all({"b": HERE}, {}, again=True),
+        lambda: book.remove_sequence("s", instead_of=None),
+        book.clear,
+    ):
+        with pytest.raises(PointsFileError) as refused:
+            edit()
+        assert sentence in str(refused.value)
+        assert path.read_bytes() == before
+    assert sorted(path.parent.iterdir()) == [path]
+
+
+def test_a_program_that_remembers_a_place_leaves_such_a_file_alone():
+    arm = ready_arm(sim_config())
+    arm.points.path.parent.mkdir(parents=True, exist_ok=True)
+    arm.points.path.write_text(f"format = 2\n{POINT}", encoding="utf-8")
+    before = arm.points.path.read_bytes()
+    performer = Performer(arm, None)
+    with pytest.raises(PointsFileError, match="Update armdrive"):
+        performer.perform(Remember("b", dict(OVER_THE_TABLE.deg), 20.0))
+    assert arm.points.path.read_bytes() == before
+
+
+def test_a_new_file_of_points_says_its_format_first():
+    book = points_at(places.points_file("bench"), HERE)
+    book.teach("a")
+    assert first_key(book.path.read_text(encoding="utf-8")) == "format"
+    text = PointWriter("bench", ARM.fk).document(Taught())
+    assert tomllib.loads(text) == {"format": FORMAT}
+    book.path.write_text(text, encoding="utf-8")
+    book.teach("b")
+    assert book.path.read_text(encoding="utf-8").startswith(text)
+    assert list(book) == ["b"]
+
+
+def test_points_that_are_laid_out_in_another_way_get_the_format_when_they_are_written_anew():
+    book = points_at(places.points_file("bench"), HERE)
+    joints = "base = 0, shoulder = 40, elbow = -80, wrist_pitch = -40, wrist_roll = 0"
+    old = f"points = {{ a = {{ joints_deg = {{ {joints} }} }} }}\n"
+    book.path.write_text(old, encoding="utf-8")
+    book.teach("b")
+    assert first_key(book.path.read_text(encoding="utf-8")) == "format"
+    assert book.path.with_name(book.path.name + ".before").read_text(encoding="utf-8") == old
+
+
+# -- what armdrive keeps for itself -----------------------------------------------------------
+
+
+@pytest.mark.parametrize("number", ["2", "0", "true", '"1"', "1.0"])
+def test_notes_of_a_commissioning_of_an_unknown_format_are_not_used(number):
+    kept.write("bench", "x", {"base": kept.Notes(way="left", done=True)})
+    path = kept.path_of("bench")
+    text = path.read_text(encoding="utf-8")
+    assert '"format": 1' in text
+    path.write_text(text.replace('"format": 1', f'"format": {number}'), encoding="utf-8")
+    with pytest.raises(StateFileError, match=r"it has format .*, and this armdrive reads 1"):
+        kept.read("bench", "x")
+    path.write_text(text.replace('"format": 1,', ""), encoding="utf-8")
+    assert kept.read("bench", "x")["base"].way == "left"
+
+
+def test_a_journal_of_another_format_is_no_damaged_one():
+    path = journal_file("bench")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text('{"format": 2, "anything": "else"}', encoding="utf-8")
+    with pytest.raises(StateFileError, match="has format 2, and this armdrive reads 1") as error:
+        interrupted("bench")
+    assert "damaged" not in str(error.value)
+    for text in ('{"format": true}', '{"format": "1"}', "{}"):
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(StateFileError, match="does not say its format"):
+            interrupted("bench")
