@@ -29,14 +29,10 @@ from armdrive.config.sections import (
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.text.reading import read_toml
 from armdrive.text.toml import read_section, refuse_unknown, require_table
-from kinematics import (
-    PRESETS,
-    ArmModel,
-    KinematicsError,
-    Pose,
-    preset,
-)
+from kinematics.errors import KinematicsError
 from kinematics.frames.graph import UserFrame
+from kinematics.presets import PRESETS, ArmModel, preset
+from kinematics.spaces import Pose
 from kinematics.tool import Tool
 
 M = TypeVar("M", bound=ArmModel)

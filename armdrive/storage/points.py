@@ -17,8 +17,8 @@ from typing import Any
 from armdrive.errors import ArmFileError, BadRequest, PointsFileError
 from armdrive.text.reading import parse_toml
 from armdrive.text.toml import number, read_section, refuse_unknown, require_table
-from kinematics import BadNumber, Joints
-from kinematics.errors import finite
+from kinematics.errors import BadNumber, finite
+from kinematics.spaces import Joints
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
 """What points and sequences may be called: one word, as in programs."""
