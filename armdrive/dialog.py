@@ -15,8 +15,9 @@ from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 from armdrive.errors import BadRequest
 from armdrive.moves import BASE_FRAME, Jog
 from armdrive.status import Status
-from kinematics import ArmModel, Joints, Pose
 from kinematics.errors import suggestion
+from kinematics.presets import ArmModel
+from kinematics.spaces import Joints, Pose
 
 # Reading one typed answer: each reader takes a line and returns a value, or says what is wrong.
 #

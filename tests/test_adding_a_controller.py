@@ -52,10 +52,10 @@ def tree(tmp_path_factory):
     for path, text in FILES:
         assert not (ROOT / path).exists()
         put(tree, path, text)
-    registry = (ROOT / "armdrive" / "registry.py").read_text(encoding="utf-8")
+    registry = (ROOT / "armdrive" / "registry" / "__init__.py").read_text(encoding="utf-8")
     for diff in DIFFS:
         registry = patched(registry, diff)
-    put(tree, "armdrive/registry.py", registry)
+    put(tree, "armdrive/registry/__init__.py", registry)
     return tree
 
 

@@ -15,7 +15,8 @@ from armdrive.programs.teaching.sequence import FingerStep
 from armdrive.status import Status
 from armdrive.storage.point_file import Points
 from armdrive.trace.log import LogReader
-from kinematics import ArmModel, Pose
+from kinematics.presets import ArmModel
+from kinematics.spaces import Pose
 
 Place = Pose | Point
 """Where a planned motion may go to."""

@@ -33,7 +33,8 @@ from armdrive.render.raster import Painted
 from armdrive.render.reach import Key, Outline
 from armdrive.render.scene import ArmDrawing, Moment, Studio
 from armdrive.render.side_view import ArmScene
-from kinematics import ArmModel, Joints
+from kinematics.presets import ArmModel
+from kinematics.spaces import Joints
 
 DRAG_DEG = (3, 6)
 """Dragging by one cell to the side, and by one row, which is twice as high."""

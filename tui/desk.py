@@ -18,7 +18,8 @@ from textual.screen import Screen
 from armdrive.errors import ArmError
 from armdrive.render.side_view import ArmScene
 from armdrive.status import State, Status, Trust
-from kinematics import Joints, KinematicsError
+from kinematics.errors import KinematicsError
+from kinematics.spaces import Joints
 from tui.arm_port import DeskArm
 from tui.arm_view import move_cameras, scene_of
 from tui.framework import FirstKeys, on_ending_signals

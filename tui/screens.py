@@ -16,7 +16,7 @@ from textual.containers import Container
 from textual.screen import Screen
 
 from armdrive.status import Status
-from kinematics import Joints
+from kinematics.spaces import Joints
 from tui.arm_port import DeskArm
 from tui.framework import PlainText, send_spans_alone
 from tui.jog.jogging import DeskJogging

@@ -25,7 +25,8 @@ from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.render.canvas import can_braille
 from armdrive.render.scene import Moment
 from armdrive.storage.lock_client import ask_holder, follow_holder
-from kinematics import ArmModel, Joints
+from kinematics.presets import ArmModel
+from kinematics.spaces import Joints
 from tui.arm_view import SpaceView
 from tui.framework import FirstKeys, PlainText
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings

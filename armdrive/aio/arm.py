@@ -35,8 +35,9 @@ from armdrive.motion.segments import SpeedLimits
 from armdrive.moves import BASE_FRAME
 from armdrive.status import Status
 from armdrive.storage.point_file import Points
-from kinematics import ArmModel, Joints, Pose
 from kinematics.paths.parts import Move
+from kinematics.presets import ArmModel
+from kinematics.spaces import Joints, Pose
 
 if TYPE_CHECKING:  # a real arm loads no simulation
     from armdrive.sim.simulated_arm import SimulatedArm as SimulatedTwin

@@ -23,8 +23,9 @@ from armdrive.runtime.states import Event, after
 from armdrive.status import State, Status
 from armdrive.tasks import Task, TaskBody, never
 from armdrive.trace.entries import TraceEntry
-from kinematics import ArmModel, Joints, Pose
 from kinematics.errors import finite
+from kinematics.presets import ArmModel
+from kinematics.spaces import Joints, Pose
 
 if TYPE_CHECKING:
     from armdrive.trace.log import LogReader

@@ -21,8 +21,8 @@ from armdrive.runtime.states import Event, after
 from armdrive.status import State, Trust
 from armdrive.storage.point_file import Points, points_of
 from armdrive.storage.points import Point
-from kinematics import Pose
 from kinematics.errors import finite
+from kinematics.spaces import Pose
 
 SIMULATED_S = 3600.0
 """A wait without a deadline ends after so long on simulated time, where nobody could interrupt it.

@@ -20,8 +20,8 @@ from armdrive.motion.resolve import BASE, TOOL, Ground, JointGoal, ResolvedGoal,
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.states import Event, after
 from armdrive.status import State, Trust
-from kinematics import Joints, Motors, Pose
 from kinematics.paths.parts import ArcMove, JointMove, Move
+from kinematics.spaces import Joints, Motors, Pose
 
 PATIENCE = 4.0
 """A motion that takes this many times longer than planned, and then some, is given up."""

@@ -17,8 +17,8 @@ from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.states import Event, after
 from armdrive.status import Evidence, State, Trust
 from armdrive.storage.verifications import last_entry, write_down
-from kinematics import Joints, Pose
 from kinematics.errors import finite
+from kinematics.spaces import Joints, Pose
 
 Told = Callable[[tuple[str, ...]], None]
 

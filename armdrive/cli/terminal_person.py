@@ -14,7 +14,8 @@ from armdrive.moves import BASE_FRAME, GRIPPER_AXIS
 from armdrive.render.canvas import can_braille
 from armdrive.render.side_view import ArmScene, side_view, top_view
 from armdrive.status import Trust
-from kinematics import Joints, KinematicsError
+from kinematics.errors import KinematicsError
+from kinematics.spaces import Joints
 
 WIDTH, HEIGHT = 60, 16
 

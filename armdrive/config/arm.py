@@ -35,14 +35,10 @@ from armdrive.text.toml import (
     require_format,
     require_table,
 )
-from kinematics import (
-    PRESETS,
-    ArmModel,
-    KinematicsError,
-    Pose,
-    preset,
-)
+from kinematics.errors import KinematicsError
 from kinematics.frames.graph import UserFrame
+from kinematics.presets import PRESETS, ArmModel, preset
+from kinematics.spaces import Pose
 from kinematics.tool import Tool
 
 M = TypeVar("M", bound=ArmModel)

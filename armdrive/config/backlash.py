@@ -8,7 +8,7 @@ from typing import Any
 
 from armdrive.errors import ArmFileError
 from armdrive.text.toml import number, refuse_unknown, require_table, within
-from kinematics import Transmission
+from kinematics.transmission import Transmission
 
 MOST_DEG = 10.0
 MOST_MM = 5.0

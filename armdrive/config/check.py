@@ -16,7 +16,8 @@ from typing import Any, TypeAlias
 from armdrive.config.arm import ArmConfig, DialectSection, DialectSections, parse
 from armdrive.errors import ArmError, ArmFileError
 from armdrive.text.toml import FORMAT_KEY
-from kinematics import KinematicsError, Pose
+from kinematics.errors import KinematicsError
+from kinematics.spaces import Pose
 
 MOST_PROBLEMS = 50
 MOST_READ = 3000

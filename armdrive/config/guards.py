@@ -13,8 +13,9 @@ from typing import Any
 
 from armdrive.errors import ArmFileError
 from armdrive.text.toml import joint_range, number, refuse_unknown, require_table, within
-from kinematics import ArmGeometry, Guards, KinematicsError
-from kinematics.guards.guards import AngleSum
+from kinematics.errors import KinematicsError
+from kinematics.geometry import ArmGeometry
+from kinematics.guards.guards import AngleSum, Guards
 from kinematics.guards.links import link_names
 from kinematics.guards.shapes import Box
 

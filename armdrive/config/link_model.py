@@ -25,7 +25,6 @@ from armdrive.text.toml import (
     require_table,
     within,
 )
-from kinematics import ArmModel, Guards, MotorSpec, Pose, Reference, Transmission
 from kinematics.chains.arm import ChainArm
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, JointKind
@@ -33,6 +32,10 @@ from kinematics.chains.tables import chain_of_rows
 from kinematics.errors import KinematicsError
 from kinematics.frames.orientations import RPY
 from kinematics.frames.transforms import Transform, transform
+from kinematics.guards.guards import Guards
+from kinematics.presets import ArmModel, Reference
+from kinematics.spaces import Pose
+from kinematics.transmission import MotorSpec, Transmission
 
 ENDING = ".toml"
 

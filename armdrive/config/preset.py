@@ -11,15 +11,10 @@ from armdrive.config.guards import guards_of
 from armdrive.config.sections import read_posture
 from armdrive.errors import ArmFileError
 from armdrive.text.toml import joint_range, number, refuse_unknown, require_table, within
-from kinematics import (
-    ArmPreset,
-    JointRange,
-    Reference,
-    Transmission,
-    cable_transmission,
-    preset,
-)
+from kinematics.limits import JointRange
+from kinematics.presets import ArmPreset, Reference, cable_transmission, preset
 from kinematics.spaces import JOINT_NAMES
+from kinematics.transmission import Transmission
 
 LENGTHS = ("base_height_mm", "upper_arm_mm", "forearm_mm", "hand_mm")
 """The keys of a preset's lengths."""

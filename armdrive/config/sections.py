@@ -10,8 +10,9 @@ from typing import Any
 
 from armdrive.errors import ArmFileError
 from armdrive.text.toml import number, read_section, refuse_unknown, require_table, within
-from kinematics import ArmModel, Joints, Pose
 from kinematics.frames.graph import UserFrame
+from kinematics.presets import ArmModel
+from kinematics.spaces import Joints, Pose
 
 RESERVED_FRAMES = ("base", "tool")
 """Names of frames that every arm has (frames.py)."""

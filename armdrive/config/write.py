@@ -30,7 +30,9 @@ from armdrive.text.toml import (
     require_table,
     value,
 )
-from kinematics import ArmPreset, MotorSpec, Pose, Transmission
+from kinematics.presets import ArmPreset
+from kinematics.spaces import Pose
+from kinematics.transmission import MotorSpec, Transmission
 
 _MOST_DIGITS = 17
 

@@ -25,7 +25,7 @@ from armdrive.tasks import (
     TaskBody,
     never,
 )
-from kinematics import Motors
+from kinematics.spaces import Motors
 
 FRESH_S = 0.05
 """A look at the registers this long ago still tells where a motion starts from."""

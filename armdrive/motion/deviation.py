@@ -16,7 +16,7 @@ from armdrive.abilities import Abort
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.stop_bounds import straying_mm
 from armdrive.tasks import MoveBy
-from kinematics import Joints, Motors
+from kinematics.spaces import Joints, Motors
 
 # Where joints may be during a burst whose motors are not coordinated, and in which order they go.
 #

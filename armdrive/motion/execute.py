@@ -20,7 +20,7 @@ from armdrive.runtime.position import ArmCoordinates, MotionSegment
 from armdrive.runtime.states import Event
 from armdrive.status import State
 from armdrive.tasks import SleepUntil, TaskBody, never
-from kinematics import Joints, Motors, Pose
+from kinematics.spaces import Joints, Motors, Pose
 
 # Planned motion: a plan cut into bursts that are never longer than announced, then verified.
 

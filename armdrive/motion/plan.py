@@ -19,20 +19,15 @@ from armdrive.errors import BadRequest, OutOfBounds
 from armdrive.motion.segments import SpeedLimits, fewer, legs_along
 from armdrive.registry import dialect
 from armdrive.runtime.position import ArmCoordinates, MotionSegment
-from kinematics import (
-    GuardViolation,
-    Joints,
-    LimitViolation,
-    Pose,
-    Unreachable,
-    first_violation,
-    line_path,
-    nearest_allowed,
-)
-from kinematics.errors import finite
-from kinematics.guards.guards import Violation
+from kinematics.errors import Unreachable, finite
+from kinematics.guards.escape import nearest_allowed
+from kinematics.guards.guards import GuardViolation, Violation
+from kinematics.guards.path import first_violation
+from kinematics.limits import LimitViolation
+from kinematics.paths.chords import line_path
 from kinematics.paths.parts import LineMove, Move, PoseMove
 from kinematics.paths.routes import PathSection, Route, route_sections
+from kinematics.spaces import Joints, Pose
 
 NEARLY = 0.999
 """A blend may be so much smaller than asked for without a word."""

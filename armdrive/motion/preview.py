@@ -21,11 +21,12 @@ from armdrive.registry import dialect
 from armdrive.runtime.position import MotionSegment
 from armdrive.runtime.stop_bounds import run_on, stretches
 from armdrive.status import joints_view, pose_view, violation_text
-from kinematics import ArmGeometry, ArmModel, Joints, Pose
 from kinematics.errors import KinematicsError
 from kinematics.five_axis.arm import Posture, postures
-from kinematics.geometry import Point
+from kinematics.geometry import ArmGeometry, Point
 from kinematics.guards.path import Clearance, least_clearances
+from kinematics.presets import ArmModel
+from kinematics.spaces import Joints, Pose
 
 # What can be foreseen of a plan: the postures on its way, joint margins, and how long it takes.
 #

@@ -34,7 +34,7 @@ from armdrive.tasks import (
     SwitchOn,
     TaskBody,
 )
-from kinematics import Motors
+from kinematics.spaces import Motors
 
 
 def connect(wire: MotionContext) -> TaskBody[None]:

@@ -12,9 +12,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from armdrive.runtime.position import ArmCoordinates, MotionSegment
-from kinematics import ArmGeometry, Joints, Transmission
+from kinematics.geometry import ArmGeometry
 from kinematics.paths.motion_limits import MotionLimits, Point
 from kinematics.paths.timing import timed
+from kinematics.spaces import Joints
+from kinematics.transmission import Transmission
 
 SKIPPED_SHARE = 0.75
 """How much of the tolerance a skipped corner may lie beside the way, so that it holds between."""

@@ -11,7 +11,9 @@ from armdrive.motion.context import MotionContext
 from armdrive.runtime.registers import be_remembered
 from armdrive.status import Evidence, State, Trust
 from armdrive.tasks import TaskBody
-from kinematics import ArmModel, Joints, Motors, Transmission
+from kinematics.presets import ArmModel
+from kinematics.spaces import Joints, Motors
+from kinematics.transmission import Transmission
 
 
 def read_at_mark(wire: MotionContext) -> TaskBody[Motors]:

@@ -29,7 +29,7 @@ from armdrive.programs.language.values import (
     slot_of,
 )
 from armdrive.programs.language.words import WORDS
-from kinematics import Pose
+from kinematics.spaces import Pose
 
 
 @dataclass(frozen=True, slots=True)

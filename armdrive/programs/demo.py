@@ -14,7 +14,7 @@ from armdrive.arm import Arm
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.table import TableBlock
 from armdrive.status import Trust
-from kinematics import Pose
+from kinematics.spaces import Pose
 
 SAFE_MM = 60.0
 """Height of the straight lifts above where a block is taken or put."""

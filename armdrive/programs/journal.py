@@ -35,8 +35,8 @@ from armdrive.programs.running import RunStep
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, remove_durably, replace_file
-from kinematics import Joints
 from kinematics.errors import KinematicsError
+from kinematics.spaces import Joints
 
 FORMAT = 1
 LONGEST = 8_000_000

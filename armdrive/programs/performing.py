@@ -35,7 +35,7 @@ from armdrive.programs.acts import (
 from armdrive.runtime.io_lines import input_bits, output_bits
 from armdrive.runtime.overrides import given_up
 from armdrive.storage.points import Point
-from kinematics import Joints, Pose
+from kinematics.spaces import Joints, Pose
 
 SLICE_S = 0.05
 """Waits are cut into slices of this length, on the arm's clock, so that a stop ends them."""

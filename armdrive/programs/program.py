@@ -19,8 +19,8 @@ from armdrive.programs.machine import Context, Machine, MachineState, ProgramWor
 from armdrive.programs.problems import program_error
 from armdrive.storage.point_file import points_of
 from armdrive.text.reading import read_text
-from kinematics import Joints, Pose
 from kinematics.errors import suggestion
+from kinematics.spaces import Joints, Pose
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,9 @@ from armdrive.render.inks import PATTERNS, Ink, Layer, Stroke
 from armdrive.render.raster import Painted, Raster, raster
 from armdrive.render.reach import Key, Outline, in_plane, key_of, outline
 from armdrive.render.surroundings import Trail, surroundings
-from kinematics import ArmModel
 from kinematics.five_axis.arm import FiveAxisArm
 from kinematics.geometry import Point
+from kinematics.presets import ArmModel
 from kinematics.spaces import Joints
 
 # --- Layers: what stands still is drawn only once ------------------------------------------------

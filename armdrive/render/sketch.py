@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from itertools import chain, pairwise
 from pathlib import Path
 
@@ -103,14 +102,14 @@ def save_sketches(sketches: Sequence[Sketch], title: str, path: Path) -> None:
     """
     check_output(path)
     try:
-        figure_module = import_module("matplotlib.figure")
+        from matplotlib.figure import Figure
     except ModuleNotFoundError:
         raise BadRequest(
             "drawing PNG and SVG files needs matplotlib: pip install 'armdrive[plot]' "
             "(without --output the picture is drawn in the terminal)"
         ) from None
     size = (_WIDTH_IN * len(sketches), _HEIGHT_IN)
-    figure = figure_module.Figure(figsize=size, layout="constrained")
+    figure = Figure(figsize=size, layout="constrained")
     figure.suptitle(title)
     for number, sketch in enumerate(sketches, 1):
         axes = figure.add_subplot(1, len(sketches), number)

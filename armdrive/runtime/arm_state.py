@@ -27,7 +27,7 @@ from armdrive.storage.record import PositionRecorder, Record
 from armdrive.tasks import Difference
 from armdrive.trace.calls import NO_TRACER, Tracer
 from armdrive.trace.entries import EntryCondition
-from kinematics import Joints, Motors
+from kinematics.spaces import Joints, Motors
 
 
 class Core(PositionLedger, Diagnostics):

@@ -16,7 +16,8 @@ from armdrive.runtime.backlash import Slack
 from armdrive.status import Current
 from armdrive.storage.record import Record
 from armdrive.tasks import Registers
-from kinematics import Joints, Motors, Transmission
+from kinematics.spaces import Joints, Motors
+from kinematics.transmission import Transmission
 
 
 @dataclass(frozen=True, slots=True)

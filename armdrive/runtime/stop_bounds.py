@@ -25,7 +25,9 @@ from dataclasses import dataclass
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.controller import Controller, StopPart, Stopping
 from armdrive.runtime.position import MotionSegment
-from kinematics import ArmGeometry, Joints, Transmission
+from kinematics.geometry import ArmGeometry
+from kinematics.spaces import Joints
+from kinematics.transmission import Transmission
 
 ROUNDING_STEPS = 1.0
 """A motor stands on whole steps, before and after: it turns by so much more than its share."""

@@ -19,8 +19,9 @@ from armdrive.config.write import Change
 from armdrive.dialog import WrongAnswer
 from armdrive.errors import BadRequest, Refused
 from armdrive.sim.world.body import found_posture
-from kinematics import Joints, Transmission
 from kinematics.geometry import ArmGeometry
+from kinematics.spaces import Joints
+from kinematics.transmission import Transmission
 
 ROLL_LEVER_MM = 40.0
 SEEN_SHARE = 0.15

@@ -16,8 +16,8 @@ from armdrive.dialects.dialect import Dialect
 from armdrive.dialog import WrongAnswer, plain_number
 from armdrive.registry import DIALECTS
 from armdrive.setup.templates import COUPLED, NOTHING, OUTPUT, OWN_MOTOR, SERVO, TEMPLATES, Template
-from kinematics import PRESETS, ArmPreset
 from kinematics.chains.chain import Chain
+from kinematics.presets import PRESETS, ArmPreset
 
 # From a motor to its joint: full steps, microsteps and a gear or belt, as a sum for people.
 

@@ -16,7 +16,7 @@ from armdrive.setup.arm_text import ArmFiles
 from armdrive.setup.directions import DirectionVerdict, changes, swapped
 from armdrive.storage.files import replace_file
 from armdrive.text.reading import read_text
-from kinematics import Transmission
+from kinematics.transmission import Transmission
 
 
 def checked(files: ArmFiles, name: str) -> ArmConfig:

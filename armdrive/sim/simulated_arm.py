@@ -20,7 +20,7 @@ from armdrive.sim.world.body import ArmBody, play_of
 from armdrive.sim.world.saved import MEND, Json, Saved, world_from_json
 from armdrive.sim.world.table import Stand, TableBlock
 from armdrive.transports.in_process import MemoryLink
-from kinematics import Joints, Motors
+from kinematics.spaces import Joints, Motors
 
 # --- The operator --------------------------------------------------------------------------------
 #

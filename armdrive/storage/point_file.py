@@ -24,8 +24,9 @@ from armdrive.storage.points import (
     parse_points,
 )
 from armdrive.text.toml import FORMAT, FORMAT_KEY, key, value
-from kinematics import ArmGeometry, Joints, Pose
 from kinematics.errors import suggestion
+from kinematics.geometry import ArmGeometry
+from kinematics.spaces import Joints, Pose
 
 # Writing a file of points, so that a person can read it, compare it and edit it.
 #

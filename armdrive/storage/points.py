@@ -24,8 +24,8 @@ from armdrive.text.toml import (
     require_format,
     require_table,
 )
-from kinematics import BadNumber, Joints
-from kinematics.errors import finite
+from kinematics.errors import BadNumber, finite
+from kinematics.spaces import Joints
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
 """What points and sequences may be called: one word, as in programs."""

@@ -24,7 +24,7 @@ from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.sim.world.table import Incident, Stand, Table, TableBlock
 from armdrive.storage.files import always
 from armdrive.storage.record import Record
-from kinematics import Joints, Pose
+from kinematics.spaces import Joints, Pose
 
 # Which simulated arm a program's connection leads to in a test's world.
 

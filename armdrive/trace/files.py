@@ -27,8 +27,8 @@ from armdrive.storage import files as places
 from armdrive.storage.files import DISK, replace_durably
 from armdrive.text.reading import parse_toml, read_bytes, read_text
 from armdrive.trace.entries import WIRE, EntryKind, TraceEntry
-from kinematics import PRESETS
 from kinematics.errors import KinematicsError
+from kinematics.presets import PRESETS
 
 # The first line of a recording: whose it is, and the whole arm file, so that none is needed.
 

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import threading
 from argparse import Namespace
+from types import SimpleNamespace
 
 import pytest
 from cli_calls import write_arm_file
@@ -93,13 +94,11 @@ def test_every_option_of_the_desk_is_handed_on(call):
 
 
 def test_what_is_missing_or_taken_is_said(call, monkeypatch):
-    def missing(name):
-        raise ModuleNotFoundError(name)
-
-    monkeypatch.setattr(web_desk, "import_module", missing)
+    monkeypatch.setitem(sys.modules, "textual_serve.server", None)
     assert "pip install 'armdrive[web]'" in call.refused("jog", "--web", code=2)
     with web_desk.socket.create_server((HOST, 0)) as taken:
-        monkeypatch.setattr(web_desk, "import_module", lambda _: None)
+        monkeypatch.setitem(sys.modules, "aiohttp", SimpleNamespace(web=None))
+        monkeypatch.setitem(sys.modules, "textual_serve.server", SimpleNamespace(Server=None))
         port = taken.getsockname()[1]
         assert "--web-port" in call.refused("jog", "--web", "--web-port", str(port), code=2)
     assert "--web-port" in call.refused("jog", "--web", "--web-port", "99999", code=2)

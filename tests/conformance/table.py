@@ -21,7 +21,7 @@ PAGE_INTRO = """# Conformance
 What an arm does, whichever controller it has. Each row of the table is a behaviour of
 [tests/conformance](../tests/conformance/behaviours.py): a function that drives an arm by
 armdrive's public calls, looks at the **physical** arm, which no register knows, and says in a
-sentence what was not as promised. Every dialect of [registry.py](../armdrive/registry.py) is put on
+sentence what was not as promised. Every dialect of [registry.py](../armdrive/registry/__init__.py) is put on
 the same benches; a new row there is under test by itself. What a dialect cannot do by its table of
 abilities is `n/a`, by a rule on those abilities.
 

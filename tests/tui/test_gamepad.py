@@ -2,6 +2,7 @@
 
 import os
 import queue
+import sys
 import threading
 from types import SimpleNamespace
 
@@ -473,10 +474,7 @@ def test_a_device_that_goes_while_it_is_opened_is_passed_over(devices):
 
 
 def test_who_has_no_evdev_is_told_what_to_install(monkeypatch):
-    def missing(name):
-        raise ModuleNotFoundError(name)
-
-    monkeypatch.setattr(pad_evdev, "import_module", missing)
+    monkeypatch.setitem(sys.modules, "evdev", None)
     monkeypatch.setattr(pad_evdev.sys, "platform", "linux")
     with pytest.raises(BadRequest, match=r"pip install 'armdrive\[gamepad\]'"):
         check_gamepads()

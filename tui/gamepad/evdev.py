@@ -6,7 +6,6 @@ import contextlib
 import select
 import sys
 from collections.abc import Iterator, Mapping
-from importlib import import_module
 from typing import Any
 
 from armdrive.errors import BadRequest
@@ -26,9 +25,10 @@ def check_gamepads() -> Any:
     if sys.platform != "linux":
         raise BadRequest("gamepads are read on Linux alone; jog with the keys or the mouse")
     try:
-        return import_module("evdev")
+        import evdev
     except ModuleNotFoundError:
         raise BadRequest("gamepads need evdev: pip install 'armdrive[gamepad]'") from None
+    return evdev
 
 
 class EvdevPad:

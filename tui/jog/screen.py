@@ -18,7 +18,7 @@ from armdrive.errors import ArmError
 from armdrive.motion.resolve import BASE, TOOL
 from armdrive.render.scene import Moment
 from armdrive.status import Status
-from kinematics import Pose
+from kinematics.spaces import Pose
 from tui.arm_view import SpaceView
 from tui.framework import FirstKeys, HoldAlarm, PlainText
 from tui.gamepad.hand import PAD

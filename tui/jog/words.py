@@ -11,7 +11,8 @@ from armdrive.abilities import OUTPUTS
 from armdrive.motion.resolve import BASE
 from armdrive.registry import DIALECTS
 from armdrive.status import LinkStats, Status, Trust
-from kinematics import ArmModel, Pose
+from kinematics.presets import ArmModel
+from kinematics.spaces import Pose
 from tui.keys.keyboard import Keyboard
 from tui.keys.table import JogPair, words
 from tui.settings import JogSettings

@@ -9,7 +9,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from kinematics import JOINT_NAMES
+from kinematics.spaces import JOINT_NAMES
 from tui.keys.rows import DESK_KEYS as DESK_KEYS
 from tui.keys.rows import (
     DIALOG_KEYS,

@@ -16,7 +16,8 @@ from armdrive import Handle, Moved, Preview
 from armdrive.errors import ArmError
 from armdrive.render.scene import Moment
 from armdrive.status import State, Status
-from kinematics import Joints, KinematicsError
+from kinematics.errors import KinematicsError
+from kinematics.spaces import Joints
 from tui.arm_port import DeskArm
 from tui.arm_view import SpaceView
 from tui.move import words as move_words

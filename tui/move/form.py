@@ -13,7 +13,7 @@ from types import MappingProxyType
 from armdrive.motion.resolve import BASE, TOOL
 from armdrive.status import Status
 from armdrive.storage.points import Point
-from kinematics import Joints, Pose
+from kinematics.spaces import Joints, Pose
 from tui.settings import SPEEDS
 
 STEPS = (0.1, 1.0, 5.0, 10.0, 50.0)

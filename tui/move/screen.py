@@ -13,7 +13,7 @@ from armdrive.errors import ArmError
 from armdrive.motion.preview import Preview
 from armdrive.motion.resolve import BASE, TOOL
 from armdrive.status import Status
-from kinematics import Pose
+from kinematics.spaces import Pose
 from tui.arm_view import SpaceView
 from tui.framework import PlainText
 from tui.keys.keyboard import bindings

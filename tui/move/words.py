@@ -9,8 +9,8 @@ from collections.abc import Iterator, Mapping
 from armdrive.motion.preview import PostureOption, Preview, clearance_words, margin_words
 from armdrive.motion.resolve import TOOL
 from armdrive.status import Status
-from kinematics import Pose
 from kinematics.guards.path import Clearance
+from kinematics.spaces import Pose
 from tui.keys.keyboard import Keyboard
 from tui.keys.table import words
 from tui.move.form import GoalForm

@@ -11,7 +11,7 @@ from textual import events
 from armdrive.errors import ArmError, BadRequest
 from armdrive.programs.teaching.sequence import Stepper
 from armdrive.storage.points import Point, Step, StepList
-from kinematics import KinematicsError
+from kinematics.errors import KinematicsError
 from tui.move.errand import ErrandScreen, Twice
 from tui.points.list import STEPS, PointList, PointNaming
 from tui.settings import SPEEDS

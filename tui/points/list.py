@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from armdrive.errors import BadRequest
 from armdrive.programs.teaching.sequence import Stepper
 from armdrive.storage.points import GRIPPER_WORDS, NAME, Point, Step, StepList, Taught, parse_step
-from kinematics import ArmGeometry
+from kinematics.geometry import ArmGeometry
 from tui.keys.keyboard import Keyboard
 from tui.keys.table import words
 

@@ -9,7 +9,7 @@ from armdrive.setup.arm_text import ArmFiles
 from armdrive.setup.filing import FileProposal, write
 from armdrive.setup.finding import Candidate, Found, candidates, looked_at, probe
 from armdrive.setup.interview import Describing, path_of
-from kinematics import KinematicsError
+from kinematics.errors import KinematicsError
 from tui.screens import ScreenHost
 from tui.setup.stage import WARNING, Go, SetupStage, first_of, listed
 

@@ -16,7 +16,7 @@ from armdrive.render.scene import Moment
 from armdrive.setup.directions import SawMotion
 from armdrive.setup.filing import file_of
 from armdrive.status import Status
-from kinematics import KinematicsError
+from kinematics.errors import KinematicsError
 from tui.arm_view import SpaceView
 from tui.framework import PlainText
 from tui.keys.keyboard import bindings

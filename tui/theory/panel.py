@@ -13,8 +13,8 @@ from textual.containers import Horizontal, Vertical
 
 from armdrive.render.figure import ChainFigure, DrawnChain
 from armdrive.render.scene import Moment
-from kinematics import ArmModel
 from kinematics.chains.links import JointKind
+from kinematics.presets import ArmModel
 from kinematics.textbook.jacobians import Lost
 from kinematics.textbook.pages import Column, laid, sections, summary, symbol_sections
 from kinematics.textbook.study import Study, Subject, searched

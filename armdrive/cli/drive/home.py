@@ -28,7 +28,7 @@ from armdrive.cli.terminal_person import TerminalOperator, agreed
 from armdrive.errors import BadRequest, OperatorNeeded
 from armdrive.moves import GRIPPER_AXIS
 from armdrive.status import State, status_view
-from kinematics import Joints
+from kinematics.spaces import Joints
 
 PARK = "park"
 WAY_CLEAR = "Is its way clear, and a hand at its switch? Type yes: "

@@ -29,7 +29,7 @@ from armdrive.errors import BadRequest
 from armdrive.motion.preview import Preview
 from armdrive.motion.resolve import BASE, TOOL
 from armdrive.status import status_view
-from kinematics import JOINT_NAMES, Pose
+from kinematics.spaces import JOINT_NAMES, Pose
 
 COORDINATES = (
     ("x", "mm"), ("y", "mm"), ("z", "mm"), ("pitch", "deg"), ("roll", "deg"), ("yaw", "deg"),

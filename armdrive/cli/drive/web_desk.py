@@ -14,7 +14,6 @@ import shlex
 import socket
 import sys
 from collections.abc import Iterator
-from importlib import import_module
 from typing import Any
 
 from armdrive.cli.chosen_arm import chosen_target
@@ -41,8 +40,8 @@ VALUES = ("keys", "model", "arm", "sim", "port", "dialect", "baud", "gamepad")
 def jog_web(options: argparse.Namespace) -> int:
     """Serve the desk until somebody ends it, and return the exit code."""
     try:
-        server_module = import_module("textual_serve.server")
-        web = import_module("aiohttp.web")
+        from aiohttp import web
+        from textual_serve.server import Server
     except ModuleNotFoundError:
         raise BadRequest(
             "a desk in a browser needs textual-serve: pip install 'armdrive[web]'"
@@ -51,7 +50,7 @@ def jog_web(options: argparse.Namespace) -> int:
         chosen_target(options)  # what is wrong with it is said before anybody opens a page
     listening = _listen(options.web_port)
     door = Door(listening.getsockname()[1])
-    server = server_module.Server(
+    server: Any = Server(  # Any, as its method `on_startup` is replaced below
         command(options),
         host=HOST,
         port=door.port,

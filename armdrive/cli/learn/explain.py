@@ -26,9 +26,9 @@ from armdrive.cli.options import add_json_option, number
 from armdrive.cli.presenter import emit, say, say_lines
 from armdrive.config.link_model import is_model_file, read_model
 from armdrive.errors import BadRequest, Refused
-from kinematics import PRESETS, preset
 from kinematics.chains.urdf import urdf_of_chain
 from kinematics.errors import OutOfReach, UnknownSystem
+from kinematics.presets import PRESETS, preset
 from kinematics.textbook.systems import SYSTEMS, MiniMover, System, system
 from kinematics.textbook.worked_example import (
     FRAME_COORDINATES,

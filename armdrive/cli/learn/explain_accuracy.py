@@ -11,7 +11,8 @@ from dataclasses import asdict
 from armdrive.cli.options import number
 from armdrive.cli.presenter import emit, say, say_lines
 from armdrive.errors import BadRequest, Refused
-from kinematics import ArmPreset, Joints, preset
+from kinematics.presets import ArmPreset, preset
+from kinematics.spaces import Joints
 from kinematics.textbook.accuracy import (
     TipError,
     explain_resolution,

@@ -18,7 +18,8 @@ from armdrive.cli.presenter import emit, say
 from armdrive.config.link_model import Model
 from armdrive.errors import BadRequest
 from armdrive.status import joints_view, pose_view, violation_text
-from kinematics import JOINT_NAMES, PRESETS, ArmPreset, Joints, preset
+from kinematics.presets import PRESETS, ArmPreset, preset
+from kinematics.spaces import JOINT_NAMES, Joints
 from kinematics.textbook import worked_example as worked_text
 from kinematics.textbook.worked_example import FRAME_COORDINATES, frame_coordinates
 

@@ -17,7 +17,9 @@ from armdrive.cli.options import add_json_option, number
 from armdrive.cli.presenter import emit, say
 from armdrive.errors import BadRequest
 from armdrive.status import joints_view, pose_view, violation_text
-from kinematics import PRESETS, ArmPreset, Branch, Pose, preset
+from kinematics.five_axis.arm import Branch
+from kinematics.presets import PRESETS, ArmPreset, preset
+from kinematics.spaces import Pose
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -10,10 +10,10 @@ from collections.abc import Sequence
 
 from armdrive.config.link_model import Model, is_model_file, read_model
 from armdrive.errors import BadRequest
-from kinematics import PRESETS
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import JointKind
 from kinematics.errors import suggestion
+from kinematics.presets import PRESETS
 from kinematics.textbook.systems import SYSTEMS
 
 MODEL_HELP = (

@@ -23,7 +23,7 @@ from armdrive.errors import BadRequest
 from armdrive.render.canvas import can_braille
 from armdrive.render.reach import reach_sketches, section_sketch
 from armdrive.render.sketch import Sketch, save_sketches, sketch_rows
-from kinematics import PRESETS, preset
+from kinematics.presets import PRESETS, preset
 
 MOST_COLUMNS, MOST_ROWS = 110, 36
 LEAST_ROWS = 8

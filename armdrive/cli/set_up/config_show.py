@@ -19,7 +19,9 @@ from armdrive.registry import dialect
 from armdrive.registry.arm_files import parse_arm
 from armdrive.runtime.stop_bounds import stop_bound
 from armdrive.status import pose_view
-from kinematics import ArmPreset, KinematicsError, MotorSpec, Transmission
+from kinematics.errors import KinematicsError
+from kinematics.presets import ArmPreset
+from kinematics.transmission import MotorSpec, Transmission
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -20,11 +20,10 @@ from armdrive.storage.points import Point, Step, StepList
 from firmware_protocol.errors import BadField, ProtocolError, RemoteProtocolError
 from firmware_protocol.teachmover import SPEED_MAX, ProgramRow
 from firmware_protocol.teachmover.program import MOVE_KIND
-from kinematics import Motors
+from kinematics.spaces import Joints, Motors
 
 if TYPE_CHECKING:
     from armdrive.config.arm import ArmConfig
-    from kinematics import Joints
 
 _SPAN = 1 << 16
 """Registers wrap after so many steps."""

@@ -10,11 +10,14 @@ from typing import Protocol
 from armdrive.config.arm import ArmConfig
 from armdrive.motion.plan import guard_error
 from armdrive.runtime.position import ArmCoordinates
-from kinematics import ArmGeometry, Joints, KinematicsError, Pose, Unreachable, first_violation
+from kinematics.errors import KinematicsError, Unreachable
 from kinematics.five_axis.arm import FiveAxisArm
 from kinematics.five_axis.tool_arm import ToolArm
 from kinematics.frames.vectors import Vector
+from kinematics.geometry import ArmGeometry
 from kinematics.guards.guards import Violation
+from kinematics.guards.path import first_violation
+from kinematics.spaces import Joints, Pose
 
 HALVINGS = 9
 """How closely a bound is looked for: to a five-hundredth of what is looked ahead, leg by leg."""

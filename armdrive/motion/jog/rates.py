@@ -17,7 +17,7 @@ from armdrive.motion.jog.bounds import JogPath
 from armdrive.motion.segments import SpeedLimits
 from armdrive.moves import CARTESIAN_AXES, GRIPPER_AXIS, YAW_AXIS, Space
 from armdrive.runtime.position import ArmCoordinates
-from kinematics import FiveAxisArm
+from kinematics.five_axis.arm import FiveAxisArm
 from kinematics.five_axis.jog_rates import Rates, joint_rates, ramped, share_of_limits
 
 Kind = tuple[Space, str]

@@ -22,7 +22,8 @@ from armdrive.runtime.arm_state import Core
 from armdrive.runtime.position import ArmCoordinates, MotionSegment
 from armdrive.status import State
 from armdrive.tasks import TaskBody
-from kinematics import Joints, KinematicsError, Pose
+from kinematics.errors import KinematicsError
+from kinematics.spaces import Joints, Pose
 
 # What a jog may move, how fast, on which terms: where an arm's state meets its jog's course.
 

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 from armdrive.programs.language.words import FIELDS, Slot
-from kinematics import Pose
+from kinematics.spaces import Pose
 
 ForwardKinematics: TypeAlias = Callable[[Mapping[str, float]], Pose]
 """Joint angles of all joints (deg, by name) to the pose that the arm has there."""

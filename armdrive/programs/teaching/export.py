@@ -22,7 +22,7 @@ from armdrive.programs.language.syntax import (
 )
 from armdrive.programs.language.words import RESERVED
 from armdrive.storage.points import Point, Step, StepList
-from kinematics import Joints, Pose
+from kinematics.spaces import Joints, Pose
 
 BLANK = Remark()
 MOVES = {"joint": "move", "line": "move_line"}

@@ -15,7 +15,7 @@ from armdrive.motion.plan import audit, limit_error
 from armdrive.registry.pendant import PendantProgram, pendant_of
 from armdrive.storage.points import Point, Step, StepList
 from firmware_protocol.errors import BadField
-from kinematics import Joints
+from kinematics.spaces import Joints
 
 
 def rows_of(

@@ -12,7 +12,7 @@ from typing import Any
 
 from armdrive.errors import NotReferenced
 from armdrive.storage.points import Point, Step, StepList
-from kinematics import Joints
+from kinematics.spaces import Joints
 
 REST_S = 0.8
 """An arm that stood for less was on its way."""

@@ -15,9 +15,9 @@ from armdrive.config.arm import ArmConfig
 from armdrive.errors import OutOfBounds, Refused, UnknownPoint
 from armdrive.motion.plan import guard_error, limit_error
 from armdrive.storage.points import Point, StepList
-from kinematics import Joints, Pose
 from kinematics.errors import KinematicsError, suggestion
 from kinematics.geometry import ArmGeometry
+from kinematics.spaces import Joints, Pose
 
 SAME_MM = 1e-6
 """Postures whose points all lie so near each other are the same."""

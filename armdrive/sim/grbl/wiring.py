@@ -33,7 +33,7 @@ from armdrive.sim.grbl.firmware import (
 from armdrive.sim.grbl.hardware import LimitInput, OutputWiring, Switches
 from armdrive.sim.world.arm import World
 from firmware_protocol.grbl import AXIS_LETTERS
-from kinematics import Transmission
+from kinematics.transmission import Transmission
 
 # --- What the board would trip over in an arm file -----------------------------------------------
 #
