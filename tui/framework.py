@@ -35,6 +35,9 @@ from textual.widgets import Static
 from armdrive.errors.printable import printable_lines
 from kinematics.errors import suggestion
 
+if sys.platform != "win32":
+    import termios
+
 # Drivers that outlive the terminal that they paint on.
 
 PLAIN: Mapping[str, str] = MappingProxyType(
@@ -152,8 +155,8 @@ def suspends(driver: type[Driver]) -> bool:
 
 def mode_of(terminal: int) -> Any:
     """Return how a terminal treats what is typed; None of what is none."""
-    import termios
-
+    if sys.platform == "win32":
+        return None
     try:
         return termios.tcgetattr(terminal)
     except termios.error:
@@ -162,9 +165,7 @@ def mode_of(terminal: int) -> Any:
 
 def set_mode(terminal: int, mode: Any) -> None:
     """Have a terminal treat what is typed like that."""
-    import termios
-
-    if mode is not None:
+    if sys.platform != "win32" and mode is not None:
         with contextlib.suppress(termios.error):
             termios.tcsetattr(terminal, termios.TCSANOW, mode)
 

@@ -28,13 +28,17 @@ class Driver:
 
     `settings` is the class of what an arm file says in the section of the dialect's name.
     `controller` makes the driver's end from what the dialect is able to do and an arm.
-    `recognition` is None where the dialect is spoken on a bus, which is surveyed instead.
+    `recognition` is None where the dialect is spoken on a bus, which is surveyed instead: `bus`
+    surveys its drives and sets them up. `pendant` reads and writes the program of an arm that keeps
+    one in a memory of its own.
     """
 
     settings: type[Any]
     controller: Callable[[Abilities, ArmConfig], Controller]
     talk: Describer
     recognition: Recognition | None = None
+    bus: BusTools | None = None
+    pendant: PendantTools[Any] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,8 +60,7 @@ class Dialect:
 
     `raise_dtr` is how its port is opened by default: a board with native USB is mute without it.
     `language` says that it is spoken on a CAN bus: its port is an adapter's, and `baud` the bus's
-    bit rate; `bus_tools` survey the drives of such a bus and set them up. `pendant_tools` read and
-    write the program of an arm that keeps one in a memory of its own.
+    bit rate.
     """
 
     name: str
@@ -70,18 +73,16 @@ class Dialect:
     abilities: Abilities
     driver: Callable[[], Driver]
     language: Language | None = None
-    bus_tools: Callable[[], BusTools] | None = None
-    pendant_tools: Callable[[], PendantTools[Any]] | None = None
 
     @property
     def bus(self) -> BusTools | None:
         """How the drives on a bus are surveyed and set up; None where there is no bus."""
-        return None if self.bus_tools is None else self.bus_tools()
+        return self.driver().bus if self.can else None
 
     @property
     def pendant(self) -> PendantTools[Any] | None:
         """How the arm's own program is read and written; None where it keeps none."""
-        return None if self.pendant_tools is None else self.pendant_tools()
+        return self.driver().pendant if self.abilities.pendant else None
 
     @property
     def can(self) -> bool:

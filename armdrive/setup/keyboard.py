@@ -30,6 +30,10 @@ from armdrive.motion.dead_man import (
     Release,
 )
 
+if sys.platform != "win32":
+    import termios
+    import tty
+
 ASK_FOCUS = b"\x1b[?1004$p"
 """Asks whether focus events are known (DECRQM); the answer ends in a number of `_KNOWN`."""
 ASK_RELEASES = b"\x1b[?u"
@@ -255,12 +259,9 @@ class RawTerminal(Protocol):
 @contextlib.contextmanager
 def raw_terminal() -> Iterator[RawTerminal]:
     """Take over the terminal of this process, and give it back however this ends."""
-    if os.name == "nt":
+    if sys.platform == "win32":
         yield _Console()
         return
-    import termios
-    import tty
-
     number = sys.stdin.fileno()
     before = termios.tcgetattr(number)
     try:

@@ -18,15 +18,13 @@ import struct
 import threading
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from multiprocessing.connection import Connection, Listener, Pipe, wait
 from queue import Empty, Queue
 from time import monotonic
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from armdrive.storage.files import is_ours
 from armdrive.storage.lock_client import AGAIN, PATIENCE_S
-
-if TYPE_CHECKING:
-    from multiprocessing.connection import Connection, Listener
 
 Json = dict[str, Any]
 
@@ -76,8 +74,6 @@ class ControlServer:
 
     def __init__(self, listener: Listener, answerer: Answerer) -> None:
         """Take a listener, which its owner closes after `close`."""
-        from multiprocessing.connection import Pipe
-
         self._listener = listener
         self._answerer = answerer
         self._ended = threading.Event()
@@ -122,8 +118,6 @@ class ControlServer:
     # -- reading --------------------------------------------------------------------------------
 
     def _read(self) -> None:
-        from multiprocessing.connection import wait
-
         while not self._ended.is_set():
             for ready in wait([self._woken, *self._callers], self._patience_s()):
                 if ready is self._woken:

@@ -20,6 +20,7 @@ import secrets
 import socket
 import stat
 import struct
+import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
@@ -32,6 +33,9 @@ from armdrive.text.reading import (
     read_plain,
     require_plain,
 )
+
+if sys.platform == "darwin":
+    import fcntl
 
 BESIDE = ".new"
 """The ending of a file that is being written, after a random part."""
@@ -82,11 +86,10 @@ class StateFiles:
 
     def sync(self, handle: int) -> None:
         """Bring a file to the disk, through the drive's own memory where the system can."""
-        with contextlib.suppress(ImportError, AttributeError, OSError):
-            import fcntl
-
-            fcntl.fcntl(handle, fcntl.F_FULLFSYNC)  # type: ignore[attr-defined,unused-ignore]
-            return
+        if sys.platform == "darwin":
+            with contextlib.suppress(OSError):
+                fcntl.fcntl(handle, fcntl.F_FULLFSYNC)
+                return
         os.fsync(handle)
 
     def close(self, handle: int) -> None:

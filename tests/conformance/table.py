@@ -21,9 +21,9 @@ PAGE_INTRO = """# Conformance
 What an arm does, whichever controller it has. Each row of the table is a behaviour of
 [tests/conformance](../tests/conformance/behaviours.py): a function that drives an arm by
 armdrive's public calls, looks at the **physical** arm, which no register knows, and says in a
-sentence what was not as promised. Every dialect of [registry.py](../armdrive/registry/__init__.py) is put on
-the same benches; a new row there is under test by itself. What a dialect cannot do by its table of
-abilities is `n/a`, by a rule on those abilities.
+sentence what was not as promised. Every dialect of the [registry](../armdrive/registry/__init__.py)
+is put on the same benches; a new row there is under test by itself. What a dialect cannot do by its
+table of abilities is `n/a`, by a rule on those abilities.
 
 Of every fault the same is asked, whenever it comes: nothing moves that was not commanded; the call
 ends in time, with what was asked for or with an error that says what is wrong; the position is not

@@ -8,7 +8,6 @@ from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
 from armdrive.dialects.dialect import Dialect, Driver, Language
 
 if TYPE_CHECKING:
-    from armdrive.dialects.bus.tools import BusTools
     from armdrive.dialects.bus.words import Ear
 
 
@@ -22,12 +21,6 @@ def _ear() -> Ear:
     from armdrive.dialects.cia402.words import CanopenEar
 
     return CanopenEar()
-
-
-def _bus_tools() -> BusTools:
-    from armdrive.dialects.cia402.survey import BUS
-
-    return BUS
 
 
 ENTRY = Dialect(
@@ -65,7 +58,6 @@ ENTRY = Dialect(
         beats=True,
     ),
     driver=_driver,
-    bus_tools=_bus_tools,
     language=Language(
         "canopen",
         "CANopen",

@@ -17,6 +17,7 @@ from armdrive.dialects.bus.segments import trapezoid_s
 from armdrive.dialects.controller import StopPart, Stopping
 from armdrive.dialects.dialect import Driver
 from armdrive.dialects.mks.bursts import MksBursts
+from armdrive.dialects.mks.commissioning import BUS
 from armdrive.dialects.mks.compare import MksComparing
 from armdrive.dialects.mks.drive import COUNTS_S_PER_RPM, WAY_S, slope_of
 from armdrive.dialects.mks.exchange import Script
@@ -196,4 +197,4 @@ _KNOWN = (
 )  # fmt: skip
 
 
-DRIVER = Driver(MksSettings, MksController, TALK)
+DRIVER = Driver(MksSettings, MksController, TALK, bus=BUS)

@@ -8,7 +8,6 @@ from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
 from armdrive.dialects.dialect import Dialect, Driver, Language
 
 if TYPE_CHECKING:
-    from armdrive.dialects.bus.tools import BusTools
     from armdrive.dialects.bus.words import Ear
 
 
@@ -22,12 +21,6 @@ def _ear() -> Ear:
     from armdrive.dialects.mks.words import MksEar
 
     return MksEar()
-
-
-def _bus_tools() -> BusTools:
-    from armdrive.dialects.mks.commissioning import BUS
-
-    return BUS
 
 
 ENTRY = Dialect(
@@ -64,7 +57,6 @@ ENTRY = Dialect(
         jerk_s=0.05,
     ),
     driver=_driver,
-    bus_tools=_bus_tools,
     language=Language(
         "mks",
         "MKS drives",

@@ -13,6 +13,7 @@ from armdrive.dialects.controller import StopPart, Stopping
 from armdrive.dialects.dialect import Driver
 from armdrive.dialects.exchange import BITS_A_BYTE, Scripted
 from armdrive.dialects.speed_table import SpeedMeter, SpeedTable
+from armdrive.dialects.teachmover.pendant import PENDANT
 from armdrive.dialects.teachmover.words import FIRST_LINE, RECOGNITION, TALK
 from armdrive.errors import Refused
 from armdrive.tasks import (
@@ -315,4 +316,5 @@ DRIVER = Driver(
     ),
     TALK,
     RECOGNITION,
+    pendant=PENDANT,
 )

@@ -2,25 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
 from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
 from armdrive.dialects.dialect import Dialect, Driver
-
-if TYPE_CHECKING:
-    from armdrive.dialects.pendant import PendantTools
 
 
 def _driver() -> Driver:
     from armdrive.dialects.teachmover.controller import DRIVER
 
     return DRIVER
-
-
-def _pendant_tools() -> PendantTools[Any]:
-    from armdrive.dialects.teachmover.pendant import PENDANT
-
-    return PENDANT
 
 
 ENTRY = Dialect(
@@ -57,5 +46,4 @@ ENTRY = Dialect(
         inputs=7,
     ),
     driver=_driver,
-    pendant_tools=_pendant_tools,
 )
