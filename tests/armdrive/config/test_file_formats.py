@@ -29,7 +29,7 @@ from armdrive.trace.files import texts_of
 from kinematics import JOINT_NAMES, preset
 
 ARM = preset("teachmover").arm
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(__file__).parents[3] / "examples"
 
 NEWER = f"format 2 is newer than this armdrive reads ({FORMAT}). Update armdrive."
 KNOWN = ["", "format = 1\n", '"format" = 1\n', "format = 0x1\n"]
