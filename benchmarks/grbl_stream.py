@@ -218,7 +218,7 @@ def driver(count: int = 1_000) -> Section:
     pieces += [MoveBy(Motors((-steps, 0, 0, 0, 0, 0)), step_hz) for _ in range(count // 4)]
     with board("mega5x") as sim, Arm.connect(sim.port, dialect="grbl") as arm:
         began_s = time.perf_counter()
-        reply = arm.perform(_along(arm, pieces), timeout_s=600.0)
+        reply = arm.runner.perform(_along(arm, pieces), within_s=600.0)
         lasted_s = time.perf_counter() - began_s
         if not isinstance(reply, Done):
             raise Failed(f"the driver's stream ended otherwise: {reply}")

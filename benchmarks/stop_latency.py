@@ -140,7 +140,7 @@ class Stream:
 
     def _run(self) -> None:
         with contextlib.suppress(ArmError):
-            self._arm.perform(self._flow(), timeout_s=PATIENCE_S)
+            self._arm.runner.perform(self._flow(), within_s=PATIENCE_S)
 
     def _flow(self):
         ahead_s = self._arm.config.motion.planned_burst_s

@@ -17,22 +17,15 @@ from armdrive.arm.gripper import Gripper
 PAGE = Path(__file__).parent / "reference.md"
 
 INNER = frozenset(
-    (
-        "above_mark", "finish", "go_over", "goal_of", "homes_by_switches", "homing_groups", "known",
-        "move_gripper", "on_close", "perform", "reference_request", "stand_still", "stops",
-        "submit",
-    )
-)  # fmt: skip
-"""Names that the parts of armdrive call of one another, and that a program has no use for."""
+    ("closed", "homes_by_switches", "homing_groups", "park_pose", "reference_request", "stops")
+)
+"""Calls that the desk and the command line need, and a program has no use for."""
 
 TOLD = (armdrive.Arm, armdrive.AsyncArm, armdrive.AsyncHandle)
 """Classes that are no values: the twins have the calls of what they are twins of."""
 
-ORDER = (
-    "Arm", "Referencing", "Moving", "Routing", "Jogging", "Waiting", "Conducting", "Knowing",
-    "Foreseeing", "Teaching", "Verifying", "Reconnecting", "Connected",
-)  # fmt: skip
-"""The families of calls in the order in which one needs them; any further ones follow."""
+HEADING = re.compile(r"    # -- (.+?) -+")
+"""A heading of a group of calls in the source of `Arm`."""
 
 HEAD = """# The Python calls
 
@@ -59,22 +52,16 @@ def page() -> str:
 
 
 def _arm() -> Iterator[str]:
-    families = {kind.__name__: kind for kind in armdrive.Arm.__mro__[:-1]}
-    names = [*ORDER, *(name for name in families if name not in ORDER)]
+    """Yield the calls of an arm in the order and under the headings of its source."""
     yield "## `Arm`\n"
-    seen: set[str] = set()
-    for name in names:
-        kind = families.get(name)
-        if kind is None:
-            continue
-        calls = [each for each in _public(kind) if each not in seen]
-        if name == "Arm":  # its decorator repeats the calls of its families
-            calls = [each for each in calls if not any(each in vars(k) for k in kind.__mro__[1:])]
-        seen.update(calls)
-        if calls:
-            yield f"### {_text(kind).splitlines()[0]}\n"
-            for call in calls:
-                yield from _call("arm", call, inspect.getattr_static(kind, call))
+    calls, seen = _public(armdrive.Arm), set[str]()
+    for line in inspect.getsource(armdrive.Arm).splitlines():
+        if heading := HEADING.fullmatch(line):
+            yield f"### {heading[1].capitalize()}\n"
+        name = line.removeprefix("    def ").partition("(")[0]
+        if name in calls and name not in seen:
+            seen.add(name)
+            yield from _call("arm", name, inspect.getattr_static(armdrive.Arm, name))
 
 
 def _gripper() -> Iterator[str]:

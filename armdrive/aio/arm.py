@@ -22,9 +22,9 @@ from typing import (
 from armdrive.abilities import Abilities
 from armdrive.aio.loop import goes_in_turn, stage
 from armdrive.arm import Arm, anybody
-from armdrive.arm.devices import Place
 from armdrive.arm.gripper import Gripper
 from armdrive.arm.handle import Handle
+from armdrive.arm.places import Place
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import SIM, simulation_forced
 from armdrive.motion.execute import Moved
@@ -411,6 +411,16 @@ class AsyncArm(AsyncMoves):
         return self.sync.homing_groups
 
     @property
+    def park_pose(self) -> Pose:
+        """Where `park` goes."""
+        return self.sync.park_pose
+
+    @property
+    def closed(self) -> bool:
+        """Whether the connection was given back."""
+        return self.sync.closed
+
+    @property
     def reconnects(self) -> bool:
         """Whether a lost wire is looked for without anybody asking."""
         return self.sync.reconnects
@@ -432,9 +442,7 @@ class AsyncArm(AsyncMoves):
     # -- what is awaited ----------------------------------------------------------------------
 
     move_motors = awaited(Arm.move_motors)
-    move_gripper = awaited(Arm.move_gripper)
     go = begun(Arm.go)
-    go_over = awaited(Arm.go_over)
     park = awaited(Arm.park)
     home = awaited(Arm.home)
     verify = awaited(Arm.verify)
@@ -444,7 +452,6 @@ class AsyncArm(AsyncMoves):
     enable = awaited(Arm.enable)
     disable = awaited(Arm.disable)
     stop = awaited(Arm.stop)
-    stand_still = awaited(Arm.stand_still)
     reset = awaited(Arm.reset)
     reconnect = awaited(Arm.reconnect)
     mend_settings = awaited(Arm.mend_settings)
@@ -467,10 +474,8 @@ class AsyncArm(AsyncMoves):
     pause = at_once(Arm.pause)
     resume = at_once(Arm.resume)
     pose_in = at_once(Arm.pose_in)
-    above_mark = at_once(Arm.above_mark)
     reference_request = at_once(Arm.reference_request)
     log = at_once(Arm.log)
-    on_close = at_once(Arm.on_close)
 
 
 class Connecting:

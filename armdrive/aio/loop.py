@@ -278,7 +278,7 @@ class LoopContext:
         """Stop an arm once more, and tell whether it was seen to stand."""
         if arm.closed:
             return True
-        strand = self._begun(arm.stand_still, in_turn=goes_in_turn(arm))
+        strand = self._begun(arm.runner.stand_still, in_turn=goes_in_turn(arm))
         await ended(strand, whatever_comes=True)
         return strand.error is None and strand.result()
 

@@ -1,45 +1,91 @@
-"""`Arm`: all that a program calls. The calls themselves are in this package, a file a family.
+"""`Arm`: all that a program calls. Each call hands its work to the collaborator that does it.
 
-All of them may be called from any thread; `stop`, `estop` and `status` while another call waits.
+All calls may be made from any thread; `stop`, `estop` and `status` while another call waits.
 """
 
 from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Literal, Self, overload
 
-from armdrive.arm.connected import Overrides, Reconnecting
-from armdrive.arm.devices import IoCalls, PendantCalls
+from armdrive.abilities import Abilities
+from armdrive.arm.connected import Connection, Recording, StatusView
 from armdrive.arm.gripper import Gripper
-from armdrive.arm.jogging import JogCalls
-from armdrive.arm.moving import PreviewCalls, RouteCalls
-from armdrive.arm.reference import VerifyCalls
+from armdrive.arm.handle import Handle
+from armdrive.arm.inputs_outputs import InputsOutputs
+from armdrive.arm.jogging import Jogging, jog_axes
+from armdrive.arm.moving import Moving
+from armdrive.arm.pendant import PendantMemory
+from armdrive.arm.places import Place, Places
+from armdrive.arm.reference import Accept, Referencing, Told, unheard
 from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import PATIENCE_S, Parts
 from armdrive.connect.target import ConnectOptions, connect
-from armdrive.motion import device as comparing
-from armdrive.motion import reference as referencing
+from armdrive.dialog import Operator, PostureRequest
+from armdrive.errors import BadRequest
+from armdrive.motion import device as device_tasks
+from armdrive.motion import reference as reference_tasks
+from armdrive.motion.execute import Moved
+from armdrive.motion.jog.session import Jogged
+from armdrive.motion.preview import Preview
+from armdrive.motion.resolve import BASE, JointGoal, frame_names, pose_in_frame
+from armdrive.motion.segments import SpeedLimits
+from armdrive.motion.verify import Verified
+from armdrive.moves import BASE_FRAME, Jog, Space
+from armdrive.registry.pendant import PendantProgram
+from armdrive.runtime.diagnostics import EMERGENCY_STOP
+from armdrive.runtime.io_lines import Lines
 from armdrive.runtime.states import Event, after
-from armdrive.status import State
-from armdrive.tasks import DeviceSettings
+from armdrive.status import State, Status
+from armdrive.storage.point_file import Points
+from armdrive.tasks import DeviceSettings, never
 from armdrive.trace.calls import witnessed
+from kinematics.errors import finite
+from kinematics.paths.parts import ArcMove, Move
+from kinematics.presets import ArmModel
+from kinematics.spaces import Joints, Pose
+
+if TYPE_CHECKING:
+    from armdrive.trace.log import LogReader
 
 
 @witnessed
-class Arm(
-    VerifyCalls, RouteCalls, PreviewCalls, JogCalls, Reconnecting, Overrides, PendantCalls, IoCalls
-):
+class Arm:
     """One arm, connected. Make one with `Arm.connect`; use it in a `with` statement."""
+
+    program: Callable[[], dict[str, Any]] | None = None
+    """Tells other programs what program the arm is at work on, as plain data; None of none."""
 
     def __init__(self, parts: Parts) -> None:
         """Take the parts of a connected arm; `Arm.connect` makes them."""
-        super().__init__(parts)
+        self.config = parts.config
+        self.core = parts.core
+        self.engine = parts.engine
+        self.pace = parts.pace
+        self.wire = parts.wire
+        self.runner = parts.runner
+        self.mender = parts.mender
+        self.witness = parts.witness
+        self.operator = parts.operator
+        self.simulated = parts.simulated
+        self.twin = parts.twin
+        self.logbook = parts.logbook
+        self.connection = Connection(parts)
+        self._parts = parts
+        self._view = StatusView(parts)
+        self.places = Places(parts, self._view)
+        self._moving = Moving(parts, self._view)
+        self._jogging = Jogging(parts, self._view)
+        self._referencing = Referencing(self, parts, self._view, self._moving)
+        self._lines = InputsOutputs(parts)
+        self._gripper = Gripper(self, parts, self._view, self._moving)
         if parts.lock is not None:
             serve(parts.lock, self)
-        for call in parts.closers:
-            self.on_close(call)
+
+    # -- connecting -----------------------------------------------------------------------------
 
     @classmethod
     def connect(cls, target: str | None = None, **options: Any) -> Arm:
@@ -70,14 +116,35 @@ class Arm(
     ) -> None:
         self.close()
 
+    def close(self) -> None:
+        """Stop, remember the position, and give the port back. Closing twice is no error."""
+        self.connection.close()
+
+    def reconnect(self) -> None:
+        """Look for the lost wire once, by its USB serial number where it had one. Moves nothing.
+
+        Ends in error-stop (`reset` leaves it), or disabled where the arm was disabled before.
+        What was under way or waiting when the wire was lost is not taken up again. Raises
+        `PortUnavailable` while the wire is not there, `LinkLost` or `DeviceFault` where the arm
+        does not answer over it, and `WrongState` while nothing is lost.
+        """
+        self.connection.reconnect()
+
     @property
-    def gripper(self) -> Gripper:
-        """The fingers."""
-        return Gripper(self)
+    def closed(self) -> bool:
+        """Whether the connection was given back."""
+        return self.connection.closed
+
+    @property
+    def reconnects(self) -> bool:
+        """Whether a lost wire is looked for without anybody asking, until it is back."""
+        return self.connection.reconnects
+
+    # -- switching on and off -------------------------------------------------------------------
 
     def enable(self) -> None:
         """Switch the motors on where that can be done, and allow motion. Moves nothing."""
-        self.perform(referencing.enable(self.wire))
+        self.runner.perform(reference_tasks.enable(self.wire))
 
     def disable(self) -> None:
         """Switch the motor current off: **the arm can sag**, so `park` first.
@@ -85,7 +152,464 @@ class Arm(
         The position is suspect from then on. On a TeachMover this is `@RESET`.
         """
         after(self.core.state, Event.DISABLE)
-        self.perform(referencing.disable(self.wire))
+        self.runner.perform(reference_tasks.disable(self.wire))
+
+    def reset(self) -> None:
+        """Leave error-stop: wait until the line is quiet and read the registers. Moves nothing.
+
+        In standby, or while the motors are off, it unlocks a device that was locked before.
+        """
+        after(self.core.state, Event.RESET)
+        self.stop()
+        self.runner.perform(reference_tasks.reset(self.wire))
+
+    # -- referencing ----------------------------------------------------------------------------
+
+    def home(self, *, operator: Operator | None = None, told: Told = unheard) -> Pose:
+        """Take the reference posture, which an operator has to confirm; return its pose.
+
+        An arm whose file has a `[homing]` section, on a device that homes by its own switches,
+        **moves**: the device seeks its switches. Any other needs somebody who looks: `operator`
+        is called with a `PostureRequest`, may jog the arm, and returns True when it stands there.
+        Without one, `OperatorNeeded`. A simulated arm has a simulated operator. `told` is called by
+        the engine's thread with the names of each group of motors that has found its switches; it
+        must not wait for anything.
+        """
+        return self._referencing.home(operator or self.operator, told)
+
+    def confirm_reference(self) -> None:
+        """Say that the arm stands in its reference posture now."""
+        self._referencing.confirm_reference()
+
+    def declare_posture(self, posture: Joints | Pose, *, opening_mm: float = 0.0) -> None:
+        """Say that the arm stands in this posture now, by joints or by pose."""
+        self._referencing.declare_posture(posture, opening_mm)
+
+    def confirm_restored(self) -> None:
+        """Say that the arm stands as its record shows it: planned motion is allowed again."""
+        self._referencing.confirm_restored()
+
+    def reference_request(self) -> PostureRequest:
+        """Return the posture that a reference is taken in."""
+        return self._referencing.request()
+
+    @property
+    def homes_by_switches(self) -> bool:
+        """Whether `home` moves the arm: its file says where its controller's own homing ends."""
+        return self._referencing.homes_by_switches
+
+    @property
+    def homing_groups(self) -> tuple[tuple[str, ...], ...]:
+        """The names of the motors that home by switches, in their order; empty: the device's."""
+        return self._referencing.homing_groups
+
+    def verify(
+        self, *, operator: Operator | None = None, accept: Accept = False, speed: float = 0.5
+    ) -> Verified:
+        """Measure how far the registers are from what the reference posture should read.
+
+        **Moves** above the reference mark, planned, and then as the operator jogs: he is called
+        with a `MarkRequest`, brings the finger tips onto the mark and returns True. With `accept`,
+        or where it returns True for what was found, the posture becomes the new reference; else a
+        position that is off is suspect from then on. Raises `NotReferenced` where there is no
+        position to verify, and `OperatorNeeded` where nobody looks or confirms.
+        """
+        by = operator or self.operator
+        return self._referencing.verify(by, accept, speed, self.logbook)
+
+    # -- moving ---------------------------------------------------------------------------------
+
+    @overload
+    def move_j(
+        self, *, speed: float = 1.0, wait: Literal[True] = True, **joints_deg: float
+    ) -> Moved: ...
+    @overload
+    def move_j(
+        self, *, speed: float = 1.0, wait: Literal[False], **joints_deg: float
+    ) -> Handle[Moved]: ...
+    def move_j(
+        self, *, speed: float = 1.0, wait: bool = True, **joints_deg: float
+    ) -> Moved | Handle[Moved]:
+        """Move the named joints, `shoulder_deg=40, elbow_deg=-60`; the others stay.
+
+        Straight in joint space. `speed` is a fraction of the limits. The whole way is audited
+        first: `OutOfBounds` names the joint or guard, and nothing has moved. With `wait=False` a
+        `Handle` is returned at once.
+        """
+        handle = self._moving.begin(JointGoal(joints_deg), speed)
+        return handle.wait() if wait else handle
+
+    @overload
+    def move_to(
+        self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: Literal[True] = True
+    ) -> Moved: ...
+    @overload
+    def move_to(
+        self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: Literal[False]
+    ) -> Handle[Moved]: ...
+    def move_to(
+        self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: bool = True
+    ) -> Moved | Handle[Moved]:
+        """Move the tip to a pose by a joint motion, to the posture nearest to the present one.
+
+        Or to a named point, `move_to("pick")`: to its joints; the fingers stay as they are.
+        The pose is one of `frame`: the base, a frame of the arm file, or the tool, in which it is
+        a change from where the tool is (frames.py).
+        Raises `kinematics.Unreachable` or `OutOfBounds` with the nearest pose that is allowed.
+        """
+        handle = self._moving.begin(self.places.goal(goal, frame), speed)
+        return handle.wait() if wait else handle
+
+    @overload
+    def move_l(
+        self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: Literal[True] = True
+    ) -> Moved: ...
+    @overload
+    def move_l(
+        self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: Literal[False]
+    ) -> Handle[Moved]: ...
+    def move_l(
+        self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: bool = True
+    ) -> Moved | Handle[Moved]:
+        """Move the tip to a pose, or to a named point's, along a straight line.
+
+        Straight in x, y, z, pitch and roll. Of a point, `note` says so where the line ends in
+        another posture than it was taught in.
+        `frame` is as of `move_to`: `move_l(Pose.of(x_mm=0, y_mm=0, z_mm=-30, pitch_deg=0),
+        frame="tool")` draws the hand 30 mm back.
+        The tip leaves the line by at most `motion.line_tolerance_mm` of the arm file and what one
+        motor step is worth. Raises `kinematics.PathBroken` where the line leaves the reach.
+        """
+        handle = self._moving.begin(self.places.goal(goal, frame, line=True), speed)
+        return handle.wait() if wait else handle
+
+    @overload
+    def move_c(
+        self,
+        via: Pose,
+        goal: Pose,
+        *,
+        speed: float = 1.0,
+        frame: str = BASE,
+        wait: Literal[True] = True,
+    ) -> Moved: ...
+    @overload
+    def move_c(
+        self, via: Pose, goal: Pose, *, speed: float = 1.0, frame: str = BASE, wait: Literal[False]
+    ) -> Handle[Moved]: ...
+    def move_c(
+        self, via: Pose, goal: Pose, *, speed: float = 1.0, frame: str = BASE, wait: bool = True
+    ) -> Moved | Handle[Moved]:
+        """Move the tip along the arc of a circle, through `via`, to a pose.
+
+        Of `via` only x, y and z count; the hand turns evenly to the goal's pitch and roll. Raises
+        `kinematics.NoArc` for points on one line, and `PathBroken` where the arc leaves the reach.
+        """
+        handle = self._moving.begin_path([ArcMove(via, goal)], speed, frame)
+        return handle.wait() if wait else handle
+
+    @overload
+    def move_path(
+        self,
+        moves: Sequence[Move],
+        *,
+        speed: float = 1.0,
+        frame: str = BASE,
+        wait: Literal[True] = True,
+    ) -> Moved: ...
+    @overload
+    def move_path(
+        self, moves: Sequence[Move], *, speed: float = 1.0, frame: str = BASE, wait: Literal[False]
+    ) -> Handle[Moved]: ...
+    def move_path(
+        self, moves: Sequence[Move], *, speed: float = 1.0, frame: str = BASE, wait: bool = True
+    ) -> Moved | Handle[Moved]:
+        """Move through several moves as one: `LineMove`, `ArcMove`, `PoseMove`, `JointMove`.
+
+        A move with `blend_mm` is left for the next one so far before its end, without stopping;
+        without, the arm stops there. The whole way is audited first, in one posture of the arm.
+        `note` of the result tells of blends that had to be smaller.
+        """
+        handle = self._moving.begin_path(moves, speed, frame)
+        return handle.wait() if wait else handle
+
+    def go(self, place: Place, *, how: str = "joint", speed: float = 1.0) -> Handle[Moved]:
+        """Begin to move to a pose or a point, by a "joint" motion or along a "line"; never waits.
+
+        As a step of a sequence says it: `move_to` and `move_l` with `wait=False`.
+        """
+        return self._moving.begin(self.places.goal(place, line=how == "line"), speed)
+
+    def park(self, *, speed: float = 1.0) -> Moved:
+        """Go to the park posture of the arm file; by default, 30 mm above the reference mark."""
+        return self._moving.go_over(self.park_pose, speed)
+
+    @property
+    def park_pose(self) -> Pose:
+        """Where `park` goes. Raises `Refused` for an arm without a park posture or a mark."""
+        return self._moving.park_pose
+
+    def move_motors(self, *steps: int, speed: float = 0.25, stops: int | None = None) -> Moved:
+        """Move each motor by whole steps from where it is, all together: for the bench.
+
+        Knows neither limits nor guards and needs no reference. With `stops`, the count of stops
+        when it was asked for, one that came since then keeps it from beginning: raises `Stopped`.
+        """
+        return self._moving.move_motors(steps, speed, stops)
+
+    def preview(
+        self,
+        goal: Place | None = None,
+        *,
+        line: bool = False,
+        frame: str = BASE,
+        speed: float = 1.0,
+        **joints_deg: float,
+    ) -> Preview:
+        """Return what a motion would be, or why it is refused. Sends nothing, moves nothing.
+
+        `preview(pose)` (or a named point) foresees `move_to`, `preview(pose, line=True)` foresees
+        `move_l`, and `preview(shoulder_deg=40)` foresees `move_j`. A refusal is part of the answer:
+        its typed error, and where the arm could go instead. Raises `BadRequest` for what is no
+        goal.
+        """
+        if goal is None:
+            if line or frame != BASE:
+                raise BadRequest("a line and a frame are of a pose: give one")
+            return self._moving.preview(JointGoal(joints_deg), speed)
+        if joints_deg:
+            raise BadRequest("give a pose or joint angles, not both")
+        return self._moving.preview(self.places.goal(goal, frame, line=line), speed)
+
+    @property
+    def gripper(self) -> Gripper:
+        """The fingers."""
+        return self._gripper
+
+    @property
+    def points(self) -> Points:
+        """The named points of this arm, a mapping over its file: `arm.points["pick"]`."""
+        return self.places.points
+
+    # -- jogging --------------------------------------------------------------------------------
+
+    def jog_j(
+        self, *, speed: float = 0.25, duration_s: float | None = None, **axes: float
+    ) -> Jogged:
+        """Jog joints: by increments, `shoulder_deg=2, gripper_mm=5`, or for a time.
+
+        With `duration_s` the axes are directions from -1 to 1, `shoulder=1`, that share the
+        speed. Limits are met by stopping at them; `note` of the result says so. Allowed without
+        a reference, then slow and without limits.
+        """
+        axes_in = jog_axes(axes, duration_s is None)
+        return self._jogging.jog(Jog(Space.JOINT, axes_in), speed, duration_s)
+
+    def jog_l(
+        self,
+        *,
+        speed: float = 0.25,
+        duration_s: float | None = None,
+        frame: str = BASE_FRAME,
+        **axes: float,
+    ) -> Jogged:
+        """Jog the tip: by increments, `x_mm=5, pitch_deg=-2`, or for a time, `x=1`.
+
+        x, y and z are those of the `frame`: "base", "tool", which goes with the hand, or a frame
+        of the arm file. `jog_l(frame="tool", z=1, duration_s=1)` goes where the hand points.
+        """
+        axes_in = jog_axes(axes, duration_s is None)
+        return self._jogging.jog(Jog(Space.CARTESIAN, axes_in, frame), speed, duration_s)
+
+    def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
+        """Jog for `for_s` seconds and no longer unless called again; never waits.
+
+        A refusal is the `notice` of the status.
+        """
+        self._jogging.hold(jog, speed, for_s)
+
+    def nudge(self, jog: Jog, *, speed: float) -> None:
+        """Jog by one increment; at most one more waits behind the one under way. Never waits.
+
+        One that has not begun within a second is dropped.
+        """
+        self._jogging.nudge(jog, speed)
+
+    def release(self) -> None:
+        """End a held jog: what is queued is given up; a burst under way is the last."""
+        self._jogging.release()
+
+    # -- stopping, waiting and slowing down -----------------------------------------------------
+
+    def stop(self) -> None:
+        """Stop, and wait until the arm stands. Legal in every state, from any thread.
+
+        What a device cannot abort runs to its end; `status.stop_time_s` bounds it.
+        """
+        self.runner.stop()
+
+    def estop(self) -> None:
+        """Stop and latch error-stop; does not wait. Only `reset` leaves it, and moves nothing.
+
+        A device that can stop dead does so, whatever that does to its position.
+        """
+        self.request_stop(hard=True)  # before the lock: the engine may be holding it
+        with self.pace.lock:
+            self.core.fault("emergency stop: look at the arm, then call `reset()`", EMERGENCY_STOP)
+            self.request_stop(hard=True)
+
+    def request_stop(self, *, hard: bool = False) -> None:
+        """Ask for a stop and return at once: the one call that a signal handler may make."""
+        self.runner.request_stop(hard=hard)
+
+    @property
+    def stops(self) -> int:
+        """How often a stop was asked for: what was decided on before the latest is not begun."""
+        return self.runner.stops
+
+    def sleep(self, time_s: float) -> None:
+        """Let time pass on the arm's own clock.
+
+        Raises `Stopped` where this program or its computer was suspended meanwhile: who waited
+        for something to pass is not to move an arm when nobody expects it any more.
+        """
+        absences = self.runner.absences()
+        self.pace.wait(never, max(finite("time_s", time_s), 0.0))
+        self.runner.require_present(absences)
+
+    def pause(self) -> None:
+        """Have the arm stand behind its next burst or segment, until `resume` or a stop.
+
+        The motion under way goes on with the same plan when it is resumed, unless the arm was
+        moved meanwhile; motions that are asked for later wait as well. After 8 h they are given up
+        with `WrongState`, and the arm stays paused; on simulated time, a call gives up after 600 s
+        where only its own program could resume. Jogs are given up at once, and refused. The
+        controller's own homing and a servo's way are not paused, only stopped.
+        """
+        self.core.tempo.pause()
+        self.pace.wake()
+
+    def resume(self) -> None:
+        """Let a paused arm go on. Nothing goes on that an error, a stop or a lost wire ended."""
+        self.core.tempo.end_pause()
+        self.pace.wake()
+
+    @property
+    def paused(self) -> bool:
+        """Whether somebody wants the arm to wait: `status.paused`, cheap to ask for."""
+        return self.core.tempo.paused
+
+    @property
+    def speed_override(self) -> float:
+        """The share of the speed asked for that the arm goes with, from 0.01 to 1.
+
+        A change holds for what is sent next: bursts, segments and jogs. Raises `BadRequest`.
+        """
+        return self.core.tempo.override
+
+    @speed_override.setter
+    def speed_override(self, share: float) -> None:
+        self.core.tempo.set_override(share)
+
+    # -- what is known --------------------------------------------------------------------------
+
+    @property
+    def status(self) -> Status:
+        """A frozen picture of this moment."""
+        return self._view.status
+
+    @property
+    def joints(self) -> Joints:
+        """The acknowledged joint angles. Raises `NotReferenced` while the position is unknown."""
+        return self._view.joints
+
+    @property
+    def pose(self) -> Pose:
+        """The acknowledged pose. Raises `NotReferenced` while the position is unknown."""
+        return self._view.pose
+
+    def pose_in(self, frame: str) -> Pose:
+        """The acknowledged pose as the base or a frame of the arm file sees it."""
+        return pose_in_frame(self.config, self.pose, frame)
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        """The frames that goals and jogs can be meant in: base, tool, and the arm file's."""
+        return frame_names(self.config)
+
+    @property
+    def model(self) -> ArmModel:
+        """The arm's model: geometry, limits, transmission, reference posture."""
+        return self.config.model
+
+    @property
+    def speeds(self) -> SpeedLimits:
+        """The limits that time is computed from; a device may tell its own once it is connected."""
+        return self._view.speeds
+
+    @property
+    def abilities(self) -> Abilities:
+        """What the arm's controller can do."""
+        return self.core.controller.abilities
+
+    # -- inputs, outputs and the controller's memory --------------------------------------------
+
+    def read_inputs(self) -> int:
+        """Read the input bits now."""
+        return self._lines.read_inputs()
+
+    def wait_inputs(
+        self, *, high: Lines = (), low: Lines = (), within_s: float | None = None
+    ) -> int:
+        """Wait until inputs, counted from 1, are high and low; return the input bits.
+
+        `wait_inputs(high=3, low=(1, 2), within_s=10)`, on the arm's own clock. Other calls may go
+        on meanwhile: a standing arm is looked at 20 times a second, one in motion as often as its
+        controller tells. Raises `InputTimeout` at the deadline, `Stopped` where the arm is stopped
+        or this program was suspended, what broke where its wire is lost, `WrongState` for an arm
+        that nobody looks at, and `Refused` for one that has no inputs.
+        """
+        return self._lines.wait_inputs(high=high, low=low, within_s=within_s)
+
+    def set_output(self, number: int, on: bool = True) -> None:
+        """Switch one output, counted from 1; the others stay. Moves nothing.
+
+        Outputs that this connection has not written yet are taken to be off, as they are when the
+        controller is switched on: no such controller tells how they are.
+        """
+        self._lines.set_output(number, on)
+
+    def set_outputs(self, bits: int) -> None:
+        """Write the output bits. Moves nothing."""
+        self._lines.set_outputs(bits)
+
+    def read_pendant_program(self) -> PendantProgram:
+        """Read the program in the arm's own memory; takes some seconds, and moves nothing.
+
+        It is read until two readings agree. Where the position is trusted, the program says as
+        well what its rows mean (`origin`). Raises `Refused` for an arm that keeps no program, and
+        `DeviceFault`.
+        """
+        return PendantMemory(self._parts).read()
+
+    def write_pendant_program(
+        self,
+        program: PendantProgram,
+        *,
+        leave_others: bool = False,
+        told: device_tasks.Told = device_tasks.unheard,
+    ) -> int:
+        """Write a program into the arm's memory, and read it back; moves nothing.
+
+        Returns how many rows were not there already; `told` is called by the engine's thread with
+        the number of each as it is in the arm, and must not wait for anything. Raises `Refused`
+        where the program's rows were read under another reference, so that they mean other places
+        now (`moved_to` shifts them), or where rows of other numbers would stay, unless
+        `leave_others`. An end before the end raises `ProgramHalfWritten`, which names the rows
+        that are in the arm.
+        """
+        memory = PendantMemory(self._parts)
+        return memory.write(program, leave_others=leave_others, told=told)
 
     def mend_settings(self, lines: Sequence[str] | None = None) -> DeviceSettings:
         """Write the lines that bring the device's settings to what the arm file says.
@@ -93,7 +617,25 @@ class Arm(
         Without `lines`, all that `status.notice` and `armdrive doctor` show. Moves nothing.
         """
         chosen = [each.mend for each in self.core.differences] if lines is None else lines
-        return self.perform(comparing.mend_settings(self.wire, tuple(chosen)), PATIENCE_S)
+        return self.runner.perform(device_tasks.mend_settings(self.wire, tuple(chosen)), PATIENCE_S)
+
+    # -- the flight recorder --------------------------------------------------------------------
+
+    def save_recording(self, path: Path | str | None = None) -> Path:
+        """Write what the flight recorder holds, and return the file.
+
+        Without a path it goes into the folder of recordings. Raises `StateFileError` where it
+        cannot be written, and `WrongState` where nothing is recorded.
+        """
+        return Recording(self._parts, self.witness).save(path)
+
+    def log(self, *, back: int | None = None) -> LogReader:
+        """Return a reader of what passes on the wire and in the driver, in words.
+
+        It begins with the latest `back` entries (2000 where none is named), and each `read()` goes
+        on from where the last one ended. Raises `WrongState` where nothing is recorded.
+        """
+        return Recording(self._parts, self.witness).reader(back)
 
 
 # Who connects in the place of a program's own connections: a rehearsal, a run, a test.

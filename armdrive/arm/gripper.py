@@ -2,25 +2,38 @@
 
 from __future__ import annotations
 
-from armdrive.arm.moving import MoveCalls
+from typing import Protocol
+
+from armdrive.arm.connected import StatusView
+from armdrive.arm.moving import Moving
+from armdrive.connect.parts import Parts
 from armdrive.errors import Refused
 from armdrive.motion.execute import Moved
 from armdrive.motion.gripper import Grasped, grasp, require_gripper
 from armdrive.motion.plan import speed_fraction
 from armdrive.runtime.states import Event, after
-from armdrive.trace.calls import witnessed
+from armdrive.trace.calls import Tracer, witnessed
 from kinematics.errors import finite
 
 GRASP_PATIENCE_S = 120.0
 """A grasp that takes longer is given up."""
 
 
+class TracedArm(Protocol):
+    """The arm that the fingers belong to: its calls are traced, and theirs with them."""
+
+    witness: Tracer
+
+
 @witnessed
 class Gripper:
     """The fingers of an arm."""
 
-    def __init__(self, arm: MoveCalls) -> None:
+    def __init__(self, arm: TracedArm, parts: Parts, view: StatusView, moving: Moving) -> None:
         self._arm = arm
+        self._parts = parts
+        self._view = view
+        self._moving = moving
 
     @property
     def opening_mm(self) -> float:
@@ -29,21 +42,21 @@ class Gripper:
         Raises `NotReferenced` while the position is unknown, and `Refused` for a servo that has
         not been commanded yet.
         """
-        core = self._arm.core
+        core = self._parts.core
         require_gripper(core)
         if not core.transmission.has_gripper and core.gripper_share is None:
             raise Refused("nobody knows how the gripper stands: open or close it first")
-        return self._arm.known(self._arm.status.gripper_mm)
+        return self._view.known(self._view.status.gripper_mm)
 
     @property
     def force_n(self) -> float:
         """The force of the grasp, from the steps behind the touch; 0 when let go."""
-        return self._arm.core.grip_force_n
+        return self._parts.core.grip_force_n
 
     def open(self, opening_mm: float | None = None, *, speed: float = 1.0) -> Moved:
         """Open to a width in mm, or all the way."""
-        require_gripper(self._arm.core)
-        widest = self._arm.model.gripper_range_mm[1]
+        require_gripper(self._parts.core)
+        widest = self._parts.config.model.gripper_range_mm[1]
         return self.move(widest if opening_mm is None else opening_mm, speed=speed)
 
     def close(self, opening_mm: float = 0.0, *, speed: float = 1.0) -> Moved:
@@ -52,7 +65,7 @@ class Gripper:
 
     def move(self, opening_mm: float, *, speed: float = 1.0) -> Moved:
         """Bring the fingers to an opening in mm."""
-        return self._arm.move_gripper(finite("opening_mm", opening_mm), speed_fraction(speed))
+        return self._moving.move_fingers(finite("opening_mm", opening_mm), speed_fraction(speed))
 
     def grasp(self, *, force_n: float = 8.9) -> float:
         """Close on whatever is between the fingers; return its width in mm, 0.0 for nothing.
@@ -63,16 +76,16 @@ class Gripper:
 
     def feel(self, *, force_n: float = 8.9) -> Grasped:
         """Like `grasp`, and also tell the force."""
-        arm = self._arm
-        require_gripper(arm.core)
-        if not arm.abilities.grip_switch:
+        parts = self._parts
+        require_gripper(parts.core)
+        if not parts.core.controller.abilities.grip_switch:
             raise Refused(
                 "this arm has no grip switch: close the fingers to a width instead, with "
                 "gripper.close(WIDTH), in a program file with open_now WIDTH"
             )
         force = finite("force_n", force_n)
-        with arm.pace.lock:
-            arm.core.require_reference()
-            after(arm.core.state, Event.MOVE)
-            task = arm.submit(grasp(arm.wire, arm.speeds, force), alone=True)
-        return arm.finish(task, GRASP_PATIENCE_S)
+        with parts.pace.lock:
+            parts.core.require_reference()
+            after(parts.core.state, Event.MOVE)
+            task = parts.runner.submit(grasp(parts.wire, self._view.speeds, force), alone=True)
+        return parts.runner.finish(task, GRASP_PATIENCE_S)

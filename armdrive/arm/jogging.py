@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from armdrive.arm.connected import Connected
-from armdrive.connect.parts import PATIENCE_S
+from armdrive.arm.connected import StatusView
+from armdrive.connect.parts import PATIENCE_S, Parts
 from armdrive.errors import BadRequest, Refused, WrongState
 from armdrive.motion.jog.session import Jogged, check_jog, jog_session
 from armdrive.motion.plan import speed_fraction
-from armdrive.moves import BASE_FRAME, GRIPPER_AXIS, ContinuousJog, IncrementalJog, Jog, Space
+from armdrive.moves import GRIPPER_AXIS, ContinuousJog, IncrementalJog, Jog
 from armdrive.runtime.states import Event, after
 from armdrive.status import State
 from armdrive.tasks import Task
@@ -20,114 +20,92 @@ LONGEST_WAIT_S = 1.0
 """An increment that could not begin within this time is one that nobody expects any more."""
 
 
-class JogCalls(Connected):
-    """The calls that jog."""
+class Jogging:
+    """The jogs of one arm: one session at a time takes up what is asked of it."""
 
-    _session: Task[Jogged] | None = None
+    def __init__(self, parts: Parts, view: StatusView) -> None:
+        self._parts = parts
+        self._view = view
+        self._session: Task[Jogged] | None = None
 
-    def jog_j(
-        self, *, speed: float = 0.25, duration_s: float | None = None, **axes: float
-    ) -> Jogged:
-        """Jog joints: by increments, `shoulder_deg=2, gripper_mm=5`, or for a time.
-
-        With `duration_s` the axes are directions from -1 to 1, `shoulder=1`, that share the
-        speed. Limits are met by stopping at them; `note` of the result says so. Allowed without
-        a reference, then slow and without limits.
-        """
-        in_steps = duration_s is None
-        return self._jog(Jog(Space.JOINT, _axes(axes, in_steps)), speed, duration_s)
-
-    def jog_l(
-        self,
-        *,
-        speed: float = 0.25,
-        duration_s: float | None = None,
-        frame: str = BASE_FRAME,
-        **axes: float,
-    ) -> Jogged:
-        """Jog the tip: by increments, `x_mm=5, pitch_deg=-2`, or for a time, `x=1`.
-
-        x, y and z are those of the `frame`: "base", "tool", which goes with the hand, or a frame
-        of the arm file. `jog_l(frame="tool", z=1, duration_s=1)` goes where the hand points.
-        """
-        in_steps = duration_s is None
-        return self._jog(Jog(Space.CARTESIAN, _axes(axes, in_steps), frame), speed, duration_s)
-
-    def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
-        """Jog for `for_s` seconds and no longer unless called again; never waits.
-
-        A refusal is the `notice` of the status.
-        """
-        with self.pace.lock:
-            until_s = self.pace.now_s() + min(for_s, LONGEST_HOLD_S)
-            hold = ContinuousJog(jog, speed_fraction(speed), until_s)
-            if self._may_jog(jog):
-                self.core.hold = hold
-                self.core.holds += 1
-        self.pace.wake()
-
-    def nudge(self, jog: Jog, *, speed: float) -> None:
-        """Jog by one increment; at most one more waits behind the one under way. Never waits.
-
-        One that has not begun within a second is dropped.
-        """
-        with self.pace.lock:
-            nudge = IncrementalJog(jog, speed_fraction(speed), self.pace.now_s() + LONGEST_WAIT_S)
-            if not self.core.nudges and self._may_jog(jog):
-                self.core.nudges.append(nudge)
-        self.pace.wake()
-
-    def release(self) -> None:
-        """End a held jog: what is queued is given up; a burst under way is the last."""
-        self.core.hold = None
-        self.pace.wake()
-
-    def _jog(self, jog: Jog, speed: float, duration_s: float | None) -> Jogged:
+    def jog(self, jog: Jog, speed: float, duration_s: float | None) -> Jogged:
+        """Jog by an increment, or for a time, and wait for the end."""
+        core, pace = self._parts.core, self._parts.pace
         fraction = speed_fraction(speed)
-        with self.pace.lock:
-            check_jog(self.core, jog)
-            if self.core.state is not State.HOMING:
-                after(self.core.state, Event.MOVE)
+        with pace.lock:
+            check_jog(core, jog)
+            if core.state is not State.HOMING:
+                after(core.state, Event.MOVE)
             if duration_s is None:
-                if self.core.nudges:
+                if core.nudges:
                     raise WrongState("an increment is waiting already: wait for its end")
                 task = self._join_session()
-                self.core.nudges.append(IncrementalJog(jog, fraction))
+                core.nudges.append(IncrementalJog(jog, fraction))
             else:
                 if not finite("duration_s", duration_s) > 0.0:
                     raise BadRequest(f"duration_s must be above 0, not {duration_s!r}")
-                hold = ContinuousJog(jog, fraction, self.pace.now_s() + duration_s)
+                hold = ContinuousJog(jog, fraction, pace.now_s() + duration_s)
                 task = self._join_session()
-                self.core.hold = hold
-                self.core.holds += 1
-        return self.finish(task, (duration_s or 0.0) + PATIENCE_S * 10)
+                core.hold = hold
+                core.holds += 1
+        return self._parts.runner.finish(task, (duration_s or 0.0) + PATIENCE_S * 10)
+
+    def hold(self, jog: Jog, speed: float, for_s: float) -> None:
+        """Jog for a time and no longer unless called again; never waits."""
+        core, pace = self._parts.core, self._parts.pace
+        with pace.lock:
+            until_s = pace.now_s() + min(for_s, LONGEST_HOLD_S)
+            hold = ContinuousJog(jog, speed_fraction(speed), until_s)
+            if self._may_jog(jog):
+                core.hold = hold
+                core.holds += 1
+        pace.wake()
+
+    def nudge(self, jog: Jog, speed: float) -> None:
+        """Jog by one increment, unless one is waiting already; never waits."""
+        core, pace = self._parts.core, self._parts.pace
+        with pace.lock:
+            nudge = IncrementalJog(jog, speed_fraction(speed), pace.now_s() + LONGEST_WAIT_S)
+            if not core.nudges and self._may_jog(jog):
+                core.nudges.append(nudge)
+        pace.wake()
+
+    def release(self) -> None:
+        """End a held jog."""
+        self._parts.core.hold = None
+        self._parts.pace.wake()
 
     def _may_jog(self, jog: Jog) -> bool:
         """Have a session ready to take up a jog; where that is refused, say so in the notice."""
+        core = self._parts.core
         alive = self._session is not None and not self._session.done
         try:
-            check_jog(self.core, jog)
-            if not alive and self.core.state is not State.HOMING:
-                after(self.core.state, Event.MOVE)
+            check_jog(core, jog)
+            if not alive and core.state is not State.HOMING:
+                after(core.state, Event.MOVE)
             self._join_session()
         except Refused as refusal:
-            self.core.notify(str(refusal), refusal)
+            core.notify(str(refusal), refusal)
             return False
         return True
 
     def _join_session(self) -> Task[Jogged]:
         """Return the jogging under way, which takes up what was just asked, or begin one."""
         if self._session is None or self._session.done:
-            self._session = self.submit(jog_session(self.wire, self.speeds), alone=True)
+            body = jog_session(self._parts.wire, self._view.speeds)
+            self._session = self._parts.runner.submit(body, alone=True)
         return self._session
 
 
-def _axes(words: dict[str, float], in_steps: bool) -> tuple[tuple[str, float], ...]:
+def jog_axes(words: dict[str, float], in_steps: bool) -> tuple[tuple[str, float], ...]:
+    """Return the axes that keywords such as `shoulder_deg=2` or `x_mm=5` name.
+
+    Directions, which are not `in_steps`, have no unit. Raises `BadRequest`.
+    """
     return tuple((_axis(word, in_steps), value) for word, value in words.items())
 
 
 def _axis(word: str, in_steps: bool) -> str:
-    """Turn `shoulder_deg` or `x_mm` into the axis it names; directions have no unit."""
     if not in_steps:
         return word
     for unit in ("_deg", "_mm"):

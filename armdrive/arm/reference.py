@@ -1,13 +1,15 @@
-"""How somebody tells the arm where it is. None of these calls moves it by itself."""
+"""How the arm is told where it is, and how far it has drifted from there."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
-from armdrive.arm.jogging import JogCalls
-from armdrive.arm.moving import MoveCalls
+from armdrive.arm.connected import StatusView
+from armdrive.arm.moving import Moving
 from armdrive.config.sections import HomingSettings
-from armdrive.dialog import MarkRequest, Operator, PostureRequest
+from armdrive.connect.parts import Parts
+from armdrive.dialog import JoggedArm, MarkRequest, Operator, PostureRequest
 from armdrive.errors import OperatorNeeded, Refused, Stopped
 from armdrive.motion import reference as referencing
 from armdrive.motion import verify as verifying
@@ -27,68 +29,80 @@ def unheard(_: tuple[str, ...]) -> None:
     """Nobody wants to hear which motors have been homed."""
 
 
+Accept = bool | Callable[[Verified], bool]
+
+AGAIN = (
+    "as much as the last time: slack or wrong numbers in the arm file rather than lost steps, "
+    "which differ from time to time"
+)
+
 HOMING_PATIENCE_S = 300.0
 """A homing that takes longer is stopped."""
 
 
-class ReferenceCalls(MoveCalls, JogCalls):
-    """The calls that give the position its meaning."""
+class Referencing:
+    """The reference of one arm: taken, declared, confirmed and verified.
 
-    def home(self, *, operator: Operator | None = None, told: Told = unheard) -> Pose:
-        """Take the reference posture, which an operator has to confirm; return its pose.
+    `arm` is the arm as an operator meets it.
+    """
 
-        An arm whose file has a `[homing]` section, on a device that homes by its own switches,
-        **moves**: the device seeks its switches. Any other needs somebody who looks: `operator`
-        is called with a `PostureRequest`, may jog the arm, and returns True when it stands there.
-        Without one, `OperatorNeeded`. A simulated arm has a simulated operator. `told` is called by
-        the engine's thread with the names of each group of motors that has found its switches; it
-        must not wait for anything.
-        """
-        if self.config.homing is not None and self.homes_by_switches:
-            return self._home_by_switches(self.config.homing, told)
-        operator = operator or self.operator
-        request = self.reference_request()
+    def __init__(self, arm: JoggedArm, parts: Parts, view: StatusView, moving: Moving) -> None:
+        self._arm = arm
+        self._parts = parts
+        self._view = view
+        self._moving = moving
+        self._core = parts.core
+        self._config = parts.config
+
+    # -- homing ---------------------------------------------------------------------------------
+
+    def home(self, operator: Operator | None, told: Told) -> Pose:
+        """Take the reference posture, by switches or by an operator; see `Arm.home`."""
+        if self._config.homing is not None and self.homes_by_switches:
+            return self._home_by_switches(self._config.homing, told)
+        request = self.request()
         if operator is None:
             raise OperatorNeeded(
                 "this arm has no switches, so somebody has to look at it: call `home()` with an "
                 "operator, or bring it to a known posture and call `declare_posture()`. "
                 f"{request}"
             )
-        after(self.core.state, Event.HOME)
-        self.perform(referencing.begin_home(self.wire))
+        after(self._core.state, Event.HOME)
+        self._parts.runner.perform(referencing.begin_home(self._parts.wire))
         try:
             self._have_confirmed(operator, request)
             self._vouch(request.joints, request.opening_mm, Evidence.HOMED)
         except BaseException:
             self._leave_homing()
             raise
-        return self.pose
+        return self._view.pose
 
     @property
     def homes_by_switches(self) -> bool:
         """Whether `home` moves the arm: its file says where its controller's own homing ends."""
-        return self.config.homing is not None and self.abilities.own_homing
+        return self._config.homing is not None and self._core.controller.abilities.own_homing
 
     @property
     def homing_groups(self) -> tuple[tuple[str, ...], ...]:
         """The names of the motors that home by switches, in their order; empty: the device's."""
-        names = [motor.name for motor in self.core.transmission.motors]
-        groups = () if self.config.homing is None else self.config.homing.groups
+        names = [motor.name for motor in self._core.transmission.motors]
+        groups = () if self._config.homing is None else self._config.homing.groups
         return tuple(tuple(names[motor - 1] for motor in group) for group in groups)
 
     def _home_by_switches(self, homing: HomingSettings, told: Told) -> Pose:
-        with self.pace.lock:
-            after(self.core.state, Event.HOME)
+        wire, runner = self._parts.wire, self._parts.runner
+        with self._parts.pace.lock:
+            after(self._core.state, Event.HOME)
             names = self.homing_groups
-            flow = referencing.home_device(self.wire, homing, lambda group: told(names[group]))
-            task = self.submit(flow, alone=True)
-        self.finish(task, HOMING_PATIENCE_S)
-        return self.pose
+            body = referencing.home_device(wire, homing, lambda group: told(names[group]))
+            task = runner.submit(body, alone=True)
+        runner.finish(task, HOMING_PATIENCE_S)
+        return self._view.pose
 
     def _have_confirmed(self, operator: Operator, request: PostureRequest) -> None:
         """Raise unless the operator confirms the posture and nobody has stopped meanwhile."""
         confirmed = operator(request)
-        if self.core.state is not State.HOMING:
+        if self._core.state is not State.HOMING:
             raise Stopped("homing was stopped: nothing was referenced")
         if not confirmed:
             raise OperatorNeeded(
@@ -98,131 +112,120 @@ class ReferenceCalls(MoveCalls, JogCalls):
     def _leave_homing(self) -> None:
         """Stop what the operator may have left in motion, and go back to where homing began."""
         try:
-            self.stand_still()
+            self._parts.runner.stand_still()
         finally:
-            with self.pace.lock:
-                self.core.settle()
+            with self._parts.pace.lock:
+                self._core.settle()
+
+    # -- declaring ------------------------------------------------------------------------------
 
     def confirm_reference(self) -> None:
         """Say that the arm stands in its reference posture now."""
-        request = self.reference_request()
-        after(self.core.state, Event.MOVE)
+        request = self.request()
+        after(self._core.state, Event.MOVE)
         self._vouch(request.joints, request.opening_mm, Evidence.HOMED)
 
-    def declare_posture(self, posture: Joints | Pose, *, opening_mm: float = 0.0) -> None:
+    def declare_posture(self, posture: Joints | Pose, opening_mm: float) -> None:
         """Say that the arm stands in this posture now, by joints or by pose."""
-        joints = self.model.arm.ik(posture) if isinstance(posture, Pose) else posture
-        self.model.arm.check(joints)
-        after(self.core.state, Event.MOVE)
+        geometry = self._config.model.arm
+        joints = geometry.ik(posture) if isinstance(posture, Pose) else posture
+        geometry.check(joints)
+        after(self._core.state, Event.MOVE)
         self._vouch(joints, finite("opening_mm", opening_mm), Evidence.DECLARED)
 
     def confirm_restored(self) -> None:
         """Say that the arm stands as its record shows it: planned motion is allowed again."""
-        if self.status.trust is not Trust.RESTORED:
+        trust = self._view.status.trust
+        if trust is not Trust.RESTORED:
             raise Refused(
                 "there is no restored position to confirm, the position is "
-                f"{self.status.trust.value}: call `home()`"
+                f"{trust.value}: call `home()`"
             )
-        self.perform(referencing.confirm_record(self.wire))
+        self._parts.runner.perform(referencing.confirm_record(self._parts.wire))
 
-    def reference_request(self) -> PostureRequest:
+    def request(self) -> PostureRequest:
         """Return the posture that a reference is taken in."""
-        reference = self.model.reference
+        reference = self._config.model.reference
         if reference is None:
             way = (
                 "to have it seek its switches, call `home()`"
                 if self.homes_by_switches
                 else "write [reference] into its arm file, or call `declare_posture()`"
             )
-            raise Refused(f"no reference posture is known of the {self.config.title}: {way}")
-        joints = self.model.arm.ik(reference.pose)
-        return PostureRequest(self, reference.pose, joints, reference.opening_mm)
+            raise Refused(f"no reference posture is known of the {self._config.title}: {way}")
+        joints = self._config.model.arm.ik(reference.pose)
+        return PostureRequest(self._arm, reference.pose, joints, reference.opening_mm)
 
     def _vouch(self, joints: Joints, opening_mm: float, evidence: Evidence) -> None:
         there = ArmCoordinates(joints, opening_mm)
-        with self.pace.lock:
-            word = vouched(self.core, there, evidence, self.pace.now_s())
-        self.perform(take_reference(self.wire, word))
+        with self._parts.pace.lock:
+            word = vouched(self._core, there, evidence, self._parts.pace.now_s())
+        self._parts.runner.perform(take_reference(self._parts.wire, word))
 
-
-# Verifying: how far the arm has drifted, found with its finger tips on the table's mark.
-
-Accept = bool | Callable[[Verified], bool]
-
-AGAIN = (
-    "as much as the last time: slack or wrong numbers in the arm file rather than lost steps, "
-    "which differ from time to time"
-)
-
-
-class VerifyCalls(ReferenceCalls):
-    """The call that compares the position with the world."""
+    # -- verifying ------------------------------------------------------------------------------
 
     def verify(
-        self, *, operator: Operator | None = None, accept: Accept = False, speed: float = 0.5
+        self, operator: Operator | None, accept: Accept, speed: float, logbook: Path | None
     ) -> Verified:
-        """Measure how far the registers are from what the reference posture should read.
+        """Measure how far the registers are from the reference; see `Arm.verify`.
 
-        **Moves** above the reference mark, planned, and then as the operator jogs: he is called
-        with a `MarkRequest`, brings the finger tips onto the mark and returns True. With `accept`,
-        or where it returns True for what was found, the posture becomes the new reference; else a
-        position that is off is suspect from then on. Raises `NotReferenced` where there is no
-        position to verify, and `OperatorNeeded` where nobody looks or confirms.
+        What was found is written into the `logbook`, which also tells what was found before.
         """
-        operator = operator or self.operator
-        mark = self.reference_request()
+        mark = self.request()
         request = MarkRequest(mark.arm, mark.pose, mark.joints, mark.opening_mm)
         if operator is None:
             raise OperatorNeeded(
                 "somebody has to bring the finger tips onto the mark: call `verify()` with an "
                 "operator"
             )
-        reference = self.core.belief.reason
-        self.go_over(self.above_mark(), speed)
-        after(self.core.state, Event.HOME)
-        self.perform(referencing.begin_home(self.wire))
+        reference = self._core.belief.reason
+        self._moving.go_over(self._moving.above_mark, speed)
+        after(self._core.state, Event.HOME)
+        self._parts.runner.perform(referencing.begin_home(self._parts.wire))
         try:
             self._have_confirmed(operator, request)
-            verified = self._measured(request, reference, accept)
+            verified = self._measured(request, reference, accept, logbook)
             self._conclude(request, verified)
         except BaseException:
             self._leave_homing()
             raise
-        return self._written(verified, reference)
+        return self._written(verified, reference, logbook)
 
-    def _measured(self, request: MarkRequest, reference: str, accept: Accept) -> Verified:
-        position = self.perform(verifying.read_at_mark(self.wire))
-        transmission = self.core.transmission
+    def _measured(
+        self, request: MarkRequest, reference: str, accept: Accept, logbook: Path | None
+    ) -> Verified:
+        position = self._parts.runner.perform(verifying.read_at_mark(self._parts.wire))
+        transmission = self._core.transmission
         truth = transmission.to_motors(request.joints, request.opening_mm)
-        drift = drift_between(self.model, position, truth)
+        drift = drift_between(self._config.model, position, truth)
         verdict = judge(drift, reference)
-        note = AGAIN if verdict is Verdict.DRIFT and self._came_before(drift) else ""
+        note = AGAIN if verdict is Verdict.DRIFT and self._came_before(drift, logbook) else ""
         found = Verified(verdict, drift, accepted=False, found=drift.words(transmission), note=note)
         if not drift.steps.largest or not _taken(found, accept):
             return found
         return Verified(verdict, drift, accepted=True, found=found.found, note=note)
 
-    def _came_before(self, drift: Drift) -> bool:
+    def _came_before(self, drift: Drift, logbook: Path | None) -> bool:
         """Tell whether the last verification found the same, and was taken for the reference."""
-        if self.logbook is None:
+        if logbook is None:
             return False
-        last = last_entry(self.logbook, self.config.calibration) or {}
+        last = last_entry(logbook, self._config.calibration) or {}
         return bool(last.get("accepted")) and last.get("steps") == list(drift.steps)
 
     def _conclude(self, request: MarkRequest, verified: Verified) -> None:
         if verified.accepted:
             self._vouch(request.joints, request.opening_mm, Evidence.HOMED)
         elif verified.verdict is Verdict.ROUNDING:
-            self.perform(verifying.believe_mark(self.wire))
+            self._parts.runner.perform(verifying.believe_mark(self._parts.wire))
         else:
-            self.perform(verifying.doubt_position(self.wire, verified.found))
+            self._parts.runner.perform(verifying.doubt_position(self._parts.wire, verified.found))
 
-    def _written(self, verified: Verified, reference: str) -> Verified:
+    def _written(self, verified: Verified, reference: str, logbook: Path | None) -> Verified:
         """Write it down; a disk that does not take it is a note, since the arm is measured."""
-        if self.logbook is None:
+        if logbook is None:
             return verified
         try:
-            write_down(self.logbook, verified_view(verified), self.config.calibration, reference)
+            write_down(logbook, verified_view(verified), self._config.calibration, reference)
         except OSError as error:
             note = f"{verified.note}; it could not be written down: {error}".removeprefix("; ")
             return Verified(

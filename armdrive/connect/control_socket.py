@@ -32,7 +32,11 @@ class ControlledArm(Protocol):
     core: Core
     pace: Pace
     witness: Tracer
-    closed: bool
+
+    @property
+    def closed(self) -> bool:
+        """Whether the connection was given back."""
+
     program: Callable[[], Json] | None
     """Tells what program the arm is at work on; None of none."""
     speed_override: float

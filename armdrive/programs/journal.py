@@ -273,9 +273,9 @@ def _way(arm: Arm, began: ArmCoordinates, act: Act) -> Iterator[Joints]:
 
 def _ways(arm: Arm, began: ArmCoordinates, act: Act) -> Iterator[tuple[ResolvedGoal, ...]]:
     if isinstance(act, Go):
-        yield (arm.goal_of(place_of(act, arm), line=act.line),)
+        yield (arm.places.goal(place_of(act, arm), line=act.line),)
     elif isinstance(act, Ready):
-        park = PoseGoal(arm.config.park or arm.above_mark())
+        park = PoseGoal(arm.park_pose)
         yield (park,)
         rise = LineGoal(raised(arm.model.arm.fk(began.joints), PARK_RISE_MM))
         yield (rise, park)

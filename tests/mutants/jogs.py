@@ -9,8 +9,11 @@ MUTANTS = (
         name="releasing a jog does nothing",
         promise="a jog moves only while it is held",
         path="armdrive/arm/jogging.py",
-        old=("        self.core.hold = None\n        self.pace.wake()\n\n    def _jog"),
-        new=("        self.pace.wake()\n\n    def _jog"),
+        old=(
+            "        self._parts.core.hold = None\n"
+            "        self._parts.pace.wake()\n\n    def _may"
+        ),
+        new=("        self._parts.pace.wake()\n\n    def _may"),
         tests=tests_of(
             "tests/armdrive/motion/jog/test_jogging_flow.py",
             "test_a_renewed_hold_goes_on_and_a_release_ends_it_after_one_burst",

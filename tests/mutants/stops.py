@@ -147,7 +147,7 @@ MUTANTS = (
     Mutant(
         name="an emergency stop does not latch",
         promise="an emergency stop latches; only reset leaves it",
-        path="armdrive/arm/connected.py",
+        path="armdrive/arm/__init__.py",
         old='self.core.fault("emergency stop: look',
         new='self.core.notify("emergency stop: look',
         tests=tests_of(
@@ -216,8 +216,10 @@ MUTANTS = (
         name="closing an arm does not stop it",
         promise="an arm that is closed stands",
         path="armdrive/arm/connected.py",
-        old=("                self.stop()\n                with self.pace.lock:"),
-        new="                with self.pace.lock:",
+        old=(
+            "                parts.runner.stop()\n                with parts.pace.lock:"
+        ),
+        new="                with parts.pace.lock:",
         tests=tests_of(
             "tests/armdrive/runtime/test_stopping.py",
             "test_closing_ends_a_motion_under_way_and_the_arm_stands",
@@ -261,10 +263,10 @@ MUTANTS = (
         promise="what was decided on before a stop is not begun",
         path="armdrive/arm/moving.py",
         old=(
-            "            made = plan(self.core.coordinates)\n"
-            "            if stops is not None and self.stops != stops:"
+            "            made = plan(core.coordinates)\n"
+            "            if stops is not None and runner.stops != stops:"
         ),
-        new=("            made = plan(self.core.coordinates)\n            if False:"),
+        new=("            made = plan(core.coordinates)\n            if False:"),
         tests=tests_of(
             "tests/armdrive/runtime/test_stopping.py",
             "test_a_stop_between_a_call_and_its_plan_lets_nothing_begin",

@@ -3,7 +3,7 @@
 from desk_fake import FakeArm
 from waiting import until_seen
 
-from armdrive.arm.moving import PreviewCalls
+from armdrive.arm import Arm
 from armdrive.connect.target import simulated_config
 from armdrive.errors import Stopped
 from armdrive.motion.preview import preview_goal
@@ -160,4 +160,4 @@ def _speeds():
     )
 
 
-assert PreviewCalls.preview.__kwdefaults__.keys() <= PlannerArm.preview.__kwdefaults__.keys()
+assert Arm.preview.__kwdefaults__.keys() <= PlannerArm.preview.__kwdefaults__.keys()

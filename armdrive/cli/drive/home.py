@@ -125,7 +125,7 @@ def _guided(arm: Arm) -> None:
 
 def _in_the_desk(arm: Arm) -> None:
     tui.run_desk(arm, ascii_only=False)
-    arm.stand_still()
+    arm.runner.stand_still()
 
 
 def _by_switches(arm: Arm, options: argparse.Namespace) -> None:
@@ -148,7 +148,7 @@ def _declare(arm: Arm, words: list[str]) -> None:
         if arm.config.park is None and arm.model.reference is None:
             raise BadRequest("this arm has no park posture: write [park] into its arm file")
         _switch_on(arm)
-        arm.declare_posture(arm.config.park or arm.above_mark())
+        arm.declare_posture(arm.park_pose)
         return
     names = arm.model.arm.joint_names
     given = dict(_named(word, (*names, GRIPPER_AXIS)) for word in words)

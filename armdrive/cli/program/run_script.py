@@ -156,7 +156,7 @@ class _RunningScript:
     def _made(self, arm: Arm) -> None:
         slow_down(arm, self._options)
         self._display.use(arm)
-        arm.on_close(lambda: keep_recording(arm, self._options))
+        arm.connection.on_close(lambda: keep_recording(arm, self._options))
 
     def _told(self, arm: Arm, call: ScriptCall) -> None:
         """Show a call, and wait for the person before a motion where that is wanted."""

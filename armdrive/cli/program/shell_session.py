@@ -163,7 +163,7 @@ class Shell:
     def _forget_stops(self) -> None:
         """Take a stop between two entries of a person for one of neither; a pipe it ends."""
         if self.typing and self.arm.stops != self._stops:
-            self.arm.stand_still()  # one that is not seen yet would stop the next motion
+            self.arm.runner.stand_still()  # one that is not seen yet would stop the next motion
             self._stops = self.arm.stops
 
     def _carry_out(self, entry: PromptEntry, machine: Machine, run: ProgramRun) -> None:

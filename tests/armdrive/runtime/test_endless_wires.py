@@ -152,7 +152,7 @@ def test_time_in_which_the_motion_of_another_call_is_waited_for_does_not_count()
 def test_a_suspension_is_no_part_of_the_time_that_a_device_has():
     arm, pace = ready("teachmover")
     pace.wire.spoil("dripping")
-    task = arm.submit(arm_look(arm), within_s=CALL_LIMIT_S)
+    task = arm.runner.submit(arm_look(arm), within_s=CALL_LIMIT_S)
     pace.wait(lambda: task.done, 10.0)
     arm.engine.absent(60.0)
     pace.wait(lambda: task.done, 0.0)

@@ -250,7 +250,7 @@ def test_a_posture_is_not_taken_when_the_look_before_has_seen_the_registers_fall
     word = vouched(arm.core, ArmCoordinates(here, 20.0), Evidence.DECLARED, arm.pace.now_s())
     device.power_off()
     device.power_on()
-    arm.perform(poll(arm.wire))
+    arm.runner.perform(poll(arm.wire))
     with pytest.raises(DeviceFault, match="vouch for its posture again"):
-        arm.perform(take_reference(arm.wire, word))
+        arm.runner.perform(take_reference(arm.wire, word))
     assert arm.status.trust is Trust.SUSPECT

@@ -249,7 +249,7 @@ def test_closing_an_arm_gives_it_back():
     arm = Arm.connect("sim:teachmover")
     holding = hold("bench")
     serve(holding, arm)
-    arm.on_close(holding.release)
+    arm.connection.on_close(holding.release)
     arm.close()
     hold("bench").release()
 

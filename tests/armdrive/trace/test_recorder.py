@@ -135,7 +135,7 @@ def test_a_flaw_of_the_driver_is_written(tmp_path):
         raise ZeroDivisionError("one of ours")
 
     with pytest.raises(ZeroDivisionError):
-        arm.perform(flawed())
+        arm.runner.perform(flawed())
     arm.close()
     (file,) = written(tmp_path / "records")
     assert "engine-failed" in file.name

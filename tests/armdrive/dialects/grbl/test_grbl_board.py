@@ -101,7 +101,7 @@ def test_a_board_from_the_factory_moves_nothing_until_it_is_mended():
     from armdrive.motion.device import mend_settings
 
     lines = tuple(each.mend for each in arm.core.differences)
-    arm.perform(mend_settings(arm.wire, lines))
+    arm.runner.perform(mend_settings(arm.wire, lines))
     assert arm.core.differences == ()
     arm.move_j(base_deg=3)
     assert standing_as_said(arm)

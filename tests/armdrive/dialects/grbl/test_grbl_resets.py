@@ -114,7 +114,7 @@ def test_homing_that_is_stopped_ends_in_time_although_a_byte_is_lost(firmware, w
     made = config(device={"homing": True})
     homing = HomingSettings(Joints.of(60.0, 20.0, -90.0, -20.0, 0.0), 60.0, ())
     arm = found(replace(made, homing=homing), firmware=firmware)
-    task = arm.submit(home_device(arm.wire, homing))
+    task = arm.runner.submit(home_device(arm.wire, homing))
     arm.sleep(1.0)
     assert arm.twin.device.moving
     if what != "nothing":
