@@ -26,7 +26,7 @@ from statistics import median
 from measuring import own_home, p99
 from reporting import machine
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "armdrive"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "armdrive" / "motion" / "jog"))
 from jog_trials import Ground, Outcome, trials
 
 from armdrive.registry import DIALECTS

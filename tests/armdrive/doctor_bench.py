@@ -17,6 +17,7 @@ from armdrive.setup import prober as carrying
 from armdrive.setup.prober import Examination, carry_out, examine
 from armdrive.sim.device import SimDevice
 from armdrive.sim.wire import PacedDevice
+from firmware_protocol.robko01 import Axes, Enable, Host, MoveRelative
 
 WHO = recogniser()
 PROBES = WHO.probes
@@ -92,6 +93,75 @@ class SimPort:
             self.receiver.by_level,
         )
         return Receiver(heard_baud, error, validates, by_level).hear(data, said_baud)
+
+
+AFTER_S = 40.0
+"""Longer than any motion below lasts."""
+
+
+def robko(*requests) -> bytes:
+    return b"".join(Host().send(each) for each in requests)
+
+
+MOVE = MoveRelative(Axes((100, 0, 0, 0, 0, 0), (50, 50, 50, 50, 50, 50)))
+PREPARED: dict[str, dict[str, tuple[bytes, float]]] = {
+    "teachmover": {
+        "fresh": (b"", 0.0),
+        "half a command": (b"@STEP 240,100,100,0,0,0,0", 1.0),
+        "in motion": (b"@STEP 0,200,-100,0,0,0,0\r", 0.5),
+    },
+    "armdroid": {
+        "fresh": (b"", 3.0),
+        "with numbers to repeat": (b"10,20,30,40,50,60D", 5.0),
+        "half a command": (b"10,20,30,40,50,60D10,2", 5.0),
+        "in a long motion": (b"50,0,0,0,0,0D20s0,0,0,0,0,300D", 2.0),
+    },
+    "robko01": {
+        "fresh": (b"", 0.0),
+        "half a frame": (robko(Enable()) + robko(MOVE)[:9], 1.0),
+        "all but the last byte of a frame": (robko(Enable()) + robko(MOVE)[:-1], 1.0),
+        "the least of the longest frame": (b"\xaa\x01\x1b", 1.0),
+        "in motion": (robko(Enable()) + robko(MOVE), 0.5),
+    },
+    "grbl": {
+        "fresh": (b"", 3.0),
+        "half a line": (b"G1G91X10F300", 3.0),
+        "half a line with an open comment": (b"G1G91X10F300(a", 3.0),
+        "in motion": (b"G1G91X30F600\n", 0.5),
+    },
+}
+"""What another program left behind, and how long ago: bytes at the device's own baud rate."""
+
+LINE_ENDS_ACT = [("grbl", "half a line with an open comment")]
+"""Where any line end starts a motion: the doctor sends none to a board that answers `?`."""
+
+
+def prepared(dialect: str, state: str, *, any_rate: bool = False) -> SimPort:
+    """Return a port with an arm behind it; with `any_rate` it has native USB, which has no rate."""
+    device = made(dialect)
+    device.baud = None if any_rate else device.baud
+    port = SimPort(device)
+    port.pass_time(3.0)  # a board takes nothing while it starts
+    data, ago_s = PREPARED[dialect][state]
+    port.tune(port.device.baud or 0)
+    port.write(data, port.now)
+    port.pass_time(ago_s)
+    return port
+
+
+def undisturbed(dialect: str, state: str, until_s: float):
+    """Return the device that nobody has examined, at the same moment."""
+    port = prepared(dialect, state)
+    port.pass_time(until_s - port.now)
+    return port.device
+
+
+def check_unmoved(port: SimPort, dialect: str, state: str) -> None:
+    port.pass_time(AFTER_S)
+    other = undisturbed(dialect, state, port.now)
+    assert port.device.world.motors == other.world.motors
+    assert port.device.world.energised == other.world.energised
+    assert not port.device.moving
 
 
 BANNER = b"\r\nGrbl 1.1h ['$' for help]\r\n"

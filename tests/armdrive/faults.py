@@ -180,3 +180,13 @@ def sim_arm(config=None, *, speed_error=0.0, blocks=(), at=None, **options) -> A
 def ready_arm(config=None, **options) -> Arm:
     """An arm that stands over the table, referenced."""
     return sim_arm(config, at=OVER_THE_TABLE, **options)
+
+
+def stand_still_s(arm, look_s=0.005):
+    """Let time pass until the motors have stood still for a while; return when they stopped."""
+    last, since_s = arm.twin.world.motors, arm.status.time_s
+    while arm.status.time_s < since_s + 1.0:
+        arm.sleep(look_s)
+        if arm.twin.world.motors != last:
+            last, since_s = arm.twin.world.motors, arm.status.time_s
+    return since_s

@@ -1,10 +1,13 @@
 """Arms, strategies and comparisons that the tests of this room share."""
 
+import dataclasses
 import math
 
 from hypothesis import strategies as st
 
-from kinematics import FiveAxisArm, JointRange, Joints, Pose, preset
+from kinematics import FiveAxisArm, Guards, JointRange, Joints, Pose, preset, system
+from kinematics.chains.arm import ChainArm
+from kinematics.frames.transforms import translation
 
 TEACHMOVER = preset("teachmover").arm
 
@@ -21,6 +24,12 @@ UNEVEN = FiveAxisArm(
 """Unequal links, an elbow that bends both ways, and a roll range of less than a turn."""
 
 ARMS = (TEACHMOVER, UNEVEN)
+
+# Arms driven by their link tables, a posture of the Puma, and guards that leave it the table alone.
+MINI = ChainArm(system("minimover5").chain())
+PUMA = ChainArm(dataclasses.replace(system("puma").chain(), base=translation(0.0, 0.0, 660.0)))
+START = PUMA.joints_of(map(math.radians, (10.0, -60.0, 110.0, 20.0, 40.0, 10.0)))
+TABLE = Guards(inner_radius_mm=None, outer_radius_mm=None, hand_wrist_radius_mm=None)
 
 
 def postures(arm):

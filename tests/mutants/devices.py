@@ -12,7 +12,7 @@ MUTANTS = (
         old="        wrong = [each for each in self.differences if each.must]\n",
         new="        wrong = [each for each in self.differences if not each.must]\n",
         tests=tests_of(
-            "tests/armdrive/test_foreign_boards.py",
+            "tests/armdrive/connect/test_foreign_boards.py",
             "test_a_foreign_setting_is_named_and_nothing_moves_before_it_is_mended",
         ),
     ),
@@ -23,7 +23,7 @@ MUTANTS = (
         old="            if steps is not None and abs(steps - wanted) > SAME:",
         new="            if False:",
         tests=tests_of(
-            "tests/armdrive/test_grbl_controller_lines.py",
+            "tests/armdrive/dialects/grbl/test_grbl_controller_lines.py",
             "test_each_setting_that_differs_is_told_with_the_line_that_mends_it",
         ),
     ),
@@ -34,7 +34,7 @@ MUTANTS = (
         old=("        if not on:\n            yield"),
         new=("        if False:\n            yield"),
         tests=tests_of(
-            "tests/armdrive/test_grbl_controller_lines.py",
+            "tests/armdrive/dialects/grbl/test_grbl_controller_lines.py",
             "test_each_setting_that_differs_is_told_with_the_line_that_mends_it",
         ),
     ),
@@ -45,7 +45,7 @@ MUTANTS = (
         old=("        sent = self._outstanding.popleft()\n        self._bytes -= sent.size\n"),
         new="        sent = self._outstanding[0]\n",
         tests=tests_of(
-            "tests/firmware_protocol/test_grbl_host.py",
+            "tests/firmware_protocol/grbl/test_grbl_host.py",
             "test_answers_belong_to_the_lines_in_their_order",
         ),
     ),
@@ -60,7 +60,7 @@ MUTANTS = (
             "        self._drop(len(self._lines) - self.unanswered)\n"
         ),
         tests=tests_of(
-            "tests/armdrive/test_grbl_controller.py",
+            "tests/armdrive/dialects/grbl/test_grbl_controller.py",
             "test_every_kind_of_motion_ends_where_it_should",
         ),
     ),
@@ -71,7 +71,7 @@ MUTANTS = (
         old="        if self.outstanding_bytes + line.size >= self.ring_bytes:",
         new="        if False:",
         tests=tests_of(
-            "tests/firmware_protocol/test_grbl_host.py",
+            "tests/firmware_protocol/grbl/test_grbl_host.py",
             "test_a_line_goes_out_only_where_the_ring_has_room_for_it",
         ),
     ),
@@ -82,7 +82,7 @@ MUTANTS = (
         old="return self.road.unanswered > 0 and (self.jog or not self.road.oks)",
         new="return False",
         tests=tests_of(
-            "tests/armdrive/test_grbl_controller.py",
+            "tests/armdrive/dialects/grbl/test_grbl_controller.py",
             "test_no_more_than_one_line_of_a_jog_is_unanswered",
         ),
     ),
@@ -93,7 +93,7 @@ MUTANTS = (
         old="        return self._astray(trip) if trip.off > 1 else None",
         new="        return None",
         tests=tests_of(
-            "tests/armdrive/test_grbl_controller_wire.py",
+            "tests/armdrive/dialects/grbl/test_grbl_controller_wire.py",
             "test_an_arm_that_leaves_the_path_is_stopped_on_its_way",
         ),
     ),
@@ -104,7 +104,7 @@ MUTANTS = (
         old="        return self.now_s >= self.mute_at_s",
         new="        return False",
         tests=tests_of(
-            "tests/armdrive/test_grbl_mute.py",
+            "tests/armdrive/dialects/grbl/test_grbl_mute.py",
             "test_a_board_that_goes_mute_in_motion_is_lost_within_a_second",
         ),
     ),
@@ -115,7 +115,7 @@ MUTANTS = (
         old="                (self.state in HELD and not self.sub_state)\n",
         new="                self.state in HELD\n",
         tests=tests_of(
-            "tests/armdrive/test_grbl_controller.py",
+            "tests/armdrive/dialects/grbl/test_grbl_controller.py",
             "test_a_stopped_arm_stands_in_time_and_keeps_its_position",
         ),
     ),
@@ -126,7 +126,7 @@ MUTANTS = (
         old=("        if kept:\n            yield from self.restore()\n"),
         new="",
         tests=tests_of(
-            "tests/armdrive/test_grbl_board.py",
+            "tests/armdrive/dialects/grbl/test_grbl_board.py",
             "test_outputs_and_a_servo_come_back_after_a_stop",
         ),
     ),
@@ -137,7 +137,7 @@ MUTANTS = (
         old="        if size and frame[-_CHECK:] == wanted:",
         new="        if size:",
         tests=tests_of(
-            "tests/firmware_protocol/test_robko01_machines.py",
+            "tests/firmware_protocol/robko01/test_robko01_machines.py",
             "test_bytes_that_are_no_answer_are_told_and_change_nothing",
         ),
     ),
@@ -148,7 +148,7 @@ MUTANTS = (
         old="    return bytes((even, odd))",
         new="    return bytes((odd, even))",
         tests=tests_of(
-            "tests/firmware_protocol/test_robko01_wire.py",
+            "tests/firmware_protocol/robko01/test_robko01_wire.py",
             "test_a_request_is_these_bytes",
         ),
     ),
@@ -159,7 +159,7 @@ MUTANTS = (
         old='struct.Struct(f"<{2 * AXES}h")',
         new='struct.Struct(f">{2 * AXES}h")',
         tests=tests_of(
-            "tests/firmware_protocol/test_robko01_wire.py",
+            "tests/firmware_protocol/robko01/test_robko01_wire.py",
             "test_a_request_is_these_bytes",
         ),
     ),
@@ -170,7 +170,7 @@ MUTANTS = (
         old=("        target = start + steps\n        if not all"),
         new=("        target = steps\n        if not all"),
         tests=tests_of(
-            "tests/armdrive/test_robko01_controller.py",
+            "tests/armdrive/dialects/robko01/test_robko01_controller.py",
             (
                 "TestRequests::test_one_move_may_follow_another_at_once_though_t"
                 "he_board_says_it_is_busy"
@@ -184,7 +184,7 @@ MUTANTS = (
         old="OVERSHOOT_STEPS = 3",
         new="OVERSHOOT_STEPS = 300",
         tests=tests_of(
-            "tests/armdrive/test_robko01_stop.py",
+            "tests/armdrive/dialects/robko01/test_robko01_stop.py",
             "test_a_motor_that_a_stop_left_far_beyond_its_target_is_not_believed",
         ),
     ),
@@ -195,7 +195,7 @@ MUTANTS = (
         old="        return data + self._host.send(self._token())",
         new="        return data",
         tests=tests_of(
-            "tests/armdrive/test_robko01_controller.py",
+            "tests/armdrive/dialects/robko01/test_robko01_controller.py",
             ("TestWatchdog::test_it_is_kept_fed_while_the_program_lives_even_in_error_stop"),
         ),
     ),
@@ -206,7 +206,7 @@ MUTANTS = (
         old="            if understood == drive.steps and self.has_speed(rpm):",
         new="            if understood is not None and self.has_speed(rpm):",
         tests=tests_of(
-            "tests/armdrive/test_armdroid_controller.py",
+            "tests/armdrive/dialects/armdroid/test_armdroid_controller.py",
             (
                 "TestConversation::test_numbers_that_were_misunderstood_are_take"
                 "n_back_and_said_again"
@@ -220,7 +220,7 @@ MUTANTS = (
         old="            self._accumulator = wrapped(-self._accumulator)",
         new="            self._accumulator = wrapped(self._accumulator)",
         tests=tests_of(
-            "tests/firmware_protocol/test_armdroid_device.py",
+            "tests/firmware_protocol/armdroid/test_armdroid_device.py",
             "test_characters_are_read_as_the_sketch_reads_them",
         ),
     ),
@@ -234,7 +234,7 @@ MUTANTS = (
             "sorted(by_channel, reverse=True))"
         ),
         tests=tests_of(
-            "tests/armdrive/test_armdroid_controller.py",
+            "tests/armdrive/dialects/armdroid/test_armdroid_controller.py",
             "TestConversation::test_without_the_check_a_motion_is_one_text",
         ),
     ),
@@ -245,7 +245,7 @@ MUTANTS = (
         old="    return tuple(int(field) for field in fields)",
         new="    return tuple(abs(int(field)) for field in fields)",
         tests=tests_of(
-            "tests/firmware_protocol/test_teachmover_wire.py",
+            "tests/firmware_protocol/teachmover/test_teachmover_wire.py",
             "test_the_bytes_of_every_command_both_ways",
         ),
     ),
@@ -256,7 +256,7 @@ MUTANTS = (
         old=("        if event.status is Status.FAILED:\n            return RequestRejected()\n"),
         new="",
         tests=tests_of(
-            "tests/armdrive/test_wire_faults.py",
+            "tests/armdrive/runtime/test_wire_faults.py",
             "test_a_motion_that_is_answered_by_no_leaves_a_suspect_position",
         ),
     ),
@@ -267,7 +267,7 @@ MUTANTS = (
         old=("        if event.status is Status.STOPPED:\n            return Interrupted()\n"),
         new="",
         tests=tests_of(
-            "tests/armdrive/test_stopping.py",
+            "tests/armdrive/runtime/test_stopping.py",
             "test_the_pendants_stop_ends_a_burst_and_the_position_is_still_known",
         ),
     ),
@@ -278,7 +278,7 @@ MUTANTS = (
         old="return expected_s * EARLY - CLOCK_S <= measured_s <= longest_s",
         new="return True",
         tests=tests_of(
-            "tests/armdrive/test_wire_faults.py",
+            "tests/armdrive/runtime/test_wire_faults.py",
             "test_an_answer_that_comes_too_early_is_compared_with_the_registers_at_once",
         ),
     ),
@@ -289,7 +289,7 @@ MUTANTS = (
         old="    if data[-1] != wanted:",
         new="    if False:",
         tests=tests_of(
-            "tests/firmware_protocol/test_mks_host.py",
+            "tests/firmware_protocol/mks/test_mks_host.py",
             "test_a_bad_check_byte_is_garbled_and_answers_nothing",
         ),
     ),
@@ -300,7 +300,7 @@ MUTANTS = (
         old="    return (can_id + sum(data)) & 0xFF",
         new="    return sum(data) & 0xFF",
         tests=tests_of(
-            "tests/firmware_protocol/test_mks_wire.py",
+            "tests/firmware_protocol/mks/test_mks_wire.py",
             "test_a_request_is_these_bytes",
         ),
     ),
@@ -311,7 +311,7 @@ MUTANTS = (
         old='target = int.from_bytes(payload[3:], "big", signed=True)',
         new='target = int.from_bytes(payload[3:], "little", signed=True)',
         tests=tests_of(
-            "tests/firmware_protocol/test_mks_wire.py",
+            "tests/firmware_protocol/mks/test_mks_wire.py",
             "test_a_request_is_these_bytes",
         ),
     ),
@@ -322,7 +322,7 @@ MUTANTS = (
         old="        astray = off > self.settings.corridor_counts\n",
         new="        astray = False\n",
         tests=tests_of(
-            "tests/armdrive/test_mks_doubt.py",
+            "tests/armdrive/dialects/mks/test_mks_doubt.py",
             "test_a_blocked_shaft_is_told_within_the_documented_time",
         ),
     ),
@@ -333,7 +333,7 @@ MUTANTS = (
         old=("        return None if denied is None else (yield from self.break_off(*denied))"),
         new="        return None",
         tests=tests_of(
-            "tests/armdrive/test_mks_denied.py",
+            "tests/armdrive/dialects/mks/test_mks_denied.py",
             "test_half_a_wrist_that_takes_no_orders_stops_the_other_half_at_once",
         ),
     ),
@@ -344,7 +344,7 @@ MUTANTS = (
         old=("        if max(unanswered) <= most:\n            return None\n"),
         new=("        if max(unanswered) >= 0:\n            return None\n"),
         tests=tests_of(
-            "tests/armdrive/test_mks_controller_motion.py",
+            "tests/armdrive/dialects/mks/test_mks_controller_motion.py",
             "test_a_bus_that_falls_silent_is_silence",
         ),
     ),
@@ -358,7 +358,7 @@ MUTANTS = (
             "        room"
         ),
         tests=tests_of(
-            "tests/armdrive/test_mks_controller_motion.py",
+            "tests/armdrive/dialects/mks/test_mks_controller_motion.py",
             "test_motors_keep_in_proportion",
         ),
     ),
@@ -369,7 +369,7 @@ MUTANTS = (
         old="    Service.RPDO1: 0x200,\n",
         new="    Service.RPDO1: 0x280,\n",
         tests=tests_of(
-            "tests/firmware_protocol/test_canopen_messages.py",
+            "tests/firmware_protocol/canopen/test_canopen_messages.py",
             "test_an_id_belongs_to_one_service_and_node",
         ),
     ),
@@ -380,7 +380,7 @@ MUTANTS = (
         old='return number.to_bytes(_SIZES[self], "little", signed=self.signed)',
         new='return number.to_bytes(_SIZES[self], "big", signed=self.signed)',
         tests=tests_of(
-            "tests/firmware_protocol/test_canopen_datatypes.py",
+            "tests/firmware_protocol/canopen/test_canopen_datatypes.py",
             "test_a_value_is_these_bytes",
         ),
     ),
@@ -391,7 +391,7 @@ MUTANTS = (
         old="    ENABLE_OPERATION = (0x8F, 0x0F, 0x0F)",
         new="    ENABLE_OPERATION = (0x8F, 0x0F, 0x07)",
         tests=tests_of(
-            "tests/armdrive/test_cia402_controller.py",
+            "tests/armdrive/dialects/cia402/test_cia402_controller.py",
             "test_switching_on_holds_every_drive_where_it_is_and_is_verified",
         ),
     ),
@@ -402,7 +402,7 @@ MUTANTS = (
         old="    FAULT = (0x4F, 0x08)",
         new="    FAULT = (0x4F, 0x48)",
         tests=tests_of(
-            "tests/firmware_protocol/test_canopen_drive_words.py",
+            "tests/firmware_protocol/canopen/test_canopen_drive_words.py",
             "test_a_statusword_tells_its_state",
         ),
     ),
@@ -413,7 +413,7 @@ MUTANTS = (
         old="return (FollowingError(),) if self._following and not before else ()",
         new="return ()",
         tests=tests_of(
-            "tests/firmware_protocol/test_canopen_set_points.py",
+            "tests/firmware_protocol/canopen/test_canopen_set_points.py",
             "test_a_following_error_is_told_once",
         ),
     ),
@@ -424,7 +424,7 @@ MUTANTS = (
         old=("        if drive.state in FAULTS:\n            return Alert"),
         new=("        if drive.state in ():\n            return Alert"),
         tests=tests_of(
-            "tests/armdrive/test_cia402_controller.py",
+            "tests/armdrive/dialects/cia402/test_cia402_controller.py",
             "test_a_fault_in_motion_stops_the_others_and_names_the_drive",
         ),
     ),
@@ -435,7 +435,7 @@ MUTANTS = (
         old="        self.time_s += self._rate * period_s\n",
         new="        self.time_s += 3.0 * self._rate * period_s\n",
         tests=tests_of(
-            "tests/armdrive/test_cia402_motion.py",
+            "tests/armdrive/dialects/cia402/test_cia402_motion.py",
             "test_a_host_that_is_late_slows_down_and_does_not_leap",
         ),
     ),
@@ -446,7 +446,7 @@ MUTANTS = (
         old="        if not self.window_s:\n",
         new="        if self.window_s >= 0.0:\n",
         tests=tests_of(
-            "tests/armdrive/test_cia402_motion.py",
+            "tests/armdrive/dialects/cia402/test_cia402_motion.py",
             "test_smoothing_makes_ramps_of_jumps_in_speed",
         ),
     ),
@@ -457,7 +457,7 @@ MUTANTS = (
         old="        self._factors[part] = max(factor, known + (factor - known) / 4.0)",
         new="        self._factors[part] = 1.0",
         tests=tests_of(
-            "tests/armdrive/test_stopping.py",
+            "tests/armdrive/runtime/test_stopping.py",
             "test_every_burst_fits_its_announced_length_and_once_measured_really_does",
         ),
     ),
@@ -474,7 +474,7 @@ MUTANTS = (
             if heard is None:
 """,
         tests=tests_of(
-            "tests/armdrive/test_late_program.py",
+            "tests/armdrive/runtime/test_late_program.py",
             "test_a_late_program_reads_all_that_has_come_before_it_calls_an_answer_missing",
         ),
     ),
@@ -485,7 +485,7 @@ MUTANTS = (
         old="        prompt = self.now_s <= due_s + PROMPT_S\n",
         new="        prompt = True\n",
         tests=tests_of(
-            "tests/armdrive/test_late_program.py",
+            "tests/armdrive/runtime/test_late_program.py",
             "test_every_motion_ends_as_it_was_asked_to[robko01-0]",
             "test_every_motion_ends_as_it_was_asked_to[robko01-2]",
         ),

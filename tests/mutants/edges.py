@@ -12,7 +12,7 @@ MUTANTS = (
         old="                lock.acquire(timeout=0)\n",
         new="                pass\n",
         tests=tests_of(
-            "tests/armdrive/test_holder.py",
+            "tests/armdrive/storage/test_holder.py",
             "test_a_refused_holder_leaves_none_of_the_names_locked",
         ),
     ),
@@ -23,7 +23,7 @@ MUTANTS = (
         old="    arm.request_stop()\n",
         new="",
         tests=tests_of(
-            "tests/armdrive/test_holder.py",
+            "tests/armdrive/storage/test_holder.py",
             "test_a_stop_comes_in",
         ),
     ),
@@ -34,7 +34,7 @@ MUTANTS = (
         old="    arm.pause()\n",
         new="",
         tests=tests_of(
-            "tests/armdrive/test_holder.py",
+            "tests/armdrive/storage/test_holder.py",
             "test_a_pause_a_resume_and_a_slower_speed_come_in",
         ),
     ),
@@ -45,7 +45,7 @@ MUTANTS = (
         old='    return os.environ.get("ARMDRIVE_FORCE_SIM", "") not in ("", "0")',
         new="    return False",
         tests=tests_of(
-            "tests/armdrive/test_connecting.py",
+            "tests/armdrive/connect/test_connecting.py",
             "TestForcedSimulation::test_a_port_becomes_the_twin_of_its_arm",
         ),
     ),
@@ -56,7 +56,7 @@ MUTANTS = (
         old='replace(config, name=f"{SIM}{config.name}"), simulated=True)',
         new="config, simulated=True)",
         tests=tests_of(
-            "tests/armdrive/test_connecting.py",
+            "tests/armdrive/connect/test_connecting.py",
             ("TestForcedSimulation::test_the_twin_never_touches_the_record_of_the_real_arm"),
         ),
     ),
@@ -67,7 +67,7 @@ MUTANTS = (
         old="        return _say(options, error, error.exit_code)\n",
         new="        return _say(options, error, 0)\n",
         tests=tests_of(
-            "tests/armdrive/test_cli_simulated.py",
+            "tests/armdrive/cli/test_cli_simulated.py",
             "test_planned_motion_without_a_reference_is_refused_with_the_way_to_one",
         ),
     ),
@@ -88,7 +88,7 @@ MUTANTS = (
             "    exit_code = 1"
         ),
         tests=tests_of(
-            "tests/armdrive/test_cli_simulated.py",
+            "tests/armdrive/cli/test_cli_simulated.py",
             "test_planned_motion_without_a_reference_is_refused_with_the_way_to_one",
         ),
     ),
@@ -102,7 +102,7 @@ MUTANTS = (
         ),
         new='            self._button, self._renew_s = "", math.inf\n',
         tests=tests_of(
-            "tests/tui/test_jogging.py",
+            "tests/tui/jog/test_jogging.py",
             "test_it_is_renewed_before_it_ends_and_let_go_when_the_button_is",
         ),
     ),
@@ -168,7 +168,7 @@ MUTANTS = (
         old="        left_s = self._heard_s + MOUSE_HOLDS_S - now_s\n",
         new="        left_s = MOUSE_HOLDS_S\n",
         tests=tests_of(
-            "tests/tui/test_jogging.py",
+            "tests/tui/jog/test_jogging.py",
             "test_a_mouse_that_is_heard_of_no_more_holds_nothing_after_its_time",
         ),
     ),

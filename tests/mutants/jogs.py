@@ -12,7 +12,7 @@ MUTANTS = (
         old=("        self.core.hold = None\n        self.pace.wake()\n\n    def _jog"),
         new=("        self.pace.wake()\n\n    def _jog"),
         tests=tests_of(
-            "tests/armdrive/test_jogging_flow.py",
+            "tests/armdrive/motion/jog/test_jogging_flow.py",
             "test_a_renewed_hold_goes_on_and_a_release_ends_it_after_one_burst",
         ),
     ),
@@ -23,7 +23,7 @@ MUTANTS = (
         old="hold.until_s > wire.now_s and not",
         new="not",
         tests=tests_of(
-            "tests/armdrive/test_jogging_flow.py",
+            "tests/armdrive/motion/jog/test_jogging_flow.py",
             "test_a_hold_that_is_not_renewed_ends_by_itself",
         ),
     ),
@@ -34,7 +34,7 @@ MUTANTS = (
         old="hold.until_s > wire.now_s and",
         new="hold.until_s + 0.5 > wire.now_s and",
         tests=tests_of(
-            "tests/armdrive/test_jogging_flow.py",
+            "tests/armdrive/motion/jog/test_jogging_flow.py",
             "test_a_hold_that_is_not_renewed_ends_by_itself",
         ),
     ),
@@ -45,7 +45,7 @@ MUTANTS = (
         old="min(for_s, LONGEST_HOLD_S)",
         new="for_s",
         tests=tests_of(
-            "tests/armdrive/test_jogging_flow.py",
+            "tests/armdrive/motion/jog/test_jogging_flow.py",
             "test_a_hold_is_never_longer_than_a_second_however_long_was_asked",
         ),
     ),
@@ -56,7 +56,7 @@ MUTANTS = (
         old="    if wire.now_s > nudge.until_s:",
         new="    if False:",
         tests=tests_of(
-            "tests/armdrive/test_jogging_bounds.py",
+            "tests/armdrive/motion/jog/test_jogging_bounds.py",
             "test_an_increment_that_had_to_wait_too_long_is_dropped",
         ),
     ),
@@ -70,7 +70,7 @@ MUTANTS = (
         ),
         new="return speed",
         tests=tests_of(
-            "tests/armdrive/test_jogging_flow.py",
+            "tests/armdrive/motion/jog/test_jogging_flow.py",
             "test_joints_of_an_unknown_posture_are_jogged_slowly_and_without_limits",
         ),
     ),
@@ -81,7 +81,7 @@ MUTANTS = (
         old="if jog.space is Space.CARTESIAN and not core.position_known:",
         new="if False:",
         tests=tests_of(
-            "tests/armdrive/test_jogging_flow.py",
+            "tests/armdrive/motion/jog/test_jogging_flow.py",
             "test_cartesian_jogging_of_an_unknown_posture_is_refused_in_a_sentence",
         ),
     ),
@@ -92,7 +92,7 @@ MUTANTS = (
         old="    if core.position_known and legs:\n",
         new="    if False:\n",
         tests=tests_of(
-            "tests/armdrive/test_guards_driven.py",
+            "tests/armdrive/motion/test_guards_driven.py",
             "test_a_jog_is_audited_although_it_keeps_to_its_bounds_by_itself",
         ),
     ),
@@ -103,7 +103,7 @@ MUTANTS = (
         old=("        paced = paced.slowed(shares)\n        if stopped"),
         new="        if stopped",
         tests=tests_of(
-            "tests/armdrive/test_jog_course.py",
+            "tests/armdrive/motion/jog/test_jog_course.py",
             "test_a_joint_slides_up_to_its_limit_and_stops_on_it",
         ),
     ),
@@ -114,7 +114,7 @@ MUTANTS = (
         old="return there is not None and self.holds(here, there.joints)",
         new="return there is not None",
         tests=tests_of(
-            "tests/armdrive/test_jog_course.py",
+            "tests/armdrive/motion/jog/test_jog_course.py",
             "test_a_line_ends_on_the_table_and_the_arm_could_always_stop_before_it",
         ),
     ),
@@ -125,7 +125,7 @@ MUTANTS = (
         old=("    return core.controller.stopping(core.config.motion.jog_burst_s).asked_motion_s"),
         new="    return 0.0",
         tests=tests_of(
-            "tests/armdrive/test_guards_driven.py",
+            "tests/armdrive/motion/test_guards_driven.py",
             ("test_an_arm_that_drives_on_from_leg_to_leg_could_stop_before_a_guard_at_any_moment"),
         ),
     ),
@@ -136,7 +136,7 @@ MUTANTS = (
         old="return share / ramp_s if ramp_s > 0.0 else math.inf",
         new="return math.inf",
         tests=tests_of(
-            "tests/armdrive/test_jog_course.py",
+            "tests/armdrive/motion/jog/test_jog_course.py",
             "test_an_arm_that_has_stood_begins_its_ramp_anew",
         ),
     ),
@@ -147,7 +147,7 @@ MUTANTS = (
         old="speed = capped(core, hold.speed) * core.tempo.override",
         new="speed = min(2.0 * capped(core, hold.speed), 1.0) * core.tempo.override",
         tests=tests_of(
-            "tests/armdrive/test_jogging_flow.py",
+            "tests/armdrive/motion/jog/test_jogging_flow.py",
             "test_a_slow_hold_is_as_slow_as_asked_even_below_a_step_a_burst",
         ),
     ),
@@ -158,7 +158,7 @@ MUTANTS = (
         old="HOLD_LONGEST_S = 0.25",
         new="HOLD_LONGEST_S = 2.5",
         tests=tests_of(
-            "tests/armdrive/test_deadman.py",
+            "tests/armdrive/motion/test_deadman.py",
             "test_nothing_is_in_force_a_quarter_second_after_the_last_event",
         ),
     ),
@@ -169,7 +169,7 @@ MUTANTS = (
         old="return () if held is None else (Release(held),)",
         new="return ()",
         tests=tests_of(
-            "tests/armdrive/test_deadman.py",
+            "tests/armdrive/motion/test_deadman.py",
             "test_a_repeat_soon_after_means_held",
         ),
     ),
@@ -180,7 +180,7 @@ MUTANTS = (
         old="        if gate.events >= BACKLOG_EVENTS:\n",
         new="        if False:\n",
         tests=tests_of(
-            "tests/armdrive/test_deadman.py",
+            "tests/armdrive/motion/test_deadman.py",
             "test_a_stall_of_a_second_moves_nothing_and_disarms",
         ),
     ),
@@ -191,7 +191,7 @@ MUTANTS = (
         old=('        self._armed = False\n        self._key = ""\n        self._pressed_s'),
         new=('        self._armed = True\n        self._key = ""\n        self._pressed_s'),
         tests=tests_of(
-            "tests/armdrive/test_deadman.py",
+            "tests/armdrive/motion/test_deadman.py",
             "test_keys_have_no_effect_until_armed",
         ),
     ),
@@ -202,7 +202,7 @@ MUTANTS = (
         old="now_s - self._event_s >= ARM_AFTER_QUIET_S",
         new="True",
         tests=tests_of(
-            "tests/armdrive/test_deadman.py",
+            "tests/armdrive/motion/test_deadman.py",
             "test_arming_waits_until_the_keys_are_quiet",
         ),
     ),

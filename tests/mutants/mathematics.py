@@ -139,7 +139,7 @@ MUTANTS = (
         old=("            - sum(ratio * motors[earlier] for earlier, ratio in motor.follows)\n"),
         new="",
         tests=tests_of(
-            "tests/armdrive/test_gripper.py",
+            "tests/armdrive/motion/test_gripper.py",
             "test_opening_and_closing_end_where_asked_while_the_elbow_turns",
         ),
     ),

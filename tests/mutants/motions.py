@@ -12,7 +12,7 @@ MUTANTS = (
         old=("    if not legs or wire.stopping:\n        return\n    if wire.core"),
         new=("    if legs:\n        return\n    if wire.core"),
         tests=tests_of(
-            "tests/armdrive/test_motion.py",
+            "tests/armdrive/motion/test_motion.py",
             "test_the_physical_tip_stays_on_the_straight_line",
         ),
     ),
@@ -23,7 +23,7 @@ MUTANTS = (
         old=("    for leg in legs:\n        yield from follow_leg"),
         new=("    for leg in legs[:-1] or legs:\n        yield from follow_leg"),
         tests=tests_of(
-            "tests/armdrive/test_motion.py",
+            "tests/armdrive/motion/test_motion.py",
             "test_the_physical_tip_stays_on_the_straight_line",
         ),
     ),
@@ -34,7 +34,7 @@ MUTANTS = (
         old=("    joints, _ = core.transmission.to_joints(core.acknowledged)\n    pose, wanted"),
         new=("    joints = goal.joints\n    pose, wanted"),
         tests=tests_of(
-            "tests/armdrive/test_motion.py",
+            "tests/armdrive/motion/test_motion.py",
             "test_a_motion_reports_where_the_motors_stand_and_not_where_they_were_sent",
         ),
     ),
@@ -45,7 +45,7 @@ MUTANTS = (
         old="    if wire.stopping and core.coordinates != plan.end:",
         new="    if False:",
         tests=tests_of(
-            "tests/armdrive/test_stopping.py",
+            "tests/armdrive/runtime/test_stopping.py",
             "test_a_handle_can_be_cancelled_and_tells_that_it_was_stopped",
         ),
     ),
@@ -64,7 +64,7 @@ MUTANTS = (
             "            yield"
         ),
         tests=tests_of(
-            "tests/armdrive/test_grbl_controller.py",
+            "tests/armdrive/dialects/grbl/test_grbl_controller.py",
             "test_forty_ways_in_degrees_come_back_to_the_same_steps",
         ),
     ),
@@ -78,7 +78,7 @@ MUTANTS = (
         ),
         new="",
         tests=tests_of(
-            "tests/armdrive/test_motion.py",
+            "tests/armdrive/motion/test_motion.py",
             "test_limits_and_guards_refuse_before_the_first_byte_and_name_the_bound",
         ),
     ),
@@ -91,7 +91,7 @@ MUTANTS = (
         ),
         new="            if False:",
         tests=tests_of(
-            "tests/armdrive/test_motion.py",
+            "tests/armdrive/motion/test_motion.py",
             "test_limits_and_guards_refuse_before_the_first_byte_and_name_the_bound",
         ),
     ),
@@ -102,7 +102,7 @@ MUTANTS = (
         old="excused.get(violation.joint, 0.0) + SLACK_RAD",
         new="(math.inf if violation.joint in excused else 0.0) + SLACK_RAD",
         tests=tests_of(
-            "tests/armdrive/test_motion.py",
+            "tests/armdrive/motion/test_motion.py",
             "test_an_arm_that_stands_beyond_a_limit_may_come_back_but_go_no_further",
         ),
     ),
@@ -113,7 +113,7 @@ MUTANTS = (
         old=("    for corner in corners[1:]:\n        for violation"),
         new=("    for corner in corners[-1:]:\n        for violation"),
         tests=tests_of(
-            "tests/armdrive/test_paths_driven.py",
+            "tests/armdrive/motion/test_paths_driven.py",
             "test_a_path_is_audited_at_each_of_its_corners_and_not_at_its_end_alone",
         ),
     ),
@@ -124,7 +124,7 @@ MUTANTS = (
         old=("    if found is not None:\n        raise guard_error(found[1], found[0])"),
         new="",
         tests=tests_of(
-            "tests/armdrive/test_motion.py",
+            "tests/armdrive/motion/test_motion.py",
             "test_an_arm_that_stands_beyond_a_guard_may_leave_it_but_not_go_deeper",
         ),
     ),
@@ -135,7 +135,7 @@ MUTANTS = (
         old="            near = part * travel.whole_mm <= self._step_mm\n",
         new="            near = True\n",
         tests=tests_of(
-            "tests/armdrive/test_guards_driven.py",
+            "tests/armdrive/motion/test_guards_driven.py",
             "test_a_way_through_a_box_to_a_goal_behind_it_is_refused",
         ),
     ),
@@ -146,7 +146,7 @@ MUTANTS = (
         old="        if abs(angle - bounds.clamp(angle)) > LIMIT_TOLERANCE_RAD",
         new="        if abs(angle - bounds.clamp(angle)) > LIMIT_TOLERANCE_RAD + 0.0873",
         tests=tests_of(
-            "tests/armdrive/test_motion.py",
+            "tests/armdrive/motion/test_motion.py",
             "test_limits_and_guards_refuse_before_the_first_byte_and_name_the_bound",
         ),
     ),
@@ -157,7 +157,7 @@ MUTANTS = (
         old="changed[known[word]] = math.radians(finite(word, value))",
         new="changed[known[word]] = finite(word, value)",
         tests=tests_of(
-            "tests/armdrive/test_motion.py",
+            "tests/armdrive/motion/test_motion.py",
             "test_joints_that_are_not_named_keep_their_angle_to_the_last_digit",
         ),
     ),
@@ -168,7 +168,7 @@ MUTANTS = (
         old="    if end_mm != start_mm and not low <= end_mm <= high:",
         new="    if False:",
         tests=tests_of(
-            "tests/armdrive/test_gripper.py",
+            "tests/armdrive/motion/test_gripper.py",
             "test_opening_and_closing_end_where_asked_while_the_elbow_turns",
         ),
     ),
@@ -190,7 +190,7 @@ MUTANTS = (
         old=("    if stray_mm > core.config.motion.straying_mm:\n        return False\n    if not"),
         new="    if not",
         tests=tests_of(
-            "tests/armdrive/test_straying.py",
+            "tests/armdrive/motion/test_straying.py",
             "test_the_tip_stays_as_near_to_the_straight_way_as_it_is_told",
         ),
     ),
@@ -203,7 +203,7 @@ MUTANTS = (
         ),
         new="",
         tests=tests_of(
-            "tests/armdrive/test_straying.py",
+            "tests/armdrive/motion/test_straying.py",
             "test_no_joint_passes_the_limit_that_it_moves_beside",
         ),
     ),
@@ -232,7 +232,7 @@ MUTANTS = (
             "        if self.touch"
         ),
         tests=tests_of(
-            "tests/armdrive/test_motion.py",
+            "tests/armdrive/motion/test_motion.py",
             "test_a_motion_is_never_faster_than_asked",
         ),
     ),
@@ -246,7 +246,7 @@ MUTANTS = (
             "                self._rounded(end - start),\n"
         ),
         tests=tests_of(
-            "tests/armdrive/test_grbl_controller_lines.py",
+            "tests/armdrive/dialects/grbl/test_grbl_controller_lines.py",
             "test_a_thousand_like_ways_in_degrees_do_not_drift",
         ),
     ),
@@ -257,7 +257,7 @@ MUTANTS = (
         old=("speeds.limits, fraction)\n    places"),
         new=("speeds.limits, min(2.0 * fraction, 1.0))\n    places"),
         tests=tests_of(
-            "tests/armdrive/test_motion.py",
+            "tests/armdrive/motion/test_motion.py",
             "test_a_motion_is_never_faster_than_asked",
         ),
     ),
@@ -292,7 +292,7 @@ MUTANTS = (
         ),
         new="usual = [math.inf for _ in speeds]",
         tests=tests_of(
-            "tests/armdrive/test_paths_driven.py",
+            "tests/armdrive/motion/test_paths_driven.py",
             "test_with_ramps_the_speed_grows_and_falls_within_its_limits",
         ),
     ),
@@ -303,7 +303,7 @@ MUTANTS = (
         old="        return duration_s / self.override",
         new="        return duration_s",
         tests=tests_of(
-            "tests/armdrive/test_pausing.py",
+            "tests/armdrive/motion/test_pausing.py",
             "test_an_override_makes_a_motion_last_as_much_longer",
         ),
     ),
@@ -314,7 +314,7 @@ MUTANTS = (
         old="capped(core, hold.speed) * core.tempo.override",
         new="capped(core, hold.speed)",
         tests=tests_of(
-            "tests/armdrive/test_pausing.py",
+            "tests/armdrive/motion/test_pausing.py",
             "test_an_override_holds_in_mid_motion_and_for_held_jogs",
         ),
     ),
@@ -325,7 +325,7 @@ MUTANTS = (
         old="pending = self._pending if unsent else self._pending[1:]",
         new="pending = self._pending",
         tests=tests_of(
-            "tests/armdrive/test_pausing.py",
+            "tests/armdrive/motion/test_pausing.py",
             "test_a_pause_ends_the_way_within_the_time_and_way_that_were_announced",
         ),
     ),
@@ -336,7 +336,7 @@ MUTANTS = (
         old=("        if core.coordinates == there:\n            done = further"),
         new=("        if core.coordinates == there or tempo.paused:\n            done = further"),
         tests=tests_of(
-            "tests/armdrive/test_pausing.py",
+            "tests/armdrive/motion/test_pausing.py",
             "test_a_pause_ends_the_way_within_the_time_and_way_that_were_announced",
         ),
     ),
@@ -347,7 +347,7 @@ MUTANTS = (
         old=("        if unsent:\n            self._core.takes_back(self._before)\n"),
         new="",
         tests=tests_of(
-            "tests/armdrive/test_grbl_pausing.py",
+            "tests/armdrive/dialects/grbl/test_grbl_pausing.py",
             "test_backlash_that_was_to_be_taken_up_is_taken_up_after_the_pause",
         ),
     ),
@@ -361,7 +361,7 @@ MUTANTS = (
         ),
         new="        return steps",
         tests=tests_of(
-            "tests/armdrive/test_backlash.py",
+            "tests/armdrive/runtime/test_backlash.py",
             "test_a_play_that_is_compensated_moves_by_what_was_wanted_every_time",
         ),
     ),
@@ -372,7 +372,7 @@ MUTANTS = (
         old="        reply = yield from wire.request(SetGripper(share))\n",
         new=("        reply = Done()\n        yield Until(wire.now_s)\n"),
         tests=tests_of(
-            "tests/armdrive/test_grbl_board.py",
+            "tests/armdrive/dialects/grbl/test_grbl_board.py",
             "test_a_gripper_on_a_valve_opens_and_closes",
         ),
     ),
@@ -383,7 +383,7 @@ MUTANTS = (
         old="        yield from _slide(wire, speeds, -round(extra_n * steps_per_n))\n",
         new="",
         tests=tests_of(
-            "tests/armdrive/test_gripper.py",
+            "tests/armdrive/motion/test_gripper.py",
             "test_a_grasp_measures_the_block_and_presses_as_asked",
         ),
     ),
@@ -394,7 +394,7 @@ MUTANTS = (
         old="for group in homing.groups)\n",
         new="for group in reversed(homing.groups))\n",
         tests=tests_of(
-            "tests/armdrive/test_grbl_board.py",
+            "tests/armdrive/dialects/grbl/test_grbl_board.py",
             "test_homing_ends_where_the_arm_file_says",
         ),
     ),
@@ -408,7 +408,7 @@ MUTANTS = (
         ),
         new="",
         tests=tests_of(
-            "tests/armdrive/test_mks_arm.py",
+            "tests/armdrive/dialects/mks/test_mks_arm.py",
             "test_homing_finds_the_switches_in_the_order_of_the_arm_file",
         ),
     ),
@@ -441,7 +441,7 @@ MUTANTS = (
         old="        self.paused = True\n",
         new="        self.paused = False\n",
         tests=tests_of(
-            "tests/armdrive/test_pausing.py",
+            "tests/armdrive/motion/test_pausing.py",
             "test_a_paused_motion_stands_and_goes_on_to_the_same_step",
         ),
     ),

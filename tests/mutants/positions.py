@@ -16,7 +16,7 @@ MUTANTS = (
             "            return self\n"
         ),
         tests=tests_of(
-            "tests/armdrive/test_trust.py",
+            "tests/armdrive/runtime/test_trust.py",
             "test_every_kind_of_evidence_has_a_row_and_words",
         ),
     ),
@@ -27,7 +27,7 @@ MUTANTS = (
         old="            self.core.learn(silence, self.now_s)\n",
         new="",
         tests=tests_of(
-            "tests/armdrive/test_trust.py",
+            "tests/armdrive/runtime/test_trust.py",
             "test_a_power_cut_in_mid_motion_is_an_error_stop_with_a_suspect_position",
         ),
     ),
@@ -41,7 +41,7 @@ MUTANTS = (
         ),
         new="",
         tests=tests_of(
-            "tests/armdrive/test_trust.py",
+            "tests/armdrive/runtime/test_trust.py",
             "test_a_brown_out_between_bursts_is_found_while_the_motion_goes_on",
         ),
     ),
@@ -55,7 +55,7 @@ MUTANTS = (
         ),
         new="",
         tests=tests_of(
-            "tests/armdrive/test_stopping.py",
+            "tests/armdrive/runtime/test_stopping.py",
             "test_motors_that_a_stop_left_off_their_way_are_not_believed",
         ),
     ),
@@ -66,7 +66,7 @@ MUTANTS = (
         old=("    core.learn(evidence, wire.now_s)\n    core.notify(core.belief.reason, evidence)"),
         new="    core.notify(core.belief.reason, evidence)",
         tests=tests_of(
-            "tests/armdrive/test_trust.py",
+            "tests/armdrive/runtime/test_trust.py",
             "test_the_pendant_makes_a_standing_arm_suspect_within_seconds",
         ),
     ),
@@ -77,7 +77,7 @@ MUTANTS = (
         old=("            self.fell |= any(not min(a, c) <= b <= max(a, c) for a, b, c in ways)"),
         new="            self.fell |= False",
         tests=tests_of(
-            "tests/armdrive/test_zeroed_in_motion.py",
+            "tests/armdrive/motion/test_zeroed_in_motion.py",
             ("test_counts_that_go_back_to_where_they_began_are_those_of_a_device_that_began_anew"),
         ),
     ),
@@ -88,7 +88,7 @@ MUTANTS = (
         old="if mute and not reply.positions.largest:",
         new="if False:",
         tests=tests_of(
-            "tests/armdrive/test_trust.py",
+            "tests/armdrive/runtime/test_trust.py",
             ("test_counts_of_zero_after_a_silence_may_be_those_of_a_controller_that_began_anew"),
         ),
     ),
@@ -99,7 +99,7 @@ MUTANTS = (
         old="            core.learn(Evidence.ENDED_IN_MOTION, wire.now_s)",
         new="            pass",
         tests=tests_of(
-            "tests/armdrive/test_record.py",
+            "tests/armdrive/storage/test_record.py",
             "test_counts_that_agree_by_chance_do_not_hide_an_end_in_mid_motion",
         ),
     ),
@@ -110,7 +110,7 @@ MUTANTS = (
         old="            core.learn(Evidence.RECORD_DIFFERS, wire.now_s)",
         new="            pass",
         tests=tests_of(
-            "tests/armdrive/test_record.py",
+            "tests/armdrive/storage/test_record.py",
             "test_a_power_cut_between_programs_is_suspect_and_keeps_the_posture",
         ),
     ),
@@ -121,7 +121,7 @@ MUTANTS = (
         old="        if record.trust == Trust.SUSPECT.value:",
         new="        if False:",
         tests=tests_of(
-            "tests/armdrive/test_power_cuts.py",
+            "tests/armdrive/storage/test_power_cuts.py",
             "test_an_arm_that_was_let_go_is_never_restored",
         ),
     ),
@@ -132,7 +132,7 @@ MUTANTS = (
         old="    if core.told_early is not None:",
         new="    if False:",
         tests=tests_of(
-            "tests/armdrive/test_armdroid_sagging.py",
+            "tests/armdrive/dialects/armdroid/test_armdroid_sagging.py",
             ("test_motors_that_are_told_to_be_off_while_connecting_leave_no_record_to_be_believed"),
         ),
     ),
@@ -143,7 +143,7 @@ MUTANTS = (
         old="        self.learn(Evidence.LOST_IN_MOTION, now_s)\n",
         new="",
         tests=tests_of(
-            "tests/armdrive/test_reconnecting.py",
+            "tests/armdrive/connect/test_reconnecting.py",
             "test_who_waited_for_a_motion_hears_of_the_loss_and_nothing_goes_on_later",
         ),
     ),
@@ -154,7 +154,7 @@ MUTANTS = (
         old="        core.learn(Evidence.LINK_BACK, now_s)",
         new="        pass",
         tests=tests_of(
-            "tests/armdrive/test_reconnecting.py",
+            "tests/armdrive/connect/test_reconnecting.py",
             "test_a_wire_that_comes_back_ends_in_error_stop_and_moves_nothing",
         ),
     ),
@@ -165,7 +165,7 @@ MUTANTS = (
         old="        core.learn(Evidence.RECORD_DIFFERS, now_s)",
         new="        core.learn(Evidence.LINK_BACK, now_s)",
         tests=tests_of(
-            "tests/armdrive/test_reconnecting.py",
+            "tests/armdrive/connect/test_reconnecting.py",
             "test_a_board_that_lost_its_power_meanwhile_is_suspect",
         ),
     ),
@@ -180,7 +180,7 @@ MUTANTS = (
         ),
         new="        if core.fell:",
         tests=tests_of(
-            "tests/armdrive/test_grbl_controller.py",
+            "tests/armdrive/dialects/grbl/test_grbl_controller.py",
             "test_an_emergency_stop_loses_the_position_and_reset_brings_the_board_back",
         ),
     ),
@@ -191,7 +191,7 @@ MUTANTS = (
         old="AlertKind.ALARM_LOST: Evidence.ALARM,",
         new="AlertKind.ALARM_LOST: None,",
         tests=tests_of(
-            "tests/armdrive/test_grbl_board.py",
+            "tests/armdrive/dialects/grbl/test_grbl_board.py",
             "test_a_limit_alarm_of_an_arm_that_stands_makes_its_position_suspect",
         ),
     ),
@@ -202,7 +202,7 @@ MUTANTS = (
         old="AlertKind.ASTRAY: Evidence.OFF_THE_PATH,",
         new="AlertKind.ASTRAY: None,",
         tests=tests_of(
-            "tests/armdrive/test_grbl_controller_wire.py",
+            "tests/armdrive/dialects/grbl/test_grbl_controller_wire.py",
             "test_an_arm_that_leaves_the_path_is_stopped_on_its_way",
         ),
     ),
@@ -213,7 +213,7 @@ MUTANTS = (
         old="AlertKind.RESTARTED: Evidence.RESTARTED,",
         new="AlertKind.RESTARTED: None,",
         tests=tests_of(
-            "tests/armdrive/test_grbl_resets.py",
+            "tests/armdrive/dialects/grbl/test_grbl_resets.py",
             "test_nor_is_a_second_one",
         ),
     ),
@@ -224,7 +224,7 @@ MUTANTS = (
         old="AlertKind.SWITCHED_OFF: Evidence.SWITCHED_OFF,",
         new="AlertKind.SWITCHED_OFF: None,",
         tests=tests_of(
-            "tests/armdrive/test_armdroid_sagging.py",
+            "tests/armdrive/dialects/armdroid/test_armdroid_sagging.py",
             "test_an_arm_that_sagged_as_it_was_switched_on_is_not_believed",
         ),
     ),
@@ -237,7 +237,7 @@ MUTANTS = (
         ),
         new="",
         tests=tests_of(
-            "tests/armdrive/test_trust.py",
+            "tests/armdrive/runtime/test_trust.py",
             "test_dropping_the_current_says_suspect_and_only_disable_sends_it",
         ),
     ),
@@ -248,7 +248,7 @@ MUTANTS = (
         old="    core.learn(Evidence.HOMING_FAILED, wire.now_s)\n",
         new="",
         tests=tests_of(
-            "tests/armdrive/test_mks_arm.py",
+            "tests/armdrive/dialects/mks/test_mks_arm.py",
             "test_a_referenced_arm_whose_homing_was_stopped_is_suspect",
         ),
     ),
@@ -259,7 +259,7 @@ MUTANTS = (
         old="        core.learn(_evidence(reply), self.now_s, reply.reason)\n",
         new="",
         tests=tests_of(
-            "tests/armdrive/test_wire_faults.py",
+            "tests/armdrive/runtime/test_wire_faults.py",
             "test_a_motion_that_is_answered_by_no_leaves_a_suspect_position",
         ),
     ),
@@ -270,7 +270,7 @@ MUTANTS = (
         old="    core.learn(Evidence.OFF_ITS_MARK, wire.now_s, detail)\n",
         new="",
         tests=tests_of(
-            "tests/armdrive/test_verifying.py",
+            "tests/armdrive/motion/test_verifying.py",
             ("test_a_drift_that_nobody_accepts_makes_the_position_suspect_and_says_by_how_much"),
         ),
     ),
@@ -283,7 +283,7 @@ MUTANTS = (
         old="if belief.trust is Trust.RESTORED and allow_restored:",
         new="if belief.trust is Trust.RESTORED:",
         tests=tests_of(
-            "tests/armdrive/test_trust.py",
+            "tests/armdrive/runtime/test_trust.py",
             "test_a_refusal_says_why_and_how_to_mend_it",
         ),
     ),
@@ -294,7 +294,7 @@ MUTANTS = (
         old="    if core.belief.trust is not Trust.RESTORED:",
         new="    if False:",
         tests=tests_of(
-            "tests/armdrive/test_record.py",
+            "tests/armdrive/storage/test_record.py",
             "test_an_arm_that_was_moved_before_it_was_confirmed_is_not_confirmed",
         ),
     ),
@@ -305,7 +305,7 @@ MUTANTS = (
         old="    if doubted or (changed and (late or not registers.largest)):",
         new="    if False:",
         tests=tests_of(
-            "tests/armdrive/test_trust.py",
+            "tests/armdrive/runtime/test_trust.py",
             ("test_a_posture_is_not_taken_of_an_arm_that_moved_while_the_wire_was_disturbed"),
         ),
     ),
@@ -316,7 +316,7 @@ MUTANTS = (
         old="return now_s + every_s, poll(self._wire)",
         new="return now_s + every_s, None",
         tests=tests_of(
-            "tests/armdrive/test_trust.py",
+            "tests/armdrive/runtime/test_trust.py",
             ("test_counts_of_zero_after_a_silence_may_be_those_of_a_controller_that_began_anew"),
         ),
     ),
@@ -333,7 +333,7 @@ MUTANTS = (
             "        yield from drive_legs(wire, plan.legs, core.config.motion.planned_burst_s)\n"
         ),
         tests=tests_of(
-            "tests/armdrive/test_wire_faults.py",
+            "tests/armdrive/runtime/test_wire_faults.py",
             "test_a_burst_of_other_steps_is_found_out_before_its_call_returns",
         ),
     ),
@@ -344,7 +344,7 @@ MUTANTS = (
         old="    if core.acknowledged != stood or core.belief is not believed:",
         new="    if False:",
         tests=tests_of(
-            "tests/armdrive/test_pausing.py",
+            "tests/armdrive/motion/test_pausing.py",
             "test_an_arm_that_the_pendant_moved_in_a_pause_does_not_go_on",
         ),
     ),
@@ -355,7 +355,7 @@ MUTANTS = (
         old="    yield from wire.look()  # however fresh",
         new="    yield from ()  # however fresh",
         tests=tests_of(
-            "tests/armdrive/test_pausing.py",
+            "tests/armdrive/motion/test_pausing.py",
             "test_an_arm_that_the_pendant_moved_in_a_pause_does_not_go_on",
         ),
     ),
@@ -370,7 +370,7 @@ MUTANTS = (
             "type(core.acknowledged)([40] * len(core.acknowledged)), 100.0, None)\n"
         ),
         tests=tests_of(
-            "tests/armdrive/test_reconnecting.py",
+            "tests/armdrive/connect/test_reconnecting.py",
             "test_a_wire_that_comes_back_ends_in_error_stop_and_moves_nothing",
         ),
     ),
@@ -381,7 +381,7 @@ MUTANTS = (
         old="        core.fault(back, RECONNECTED)",
         new="        core.notify(back)",
         tests=tests_of(
-            "tests/armdrive/test_reconnecting.py",
+            "tests/armdrive/connect/test_reconnecting.py",
             "test_a_wire_that_comes_back_ends_in_error_stop_and_moves_nothing",
         ),
     ),
@@ -394,7 +394,7 @@ MUTANTS = (
         ),
         new="        self.tempo.end_pause()",
         tests=tests_of(
-            "tests/armdrive/test_reconnecting.py",
+            "tests/armdrive/connect/test_reconnecting.py",
             "test_what_waits_never_survives_a_fault",
         ),
     ),
@@ -405,7 +405,7 @@ MUTANTS = (
         old="FRESH_S = 0.05",
         new="FRESH_S = 5.0",
         tests=tests_of(
-            "tests/armdrive/test_trust.py",
+            "tests/armdrive/runtime/test_trust.py",
             "test_a_pendant_move_just_before_a_motion_is_seen_before_the_motion",
         ),
     ),
@@ -416,7 +416,7 @@ MUTANTS = (
         old=("    if belief.trust is Trust.REFERENCED:\n        return\n"),
         new=("    if belief.trust is not Trust.RESTORED:\n        return\n"),
         tests=tests_of(
-            "tests/armdrive/test_trust.py",
+            "tests/armdrive/runtime/test_trust.py",
             "test_a_refusal_says_why_and_how_to_mend_it",
         ),
     ),

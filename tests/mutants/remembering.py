@@ -12,7 +12,7 @@ MUTANTS = (
         old=("    while not memory.mark_stands():\n        if wire.stopping"),
         new=("    while False:\n        if wire.stopping"),
         tests=tests_of(
-            "tests/armdrive/test_slow_disk.py",
+            "tests/armdrive/storage/test_slow_disk.py",
             "test_no_motion_begins_before_its_mark_is_on_the_disk_and_then_it_does",
         ),
     ),
@@ -31,7 +31,7 @@ MUTANTS = (
             "        self._moving = False"
         ),
         tests=tests_of(
-            "tests/armdrive/test_slow_disk.py",
+            "tests/armdrive/storage/test_slow_disk.py",
             "test_no_motion_begins_before_its_mark_is_on_the_disk_and_then_it_does",
         ),
     ),
@@ -42,7 +42,7 @@ MUTANTS = (
         old="            in_motion=in_motion,\n",
         new="            in_motion=False,\n",
         tests=tests_of(
-            "tests/armdrive/test_record.py",
+            "tests/armdrive/storage/test_record.py",
             "test_a_restored_position_moves_for_who_allowed_it",
         ),
     ),
@@ -53,7 +53,7 @@ MUTANTS = (
         old="STILL_S = 2.0",
         new="STILL_S = 0.0",
         tests=tests_of(
-            "tests/armdrive/test_record.py",
+            "tests/armdrive/storage/test_record.py",
             "test_the_mark_is_taken_away_two_seconds_after_the_arm_stands",
         ),
     ),
@@ -66,7 +66,7 @@ MUTANTS = (
         ),
         new="        return True",
         tests=tests_of(
-            "tests/armdrive/test_record.py",
+            "tests/armdrive/storage/test_record.py",
             "test_an_arm_whose_position_cannot_be_remembered_does_not_move",
         ),
     ),
@@ -77,7 +77,7 @@ MUTANTS = (
         old="        if self._refused or any(_misleads(one, record) for one in self._left):",
         new="        if False:",
         tests=tests_of(
-            "tests/armdrive/test_full_disk.py",
+            "tests/armdrive/storage/test_full_disk.py",
             "test_a_full_disk_keeps_no_motor_on_and_leaves_nothing_to_believe",
         ),
     ),
@@ -88,7 +88,7 @@ MUTANTS = (
         old=("        if self._ended:\n            return before\n"),
         new="",
         tests=tests_of(
-            "tests/armdrive/test_record.py",
+            "tests/armdrive/storage/test_record.py",
             "test_a_program_that_has_ended_changes_nothing_on_the_disk_any_more",
         ),
     ),
@@ -99,7 +99,7 @@ MUTANTS = (
         old='    if entries.pop(_CHECK) != _check({"format": FORMAT, **entries}):',
         new="    if not entries.pop(_CHECK):",
         tests=tests_of(
-            "tests/armdrive/test_record_text.py",
+            "tests/armdrive/storage/test_record_text.py",
             "test_a_record_with_any_bit_turned_is_refused_or_says_the_same",
         ),
     ),
@@ -110,7 +110,7 @@ MUTANTS = (
         old="            record.require_owner(arm, calibration, motors)\n",
         new="",
         tests=tests_of(
-            "tests/armdrive/test_record.py",
+            "tests/armdrive/storage/test_record.py",
             "test_a_record_that_does_not_fit_is_refused_with_the_reason",
         ),
     ),
@@ -121,7 +121,7 @@ MUTANTS = (
         old="        files.sync(handle)\n",
         new="",
         tests=tests_of(
-            "tests/armdrive/test_power_cuts.py",
+            "tests/armdrive/storage/test_power_cuts.py",
             "test_nothing_wrong_is_believed_after_an_end_at_any_moment",
         ),
     ),
@@ -134,7 +134,7 @@ MUTANTS = (
         ),
         new=("            files.remove(beside)\n        raise\n"),
         tests=tests_of(
-            "tests/armdrive/test_power_cuts.py",
+            "tests/armdrive/storage/test_power_cuts.py",
             "test_nothing_wrong_is_believed_after_an_end_at_any_moment",
         ),
     ),
@@ -155,7 +155,7 @@ MUTANTS = (
             "    core.settle()\n"
         ),
         tests=tests_of(
-            "tests/armdrive/test_record.py",
+            "tests/armdrive/storage/test_record.py",
             "test_an_arm_whose_position_cannot_be_remembered_does_not_move",
         ),
     ),
@@ -166,7 +166,7 @@ MUTANTS = (
         old=("        self._core.lose(lost)\n        self._core.remember()\n"),
         new=("        self._core.lose(lost)\n        self._core.mark_still()\n"),
         tests=tests_of(
-            "tests/armdrive/test_record.py",
+            "tests/armdrive/storage/test_record.py",
             "test_a_wire_that_is_lost_soon_after_a_motion_leaves_the_mark",
         ),
     ),

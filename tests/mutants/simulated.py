@@ -12,7 +12,7 @@ MUTANTS = (
         old="return Motors(signed(count) for count in self._drive.counts)",
         new="return Motors(signed(count) for count in self._drive.world.motors)",
         tests=tests_of(
-            "tests/armdrive/test_sim_teachmover.py",
+            "tests/armdrive/sim/teachmover/test_sim_teachmover.py",
             "TestSteps::test_on_the_way_all_motors_are_in_proportion",
         ),
     ),
@@ -23,7 +23,7 @@ MUTANTS = (
         old="        lost = min(abs(count), self._to_lose.get(motor, 0))\n",
         new="        lost = 0\n",
         tests=tests_of(
-            "tests/armdrive/test_sim_faults.py",
+            "tests/armdrive/sim/faults/test_sim_faults.py",
             "TestOnTheArm::test_lost_steps_are_counted_and_not_made",
         ),
     ),
@@ -34,7 +34,7 @@ MUTANTS = (
         old=("        if motor in self.stalled:\n            return 0\n"),
         new="",
         tests=tests_of(
-            "tests/armdrive/test_sim_faults.py",
+            "tests/armdrive/sim/faults/test_sim_faults.py",
             "TestOnTheArm::test_a_stalled_motor_does_not_follow_until_it_is_freed",
         ),
     ),
@@ -45,7 +45,7 @@ MUTANTS = (
         old=("            if self._blocked or not stop.low_rad <= angle_rad <= stop.high_rad:"),
         new="            if False:",
         tests=tests_of(
-            "tests/armdrive/test_sim_world.py",
+            "tests/armdrive/sim/world/test_sim_world.py",
             "TestMotorsAndStops::test_a_joint_at_its_stop_loses_steps_once_reported",
         ),
     ),
@@ -56,7 +56,7 @@ MUTANTS = (
         old=("        self.force(there - self._motors, time_s)\n\n    def _followed"),
         new=("\n    def _followed"),
         tests=tests_of(
-            "tests/armdrive/test_sim_world.py",
+            "tests/armdrive/sim/world/test_sim_world.py",
             "TestSag::test_without_current_the_arm_comes_down_and_keeps_base_and_roll",
         ),
     ),
@@ -67,7 +67,7 @@ MUTANTS = (
         old="            pin = min(max(0, slot - width), slot)\n",
         new="            pin = step\n",
         tests=tests_of(
-            "tests/armdrive/test_backlash_driven.py",
+            "tests/armdrive/motion/test_backlash_driven.py",
             ("test_without_compensation_the_arm_is_off_by_its_play_and_with_it_by_nothing"),
         ),
     ),
@@ -78,7 +78,7 @@ MUTANTS = (
         old="            if self.busy and not self.settings.keeps_input_while_moving:",
         new="            if False:",
         tests=tests_of(
-            "tests/armdrive/test_sim_teachmover.py",
+            "tests/armdrive/sim/teachmover/test_sim_teachmover.py",
             ("TestSteps::test_what_is_sent_during_a_motion_is_lost_unless_the_arm_keeps_it"),
         ),
     ),
@@ -89,7 +89,7 @@ MUTANTS = (
         old=("        if now_s >= self.done_s:\n            return self.deltas\n"),
         new=("        if now_s >= self.start_s:\n            return self.deltas\n"),
         tests=tests_of(
-            "tests/armdrive/test_sim_motors.py",
+            "tests/armdrive/sim/mechanics/test_sim_motors.py",
             "test_a_stopped_motion_stays_where_it_was",
         ),
     ),

@@ -12,7 +12,7 @@ MUTANTS = (
         old=("        self.engine.stop_asked = True\n        self.pace.wake()"),
         new="        self.pace.wake()",
         tests=tests_of(
-            "tests/armdrive/test_stopping.py",
+            "tests/armdrive/runtime/test_stopping.py",
             "test_a_stopped_arm_stands_within_the_stated_time_and_way",
         ),
     ),
@@ -23,7 +23,7 @@ MUTANTS = (
         old="while done < 1.0 and not (wire.stopping or released()):",
         new="while done < 1.0 and not released():",
         tests=tests_of(
-            "tests/armdrive/test_stopping.py",
+            "tests/armdrive/runtime/test_stopping.py",
             "test_a_stopped_arm_stands_within_the_stated_time_and_way",
         ),
     ),
@@ -34,7 +34,7 @@ MUTANTS = (
         old=("            self._stopping()\n            self.controller.stop(hard=self.stop_hard)"),
         new="            self._stopping()",
         tests=tests_of(
-            "tests/armdrive/test_grbl_controller.py",
+            "tests/armdrive/dialects/grbl/test_grbl_controller.py",
             "test_an_emergency_stop_loses_the_position_and_reset_brings_the_board_back",
         ),
     ),
@@ -50,7 +50,7 @@ MUTANTS = (
             "            if request.let_go():\n                return (yield from self._halt(trip))"
         ),
         tests=tests_of(
-            "tests/armdrive/test_grbl_controller.py",
+            "tests/armdrive/dialects/grbl/test_grbl_controller.py",
             "test_an_emergency_stop_loses_the_position_and_reset_brings_the_board_back",
         ),
     ),
@@ -61,7 +61,7 @@ MUTANTS = (
         old=("                self.press(Realtime.FEED_HOLD)\n            seen = yield"),
         new=("                pass\n            seen = yield"),
         tests=tests_of(
-            "tests/armdrive/test_grbl_controller.py",
+            "tests/armdrive/dialects/grbl/test_grbl_controller.py",
             "test_a_stop_brakes_and_does_not_only_send_no_more",
         ),
     ),
@@ -72,7 +72,7 @@ MUTANTS = (
         old="        self.press(Realtime.JOG_CANCEL)\n",
         new="",
         tests=tests_of(
-            "tests/armdrive/test_grbl_controller.py",
+            "tests/armdrive/dialects/grbl/test_grbl_controller.py",
             "test_a_jog_that_is_let_go_ends_soon_and_only_cancels",
         ),
     ),
@@ -83,7 +83,7 @@ MUTANTS = (
         old='if (yield from self._ask(Stop(), text="STOP")) is None:',
         new='if (yield from self._ask(IsMoving(), text="STOP")) is None:',
         tests=tests_of(
-            "tests/armdrive/test_robko01_stop.py",
+            "tests/armdrive/dialects/robko01/test_robko01_stop.py",
             "test_a_stop_during_a_look_goes_out_as_soon_as_the_look_is_answered",
         ),
     ),
@@ -94,7 +94,7 @@ MUTANTS = (
         old='self.put(node, Stop(Code.ABSOLUTE_AXIS, 0 if dead else ramp), "STOP")',
         new="pass",
         tests=tests_of(
-            "tests/armdrive/test_mks_stops.py",
+            "tests/armdrive/dialects/mks/test_mks_stops.py",
             "test_drives_that_brake_are_told_once",
         ),
     ),
@@ -105,7 +105,7 @@ MUTANTS = (
         old="self.command(drive, STOP, self._mode_of(drive))",
         new="self.command(drive, ENABLE, self._mode_of(drive), drive.place)",
         tests=tests_of(
-            "tests/armdrive/test_cia402_motion.py",
+            "tests/armdrive/dialects/cia402/test_cia402_motion.py",
             "test_drives_that_were_out_of_reach_for_a_moment_do_not_leap_far",
         ),
     ),
@@ -116,7 +116,7 @@ MUTANTS = (
         old=("            if self.stop_asked or let_go():\n                self.give_up()"),
         new=("            if let_go():\n                self.give_up()"),
         tests=tests_of(
-            "tests/armdrive/test_armdroid_controller.py",
+            "tests/armdrive/dialects/armdroid/test_armdroid_controller.py",
             "TestConversation::test_a_stop_before_the_letter_lets_nothing_begin",
         ),
     ),
@@ -129,7 +129,7 @@ MUTANTS = (
         ),
         new="",
         tests=tests_of(
-            "tests/armdrive/test_stopping.py",
+            "tests/armdrive/runtime/test_stopping.py",
             "test_a_second_emergency_stop_during_the_reset_is_not_lost",
         ),
     ),
@@ -140,7 +140,7 @@ MUTANTS = (
         old="        self.engine.stop_hard = self.engine.stop_hard or hard\n",
         new="",
         tests=tests_of(
-            "tests/armdrive/test_grbl_controller.py",
+            "tests/armdrive/dialects/grbl/test_grbl_controller.py",
             "test_an_emergency_stop_loses_the_position_and_reset_brings_the_board_back",
         ),
     ),
@@ -151,7 +151,7 @@ MUTANTS = (
         old='self.core.fault("emergency stop: look',
         new='self.core.notify("emergency stop: look',
         tests=tests_of(
-            "tests/armdrive/test_stopping.py",
+            "tests/armdrive/runtime/test_stopping.py",
             "test_a_second_emergency_stop_during_the_reset_is_not_lost",
         ),
     ),
@@ -165,7 +165,7 @@ MUTANTS = (
             "        (s.ERROR_STOP, e.ENABLE): s.STANDBY,\n"
         ),
         tests=tests_of(
-            "tests/armdrive/test_states.py",
+            "tests/armdrive/runtime/test_states.py",
             "test_only_reset_and_a_lost_wire_leave_error_stop",
         ),
     ),
@@ -176,7 +176,7 @@ MUTANTS = (
         old="        (s.STANDBY, e.MOVE): s.MOVING,\n",
         new=("        (s.STANDBY, e.MOVE): s.MOVING,\n        (s.DISABLED, e.MOVE): s.MOVING,\n"),
         tests=tests_of(
-            "tests/armdrive/test_states.py",
+            "tests/armdrive/runtime/test_states.py",
             "test_motion_begins_in_standby_alone",
         ),
     ),
@@ -192,7 +192,7 @@ MUTANTS = (
             "    weigh"
         ),
         tests=tests_of(
-            "tests/armdrive/test_stopping.py",
+            "tests/armdrive/runtime/test_stopping.py",
             "test_a_reset_right_behind_the_emergency_stop_waits_for_the_burst",
         ),
     ),
@@ -208,7 +208,7 @@ MUTANTS = (
             "    core.memory.taken_up()  # from here on"
         ),
         tests=tests_of(
-            "tests/armdrive/test_trust.py",
+            "tests/armdrive/runtime/test_trust.py",
             "test_no_planned_motion_without_a_reference_and_no_byte_of_one",
         ),
     ),
@@ -219,7 +219,7 @@ MUTANTS = (
         old=("                self.stop()\n                with self.pace.lock:"),
         new="                with self.pace.lock:",
         tests=tests_of(
-            "tests/armdrive/test_stopping.py",
+            "tests/armdrive/runtime/test_stopping.py",
             "test_closing_ends_a_motion_under_way_and_the_arm_stands",
         ),
     ),
@@ -230,7 +230,7 @@ MUTANTS = (
         old=('            self.stop_asked = True\n            self.stop_why = f": this'),
         new='            self.stop_why = f": this',
         tests=tests_of(
-            "tests/armdrive/test_suspended.py",
+            "tests/armdrive/runtime/test_suspended.py",
             "test_a_motion_does_not_go_on_when_its_program_wakes",
         ),
     ),
@@ -241,7 +241,7 @@ MUTANTS = (
         old=("return not self.stop_asked and self.round_s() > self.controller.abilities.order_s"),
         new="return False",
         tests=tests_of(
-            "tests/armdrive/test_stale_orders.py",
+            "tests/armdrive/runtime/test_stale_orders.py",
             "test_what_was_thought_out_before_the_drives_stopped_is_not_said",
         ),
     ),
@@ -252,7 +252,7 @@ MUTANTS = (
         old="busy = self._task is not None and not self._task.routine and alone",
         new="busy = False",
         tests=tests_of(
-            "tests/armdrive/test_stopping.py",
+            "tests/armdrive/runtime/test_stopping.py",
             "test_a_motion_does_not_wait_behind_work_that_moves_nothing",
         ),
     ),
@@ -266,7 +266,7 @@ MUTANTS = (
         ),
         new=("            made = plan(self.core.coordinates)\n            if False:"),
         tests=tests_of(
-            "tests/armdrive/test_stopping.py",
+            "tests/armdrive/runtime/test_stopping.py",
             "test_a_stop_between_a_call_and_its_plan_lets_nothing_begin",
         ),
     ),
@@ -277,7 +277,7 @@ MUTANTS = (
         old="        share = next_share(wire, slowed, burst_s, done)\n",
         new="        share = 1.0 - done\n",
         tests=tests_of(
-            "tests/armdrive/test_stopping.py",
+            "tests/armdrive/runtime/test_stopping.py",
             "test_a_stopped_arm_stands_within_the_stated_time_and_way",
         ),
     ),
@@ -288,7 +288,7 @@ MUTANTS = (
         old="return left_s <= 0.0 or left_s + self.guess_s <= self.ahead_s + 1e-6",
         new="return True",
         tests=tests_of(
-            "tests/armdrive/test_mks_controller_motion.py",
+            "tests/armdrive/dialects/mks/test_mks_controller_motion.py",
             "test_the_next_segment_is_drawn_no_earlier_than_announced",
         ),
     ),
@@ -299,7 +299,7 @@ MUTANTS = (
         old="wanted.value if on else 0",
         new="0",
         tests=tests_of(
-            "tests/armdrive/test_cia402_controller.py",
+            "tests/armdrive/dialects/cia402/test_cia402_controller.py",
             "test_switching_on_holds_every_drive_where_it_is_and_is_verified",
         ),
     ),
@@ -310,7 +310,7 @@ MUTANTS = (
         old="            if drive.missed > LOOKS_LOST and not drive.reported:",
         new="            if False:",
         tests=tests_of(
-            "tests/armdrive/test_cia402_controller.py",
+            "tests/armdrive/dialects/cia402/test_cia402_controller.py",
             "test_a_drive_that_falls_silent_at_rest_is_missed_and_no_other_is",
         ),
     ),
@@ -321,7 +321,7 @@ MUTANTS = (
         old="elif deaf and self.now_s >= again_s:",
         new="elif False:",
         tests=tests_of(
-            "tests/armdrive/test_mks_stops.py",
+            "tests/armdrive/dialects/mks/test_mks_stops.py",
             "test_one_that_began_anew_near_zero_just_before_a_stop_is_found_out",
         ),
     ),
@@ -332,7 +332,7 @@ MUTANTS = (
         old="MoveAlong(segments, ahead_s, jog,",
         new="MoveAlong(segments, 10.0, jog,",
         tests=tests_of(
-            "tests/armdrive/test_grbl_controller.py",
+            "tests/armdrive/dialects/grbl/test_grbl_controller.py",
             "test_a_board_whose_driver_dies_stops_in_the_announced_time_and_way",
         ),
     ),
@@ -346,7 +346,7 @@ MUTANTS = (
         ),
         new=("        found = dict.fromkeys(self.nodes, Taken)\n        return True\n"),
         tests=tests_of(
-            "tests/armdrive/test_mks_controller.py",
+            "tests/armdrive/dialects/mks/test_mks_controller.py",
             "test_switching_on_sets_the_watchdog_and_reads_it_back",
         ),
     ),
@@ -357,7 +357,7 @@ MUTANTS = (
         old="        return self._data",
         new='        return b""',
         tests=tests_of(
-            "tests/armdrive/test_cia402_controller.py",
+            "tests/armdrive/dialects/cia402/test_cia402_controller.py",
             (
                 "test_a_program_that_falls_silent_has_the_drives_hold_and_nothin"
                 "g_moves_when_it_wakes"

@@ -6,13 +6,13 @@ import math
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from kinematics_cases import MINI, PUMA, START, TABLE
 
 from kinematics import (
     Chain,
     Constraint,
     Convention,
     DHLink,
-    Guards,
     JointLimit,
     JointRange,
     Joints,
@@ -25,19 +25,14 @@ from kinematics import (
     line_path,
     nearest_allowed,
     preset,
-    system,
 )
 from kinematics.chains.arm import ChainArm
 from kinematics.chains.goals import Part
 from kinematics.chains.task import HandTask, goal_of, pose_of
 from kinematics.frames.rotations import multiply, transpose
-from kinematics.frames.transforms import position_of, rotation_of, translation
+from kinematics.frames.transforms import position_of, rotation_of
 
 FIVE = preset("minimover5").arm
-MINI = ChainArm(system("minimover5").chain())
-PUMA = ChainArm(dataclasses.replace(system("puma").chain(), base=translation(0.0, 0.0, 660.0)))
-START = PUMA.joints_of(map(math.radians, (10.0, -60.0, 110.0, 20.0, 40.0, 10.0)))
-TABLE = Guards(inner_radius_mm=None, outer_radius_mm=None, hand_wrist_radius_mm=None)
 
 
 def postures(arm, margin=0.02):

@@ -6,8 +6,7 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from kinematics_cases import TEACHMOVER, distance_mm, same_pose
-from test_chain_arm import PUMA, START, TABLE
+from kinematics_cases import PUMA, START, TABLE, TEACHMOVER, distance_mm, same_pose
 
 from kinematics import Guards, Joints, Pose, nearest_allowed
 from kinematics.guards.guards import AngleSum

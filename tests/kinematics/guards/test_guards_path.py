@@ -7,8 +7,7 @@ import pytest
 from amounts import amount
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from kinematics_cases import TEACHMOVER, UNEVEN, postures
-from test_chain_arm import MINI, PUMA
+from kinematics_cases import MINI, PUMA, TEACHMOVER, UNEVEN, postures
 
 from kinematics import Guards, JointPath, Joints, Pose, first_violation, line_path
 from kinematics.guards.guards import AngleSum

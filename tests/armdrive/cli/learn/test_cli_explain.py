@@ -1,0 +1,170 @@
+"""`armdrive explain`: the worked example of a named system or of the reader's own link table."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import pytest
+from cli_calls import Caller
+
+from kinematics.textbook.systems import SYSTEMS
+
+PAGE = Path(__file__).parents[4] / "docs" / "model-file.md"
+
+
+@pytest.fixture
+def call(capsys):
+    return Caller(capsys)
+
+
+@pytest.fixture
+def own(tmp_path):
+    shown = re.search(r"```toml\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)[1]
+    path = tmp_path / "mine.toml"
+    path.write_text(shown, encoding="utf-8")
+    return str(path)
+
+
+def test_the_list_names_every_system_with_its_source(call):
+    said = call("explain", "--list", code=0).out
+    for name, each in SYSTEMS.items():
+        assert name in said
+        assert each.source in said
+    assert call("explain", code=0).out == said
+    listed = call("explain", "--list", "--json", code=0).json["systems"]
+    assert [each["name"] for each in listed] == list(SYSTEMS)
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_every_system_is_explained(call, name):
+    said = call("explain", name, code=0).out
+    assert said.startswith(SYSTEMS[name].title)
+    for heading in ("Figure", "Links", "A matrices", "Forward", "How it is solved", "Inverse"):
+        assert f"\n== {heading}" in said
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_every_system_is_explained_as_json(call, name):
+    found = call("explain", name, "--json", code=0).json
+    assert len(found["matrices"]) == len(found["links"]) == len(found["joints"])
+    assert found["branches"]
+    for branch in found["branches"]:
+        assert branch["comes_to"] == pytest.approx(found["goal"], abs=1e-6)
+
+
+def test_a_built_in_arm_is_explained_with_its_own_lengths(call):
+    said = call("explain", "teachmover", code=0).out
+    assert said.startswith("Microbot TeachMover\n")
+    assert "d1 = 193.7 mm" in said
+    assert call("explain", "robko01", "--symbolic", code=0).out.startswith("Robko 01")
+
+
+def test_joints_are_degrees_and_mm(call):
+    found = call("explain", "two-link-3", "30", "100", "--json", code=0).json
+    assert found["joints"] == pytest.approx({"theta1_deg": 30.0, "d2_mm": 100.0})
+    assert found["position_mm"] == pytest.approx([50.0, -86.6025, 200.0], abs=1e-4)
+
+
+def test_a_goal_is_mm_and_degrees(call):
+    words = ("explain", "minimover5", "--goal", "250", "0", "120", "-90", "0")
+    found = call(*words, "--json", code=0).json
+    assert found["goal"] == pytest.approx(
+        {"x_mm": 250, "y_mm": 0, "z_mm": 120, "pitch_deg": -90, "roll_deg": 0}
+    )
+    assert len(found["branches"]) == 4
+    assert found["branches"][0]["workings"]["r0"] == pytest.approx(250.0)
+
+
+def test_a_goal_out_of_reach_is_refused_with_one_that_is_not_in_degrees(call):
+    said = call.refused("explain", "minimover5", "--goal", "900", "0", "120", "-90", "0", code=3)
+    assert "pitch_deg -90" in said
+    assert "beyond 355.6 mm" in said
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("pumo",), "did you mean 'puma'"),
+        (("two-link-1", "30"), "2 joint values are required (theta1, theta2), not 1"),
+        (("two-link-1", "30", "far"), "'far' is not a number"),
+        (("minimover5", "--goal", "1", "2"), "pitch_deg, roll_deg, not 2 numbers"),
+        (("nowhere.toml",), "nowhere.toml cannot be read"),
+        (("puma", "--symbolic", "--goal", "1"), "leave joints and goal out"),
+        (("efficiency", "pumo"), "did you mean 'puma'"),
+    ],
+)
+def test_a_wrong_word_is_named(call, words, said):
+    assert said in call.refused("explain", *words, code=2)
+
+
+def test_ones_own_link_table_is_explained(call, own):
+    said = call("explain", own, "0", "-40", "60", "-110", "0", code=0).out
+    assert said.startswith("Alpha II with a pen\nsource: Asokan")
+    assert "frame 0 in the world" in said
+    assert "tool in the last frame" in said
+    assert "the goal is met" in said
+    found = call("explain", own, "--goal", "300", "40", "150", "--json", code=0).json
+    assert found["solution"]["ok"]
+    assert set(found["goal"]) == {"x_mm", "y_mm", "z_mm"}
+    said = call.refused("explain", own, "--goal", "300", "40", code=2)
+    assert "or x_mm, y_mm, z_mm alone, not 2 numbers" in said
+
+
+def test_symbols_are_written_in_the_notation_of_the_notes(call, own):
+    said = call("explain", "two-link-1", "--symbolic", code=0).out
+    assert "[ C12  -S12  0  l1 C1 + l2 C12 ]" in said
+    assert "theta1 = direction - lift" in said
+    said = call("explain", own, "--symbolic", code=0).out
+    assert "T = base A1 A2 A3 A4 A5 tool" in said
+    found = call("explain", "two-link-1", "--symbolic", "--json", code=0).json
+    assert found["product"][0][3] == "l1 C1 + l2 C12"
+    assert found["solutions"]["elbow up"]["D"] == "sqrt(x^2 + y^2)"
+    with_tool = call("explain", "three-link", "--symbolic", "--json", code=0).json
+    assert with_tool["tool"][0][3] == "l3"
+
+
+def test_latex_is_only_formulas_and_comments(call):
+    said = call("explain", "two-link-1", "--latex", code=0).out
+    assert said.startswith("% Type 1 two-link manipulator")
+    assert r"\theta_{1} = \mathrm{direction} - \mathrm{lift}" in said
+    for block in re.sub(r"\\\[.*?\\\]", "", said, flags=re.DOTALL).splitlines():
+        assert not block.strip() or block.startswith("%")
+    found = call("explain", "two-link-1", "--latex", "--json", code=0).json
+    assert found["product"][0][3] == "l_{1} C_{1} + l_{2} C_{12}"
+
+
+def test_accuracy_explains_the_stated_resolution(call):
+    said = call("explain", "accuracy", code=0).out
+    assert "what a motor step does to the tip" in said
+    assert "0.28 mm" in said
+    found = call(
+        "explain", "accuracy", "teachmover", "10", "40", "-60", "-70", "0", "--json", code=0
+    )
+    steps = [each for each in found.json["errors"] if each["group"] == "a motor step"]
+    assert [each["cause"] for each in steps][:3] == ["base", "shoulder", "elbow"]
+    assert 0.2 < steps[2]["distance_mm"] < 0.3
+    assert found.json["rounding_rms_mm"] < found.json["rounding_bound_mm"]
+    assert "5 joint angles" in call.refused("explain", "accuracy", "teachmover", "1", code=2)
+    words = ("explain", "accuracy", "teachmover", "0", "abc", "0", "0", "0")
+    assert "'abc' is not a number" in call.refused(*words, code=2)
+    assert "no motor steps" in call.refused("explain", "accuracy", "alpha2", code=3)
+
+
+def test_urdf_is_printed_for_other_tools(call):
+    said = call("explain", "alpha2", "--urdf", code=0).out
+    robot = ET.fromstring(said)
+    assert robot.get("name") == "alpha2"
+    assert len([each for each in robot.iter("joint") if each.get("type") == "revolute"]) == 5
+
+
+def test_efficiency_prints_counts(call):
+    said = call("explain", "efficiency", code=0).out
+    assert "Mini-mover 5" in said
+    assert "multiplications" in said
+    assert "full products" in said
+    found = call("explain", "efficiency", "two-link-1", "--json", code=0).json["efficiency"]
+    assert [each["system"] for each in found] == ["two-link-1"]
+    ways = {way["name"]: way for way in found[0]["forward"]}
+    assert ways["full products"]["multiplications"] > ways["closed form"]["multiplications"] > 0

@@ -1,0 +1,72 @@
+"""docs/textbook.md names only what there is: functions, commands that work, tests that run."""
+
+from __future__ import annotations
+
+import importlib
+import re
+from pathlib import Path
+
+import pytest
+from cli_calls import Caller
+
+from kinematics.textbook.systems import SYSTEMS
+
+ROOT = Path(__file__).parents[4]
+PAGE = (ROOT / "docs" / "textbook.md").read_text(encoding="utf-8")
+SPANS = sorted({" ".join(span.split()) for span in re.findall(r"`([^`]+)`", PAGE)})
+
+NAMES = [span for span in SPANS if re.fullmatch(r"(kinematics|armdrive)(\.\w+)+", span)]
+TESTS = [span for span in SPANS if span.startswith("tests/")]
+PLACEHOLDERS = ("SYSTEM", "FILE")
+COMMANDS = [
+    span
+    for span in SPANS
+    if span.startswith("armdrive ")
+    and not any(word in span for word in PLACEHOLDERS)
+    and span != "armdrive plot workspace"
+]
+
+
+def test_there_is_something_to_check():
+    assert len(NAMES) > 60
+    assert len(TESTS) > 25
+    assert len(COMMANDS) > 25
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_name_leads_to_something(name):
+    *path, last = name.split(".")
+    found = importlib.import_module(path[0])
+    for part in path[1:]:
+        try:
+            found = getattr(found, part)
+        except AttributeError:
+            found = importlib.import_module(f"{found.__name__}.{part}")
+    assert getattr(found, last) is not None
+
+
+@pytest.mark.parametrize("reference", TESTS)
+def test_a_test_is_there(reference):
+    path, _, name = reference.partition("::")
+    text = (ROOT / path).read_text(encoding="utf-8")
+    assert re.search(rf"^def {name or 'test_'}", text, re.MULTILINE)
+    assert not name or f"def {name}(" in text
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_command_works(command, capsys):
+    called = Caller(capsys)(*command.split()[1:], code=0)
+    assert called.out
+
+
+def test_every_named_system_is_on_the_page():
+    for name, system in SYSTEMS.items():
+        assert f"`armdrive explain {name}" in PAGE, name
+        assert f"`kinematics.textbook.systems.{type(system).__name__}`" in PAGE, name
+
+
+def test_every_section_of_the_notes_is_on_the_page():
+    for section in range(1, 17):
+        assert re.search(rf"^\| {section} ", PAGE, re.MULTILINE), section
+    for section in ("2.1", "2.2", "2.3", "2.4", "2.5", "2.5.2", "2.6"):
+        assert f"| {section} " in PAGE

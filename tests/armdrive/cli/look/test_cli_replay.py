@@ -1,0 +1,143 @@
+"""`armdrive record` and `armdrive replay`: from a fault on a pseudo-terminal to what it was."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+from cli_calls import Caller
+from recorder_bench import recorded_arm
+
+from armdrive import Arm, ArmError
+from armdrive.connect.control_socket import serve
+from armdrive.storage.arm_lock import hold
+from armdrive.storage.lock_client import ask_holder
+from armdrive.trace.files import recordings
+
+sys.path.insert(0, str(Path(__file__).parents[4] / "benchmarks"))
+
+
+@pytest.fixture
+def call(capsys):
+    return Caller(capsys)
+
+
+@pytest.fixture
+def recording(tmp_path):
+    arm = recorded_arm()
+    arm.move_motors(0, 0, 0, 0, 5, 0)
+    file = arm.save_recording(tmp_path / "recording.jsonl")
+    arm.close()
+    return str(file)
+
+
+@pytest.fixture
+def parted(tmp_path):
+    arm = recorded_arm()
+    arm.twin.faults.add("mute")
+    with pytest.raises(ArmError):
+        arm.move_motors(0, 0, 0, 0, 5, 0)
+    file = arm.save_recording(tmp_path / "parted.jsonl")
+    arm.close()
+    return str(file)
+
+
+def test_a_replay_that_agrees_prints_the_timeline_and_ends_well(call, recording):
+    out = call("replay", recording, code=0).out
+    assert "call: move_motors(0, 0, 0, 0, 5, 0)" in out
+    assert r"-> @STEP" in out
+    assert "step at speed" in out
+    assert "the twin answered as the arm did" in out.splitlines()[-1]
+
+
+def test_a_replay_that_parts_says_where_and_ends_with_one(call, parted):
+    out = call("replay", parted, code=1).out
+    assert out.count("they part at") == 2  # in its place, and at the end
+    assert "The twin stands like this: power on" in out
+
+
+def test_showing_compares_nothing(call, parted):
+    out = call("replay", parted, "--show", code=0).out
+    assert "they part" not in out
+    assert "no answer to" in out
+
+
+def test_the_replay_is_one_json_document_and_the_timeline_one_a_line(call, parted):
+    view = call("replay", parted, "--json", code=1).json
+    assert view["agree"] is False
+    assert view["parting"]["twin_state"]["moving"] is False
+    shown = call("replay", parted, "--show", "--json", code=0).json_lines
+    assert len(shown) == view["entries"]
+    assert any(each.get("words", "").startswith("step at speed") for each in shown)
+
+
+def test_the_twin_can_be_set_and_wrong_settings_are_refused(call, recording):
+    called = call("replay", recording, "--quiet", "--set", "speed_error=0.5", code=0)
+    assert "the twin took" in called.out
+    assert "speed_error" in call.refused("replay", recording, "--set", "speed_eror=1", code=2)
+
+
+def test_the_timeline_can_run_at_the_speed_of_the_arm(call, recording, monkeypatch):
+    slept = []
+    monkeypatch.setattr("time.sleep", slept.append)
+    call("replay", recording, "--show", "--speed", "10", code=0)
+    entries = [json.loads(line) for line in Path(recording).read_text().splitlines()[1:]]
+    assert sum(slept) == pytest.approx((entries[-1]["t"] - entries[0]["t"]) / 10)
+
+
+def test_a_broken_file_is_one_sentence(call, tmp_path):
+    (tmp_path / "broken.jsonl").write_text("{}\n")
+    assert "no recording" in call.refused("replay", str(tmp_path / "broken.jsonl"), code=2)
+    assert "cannot be read" in call.refused("replay", str(tmp_path / "none.jsonl"), code=2)
+
+
+def test_the_holder_of_an_arm_writes_on_request(call, tmp_path):
+    arm = Arm.connect("sim:teachmover")
+    holding = hold("sim:teachmover")
+    serve(holding, arm)
+    try:
+        (file,) = [each["recording"] for each in call("record", "--json", code=0).json_lines]
+        assert Path(file).parent == recordings()
+        copy = str(tmp_path / "copy.jsonl")
+        call("record", "--sim", "teachmover", "--output", copy, code=0)
+        assert call("replay", copy, "--quiet", code=0)
+        assert "path" not in ask_holder("sim:teachmover", "record")
+    finally:
+        holding.release()
+        arm.close()
+
+
+def test_nothing_held_is_nothing_to_record(call):
+    assert "nothing to be written" in call.refused("record", code=1)
+
+
+def test_a_recording_that_cannot_be_written_says_why(call):
+    arm = Arm.connect("sim:teachmover")
+    holding = hold("sim:teachmover")
+    serve(holding, arm)
+    recordings().parent.mkdir(parents=True, exist_ok=True)
+    recordings().write_text("a file where the folder belongs")
+    try:
+        assert "cannot be written" in call.refused("record", code=1)
+    finally:
+        holding.release()
+        arm.close()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+def test_a_fault_on_a_real_port_leaves_a_file_whose_replay_shows_it(call, tmp_path):
+    from sim_process import SimProcess
+
+    with SimProcess(tmp_path / "arm") as sim:
+        with Arm.connect(sim.port, dialect="teachmover") as arm:
+            arm.confirm_reference()
+            sim.say("fault mute")
+            with pytest.raises(ArmError):
+                arm.jog_j(base_deg=2)
+        (file,) = recordings().glob("*error-stop*")
+    out = call("replay", str(file), code=1).out
+    assert "they part at" in out
+    assert "the twin said what the arm did not say" in out
+    assert "no answer to `@" in out  # the move, or a look at the arm that came before it

@@ -1,0 +1,159 @@
+"""`armdrive shell` on a terminal: the prompt, Ctrl-C, other terminals, a wire that is cut."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+if sys.platform == "win32":
+    pytest.skip("Windows has no pseudo-terminals", allow_module_level=True)
+
+from shell_bench import CTRL_D, MORE, Prompt
+
+sys.path.insert(0, str(Path(__file__).parents[4] / "benchmarks"))
+from sim_process import SimProcess
+
+FAST = "20"
+LONG_WAY = "move at(250, -150, 120, -90)"
+
+
+@pytest.fixture
+def begin(call):
+    """Begin shells; `call` is another terminal."""
+    begun = []
+
+    def start(*words):
+        begun.append(Prompt(*words))
+        begun[-1].until()
+        return begun[-1]
+
+    yield start
+    for prompt in begun:
+        prompt.close()
+
+
+def moving(prompt):
+    """Have the arm go a long way, slowly."""
+    prompt.enter("move at(250, 150, 120, -90)")
+    prompt.enter("speed 20%")
+    prompt.type(f"{LONG_WAY}\r")
+    prompt.until(f"line 1: {LONG_WAY}")
+
+
+def test_entries_mistakes_blocks_and_leaving(begin):
+    prompt = begin()
+    assert "`home` references the arm" in prompt.enter("ready")
+    assert "armdrive" not in prompt.enter("home")
+    assert "\n6\n" in prompt.enter("2 * 3")
+    assert "    redy\n    ^\n" in prompt.enter("redy")
+    prompt.enter("repeat 2 as n", until=MORE)
+    assert "the line was not taken" in prompt.enter("tpye n", until=MORE)
+    prompt.enter("type n", until=MORE)
+    assert "\n1\n2\n" in prompt.enter("end")
+    prompt.enter("repeat 2", until=MORE)
+    prompt.type(CTRL_D)
+    prompt.until()
+    assert "   2  repeat 2 as n\n" in prompt.enter("list")
+    prompt.type("quit\r")
+    assert prompt.end() == 0
+
+
+def test_ctrl_c_clears_the_line_then_the_block_and_twice_leaves(begin):
+    prompt = begin()
+    prompt.type("spee")
+    prompt.until("spee")
+    prompt.interrupt()
+    assert "leaves" not in prompt.until()
+    prompt.enter("repeat 2", until=MORE)
+    prompt.interrupt()
+    assert "leaves" not in prompt.until()
+    prompt.interrupt()
+    assert "Ctrl-C again leaves" in prompt.until()
+    prompt.enter("delay 0")
+    prompt.interrupt()
+    prompt.until()
+    prompt.interrupt()
+    assert prompt.end() == 0
+
+
+def test_what_is_typed_is_completed_and_remembered_from_day_to_day(begin, call):
+    call("home", code=0)
+    prompt = begin()
+    prompt.enter("elevation = 7")
+    assert "\n7\n" in prompt.enter("elev\t")
+    prompt.type(CTRL_D)
+    assert prompt.end() == 0
+    again = begin()
+    again.type("\x1b[A\x1b[A")  # two lines up
+    assert "elevation = 7" in again.until("elevation = 7")
+
+
+def test_ctrl_c_stops_what_moves_and_the_prompt_comes_back(begin, call):
+    call("home", code=0)
+    prompt = begin("--pace", FAST)
+    moving(prompt)
+    prompt.interrupt()
+    shown = prompt.until()
+    assert "stopping the arm" in shown
+    assert "[E301]" in shown
+    y_mm = call("status", "--json", code=0).json["pose"]["y_mm"]
+    assert -150 < y_mm < 150
+    assert "armdrive" not in prompt.enter("draw 0, 0, 10")
+    assert LONG_WAY not in prompt.enter("list")
+
+
+def test_a_stop_from_another_terminal_ends_what_moves_and_else_nothing(begin, call):
+    call("home", code=0)
+    prompt = begin("--pace", FAST)
+    call("stop", code=0)
+    moving(prompt)
+    call("stop", code=0)
+    assert "[E301]" in prompt.until()
+    assert "armdrive" not in prompt.enter("draw 0, 0, 10")
+
+
+def test_while_somebody_has_paused_the_arm_nothing_begins_and_that_is_said(begin, call):
+    call("home", code=0)
+    prompt = begin()
+    call("pause", code=0)
+    prompt.type("ready\r")
+    prompt.until("paused")
+    call("resume", code=0)
+    assert "armdrive" not in prompt.until()
+    prompt.type("\x1b[200~n = 3\n1 / 0\nready\nn = 4\n\x1b[201~\r")  # a paste, in one go
+    assert "divides by zero" in prompt.until()
+    assert "\n3\n" in prompt.enter("n")
+
+
+@pytest.mark.parametrize("how", ["enter", "resume", "interrupt"])
+def test_a_hold_is_over_by_enter_or_from_another_terminal_and_takes_no_entry_away(begin, call, how):
+    call("home", code=0)
+    prompt = begin()
+    prompt.type('hold "turn the part"\r')
+    prompt.until("turn the part: Enter goes on")
+    if how == "resume":
+        call("resume", code=0)
+    else:
+        prompt.type("\r") if how == "enter" else prompt.interrupt()
+    assert ("[E301]" in prompt.until()) == (how == "interrupt")
+    assert "\n6\n" in prompt.enter("2 * 3")
+
+
+def test_a_real_arm_asks_at_the_prompt_and_one_that_is_gone_leaves_the_program(begin, tmp_path):
+    path = tmp_path / "typed.arm"
+    with SimProcess(tmp_path / "arm") as sim:
+        prompt = begin("--port", sim.port, "--dialect", "teachmover")
+        prompt.enter("home", until="Type yes: ")
+        prompt.interrupt()
+        assert "not confirmed" in prompt.until()
+        prompt.enter("home", until="Type yes: ")
+        assert "armdrive" not in prompt.enter("yes")
+        assert "armdrive" not in prompt.enter("delay 0")
+        sim.process.kill()
+        sim.process.wait()
+        assert "`reconnect` looks for the wire" in prompt.enter("draw 0, 0, 20")
+        assert "armdrive: [E4" in prompt.enter("reconnect")
+    assert "are in" in prompt.enter(f"save {path}")
+    assert path.read_text(encoding="utf-8") == "home\ndelay 0\n"
+    prompt.type(CTRL_D)
+    assert prompt.end() == 0

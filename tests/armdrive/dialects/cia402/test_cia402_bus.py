@@ -1,0 +1,101 @@
+"""An arm on CiA 402 drives behind a real wire: what it listens to, and that it connects."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from cli_calls import write_arm_file
+from waiting import looks
+
+from armdrive import Arm
+from armdrive.cli.set_up import doctor_can
+from armdrive.connect.port import PortOpening
+from armdrive.connect.target import find
+from armdrive.dialects.bus.tools import listen
+from armdrive.dialects.cia402.master import Cia402Bus
+from armdrive.status import State
+from armdrive.transports import open as url
+from firmware_protocol.canopen import STATUSWORD, SdoServer
+from firmware_protocol.frames import Unpacker, pack
+
+sys.path.insert(0, str(Path(__file__).parents[4] / "benchmarks"))
+from sim_process import SimProcess
+
+needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+PORT = "can:slcan:/dev/ttyACM0?bitrate=500000"
+
+
+def test_what_the_drives_of_the_arm_say_is_listened_to_and_no_more(monkeypatch):
+    opened = []
+    monkeypatch.setattr(url, "open_link", lambda name, *_words, **_named: opened.append(name))
+    config = find(PORT, dialect_name="cia402").config
+    device = replace(config.device, ids=(3, 10))
+    PortOpening(replace(config, device=device)).open()
+    heard = [0x80 + node + base for node in (3, 10) for base in (0, 0x100, 0x500, 0x680)]
+    rival = 0x700 + device.master_id  # another program that beats as this one
+    assert opened == [f"{PORT}&ids={','.join(map(str, sorted((*heard, rival))))}"]
+
+
+def test_an_answer_that_nobody_has_fetched_is_given_up_with_its_transfer():
+    bus, server = Cia402Bus((4,)), SdoServer(4)
+    for _ in range(2):  # the first answer has come, and is not looked at before its time is over
+        (asked,) = Unpacker().feed(bus.upload(4, STATUSWORD))
+        server.receive_frame(asked)
+        bus.receive_data(pack(server.supply(server.next_event(), b"\x40\x02")))
+        last, given_up = bus.abandon(4), bus.next_event()
+        assert (last, given_up) == (b"", None)
+
+
+ARM = 'model = "minimover5-cia402"\n\n[connection]\ndialect = "cia402"\nport = "{port}"\n'
+
+
+def looked_at(call, *words):
+    """Have a bus looked at until its drives, another process, are not late for a busy computer."""
+    for _ in looks("its drives never answered in time"):
+        called = call("doctor", *words)
+        if called.code == 0:
+            break
+        assert "only after a second question" in called.out, called
+    return called
+
+
+@needs_pty
+def test_a_bus_is_looked_at_without_a_word_that_changes_anything(call, tmp_path, monkeypatch):
+    monkeypatch.setattr(doctor_can, "listen", lambda is_command: listen(is_command, 0.1))
+    path = tmp_path / "can0"
+    port = f"can:slcan:{path}?bitrate=500000"
+    with SimProcess(path, "cia402") as bus:
+        before = bus.state()
+        called = looked_at(call, "--can", port, "--ids", "1-7", "--json")
+        assert [each["id"] for each in called.json["drives"]] == [1, 2, 3, 4, 5, 6]
+        assert {each["protocol"] for each in called.json["drives"]} == {"canopen"}
+        assert "--template minimover5-cia402" in called.json["next"][0]
+        write_arm_file("bench", ARM.format(port=port))
+        said = looked_at(call, "--arm", "bench", "--ids", "1-6").out
+        assert "every drive of the arm file answers" in said
+        assert bus.state() == before
+        said = looked_at(call, "--arm", "bench", "--ids", "1-6", "--mend", "--yes").out
+        assert "the controller's settings are what the arm file expects" in said
+
+
+@needs_pty
+def test_devices_that_are_no_drives_are_told(call, tmp_path, monkeypatch):
+    monkeypatch.setattr(doctor_can, "listen", lambda is_command: listen(is_command, 0.1))
+    path = tmp_path / "can0"
+    port = f"can:slcan:{path}?bitrate=500000"
+    with SimProcess(path, "cia402", "--set", "profile=401"):
+        write_arm_file("bench", ARM.format(port=port))
+        said = call("doctor", "--arm", "bench", "--ids", "1-6", code=1).out
+        assert "node 1 of the arm file is no CiA 402 drive (CiA 401, an I/O module)" in said
+
+
+@needs_pty
+def test_an_arm_on_a_bus_of_another_process_is_found_and_moves_nothing(tmp_path):
+    path = tmp_path / "can0"
+    with SimProcess(path, "cia402") as bus:
+        with Arm.connect(f"can:slcan:{path}?bitrate=500000", dialect="cia402") as arm:
+            assert arm.status.state is State.STANDBY
+        assert not bus.state()["moving"]

@@ -1,0 +1,517 @@
+"""The driver's end of a Robko 01, request by request and as a whole arm on simulated time."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from faults import garbled, late_by, lost, stand_still_s, twice
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from robko_bench import (
+    OVER_THE_TABLE,
+    FrameLink,
+    FrameRule,
+    ready_robko,
+    robko_arm,
+    robko_config,
+)
+
+from armdrive import Jog
+from armdrive.dialects.robko01.controller import RobkoController
+from armdrive.dialects.robko01.settings import RobkoSettings
+from armdrive.errors import ArmError, DeviceFault, NoAnswer, Refused, WrongState
+from armdrive.registry import dialect
+from armdrive.sim.robko01.box import RobkoQuirks
+from armdrive.sim.robko01.device import SimRobko
+from armdrive.sim.simulated_arm import link_to
+from armdrive.status import Current, State, Trust
+from armdrive.tasks import (
+    Alert,
+    AlertKind,
+    Done,
+    HomeDevice,
+    MoveBy,
+    Progress,
+    ProtocolWarning,
+    ReadPosition,
+    Registers,
+    RequestRejected,
+    SetGripper,
+    Timeout,
+)
+from firmware_protocol.robko01 import Op
+from kinematics import Motors, Pose
+from kinematics.errors import KinematicsError
+
+MOVES = (Op.MOVE_RELATIVE, Op.MOVE_ABSOLUTE, Op.MOVE_SPEED)
+
+
+class Script:
+    """A controller on a twin's wire, one request at a time."""
+
+    def __init__(self, **options):
+        self.device = SimRobko(**options)
+        self.link = link_to(self.device)
+        self.controller = RobkoController(dialect("robko01").abilities, RobkoSettings(), 115_200)
+        self.now_s = 0.0
+        self.events = []
+        self.oddities = []
+
+    def ask(self, request, *, stop_after_s=math.inf):
+        """Return the reply; what was told on the way is in `events`."""
+        self.controller.begin(request, self.now_s)
+        stop_s = self.now_s + stop_after_s
+        while True:
+            if data := self.controller.advance(self.now_s):
+                self.link.write(data, self.now_s)
+            while (event := self.controller.next_event()) is not None:
+                if isinstance(event, ProtocolWarning):
+                    self.oddities.append(event)
+                    continue
+                if not isinstance(event, Progress | Alert):
+                    return event
+                self.events.append(event)
+            self.now_s = max(self.now_s, min(self.controller.next_s(), self.link.next_s(), stop_s))
+            if self.now_s >= stop_s:
+                self.controller.stop(hard=False)
+                stop_s = math.inf
+            self.controller.receive(self.link.read(self.now_s), self.now_s)
+
+
+def enabled(**options):
+    from armdrive.tasks import SwitchOn
+
+    script = Script(**options)
+    assert script.ask(SwitchOn()) == Done()
+    return script
+
+
+MOVE = MoveBy(Motors((30, -16, 0, 4, 0, 0)), 125.0)
+
+
+class TestRequests:
+    def test_registers_and_inputs_are_read_together(self):
+        script = Script()
+        script.device.count_from((1, -2, 3, -4, 5, -6))
+        script.device.set_input(2, True)
+        assert script.ask(ReadPosition()) == Registers(Motors((1, -2, 3, -4, 5, -6)), 4)
+
+    def test_a_move_is_done_when_the_positions_are_its_targets(self):
+        script = enabled()
+        assert script.ask(MOVE) == Done()
+        assert script.device.registers == MOVE.steps
+        seen = [event.registers.positions for event in script.events]
+        assert len(seen) > 5
+        assert seen == sorted(seen, key=lambda at: at[0])
+
+    def test_one_move_may_follow_another_at_once_though_the_board_says_it_is_busy(self):
+        script = enabled()
+        for _ in range(4):
+            assert script.ask(MOVE) == Done()
+        assert script.device.registers == Motors((120, -64, 0, 16, 0, 0))
+
+    @pytest.mark.parametrize("counts", [(32_760, 0, 0, 0, 0, 0), (0, -32_760, 0, 0, 0, 0)])
+    def test_a_move_past_sixteen_bits_is_denied_before_it_begins(self, counts):
+        script = enabled()
+        script.device.count_from(counts)
+        reply = script.ask(MOVE)
+        assert isinstance(reply, RequestRejected)
+        assert not reply.moved
+        assert "32790" in str(reply) or "-32776" in str(reply)
+        assert script.device.registers == Motors(counts)
+
+    def test_a_board_that_has_counted_past_sixteen_bits_turns_one_step_at_most(self):
+        script = enabled()
+        script.device.count_from((40_000, 0, 0, 0, 0, 0))
+        assert script.device.registers[0] == 40_000 - 65_536
+        reply = script.ask(MOVE)
+        assert "counted past 32767" in str(reply)
+        script.now_s += 5.0
+        assert isinstance(script.ask(ReadPosition()), Registers)
+        assert script.device._drive.counts == (39_999, 0, 0, 0, 0, 0)
+        assert not script.device._drive.rack.mask(script.now_s)
+
+    @pytest.mark.parametrize("fraction", [1.0, 0.5, 0.3, 0.1])
+    @pytest.mark.parametrize("error", [0.0, 0.2])
+    def test_a_motion_is_as_fast_as_was_asked_for(self, fraction, error):
+        script = enabled(habits=RobkoQuirks(slowness=error))
+        wanted_hz = script.controller.usable_rate_hz(125.0 * fraction)
+        for steps in (100, -100):
+            began_s = script.now_s
+            assert script.ask(MoveBy(Motors((steps, 40, 0, 0, 0, 0)), wanted_hz)) == Done()
+            took_s = script.now_s - began_s
+        ramps_s = wanted_hz / 700.0
+        assert took_s == pytest.approx((100 / wanted_hz + ramps_s) * (1.0 + error), abs=0.12)
+
+    def test_axes_that_rest_do_not_move_and_are_not_left_hanging(self):
+        script = enabled()
+        script.ask(MOVE)
+        script.events.clear()
+        for steps in ((20, 0, 0, 0, 0, 0), (0, 20, 0, 0, 0, 0), (-20, 0, 0, 0, 0, 0)):
+            assert script.ask(MoveBy(Motors(steps), 60.0)) == Done()
+        seen = {event.registers.positions[2:] for event in script.events}
+        assert seen == {(0, 4, 0, 0)}
+        assert 0.0 not in [axis.top_hz for axis in script.device._drive.rack._axes]
+
+    def test_an_axis_that_another_program_left_hanging_is_freed_and_the_move_made(self):
+        script = enabled()
+        rack = script.device._drive.rack
+        rack.move_at(1, 0, 0.0, script.now_s)
+        rack.move_to(1, 50, 100.0, script.now_s)
+        script.now_s += 1.0
+        assert script.ask(MOVE) == Done()
+        assert script.device.registers == Motors((30, 1 - 16, 0, 4, 0, 0))
+        assert [event.text for event in script.oddities] == [
+            "freed axes that another program's speed of 0 had left hanging: shoulder"
+        ]
+
+    def test_a_board_that_another_program_keeps_moving_is_not_freed(self):
+        script = enabled()
+        script.device._drive.rack.move_at(1, 500, 20.0, script.now_s)
+        reply = script.ask(MOVE)
+        assert reply == RequestRejected("it is still moving", moved=False)
+        assert script.device._drive.rack.mask(script.now_s) == 2
+
+    def test_a_stop_ends_a_move_part_of_the_way_by_a_ramp(self):
+        script = enabled()
+        long = MoveBy(Motors((200, 100, 0, 0, 0, 0)), 125.0)
+        reply = script.ask(long, stop_after_s=0.8)
+        assert str(reply) == "halted"
+        assert reply.kept
+        assert not script.device.moving
+        assert 0 < script.device.registers[0] < 100
+
+    def test_motors_that_do_not_come_to_rest_are_told(self):
+        script = enabled()
+
+        def run():
+            for axis in range(2):
+                script.device._drive.rack.run(axis, 20.0, script.device.now_s)
+
+        script.device.at(script.now_s + 0.15, run)
+        assert "come to rest" in str(script.ask(MOVE, stop_after_s=0.2))
+
+    def test_a_move_with_the_motors_off_is_denied_and_nothing_has_moved(self):
+        script = Script()
+        reply = script.ask(MOVE)
+        assert reply == RequestRejected("its motors are disabled: call `enable()`", moved=False)
+        assert script.events == []
+
+    def test_motors_that_are_off_although_they_were_on_are_an_alert(self):
+        script = enabled()
+        script.device.reset()
+        assert isinstance(script.ask(MOVE), RequestRejected)
+        assert [event.kind for event in script.events] == [AlertKind.SWITCHED_OFF]
+
+    def test_a_board_that_is_reset_in_motion_is_an_alert(self):
+        script = enabled()
+        script.ask(MOVE)
+        script.device.at(script.now_s + 0.3, script.device.reset)
+        assert isinstance(script.ask(MOVE), RequestRejected)
+        alerts = [event.kind for event in script.events if isinstance(event, Alert)]
+        assert alerts == [AlertKind.RESTARTED]
+
+    @pytest.mark.parametrize("op", [Op.POSITION, Op.INPUTS])
+    def test_positions_are_no_older_than_a_silence_in_the_same_look(self, op):
+        script = enabled()
+        script.ask(MOVE)
+        script.link = FrameLink(script.link)
+
+        def fail_power(written):
+            if written is op and script.device.powered:
+                script.device.power_off()
+                script.device.at(script.device.now_s + 0.4, script.device.power_on)
+                script.link.on_write = lambda _: None
+
+        script.link.on_write = fail_power
+        assert not script.ask(ReadPosition()).positions.largest
+        alerts = [event.kind for event in script.events if isinstance(event, Alert)]
+        assert alerts == [AlertKind.RESTARTED]
+
+    def test_silence_is_told_in_its_time(self):
+        script = enabled()
+        script.device.power_off()
+        began_s = script.now_s
+        assert isinstance(script.ask(ReadPosition()), Timeout)
+        assert 0.25 < script.now_s - began_s < 2.0
+
+    @pytest.mark.parametrize("request_", [SetGripper(0.5), HomeDevice()])
+    def test_what_it_cannot_do_is_refused_in_a_sentence(self, request_):
+        with pytest.raises(Refused, match="Robko 01"):
+            Script().ask(request_)
+
+    def test_the_first_answer_may_take_as_long_as_a_board_needs_to_start(self):
+        script = Script()
+        script.device.power_off()
+        script.device.at(1.5, script.device.power_on)
+        assert isinstance(script.ask(ReadPosition()), Registers)
+
+
+class TestArm:
+    def test_connecting_enabling_resetting_and_closing_move_nothing(self):
+        arm = robko_arm()
+        before = arm.twin.world.motors
+        assert arm.status.state is State.DISABLED
+        with pytest.raises(WrongState, match="enable"):
+            arm.move_motors(1, 0, 0, 0, 0, 0)
+        arm.enable()
+        assert arm.status.current is Current.HELD
+        arm.estop()
+        arm.reset()
+        arm.close()
+        assert arm.twin.world.motors == before
+        assert arm.twin.world.energised
+        assert arm.twin.link.count(*MOVES) == 0
+
+    def test_every_kind_of_motion_ends_on_its_step(self):
+        arm = ready_robko()
+        arm.jog_j(base_deg=2, shoulder_deg=1)
+        arm.move_j(base_deg=10, elbow_deg=-75, speed=0.7)
+        moved = arm.move_to(Pose.of(x_mm=280, y_mm=20, z_mm=130, pitch_deg=-80))
+        assert moved.straying_mm > 0.0
+        arm.move_l(Pose.of(x_mm=285, y_mm=40, z_mm=125, pitch_deg=-80))
+        arm.jog_l(z_mm=4)
+        arm.gripper.move(26.0)
+        assert arm.twin.world.opening_mm == pytest.approx(26.0, abs=0.05)
+        assert arm.twin.world.motors == arm.status.acknowledged == arm.status.read_back
+        assert arm.status.trust is Trust.REFERENCED
+        assert arm.twin.link.count(Op.MOVE_SPEED, Op.MOVE_RELATIVE, Op.CLEAR) == 0
+
+    def test_fingers_that_feel_nothing_refuse_to_grasp(self):
+        with pytest.raises(Refused, match="grip switch"):
+            ready_robko().gripper.grasp()
+
+    def test_where_the_arm_is_can_be_seen_while_it_moves(self):
+        arm = ready_robko()
+        arm.move_j(base_deg=20, wait=False)
+        arm.sleep(1.5)
+        seen = [arm.joints.deg["base"]]
+        for _ in range(4):
+            arm.sleep(0.15)
+            seen.append(arm.joints.deg["base"])
+        assert seen == sorted(set(seen))
+
+    @pytest.mark.parametrize("board", ["avr", "esp32"])
+    @pytest.mark.parametrize("fraction", [0.5, 0.3, 0.1])
+    def test_a_planned_motion_is_no_faster_than_was_asked_for(self, fraction, board):
+        device = {"board": board, "acceleration_steps_s2": 700.0}
+        config = robko_config(device=device)
+        arm = ready_robko(config, board=board, acceleration=700.0)
+        began_s, before = arm.status.time_s, arm.twin.world.motors
+        arm.move_j(base_deg=10, speed=fraction)
+        rate_hz = (arm.twin.world.motors - before).largest / (arm.status.time_s - began_s)
+        assert 0.7 <= rate_hz / (config.device.known.max_rate_hz * fraction) <= 1.0
+
+    @pytest.mark.parametrize("after_s", [0.02, 0.31])
+    @pytest.mark.parametrize("error", [0.0, 0.4])
+    @pytest.mark.parametrize("held", [True, False])
+    @pytest.mark.parametrize("silent", [True, False])
+    def test_it_stands_within_the_announced_time(self, held, error, after_s, silent):
+        arm = ready_robko(speed_error=error)
+        if held:
+            arm.hold(Jog.joint(base=1.0, elbow=1.0), speed=1.0, for_s=1.0)
+        else:
+            arm.move_j(base_deg=60, shoulder_deg=65, wait=False)
+        arm.sleep(0.2 + after_s)
+        status, tip = arm.status, arm.twin.world.tip
+        assert status.state is State.MOVING
+        if silent:
+            arm.twin.link.to += [FrameRule(op, lost, times=1e9) for op in Op]
+        arm.request_stop()
+        bound_s = status.silent_time_s if silent else status.stop_time_s
+        assert stand_still_s(arm) - status.time_s <= bound_s + 0.006
+        assert math.dist(tip, arm.twin.world.tip) <= status.stop_distance_mm
+        if not silent:
+            arm.sleep(status.stop_time_s)
+            assert arm.status.state is State.STANDBY
+            assert arm.twin.world.motors == arm.status.acknowledged
+            assert arm.status.trust is Trust.REFERENCED
+
+    def test_the_stop_is_confirmed_within_the_announced_time(self):
+        arm = ready_robko()
+        for pause_s in (1.0, 1.13, 1.29, 1.41, 1.57):
+            arm.move_j(base_deg=arm.joints.deg["base"] + 15, wait=False)
+            arm.sleep(pause_s)
+            status = arm.status
+            arm.stop()
+            assert arm.status.time_s - status.time_s <= status.stop_time_s
+
+    def test_an_emergency_stop_latches_and_the_motors_hold(self):
+        arm = ready_robko()
+        arm.move_j(base_deg=40, wait=False)
+        arm.sleep(1.2)
+        arm.estop()
+        arm.sleep(1.0)
+        assert arm.status.state is State.ERROR_STOP
+        assert not arm.twin.device.moving
+        assert arm.twin.world.energised
+        arm.reset()
+        assert arm.status.trust is Trust.REFERENCED
+        arm.move_j(base_deg=0)
+
+    def test_disabling_lets_it_sag_and_enabling_moves_nothing(self):
+        arm = ready_robko()
+        arm.disable()
+        assert arm.status.state is State.DISABLED
+        assert arm.status.current is Current.OFF
+        assert arm.status.trust is Trust.SUSPECT
+        assert arm.twin.world.pose.z_mm < 150
+        before = arm.twin.world.motors
+        arm.enable()
+        assert arm.twin.world.motors == before
+
+    def test_a_reset_of_the_board_in_motion_is_found_out(self):
+        arm = ready_robko()
+        device = arm.twin.device
+        device.at(device.now_s + 2.3, device.reset)
+        with pytest.raises(DeviceFault, match="reset or lost its power"):
+            arm.move_j(base_deg=60)
+        assert arm.status.state is State.ERROR_STOP
+        assert arm.status.trust is Trust.SUSPECT
+        arm.reset()
+        assert arm.status.state is State.DISABLED
+        arm.enable()
+        arm.move_motors(5, 0, 0, 0, 0, 0)
+
+    def test_a_reset_of_a_standing_board_is_found_out_before_the_next_motion(self):
+        arm = ready_robko()
+        arm.move_j(base_deg=3)
+        arm.twin.device.reset()
+        arm.sleep(2.0)
+        assert arm.status.trust is Trust.SUSPECT
+        assert arm.status.state is State.ERROR_STOP
+        assert "reset or lost its power" in arm.status.error
+
+    def test_one_that_is_reset_with_its_positions_at_zero_is_found_out_by_its_refusal(self):
+        arm = ready_robko()
+        arm.twin.device.reset()
+        with pytest.raises(DeviceFault, match="switched its motors off"):
+            arm.move_j(base_deg=3)
+        arm.reset()
+        assert arm.status.state is State.DISABLED
+
+
+CHANGES = {
+    "lost": lost,
+    "twice": twice,
+    "late": late_by(0.15),
+    "very late": late_by(1.2),
+    "length garbled": garbled(2, 0x1B),
+    "operation garbled": garbled(3, 0x0A),
+    "check garbled": garbled(-1),
+}
+PLAIN = (Op.PING, Op.POSITION, Op.INPUTS, Op.MOVE_RELATIVE, Op.IS_MOVING)
+
+
+class TestDisturbedWire:
+    @pytest.mark.parametrize("side", ["to", "back"])
+    @pytest.mark.parametrize("op", [Op.POSITION, Op.INPUTS, Op.MOVE_ABSOLUTE])
+    @pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
+    def test_one_disturbed_frame_costs_time_and_nothing_else(self, change, op, side):
+        arm = ready_robko()
+        getattr(arm.twin.link, side).append(FrameRule(op, change, skip=1))
+        arm.move_j(base_deg=5)
+        arm.jog_j(shoulder_deg=1)
+        arm.sleep(2.0)
+        status = arm.status
+        assert status.state is State.STANDBY
+        assert status.trust is Trust.REFERENCED
+        assert arm.twin.world.motors == status.acknowledged
+        assert arm.twin.world.joints.deg["base"] == pytest.approx(5.0, abs=0.1)
+
+    def test_a_motion_whose_request_was_lost_is_sent_once_more(self):
+        arm = ready_robko()
+        arm.twin.link.to.append(FrameRule(Op.MOVE_ABSOLUTE, lost, skip=1))
+        arm.move_motors(3, 0, 0, 0, 0, 0)
+        assert arm.twin.link.count(Op.MOVE_ABSOLUTE) == 1 + 2
+
+    def test_a_motion_whose_answer_was_lost_is_not_sent_again(self):
+        arm = ready_robko()
+        arm.twin.link.back.append(FrameRule(Op.MOVE_ABSOLUTE, lost, skip=1))
+        arm.move_motors(3, 0, 0, 0, 0, 0)
+        assert arm.twin.link.count(Op.MOVE_ABSOLUTE) == 1 + 1
+
+    @pytest.mark.parametrize("skip", [0, 1])
+    def test_a_motion_that_is_lost_twice_is_a_fault_and_nothing_has_moved(self, skip):
+        arm = ready_robko()
+        before = arm.twin.world.motors
+        arm.twin.link.to.append(FrameRule(Op.MOVE_ABSOLUTE, lost, skip=skip, times=1e9))
+        with pytest.raises(NoAnswer):
+            arm.move_motors(3, 0, 0, 0, 0, 0)
+        assert arm.twin.world.motors == before
+        assert arm.status.state is State.ERROR_STOP
+
+    @settings(max_examples=15)
+    @given(
+        st.lists(
+            st.tuples(
+                st.sampled_from(["to", "back"]),
+                st.sampled_from(PLAIN),
+                st.sampled_from(list(CHANGES.values())),
+                st.integers(0, 12),
+            ),
+            max_size=6,
+        )
+    )
+    def test_whatever_is_disturbed_nothing_false_is_trusted(self, rules):
+        arm = ready_robko()
+        for side, op, change, skip in rules:
+            getattr(arm.twin.link, side).append(FrameRule(op, change, skip=skip))
+        for call in (
+            lambda: arm.move_j(base_deg=4),
+            lambda: arm.jog_j(elbow_deg=1),
+            arm.reset,
+            lambda: arm.move_motors(0, 5, 0, 0, 0, 0),
+        ):
+            try:
+                call()
+            except (ArmError, KinematicsError):
+                continue
+        arm.sleep(3.0)
+        trusted = arm.status.trust is Trust.REFERENCED
+        assert not trusted or arm.twin.world.motors == arm.status.acknowledged
+
+
+WATCHED = robko_config(
+    device={"board": "esp32", "watchdog_s": 1.0, "acceleration_steps_s2": 700.0},
+    idle_poll_s=0.0,
+)
+WATCHDOG = {"board": "esp32", "watchdog_s": 1.0, "acceleration": 700.0}
+
+
+class TestWatchdog:
+    def test_it_is_kept_fed_while_the_program_lives_even_in_error_stop(self):
+        arm = ready_robko(WATCHED, **WATCHDOG)
+        arm.sleep(10.0)
+        arm.estop()
+        arm.sleep(10.0)
+        assert arm.twin.device.enabled
+        arm.reset()
+        arm.move_j(base_deg=3)
+        assert arm.status.trust is Trust.REFERENCED
+
+    def test_a_program_that_has_ended_feeds_it_no_more_and_the_arm_sags(self):
+        arm = ready_robko(WATCHED, **WATCHDOG)
+        device, height_mm = arm.twin.device, arm.twin.world.pose.z_mm
+        now_s = arm.status.time_s
+        arm.close()
+        device.transmit(now_s + 5.0)
+        assert not device.enabled
+        assert device.pose.z_mm < height_mm
+
+    def test_a_wire_that_was_silent_for_too_long_makes_the_position_suspect(self):
+        arm = ready_robko(WATCHED, **WATCHDOG)
+        arm.twin.link.to += [FrameRule(op, lost, times=1e9) for op in Op]
+        arm.sleep(3.0)
+        arm.twin.link.to.clear()
+        with pytest.raises(ArmError, match="watchdog"):
+            arm.move_j(base_deg=3)
+        assert arm.status.trust is Trust.SUSPECT
+        assert arm.status.state is State.ERROR_STOP
+        assert arm.twin.link.count(Op.MOVE_ABSOLUTE) == 0
+
+
+def test_the_fixture_stands_over_the_table():
+    arm = ready_robko()
+    assert arm.joints.deg == pytest.approx(OVER_THE_TABLE.deg, abs=0.2)

@@ -1,0 +1,90 @@
+"""What holds an arm is said of every dialect, in the status and the docs; disable parks first."""
+
+from __future__ import annotations
+
+from dataclasses import astuple
+from pathlib import Path
+
+import pytest
+from cli_calls import Caller
+
+from armdrive import Arm
+from armdrive.abilities import HELD, SAGS
+from armdrive.cli import terminal_person
+from armdrive.cli.drive import disable
+from armdrive.registry import DIALECTS
+
+PAGE = (Path(__file__).parents[3] / "docs" / "torque.md").read_text(encoding="utf-8")
+
+
+@pytest.fixture
+def call(capsys):
+    return Caller(capsys)
+
+
+@pytest.fixture
+def answers(monkeypatch):
+    """A terminal at which somebody gives these answers, one after the other."""
+    given: list[bool] = []
+    asked: list[str] = []
+
+    def agreed(question: str) -> bool:
+        asked.append(question)
+        return given.pop(0)
+
+    for module in (terminal_person, disable):
+        monkeypatch.setattr(module, "agreed", agreed)
+    monkeypatch.setattr("sys.stdin.isatty", lambda: True, raising=False)
+    return given, asked
+
+
+@pytest.mark.parametrize("row", DIALECTS.values(), ids=lambda row: row.name)
+def test_the_docs_and_the_status_say_what_holds_each_arm(row):
+    sentences = astuple(row.torque)
+    assert all(each.startswith((HELD, SAGS)) for each in sentences)
+    assert f"| {row.title} | {' | '.join(sentences)} |" in PAGE
+    with Arm.connect(f"sim:{row.name}") as arm:
+        shown = str(arm.status)
+    assert f"after disable the arm {row.torque.disable}" in shown
+    assert f"after estop the arm {row.torque.estop}" in shown
+
+
+def test_a_simulated_arm_is_parked_and_then_switched_off(call):
+    call("home", code=0)
+    text = call("disable", code=0).out
+    assert text.index("parked: ") < text.index("the motors are off")
+    view = call("status", "--json", code=0).json
+    assert view["trust"] == "suspect"
+    assert view["trust_code"] == "E715"
+    assert view["torque"]["disable"] == DIALECTS["teachmover"].torque.disable
+
+
+def test_an_arm_that_cannot_be_parked_stays_as_it_is(call):
+    assert "--no-park" in call.refused("disable", "--yes", code=3)
+    assert call("disable", "--no-park", "--json", code=0).json["current"] == "off"
+
+
+def test_a_person_is_asked_to_park_first(call, answers):
+    given, asked = answers
+    call("home", code=0)
+    given[:] = [True]
+    assert "parked: " in call("disable", code=0).out
+    assert asked == ["Park the arm first? Type yes: "]
+
+
+def test_who_does_not_want_to_park_is_asked_once_more(call, answers):
+    given, asked = answers
+    given[:] = [False, False]
+    assert "[E204]" in call.refused("disable", code=3)
+    given[:] = [False, True]
+    out = call("disable", code=0).out
+    assert "parked" not in out
+    assert "the motors are off" in out
+    assert "support the arm" in asked[-1]
+
+
+@pytest.mark.parametrize("name", DIALECTS)
+def test_enable_moves_nothing_and_brings_it_back(call, name):
+    call("disable", "--no-park", "--sim", name, code=0)
+    view = call("enable", "--sim", name, "--json", code=0).json
+    assert view["state"] == "standby"

@@ -1,0 +1,173 @@
+"""The catalogue of errors: every kind has a row, no code stands twice, everybody is shown it."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import pkgutil
+from pathlib import Path
+
+import pytest
+from cli_calls import Caller
+
+import armdrive
+import firmware_protocol
+import kinematics
+from armdrive import Arm
+from armdrive.errors import ArmError, BadRequest, LinkLost, NotReferenced, WrongState
+from armdrive.errors.printing import page
+from armdrive.errors.table import ENTRIES, GROUPS, by_code, entry, entry_of, error_view
+from armdrive.runtime.trust import RESULTS
+from armdrive.status import Evidence, Trust
+from armdrive.transports.open_errors import NoSuchPort
+from firmware_protocol.errors import ProtocolError
+from kinematics.errors import KinematicsError
+
+PAGE = Path(__file__).parents[3] / "docs" / "errors.md"
+NAMES = {row.name for row in ENTRIES}
+NO_ERRORS = {
+    "OSError", "KeyboardInterrupt", "ArgumentTypeError", "TimeoutError", "Ended", "Unexpected",
+    "EMERGENCY_STOP", "RECONNECTED", "ALARM_VOUCHED",
+}  # fmt: skip
+"""Rows of what is neither an error of ours nor evidence."""
+
+
+def kinds() -> set[type]:
+    """Return every class of errors of the three rooms, in whichever file it stands."""
+    for room in (armdrive, kinematics, firmware_protocol):
+        for found in pkgutil.walk_packages(room.__path__, f"{room.__name__}."):
+            if not found.name.startswith("armdrive.cli") and not found.name.endswith("__main__"):
+                importlib.import_module(found.name)
+    return {kind for root in (ArmError, KinematicsError, ProtocolError) for kind in below(root)}
+
+
+def below(kind: type) -> set[type]:
+    """Return a class and all that are made from it, without those of tests."""
+    found = {each for sub in kind.__subclasses__() for each in below(sub)}
+    return {each for each in found | {kind} if each.__module__.split(".")[0] in ROOMS}
+
+
+ROOMS = ("armdrive", "kinematics", "firmware_protocol")
+
+
+def test_every_kind_of_error_has_a_row_of_its_own():
+    assert {kind.__name__ for kind in kinds()} <= NAMES
+
+
+def test_every_error_of_armdrive_has_the_code_of_its_row():
+    codes = {row.name: row.code for row in ENTRIES}
+    for kind in below(ArmError):
+        assert vars(kind)["code"] == codes[kind.__name__], kind
+
+
+def test_every_evidence_against_a_position_has_a_row():
+    for evidence, trust in RESULTS.items():
+        assert (entry_of(evidence) is None) == (trust is Trust.REFERENCED), evidence
+
+
+def test_no_row_is_left_over():
+    known = {kind.__name__ for kind in kinds()} | {each.name for each in Evidence} | NO_ERRORS
+    assert known >= NAMES
+
+
+def test_no_code_and_no_name_stands_twice_and_all_are_in_order():
+    codes = [row.code for row in ENTRIES]
+    assert codes == sorted(set(codes))
+    assert len(NAMES) == len(ENTRIES)
+
+
+def test_the_codes_of_a_group_begin_alike():
+    hundreds = [{row.code[:2] for row in rows} for rows in GROUPS.values()]
+    assert all(len(each) == 1 for each in hundreds)
+    assert len(set.union(*hundreds)) == len(GROUPS)
+
+
+@pytest.mark.parametrize("row", ENTRIES, ids=lambda row: row.code)
+def test_every_row_says_everything(row):
+    assert not row.title.endswith(".")
+    for text in (row.cause, row.effect, row.remedy):
+        assert text.rstrip("*").endswith(".")
+        assert "|" not in text
+
+
+def test_an_error_is_found_by_its_own_class_or_the_nearest():
+    class Stranger(WrongState):
+        """An error of somebody's own."""
+
+    assert entry(NoSuchPort("gone")).name == "NoSuchPort"
+    assert Stranger("no").code == WrongState("no").code == entry(WrongState("no")).code
+    assert entry(FileNotFoundError("x")).name == "OSError"
+    assert entry(ZeroDivisionError("x")).name == "ArmError"
+
+
+def test_a_code_is_looked_up_in_any_writing_and_a_wrong_one_refused():
+    assert by_code("[e407]") is entry(LinkLost("gone"))
+    with pytest.raises(BadRequest, match=r"did you mean E407\?"):
+        by_code("E4077")
+
+
+def test_the_page_is_what_the_command_prints(capsys):
+    assert Caller(capsys)("errors", "--markdown", code=0).out == page()
+    assert PAGE.read_text(encoding="utf-8") == page()
+
+
+def test_one_row_is_printed_by_its_code(capsys):
+    text = Caller(capsys)("errors", "e407", code=0).out
+    assert text.startswith("E407: the connection was lost (LinkLost)")
+    assert "`armdrive reset`" in text
+    assert "E999" in Caller(capsys).refused("errors", "E999", code=2)
+
+
+def test_the_list_names_every_code_and_json_gives_every_word(capsys):
+    call = Caller(capsys)
+    listed = call("errors", code=0).out
+    assert all(row.code in listed for row in ENTRIES)
+    lines = call("errors", "--json", code=0).json_lines
+    assert [each["code"] for each in lines] == [row.code for row in ENTRIES]
+
+
+def test_the_command_line_says_the_code_and_with_json_the_whole(capsys):
+    call = Caller(capsys)
+    sentence = call.refused("move", "--x", "250", code=3)
+    assert sentence.startswith("armdrive: [E203] ")
+    called = call("move", "--x", "250", "--json", code=3)
+    assert called.out == ""
+    told = json.loads(called.err)
+    assert set(told) == {"code", "title", "message", "effect", "remedy"}
+    assert told["code"] == "E203"
+    assert told["message"] in sentence
+
+
+def test_errors_of_the_mathematics_have_their_codes_there_too(capsys):
+    assert "[E604] " in Caller(capsys).refused(
+        "ik", "--x", "900", "--y", "0", "--z", "1", "--pitch", "0", code=3
+    )
+
+
+def test_the_status_carries_the_codes():
+    with Arm.connect("sim:teachmover") as arm:
+        assert arm.status.trust_code == entry_of(Evidence.NO_RECORD).code
+        arm.home()
+        assert arm.status.trust_code == ""
+        arm.estop()
+        arm.sleep(0.5)
+        assert arm.status.error_code == "E303"
+        assert "error: [E303] emergency stop" in str(arm.status)
+        with pytest.raises(WrongState):
+            arm.move_j(shoulder_deg=40)
+        arm.reset()
+        assert arm.status.error_code == ""
+
+
+def test_words_and_code_never_come_apart():
+    with Arm.connect("sim:teachmover") as arm:
+        arm.core.notify("somebody moved it", Evidence.MOVED_BY_OTHERS)
+        assert arm.status.notice_code == entry_of(Evidence.MOVED_BY_OTHERS).code
+        arm.core.notice = "all is well"
+        assert arm.status.notice_code == ""
+
+
+def test_the_plain_data_of_an_error_is_its_sentence_and_its_row():
+    told = error_view(NotReferenced("home first"))
+    assert told["message"] == "home first"
+    assert told["title"] == "the position cannot be trusted"

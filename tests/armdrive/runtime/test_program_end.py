@@ -1,0 +1,151 @@
+"""However a program ends, the physical arm stands within the announced time: really, over a pty.
+
+One dialect that gets bursts and one that queues. The simulated arm, the program and this test are
+three processes; what is looked at is the simulated world.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+if sys.platform == "win32":
+    pytest.skip("Windows has no pseudo-terminals", allow_module_level=True)
+
+from waiting import suspended, until
+from watched_sim import WatchedSim
+
+HOST = Path(__file__).parents[1] / "ending_host.py"
+UNDER_WAY = 60
+"""Steps of the base after which a motion has reached its speed."""
+
+SUSPENDED_S = 1.2
+"""Longer than the driver takes for a pause of its own computer."""
+
+
+class Ground:
+    """A simulated arm, and a program that drives it in a child for each way to end."""
+
+    def __init__(self, folder: Path, dialect: str) -> None:
+        self.sim = WatchedSim(folder / "arm", dialect)
+        self._child = 0
+        self._host = subprocess.Popen(
+            [sys.executable, str(HOST), self.sim.port, dialect],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            bufsize=1,
+        )
+
+    def close(self) -> None:
+        """End all, a program that a test has left alive included: it would be waited for."""
+        if self._child:
+            os.kill(self._child, signal.SIGKILL)
+        self._host.communicate()
+        self.sim.__exit__()
+
+    def begin(self, **order) -> tuple[int, float]:
+        """Have a child set out; return its number and the time within which the arm shall stand."""
+        self._host.stdin.write(json.dumps({"motors": self.motors, **order}) + "\n")
+        told = self.told()
+        assert "ended" not in told, told
+        self.sim.watch.moves_by(UNDER_WAY)
+        self._host.stdin.write("\n")
+        told = self.told()
+        assert "silent_s" in told, told
+        return told["pid"], max(told["silent_s"], told["stop_s"])
+
+    @property
+    def motors(self) -> list[int]:
+        return list(self.sim.state()["motors"])
+
+    def told(self) -> dict:
+        told = json.loads(self._host.stdout.readline())
+        self._child = 0 if "ended" in told else told["pid"]
+        return told
+
+    def stands_within(self, bound_s: float) -> None:
+        """Check how long the arm moved on once it had heard the last of an ended program."""
+        self.sim.watch.stands_within(bound_s)
+
+    def ended(self, bound_s: float) -> int:
+        """Wait until the program has ended, and hold the arm to its bound; return the exit code."""
+        code = self.told()["ended"]
+        self.stands_within(bound_s)
+        return code
+
+
+def by_signal(number: int) -> Callable[[Ground], int]:
+    def end(ground: Ground) -> int:
+        child, bound_s = ground.begin()
+        os.kill(child, number)
+        return ground.ended(bound_s)
+
+    return end
+
+
+def by_exception(ground: Ground) -> int:
+    _, bound_s = ground.begin(raises=True)
+    return ground.ended(bound_s)
+
+
+def by_closing_its_terminal(ground: Ground) -> int:
+    master, slave = os.openpty()
+    _, bound_s = ground.begin(terminal=os.ttyname(slave))
+    os.close(slave)
+    os.close(master)
+    return ground.ended(bound_s)
+
+
+def by_suspending(ground: Ground) -> int:
+    """Suspend it, and let it go on: the motion does not."""
+    child, bound_s = ground.begin()
+    os.kill(child, signal.SIGSTOP)
+    until(lambda: suspended(child), "the program was not suspended")
+    ground.stands_within(bound_s)
+    stood = ground.motors
+    ground.sim.watch.passes(SUSPENDED_S)
+    os.kill(child, signal.SIGCONT)
+    ground.sim.watch.passes(0.3)
+    assert ground.motors == stood
+    with contextlib.suppress(ProcessLookupError):
+        os.kill(child, signal.SIGTERM)
+    return ground.told()["ended"]
+
+
+ENDINGS = (
+    (by_exception, 1),
+    (by_signal(signal.SIGTERM), 143),
+    (by_signal(signal.SIGHUP), 129),
+    (by_closing_its_terminal, 129),
+    (by_suspending, 143),
+    (by_signal(signal.SIGKILL), -signal.SIGKILL),
+)
+
+
+def moved(ground: Ground, end: Callable[[Ground], int]) -> int:
+    """End a program, and check that there was a motion to be ended, far from its goal."""
+    before = ground.motors
+    code = end(ground)
+    assert 0 < abs(ground.motors[0] - before[0]) < 1500  # of the 1571 to 3142 that were asked for
+    return code
+
+
+@pytest.mark.parametrize(
+    ("dialect", "endings"), [("teachmover", ENDINGS), ("grbl", (*ENDINGS[:1], *ENDINGS[3:]))]
+)
+def test_the_arm_stands_however_its_program_ends(tmp_path, dialect, endings):
+    ground = Ground(tmp_path, dialect)
+    try:
+        found = [moved(ground, end) for end, _ in endings]
+    finally:
+        ground.close()
+    assert found == [code for _, code in endings]

@@ -1,0 +1,357 @@
+"""Stop, emergency stop, reset: how long and how far the arm goes on, and that nothing restarts."""
+
+import math
+import signal
+import threading
+
+import pytest
+from faults import Rule, late_by, ready_arm, sim_arm, sim_config, stand_still_s
+
+from armdrive import Jog
+from armdrive.errors import ArmError, OperatorNeeded, Stopped, WrongState
+from armdrive.motion.idle import set_outputs
+from armdrive.motion.plan import speed_fraction
+from armdrive.status import State, Trust
+from armdrive.tasks import MoveBy
+from firmware_protocol.teachmover import Key
+
+ERRORS = [0.0, 0.5, 0.9, -0.3]
+
+
+def begin_planned(arm):
+    arm.move_j(base_deg=80, shoulder_deg=75, elbow_deg=-40, wait=False)
+
+
+def begin_line(arm):
+    from kinematics import Pose
+
+    pose = arm.pose
+    goal = Pose(pose.x_mm - 40, pose.y_mm + 150, pose.z_mm + 30, pose.pitch_rad, 0.0)
+    arm.move_l(goal, wait=False)
+
+
+def begin_jog(arm):
+    arm.hold(Jog.joint(base=1.0, shoulder=1.0, elbow=1.0), speed=1.0, for_s=1.0)
+
+
+@pytest.mark.parametrize("after_s", [0.02, 0.11, 0.4])
+@pytest.mark.parametrize("error", ERRORS)
+@pytest.mark.parametrize("begin", [begin_planned, begin_line, begin_jog])
+@pytest.mark.parametrize("burst_s", [0.15, 0.5])
+def test_a_stopped_arm_stands_within_the_stated_time_and_way(begin, error, after_s, burst_s):
+    arm = ready_arm(sim_config(planned_burst_s=burst_s), speed_error=error)
+    begin(arm)
+    arm.sleep(0.07)
+    arm.sleep(after_s)
+    status, tip = arm.status, arm.twin.world.tip
+    asked_s = status.time_s
+    assert status.state is State.MOVING
+    arm.request_stop()
+    assert stand_still_s(arm) - asked_s <= status.stop_time_s + 0.006
+    assert math.dist(tip, arm.twin.world.tip) <= status.stop_distance_mm
+    assert arm.status.state is State.STANDBY
+    assert arm.twin.world.motors == arm.status.acknowledged
+
+
+@pytest.mark.parametrize("error", [*ERRORS, 3.0])
+def test_every_burst_fits_its_announced_length_and_once_measured_really_does(error):
+    arm = ready_arm(sim_config(planned_burst_s=0.3), speed_error=error)
+    link, lengths = arm.twin.link, []
+    controller = arm.core.controller
+    begin = controller.begin
+
+    def spied(request, now_s):
+        begin(request, now_s)
+        if isinstance(request, MoveBy):
+            nominal_s = request.steps.largest / controller.usable_rate_hz(request.rate_hz)
+            lengths.append((nominal_s, nominal_s * (1.0 + error), arm.core.burst_s))
+
+    controller.begin = spied
+    arm.move_j(base_deg=50, shoulder_deg=60, wrist_roll_deg=70)
+    arm.move_j(base_deg=40, speed=0.07)
+    arm.jog_l(x_mm=-17, speed=0.6)
+    arm.jog_j(gripper_mm=11, wrist_pitch_deg=7, speed=1.0)
+    arm.gripper.grasp(force_n=30.0)
+    assert len(lengths) > 20
+    assert link.overlaps == []
+    doubt = arm.config.device.speed_doubt
+    assert all(nominal <= burst + 1e-9 for nominal, _, burst in lengths)
+    assert all(real <= burst * max((1.0 + error) / doubt, 1.0) + 1e-9 for _, real, burst in lengths)
+    fast = [(real, burst) for _, real, burst in lengths[2:12]]
+    assert all(real <= burst * 1.03 for real, burst in fast)
+
+
+@pytest.mark.parametrize("state", ["standby", "disabled", "error-stop", "disconnected"])
+def test_stop_is_heard_in_every_state_and_twice(state):
+    arm = ready_arm()
+    if state == "disabled":
+        arm.disable()
+    elif state == "error-stop":
+        arm.estop()
+    elif state == "disconnected":
+        arm.close()
+    arm.stop()
+    arm.stop()
+    assert arm.status.state.value == state
+
+
+def test_a_stop_of_an_arm_that_stands_does_not_stop_the_next_motion():
+    arm = ready_arm()
+    arm.stop()
+    arm.move_j(base_deg=3)
+    assert arm.joints.deg["base"] == pytest.approx(3.0, abs=0.03)
+
+
+def test_a_stop_before_the_first_step_lets_nothing_begin():
+    arm = ready_arm()
+    handle = arm.move_j(base_deg=30, wait=False)
+    arm.request_stop()
+    with pytest.raises(Stopped):
+        handle.wait()
+    assert not arm.twin.link.named(b"@STEP")
+    assert arm.status.state is State.STANDBY
+
+
+def test_a_stop_ends_waiting_jogs_for_good():
+    arm = ready_arm()
+    arm.nudge(Jog.joint(base=5.0), speed=0.5)
+    arm.request_stop()
+    arm.sleep(1.0)
+    assert not arm.twin.link.named(b"@STEP")
+    arm.jog_j(shoulder_deg=1)
+    assert arm.joints.deg["base"] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_handle_can_be_cancelled_and_tells_that_it_was_stopped():
+    arm = ready_arm()
+    handle = arm.move_j(base_deg=60, wait=False)
+    arm.sleep(1.0)
+    assert not handle.done
+    with pytest.raises(TimeoutError):
+        handle.wait(0.2)
+    handle.cancel()
+    assert handle.done
+    with pytest.raises(Stopped, match="before its goal"):
+        handle.wait()
+    assert arm.status.trust is Trust.REFERENCED
+
+
+def test_closing_ends_a_motion_under_way_and_the_arm_stands():
+    arm = ready_arm()
+    handle = arm.move_j(base_deg=60, wait=False)
+    arm.sleep(0.5)
+    arm.close()
+    assert handle.done
+    assert not arm.twin.device.moving
+    assert arm.status.state is State.DISCONNECTED
+    with pytest.raises(WrongState, match="connect first"):
+        arm.move_j(base_deg=0)
+    with pytest.raises(WrongState, match="connect first"):
+        arm.home()
+    arm.close()
+
+
+@pytest.mark.parametrize("begin", [lambda arm: None, begin_planned, begin_jog])
+def test_an_emergency_stop_latches_and_leaving_it_moves_nothing(begin):
+    arm = ready_arm()
+    begin(arm)
+    arm.sleep(0.3)
+    arm.estop()
+    arm.sleep(1.0)
+    assert arm.status.state is State.ERROR_STOP
+    steps, motors = len(arm.twin.link.named(b"@STEP")), arm.twin.world.motors
+    for call in (
+        lambda: arm.move_j(base_deg=1),
+        lambda: arm.jog_j(base_deg=1),
+        arm.home,
+        arm.enable,
+        arm.gripper.grasp,
+        lambda: arm.move_motors(1, 0, 0, 0, 0, 0),
+    ):
+        with pytest.raises(WrongState, match="reset"):
+            call()
+    arm.nudge(Jog.joint(base=1.0), speed=0.5)
+    arm.hold(Jog.joint(base=1.0), speed=0.5, for_s=0.5)
+    assert "reset" in arm.status.notice
+    arm.stop()
+    assert arm.status.state is State.ERROR_STOP
+    arm.reset()
+    arm.sleep(3.0)
+    assert arm.status.state is State.STANDBY
+    assert arm.status.error == ""
+    assert len(arm.twin.link.named(b"@STEP")) == steps
+    assert arm.twin.world.motors == motors
+    assert arm.status.trust is Trust.REFERENCED
+
+
+def test_a_reset_right_behind_the_emergency_stop_waits_for_the_burst():
+    arm = ready_arm(speed_error=0.9)
+    begin_planned(arm)
+    arm.sleep(0.3)
+    arm.estop()
+    arm.reset()
+    assert not arm.twin.device.moving
+    assert arm.twin.world.motors == arm.status.acknowledged
+
+
+def test_a_second_emergency_stop_during_the_reset_is_not_lost():
+    arm = ready_arm()
+    arm.estop()
+    arm.stop()
+    arm.twin.link.on_write = lambda data: arm.estop()
+    with pytest.raises(Stopped):
+        arm.reset()
+    assert arm.status.state is State.ERROR_STOP
+
+
+def test_a_reset_with_a_late_answer_on_the_line_takes_it_for_nothing_else():
+    arm = ready_arm()
+    arm.twin.link.back.append(Rule(b"1", late_by(1.4)))
+    with pytest.raises(ArmError):
+        arm.move_j(base_deg=1)
+    arm.reset()
+    assert arm.twin.world.motors == arm.status.acknowledged
+    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    arm.move_j(base_deg=2)
+    assert arm.twin.world.joints.deg["base"] == pytest.approx(2.0, abs=0.1)
+
+
+def test_the_pendants_stop_ends_a_burst_and_the_position_is_still_known():
+    arm = ready_arm()
+    device = arm.twin.device
+    device.at(device.now_s + 0.8, lambda: device.press(Key.STOP))
+    with pytest.raises(ArmError, match="STOP key"):
+        arm.move_j(base_deg=60)
+    assert arm.status.state is State.ERROR_STOP
+    assert arm.status.trust is Trust.REFERENCED
+    assert arm.twin.world.motors == arm.status.acknowledged
+    arm.reset()
+    arm.move_j(base_deg=0)
+    assert arm.twin.world.joints.deg["base"] == pytest.approx(0.0, abs=0.1)
+
+
+def test_motors_that_a_stop_left_off_their_way_are_not_believed():
+    """Somebody pressed STOP, and moved the arm before the registers were read."""
+    arm = ready_arm()
+    device, link = arm.twin.device, arm.twin.link
+
+    def moves_it(data):
+        if data.startswith(b"@READ"):
+            link.on_write = lambda _: None
+            device.pendant_move((0, 0, 40, 0, 0, 0))
+
+    def press():
+        device.press(Key.STOP)
+        link.on_write = moves_it
+
+    device.at(device.now_s + 0.8, press)
+    with pytest.raises(ArmError, match="STOP key"):
+        arm.move_j(base_deg=60)
+    assert arm.status.trust is Trust.SUSPECT
+    assert arm.twin.world.motors == arm.status.acknowledged
+
+
+@pytest.mark.parametrize("how", ["request_stop", "stop", "estop"])
+def test_a_stop_while_homing_ends_the_homing_and_nothing_is_referenced(how):
+    arm = sim_arm()
+
+    def operator(request):
+        request.arm.hold(Jog.joint(shoulder=1.0), speed=0.2, for_s=1.0)
+        request.arm.sleep(0.3)
+        getattr(request.arm, how)()
+        request.arm.sleep(1.0)
+        return True
+
+    with pytest.raises(Stopped, match="nothing was referenced"):
+        arm.home(operator=operator)
+    assert arm.status.state is (State.ERROR_STOP if how == "estop" else State.STANDBY)
+    assert arm.status.trust is Trust.UNKNOWN
+    if how == "estop":
+        assert "emergency" in arm.status.error
+
+
+def test_an_operator_who_fails_or_refuses_leaves_an_arm_that_stands():
+    arm = sim_arm()
+
+    def failing(request):
+        request.arm.hold(Jog.joint(base=1.0), speed=0.2, for_s=1.0)
+        request.arm.sleep(0.3)
+        raise RuntimeError("he fell asleep")
+
+    with pytest.raises(RuntimeError, match="asleep"):
+        arm.home(operator=failing)
+    assert arm.status.state is State.STANDBY
+    assert not arm.twin.device.moving
+    with pytest.raises(OperatorNeeded):
+        arm.home(operator=lambda request: False)
+    assert arm.status.state is State.STANDBY
+    assert arm.status.trust is Trust.UNKNOWN
+
+
+def test_interrupting_the_wait_stops_the_arm_between_two_steps():
+    arm = ready_arm()
+    sent = []
+
+    def interrupt(data):
+        sent.append(data)
+        if len(sent) == 3:
+            signal.raise_signal(signal.SIGINT)
+
+    arm.twin.link.on_write = interrupt
+    with pytest.raises(KeyboardInterrupt):
+        arm.move_j(base_deg=60)
+    assert arm.status.state is State.STANDBY
+    assert arm.status.trust is Trust.REFERENCED
+    assert arm.twin.world.motors == arm.status.acknowledged
+    assert arm.twin.link.overlaps == []
+    arm.move_j(base_deg=0)
+
+
+def test_a_stop_between_a_call_and_its_plan_lets_nothing_begin(monkeypatch):
+    arm = ready_arm()
+
+    def checked(speed):
+        arm.stop()  # as from another thread: the engine has seen it before there is a motion
+        return speed_fraction(speed)
+
+    monkeypatch.setattr("armdrive.arm.moving.speed_fraction", checked)
+    with pytest.raises(Stopped):
+        arm.move_j(base_deg=20.0)
+    assert arm.twin.link.named(b"@STEP") == []
+
+
+def test_a_motion_does_not_wait_behind_work_that_moves_nothing():
+    """Else it would begin when nobody expects it any more."""
+    arm = ready_arm()
+    work = arm.submit(set_outputs(arm.wire, 1))
+    arm.sleep(0.001)
+    assert arm.status.state is State.STANDBY
+    assert not work.done
+    with pytest.raises(WrongState):
+        arm.move_j(base_deg=8.0)
+    arm.sleep(1.0)
+    assert work.done
+    assert arm.joints.deg["base"] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_of_two_threads_that_move_at_once_one_is_refused_and_neither_hangs():
+    arm = ready_arm(pace=200.0)
+    results = []
+
+    def go(angle):
+        try:
+            results.append(arm.move_j(base_deg=angle))
+        except ArmError as error:
+            results.append(error)
+
+    threads = [threading.Thread(target=go, args=(angle,)) for angle in (8.0, -8.0, 5.0)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(timeout=10.0)
+        assert not thread.is_alive()
+    arm.close()
+    assert len(results) == 3
+    assert all(isinstance(one, WrongState) or not isinstance(one, ArmError) for one in results)
+    assert any(not isinstance(one, ArmError) for one in results)
+    assert arm.twin.link.overlaps == []

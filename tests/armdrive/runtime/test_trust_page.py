@@ -1,0 +1,58 @@
+"""docs/trust.md says what there is: its table is made from trust.RESULTS.
+
+`python tests/armdrive/runtime/test_trust_page.py` prints the table anew.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from armdrive.connect.parts import CLOSING_S
+from armdrive.motion import idle as idling
+from armdrive.runtime import trust
+from armdrive.runtime.registers import LONGEST_S
+from armdrive.storage import record
+from armdrive.storage.record import FORMAT, Record, from_text, to_text
+
+PAGE = Path(__file__).parents[3] / "docs" / "trust.md"
+
+
+def evidence_table():
+    rows = "".join(
+        f"| {evidence.value} | {result.value} |\n" for evidence, result in trust.RESULTS.items()
+    )
+    return f"| what is seen | the position is then |\n|---|---|\n{rows}"
+
+
+def test_the_page_has_the_table_of_evidence():
+    assert evidence_table() in PAGE.read_text(encoding="utf-8")
+
+
+def test_the_page_shows_a_record_that_can_be_read():
+    text = PAGE.read_text(encoding="utf-8")
+    shown = text.partition("```json\n")[2].partition("```")[0]
+    assert from_text(shown.encode()).trust == "referenced"
+
+
+def test_the_page_gives_the_times_and_names_of_the_code():
+    text = PAGE.read_text(encoding="utf-8")
+    assert idling.STILL_S == 2.0
+    assert "two seconds" in text
+    assert f"{LONGEST_S:g} s" in text
+    assert f"{CLOSING_S:g} s" in text
+    assert f"NAME.json{record.BAD}" in text
+    assert f'"format": {FORMAT}' in text
+
+
+if __name__ == "__main__":
+    shown = Record(
+        "lab3",
+        "5b0c9e6a21f4d873",
+        (0, 0, 0, 0, 0, 0),
+        (1768, -220, 415, 96, -96, 0),
+        (1.571, 0.698, -1.396, -0.698, 0.0, 20.0),
+        "referenced",
+        "referenced in the reference posture",
+    )
+    sys.stdout.write(f"{to_text(shown).decode()}\n{evidence_table()}")

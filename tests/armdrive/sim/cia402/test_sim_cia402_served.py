@@ -1,0 +1,127 @@
+"""Another program reaches the simulated CiA 402 drives by an adapter on a pseudo-terminal."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import sys
+import threading
+from pathlib import Path
+
+import can
+import pytest
+from cia402_sim import arm_config
+from cli_calls import Caller
+from waiting import LONG_S, until
+
+from armdrive.registry import simulate_device
+from armdrive.sim.bus.drives import SaysEmergencies
+from armdrive.sim.cia402.kind import KIND
+from armdrive.sim.faults.table import FAULTS
+from armdrive.sim.serving.loop import make_server, run_device
+from firmware_protocol.canopen import (
+    DEVICE_TYPE,
+    DataType,
+    Emergency,
+    Place,
+    SdoClient,
+    Uploaded,
+)
+from firmware_protocol.frames import Frame
+
+NODE = 3
+
+
+class Served:
+    """The drives in a thread, their console on a pipe."""
+
+    def __init__(self, path) -> None:
+        self.server = make_server(slcan=path)
+        self.device = simulate_device(arm_config())
+        self.out = io.StringIO()
+        ear, self._mouth = os.pipe()
+        self._thread = threading.Thread(
+            target=run_device, args=(self.device, self.server, ear, self.out), daemon=True
+        )
+        self._thread.start()
+
+    def tell(self, line: str) -> str:
+        count = self.out.getvalue().count("\n")
+        os.write(self._mouth, line.encode() + b"\n")
+        until(lambda: self.out.getvalue().count("\n") > count)
+        return self.out.getvalue().splitlines()[-1]
+
+    def end(self) -> None:
+        os.write(self._mouth, b"quit\n")
+        self._thread.join(LONG_S)
+        os.close(self._mouth)
+
+
+@pytest.fixture
+def served(tmp_path):
+    running = Served(tmp_path / "can0")
+    yield running
+    running.end()
+
+
+def upload(bus: can.BusABC, place: Place) -> bytes:
+    client = SdoClient(NODE)
+    request = client.upload(place)
+    while request is not None:
+        bus.send(
+            can.Message(arbitration_id=request.can_id, data=request.data, is_extended_id=False)
+        )
+        request = client.receive_frame(heard(bus))
+    ended = client.next_event()
+    assert isinstance(ended, Uploaded)
+    return ended.data
+
+
+def heard(bus: can.BusABC) -> Frame:
+    message = bus.recv(LONG_S)
+    assert message is not None, "the drives say nothing"
+    return Frame(message.arbitration_id, bytes(message.data))
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+def test_python_can_asks_a_drive_and_the_console_steers_it(served):
+    with can.Bus(
+        interface="slcan", channel=served.server.address, bitrate=500_000, sleep_after_open=0.0
+    ) as bus:
+        assert DataType.U32.unpack(upload(bus, DEVICE_TYPE)) == 0x0004_0192
+        assert upload(bus, Place(0x1008)) == b"Simulated CiA 402 servo drive"
+        served.tell(f"fault drive-fault {NODE} 4310")
+        emergency = Emergency.read(heard(bus))
+        assert (emergency.node, emergency.words) == (NODE, "drive too hot")
+    drive = json.loads(served.tell("state --json"))["drives"][NODE - 1]
+    assert (drive["id"], drive["nmt"], drive["state"]) == (NODE, "pre_operational", "fault")
+    assert drive["error_code"] == "4310"
+    assert served.tell("plug 2") == "on the bus: shoulder"
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["cia402", "--pty", "x"], "--slcan PATH is required"),
+        (["cia402", "--slcan", "x", "--set", "missing=6"], "missing is written"),
+    ],
+)
+def test_what_cannot_be_offered_is_refused(capsys, words, told):
+    assert told in Caller(capsys)("sim", *words, code=2).err
+
+
+def test_the_list_tells_its_settings_and_faults(capsys):
+    out = Caller(capsys)("sim", "cia402", "--list").out
+    assert "hold_after_loss=hold" in out
+    assert "drive-fault MOTOR CODE" in out
+    assert "drive-fault" not in Caller(capsys)("sim", "mks", "--list").out
+
+
+def test_the_page_tells_every_setting_and_every_fault_of_such_drives():
+    page = (Path(__file__).parents[4] / "docs" / "can-simulated.md").read_text(encoding="utf-8")
+    section = page.split("# CiA 402 drives")[1]
+    for option in KIND.options:
+        assert f"| `{option.name}` |" in section
+    for name, kind in FAULTS.items():
+        assert f"`{name}`" in section or kind.needs is not SaysEmergencies

@@ -1,0 +1,24 @@
+"""The page on the flight recorder says what the code does."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from armdrive.trace import entries as ring
+from armdrive.trace import files
+from armdrive.trace.entries import TITLES, EntryKind
+
+PAGE = (Path(__file__).parents[3] / "docs" / "flight-recorder.md").read_text(encoding="utf-8")
+
+
+def test_the_page_lists_every_kind_of_entry_in_its_words():
+    shown = re.findall(r"^\| `(\w+)` \| (.+) \|$", PAGE, re.MULTILINE)
+    assert shown == [(kind.value, TITLES[kind]) for kind in EntryKind]
+
+
+def test_the_page_names_the_bounds():
+    assert "last five minutes" in PAGE
+    assert ring.LONGEST_S == 5 * 60
+    assert f"{ring.MOST_BYTES // 1_000_000} MB" in PAGE
+    assert f"newest {files.MOST_FILES} are left" in PAGE
