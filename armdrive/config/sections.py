@@ -14,7 +14,7 @@ from kinematics import ArmModel, Joints, Pose
 from kinematics.frames.graph import UserFrame
 
 RESERVED_FRAMES = ("base", "tool")
-"""Names of frames that every arm has (frames.py)."""
+"""Names of frames that every arm has (motion/resolve.py)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -67,7 +67,7 @@ Told = Callable[["Arm", ScriptCall], object]
 
 
 class CallTracer:
-    """Tells of an arm's calls on their way to the witness that it had before."""
+    """Tells of an arm's calls on their way to the tracer that it had before."""
 
     def __init__(self, arm: Arm, script: str, told: Told) -> None:
         self._arm = arm

@@ -80,7 +80,7 @@ class Tracer(Protocol):
         """The arm's clock when this began to look."""
 
     def since(self, number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:
-        """Return entries from a number on, and the number of the first; see `Ring.since`."""
+        """Return entries from a number on, and the number of the first; see `EntryRing.since`."""
 
     def close(self) -> None:
         """Finish what is being written."""
@@ -175,7 +175,7 @@ CALLS = (
 
 
 def witnessed(kind: C) -> C:
-    """Have the calls of a class noted by the witness of its arm."""
+    """Have the calls of a class noted by its arm's tracer."""
     for name in CALLS:
         method = getattr(kind, name, None)
         if method is not None:
