@@ -29,8 +29,8 @@ TOLD = (armdrive.Arm, armdrive.AsyncArm, armdrive.AsyncHandle)
 """Classes that are no values: the twins have the calls of what they are twins of."""
 
 ORDER = (
-    "Arm", "Referencing", "Moving", "Routing", "Jogging", "Waiting", "Conducting", "Knowing",
-    "Foreseeing", "Teaching", "Verifying", "Reconnecting", "Connected",
+    "Arm", "ReferenceCalls", "MoveCalls", "RouteCalls", "JogCalls", "TaskCalls", "Overrides",
+    "StatusView", "PreviewCalls", "PointCalls", "VerifyCalls", "Reconnecting", "Connected",
 )  # fmt: skip
 """The families of calls in the order in which one needs them; any further ones follow."""
 
@@ -64,9 +64,7 @@ def _arm() -> Iterator[str]:
     yield "## `Arm`\n"
     seen: set[str] = set()
     for name in names:
-        kind = families.get(name)
-        if kind is None:
-            continue
+        kind = families[name]
         calls = [each for each in _public(kind) if each not in seen]
         if name == "Arm":  # its decorator repeats the calls of its families
             calls = [each for each in calls if not any(each in vars(k) for k in kind.__mro__[1:])]

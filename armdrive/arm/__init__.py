@@ -24,10 +24,10 @@ from armdrive.motion import reference as referencing
 from armdrive.runtime.states import Event, after
 from armdrive.status import State
 from armdrive.tasks import DeviceSettings
-from armdrive.trace.calls import witnessed
+from armdrive.trace.calls import traced
 
 
-@witnessed
+@traced
 class Arm(
     VerifyCalls, RouteCalls, PreviewCalls, JogCalls, Reconnecting, Overrides, PendantCalls, IoCalls
 ):

@@ -189,8 +189,8 @@ class Connected(TaskCalls):
         self.engine = parts.engine
         self.wire = parts.wire
         self.runner = parts.runner
-        self.mender = parts.mender
-        self.witness = parts.witness
+        self.reconnector = parts.reconnector
+        self.tracer = parts.tracer
         self.operator = parts.operator
         self.simulated = parts.simulated
         self.twin = parts.twin
@@ -206,7 +206,7 @@ class Connected(TaskCalls):
         cannot be written, and `WrongState` where nothing is recorded.
         """
         with self.pace.lock:
-            write = self.witness.snapshot("asked for")
+            write = self.tracer.snapshot("asked for")
         return write(None if path is None else Path(path))
 
     def log(self, *, back: int | None = None) -> LogReader:
@@ -217,12 +217,12 @@ class Connected(TaskCalls):
         """
         from armdrive.trace.log import BACK, LogReader  # few programs read it, and all start up
 
-        dialect, began_s = self.config.connection.dialect, self.witness.began_s
+        dialect, began_s = self.config.connection.dialect, self.tracer.began_s
         return LogReader(self._since, dialect, began_s, back=BACK if back is None else back)
 
     def _since(self, number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:
         with self.pace.lock:
-            return self.witness.since(number, most, back)
+            return self.tracer.since(number, most, back)
 
     # -- the end ------------------------------------------------------------------------------
 
@@ -237,8 +237,8 @@ class Connected(TaskCalls):
         finally:
             with self.pace.lock:
                 self.closed = True
-                if self.mender is not None:
-                    self.mender.close()
+                if self.reconnector is not None:
+                    self.reconnector.close()
                 self.core.happen(Event.LOST)
                 self.engine.close()
             self._release()
@@ -307,7 +307,7 @@ class Reconnecting(Connected):
     @property
     def reconnects(self) -> bool:
         """Whether a lost wire is looked for without anybody asking, until it is back."""
-        return self.mender is not None and self.mender.automatic
+        return self.reconnector is not None and self.reconnector.automatic
 
     def reconnect(self) -> None:
         """Look for the lost wire once, by its USB serial number where it had one. Moves nothing.
@@ -317,15 +317,15 @@ class Reconnecting(Connected):
         `PortUnavailable` while the wire is not there, `LinkLost` or `DeviceFault` where the arm
         does not answer over it, and `WrongState` while nothing is lost.
         """
-        mender = self.mender
+        reconnector = self.reconnector
         with self.pace.lock:
             if self.engine.broken is None:
                 raise WrongState("the wire is there: nothing has to be reconnected")
-            if mender is None or self.closed:
+            if reconnector is None or self.closed:
                 raise WrongState("this connection was closed for good: connect anew")
-            before = mender.ask(self.pace.now_s())
+            before = reconnector.ask(self.pace.now_s())
         self.pace.wake()
-        if not self.pace.wait(lambda: mender.tries > before, PATIENCE_S):
+        if not self.pace.wait(lambda: reconnector.tries > before, PATIENCE_S):
             raise NoAnswer("nobody knows whether the wire is back: look for it again")
-        if self.core.state is State.DISCONNECTED and mender.trouble is not None:
-            raise mender.trouble
+        if self.core.state is State.DISCONNECTED and reconnector.trouble is not None:
+            raise reconnector.trouble

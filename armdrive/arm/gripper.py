@@ -8,14 +8,14 @@ from armdrive.motion.execute import Moved
 from armdrive.motion.gripper import Grasped, grasp, require_gripper
 from armdrive.motion.plan import speed_fraction
 from armdrive.runtime.states import Event, after
-from armdrive.trace.calls import witnessed
+from armdrive.trace.calls import traced
 from kinematics.errors import finite
 
 GRASP_PATIENCE_S = 120.0
 """A grasp that takes longer is given up."""
 
 
-@witnessed
+@traced
 class Gripper:
     """The fingers of an arm."""
 

@@ -68,7 +68,7 @@ class MoveCalls(PointCalls):
 
         Or to a named point, `move_to("pick")`: to its joints; the fingers stay as they are.
         The pose is one of `frame`: the base, a frame of the arm file, or the tool, in which it is
-        a change from where the tool is (frames.py).
+        a change from where the tool is.
         Raises `kinematics.Unreachable` or `OutOfBounds` with the nearest pose that is allowed.
         """
         handle = self._go(self.goal_of(goal, frame), speed)

@@ -32,7 +32,7 @@ class ControlledArm(Protocol):
 
     core: Core
     pace: Pace
-    witness: Tracer
+    tracer: Tracer
     closed: bool
     program: Callable[[], Json] | None
     """Tells what program the arm is at work on; None of none."""
@@ -172,7 +172,7 @@ def _overheard(arm: ControlledArm, every_s: float) -> Iterator[Json]:
 
     def since(number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:
         with arm.pace.lock:
-            return arm.witness.since(number, most, back)
+            return arm.tracer.since(number, most, back)
 
     return overheard(since, arm.pace.now_s, lambda: arm.closed, every_s)
 

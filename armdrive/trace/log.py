@@ -115,7 +115,7 @@ def _code(kind: EntryKind, words: str) -> str:
 # Reading a flight recorder as it fills: only what has come since the last time, and bounded.
 
 Since = Callable[[int, int, int], tuple[int, tuple[TraceEntry, ...]]]
-"""A number, how many at most, and how far back at most: as `Ring.since`."""
+"""A number, how many at most, and how far back at most: as `EntryRing.since`."""
 
 MOST = 500
 """So many lines are made at once: some 25 ms of a small computer."""
