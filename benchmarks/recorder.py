@@ -28,18 +28,18 @@ MOVE_DEG = 8.0
 
 
 class Swapped:
-    """One connected arm, whose witness can be taken away and given back between two calls."""
+    """One connected arm, whose tracer can be taken away and given back between two calls."""
 
     def __init__(self, arm: Arm) -> None:
         self.arm = arm
-        self.recorder = arm.witness
+        self.recorder = arm.tracer
         self._side = 1.0
 
-    def witnessed_by(self, witness: Tracer, call: Callable[[], object]) -> None:
+    def traced_by(self, tracer: Tracer, call: Callable[[], object]) -> None:
         """Do something while this one looks."""
         arm = self.arm
         with arm.pace.lock:
-            arm.witness = arm.core.witness = arm.engine.witness = witness
+            arm.tracer = arm.core.tracer = arm.engine.tracer = tracer
         call()
 
     def move(self) -> None:
@@ -50,14 +50,14 @@ class Swapped:
     def cases(self, call: Callable[[], object]) -> dict[str, Callable[[], object]]:
         """Return the call with the recorder and without it."""
         return {
-            "with": lambda: self.witnessed_by(self.recorder, call),
-            BARE: lambda: self.witnessed_by(NO_TRACER, call),
+            "with": lambda: self.traced_by(self.recorder, call),
+            BARE: lambda: self.traced_by(NO_TRACER, call),
         }
 
 
 @contextlib.contextmanager
 def _simulated(dialect: str) -> Iterator[Swapped]:
-    arm = Arm(connect_simulated(simulated_config(dialect), witness=FlightRecorder()))
+    arm = Arm(connect_simulated(simulated_config(dialect), tracer=FlightRecorder()))
     with arm:
         arm.home()
         arm.move_j(shoulder_deg=30)
@@ -127,7 +127,7 @@ def writing(seconds: float = 400.0) -> Section:
             swapped.move()
         began_s = time.perf_counter()
         with arm.pace.lock:
-            write = arm.witness.snapshot("measured")
+            write = arm.tracer.snapshot("measured")
         held_s = time.perf_counter() - began_s
         path = write(Path(folder) / "recording.jsonl")
         written_s = time.perf_counter() - began_s
@@ -135,7 +135,7 @@ def writing(seconds: float = 400.0) -> Section:
         entries = path.read_bytes().count(b"\n")
     rows = (
         Row("entries in the last five minutes", entries, ""),
-        Row("memory, as the ring counts it", arm.witness.ring.bytes / 1e6, "MB"),
+        Row("memory, as the ring counts it", arm.tracer.ring.bytes / 1e6, "MB"),
         Row("the file", size / 1e6, "MB"),
         Row("the wire's thread is held", held_s * 1e3, "ms"),
         Row("written and synced, by another thread", written_s * 1e3, "ms"),

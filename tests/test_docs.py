@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import pkgutil
 import re
 import tomllib
 from pathlib import Path
@@ -17,6 +18,8 @@ from kinematics.tool import Tool
 
 DOCS = Path(__file__).parent.parent / "docs"
 ROOT = DOCS.parent
+PAGES = sorted([*DOCS.glob("*.md"), ROOT / "README.md"])
+PACKAGES = ("armdrive", "firmware_protocol", "kinematics", "tui")
 
 
 def shown_arm_file():
@@ -62,10 +65,58 @@ def test_the_shown_arm_file_shows_the_defaults():
         assert math.isclose(ours.steps_per_unit, theirs.steps_per_unit, rel_tol=1e-4)
 
 
-@pytest.mark.parametrize(
-    "page", sorted([*DOCS.glob("*.md"), ROOT / "README.md"]), ids=lambda p: p.name
-)
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
 def test_links_lead_somewhere(page):
     for target in re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):
         if "://" not in target:
             assert (page.parent / target).exists(), f"{page.name} links to {target}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
+def test_a_link_that_is_named_for_a_module_leads_to_it(page):
+    text = page.read_text(encoding="utf-8")
+    for name, target in re.findall(r"\[`?([\w/]+\.py)`?\]\(([^)#]+)", text):
+        assert f"/{target}".endswith(f"/{name}"), f"{page.name} calls {target} {name}"
+
+
+def suffixes(path: str) -> list[str]:
+    parts = path.split("/")
+    return ["/".join(parts[i:]) for i in range(len(parts))]
+
+
+MODULES = {
+    part
+    for root in (*PACKAGES, "tests", "benchmarks", "docs", "examples")
+    for path in (ROOT / root).rglob("*.py")
+    for part in suffixes(path.relative_to(ROOT).as_posix())
+}
+"""Every module of the project, by its path from any folder above it."""
+
+MADE_UP = {"dialects/NAME/entry.py", "stack.py"}
+"""Files that a reader has or makes."""
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_a_module_that_names_another_by_its_file_names_one_that_is_there(package):
+    for path in sorted((ROOT / package).rglob("*.py")):
+        named = set(re.findall(r"(?<![\w/.])[\w/]+\.py\b", path.read_text(encoding="utf-8")))
+        assert named <= MODULES | MADE_UP, f"{path.relative_to(ROOT)}: {named - MODULES}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
+def test_a_page_names_no_module_that_is_not_there(page):
+    text = page.read_text(encoding="utf-8")
+    named = set(re.findall(rf"(?<![\w/.])(?:{'|'.join(PACKAGES)}|tests)/[\w/]+\.py\b", text))
+    made = set(re.findall(r"^`([\w/]+\.py)`:$", text, re.MULTILINE))  # and its text follows
+    assert named - made <= MODULES, f"{page.name}: {named - made - MODULES}"
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_a_docstring_names_nothing_of_the_packages_that_is_not_there(package):
+    dotted = re.compile(rf"`((?:{'|'.join(PACKAGES)})(?:\.\w+)+)")
+    for path in sorted((ROOT / package).rglob("*.py")):
+        for name in dotted.findall(path.read_text(encoding="utf-8")):
+            try:
+                pkgutil.resolve_name(name)
+            except (ImportError, AttributeError):
+                pytest.fail(f"{path.relative_to(ROOT)} names {name}")

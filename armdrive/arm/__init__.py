@@ -42,7 +42,7 @@ from armdrive.runtime.states import Event, after
 from armdrive.status import State, Status
 from armdrive.storage.point_file import Points
 from armdrive.tasks import DeviceSettings, never
-from armdrive.trace.calls import witnessed
+from armdrive.trace.calls import traced
 from kinematics.errors import finite
 from kinematics.paths.parts import ArcMove, Move
 from kinematics.presets import ArmModel
@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from armdrive.trace.log import LogReader
 
 
-@witnessed
+@traced
 class Arm:
     """One arm, connected. Make one with `Arm.connect`; use it in a `with` statement."""
 
@@ -67,8 +67,8 @@ class Arm:
         self.pace = parts.pace
         self.wire = parts.wire
         self.runner = parts.runner
-        self.mender = parts.mender
-        self.witness = parts.witness
+        self.reconnector = parts.reconnector
+        self.tracer = parts.tracer
         self.operator = parts.operator
         self.simulated = parts.simulated
         self.twin = parts.twin
@@ -627,7 +627,7 @@ class Arm:
         Without a path it goes into the folder of recordings. Raises `StateFileError` where it
         cannot be written, and `WrongState` where nothing is recorded.
         """
-        return Recording(self._parts, self.witness).save(path)
+        return Recording(self._parts, self.tracer).save(path)
 
     def log(self, *, back: int | None = None) -> LogReader:
         """Return a reader of what passes on the wire and in the driver, in words.
@@ -635,7 +635,7 @@ class Arm:
         It begins with the latest `back` entries (2000 where none is named), and each `read()` goes
         on from where the last one ended. Raises `WrongState` where nothing is recorded.
         """
-        return Recording(self._parts, self.witness).reader(back)
+        return Recording(self._parts, self.tracer).reader(back)
 
 
 # Who connects in the place of a program's own connections: a rehearsal, a run, a test.

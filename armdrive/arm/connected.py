@@ -79,22 +79,22 @@ class Connection:
     @property
     def reconnects(self) -> bool:
         """Whether a lost wire is looked for without anybody asking, until it is back."""
-        return self._parts.mender is not None and self._parts.mender.automatic
+        return self._parts.reconnector is not None and self._parts.reconnector.automatic
 
     def reconnect(self) -> None:
         """Look for the lost wire once. Raises as `Arm.reconnect` says."""
-        parts, mender = self._parts, self._parts.mender
+        parts, reconnector = self._parts, self._parts.reconnector
         with parts.pace.lock:
             if parts.engine.broken is None:
                 raise WrongState("the wire is there: nothing has to be reconnected")
-            if mender is None or self.closed:
+            if reconnector is None or self.closed:
                 raise WrongState("this connection was closed for good: connect anew")
-            before = mender.ask(parts.pace.now_s())
+            before = reconnector.ask(parts.pace.now_s())
         parts.pace.wake()
-        if not parts.pace.wait(lambda: mender.tries > before, PATIENCE_S):
+        if not parts.pace.wait(lambda: reconnector.tries > before, PATIENCE_S):
             raise NoAnswer("nobody knows whether the wire is back: look for it again")
-        if parts.core.state is State.DISCONNECTED and mender.trouble is not None:
-            raise mender.trouble
+        if parts.core.state is State.DISCONNECTED and reconnector.trouble is not None:
+            raise reconnector.trouble
 
     def close(self) -> None:
         """Stop, remember the position, and give the port back. Closing twice is no error."""
@@ -108,8 +108,8 @@ class Connection:
         finally:
             with parts.pace.lock:
                 self.closed = True
-                if parts.mender is not None:
-                    parts.mender.close()
+                if parts.reconnector is not None:
+                    parts.reconnector.close()
                 parts.core.happen(Event.LOST)
                 parts.engine.close()
             self._release()

@@ -12,7 +12,7 @@ from armdrive.motion.execute import Moved
 from armdrive.motion.gripper import Grasped, grasp, require_gripper
 from armdrive.motion.plan import speed_fraction
 from armdrive.runtime.states import Event, after
-from armdrive.trace.calls import Tracer, witnessed
+from armdrive.trace.calls import Tracer, traced
 from kinematics.errors import finite
 
 GRASP_PATIENCE_S = 120.0
@@ -22,10 +22,10 @@ GRASP_PATIENCE_S = 120.0
 class TracedArm(Protocol):
     """The arm that the fingers belong to: its calls are traced, and theirs with them."""
 
-    witness: Tracer
+    tracer: Tracer
 
 
-@witnessed
+@traced
 class Gripper:
     """The fingers of an arm."""
 

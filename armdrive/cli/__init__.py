@@ -12,199 +12,295 @@ TYPE_CHECKING = False  # as typing's, which is slow to import
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from armdrive.cli.runner import CliCommand
+    from armdrive.cli.options import Arguments, Command
+
+    CommandRow = tuple[
+        Callable[[], Mapping[str, Arguments]], Callable[[], Mapping[str, Command]], str
+    ]
+
+# What may be typed after the commands of a group is light to load: `--help` needs no more.
+
+
+def _driving_arguments() -> Mapping[str, Arguments]:
+    from armdrive.cli.drive.arguments import ARGUMENTS
+
+    return ARGUMENTS
+
+
+def _program_arguments() -> Mapping[str, Arguments]:
+    from armdrive.cli.program.arguments import ARGUMENTS
+
+    return ARGUMENTS
+
+
+def _looking_arguments() -> Mapping[str, Arguments]:
+    from armdrive.cli.look.arguments import ARGUMENTS
+
+    return ARGUMENTS
+
+
+def _learning_arguments() -> Mapping[str, Arguments]:
+    from armdrive.cli.learn.arguments import ARGUMENTS
+
+    return ARGUMENTS
+
+
+def _set_up_arguments() -> Mapping[str, Arguments]:
+    from armdrive.cli.set_up.arguments import ARGUMENTS
+
+    return ARGUMENTS
+
 
 # Commands that need the same libraries are loaded together; where one would wait for libraries of
 # another, they are not. A module's own imports stand at its top.
 
 
-def _arm_commands() -> Mapping[str, CliCommand]:
+def _arm_commands() -> Mapping[str, Command]:
     from armdrive.cli.drive import disable, enable, home, move, reset, verify
 
     return {
-        "disable": disable,
-        "enable": enable,
-        "home": home,
-        "move": move,
-        "reset": reset,
-        "verify": verify,
+        "disable": disable.run,
+        "enable": enable.run,
+        "home": home.run,
+        "move": move.run,
+        "reset": reset.run,
+        "verify": verify.run,
     }
 
 
-def _point_commands() -> Mapping[str, CliCommand]:
+def _point_commands() -> Mapping[str, Command]:
     from armdrive.cli.drive import pendant, points
 
-    return {"pendant": pendant, "points": points}
+    return {"pendant": pendant.run, "points": points.run}
 
 
-def _jog_commands() -> Mapping[str, CliCommand]:
+def _jog_commands() -> Mapping[str, Command]:
     from armdrive.cli.drive import jog
 
-    return {"jog": jog}
+    return {"jog": jog.run}
 
 
-def _requests_to_other_programs() -> Mapping[str, CliCommand]:
-    from armdrive.cli.drive import pause, resume, slow, stop
+def _requests_to_other_programs() -> Mapping[str, Command]:
+    from armdrive.cli.control_requests import pause, resume, slow, stop
 
     return {"pause": pause, "resume": resume, "slow": slow, "stop": stop}
 
 
-def _run_commands() -> Mapping[str, CliCommand]:
+def _run_commands() -> Mapping[str, Command]:
     from armdrive.cli.program import run
 
-    return {"run": run}
+    return {"run": run.run}
 
 
-def _shell_commands() -> Mapping[str, CliCommand]:
+def _shell_commands() -> Mapping[str, Command]:
     from armdrive.cli.program import shell
 
-    return {"shell": shell}
+    return {"shell": shell.run}
 
 
-def _teaching_commands() -> Mapping[str, CliCommand]:
+def _teaching_commands() -> Mapping[str, Command]:
     from armdrive.cli.program import demo, teach
 
-    return {"demo": demo, "teach": teach}
+    return {"demo": demo.run, "teach": teach.run}
 
 
-def _status_commands() -> Mapping[str, CliCommand]:
+def _status_commands() -> Mapping[str, Command]:
     from armdrive.cli.look import status, watch
 
-    return {"status": status, "watch": watch}
+    return {"status": status.run, "watch": watch.run}
 
 
-def _recording_commands() -> Mapping[str, CliCommand]:
+def _recording_commands() -> Mapping[str, Command]:
     from armdrive.cli.look import record, replay
 
-    return {"record": record, "replay": replay}
+    return {"record": record.run, "replay": replay.run}
 
 
-def _log_commands() -> Mapping[str, CliCommand]:
+def _log_commands() -> Mapping[str, Command]:
     from armdrive.cli.look import log
 
-    return {"log": log}
+    return {"log": log.run}
 
 
-def _arm_file_commands() -> Mapping[str, CliCommand]:
+def _arm_file_commands() -> Mapping[str, Command]:
     from armdrive.cli.set_up import config
 
-    return {"config": config}
+    return {"config": config.run}
 
 
-def _can_commands() -> Mapping[str, CliCommand]:
+def _can_commands() -> Mapping[str, Command]:
     from armdrive.cli.set_up import can
 
-    return {"can": can}
+    return {"can": can.run}
 
 
-def _diagnosis_commands() -> Mapping[str, CliCommand]:
+def _diagnosis_commands() -> Mapping[str, Command]:
     from armdrive.cli.set_up import doctor
 
-    return {"doctor": doctor}
+    return {"doctor": doctor.run}
 
 
-def _port_commands() -> Mapping[str, CliCommand]:
+def _port_commands() -> Mapping[str, Command]:
     from armdrive.cli.set_up import ports
 
-    return {"ports": ports}
+    return {"ports": ports.run}
 
 
-def _sim_commands() -> Mapping[str, CliCommand]:
+def _sim_commands() -> Mapping[str, Command]:
     from armdrive.cli.set_up import sim
 
-    return {"sim": sim}
+    return {"sim": sim.run}
 
 
-def _pose_commands() -> Mapping[str, CliCommand]:
+def _pose_commands() -> Mapping[str, Command]:
     from armdrive.cli.learn import fk, ik
 
-    return {"fk": fk, "ik": ik}
+    return {"fk": fk.run, "ik": ik.run}
 
 
-def _textbook_commands() -> Mapping[str, CliCommand]:
+def _textbook_commands() -> Mapping[str, Command]:
     from armdrive.cli.learn import explain, plot
 
-    return {"explain": explain, "plot": plot}
+    return {"explain": explain.run, "plot": plot.run}
 
 
-def _error_commands() -> Mapping[str, CliCommand]:
+def _error_commands() -> Mapping[str, Command]:
     from armdrive.cli.learn import errors
 
-    return {"errors": errors}
+    return {"errors": errors.run}
 
 
-_COMMANDS: Mapping[str, tuple[Callable[[], Mapping[str, CliCommand]], str]] = MappingProxyType(
+_COMMANDS: Mapping[str, CommandRow] = MappingProxyType(
     {
-        "demo": (_teaching_commands, "watch the simulated arm pick and place blocks"),
-        "jog": (_jog_commands, "drive an arm from the keyboard"),
-        "move": (_arm_commands, "move an arm to joint angles or to a pose"),
-        "run": (_run_commands, "run a program, or rehearse it: a program file or a Python script"),
+        "demo": (
+            _program_arguments,
+            _teaching_commands,
+            "watch the simulated arm pick and place blocks",
+        ),
+        "jog": (_driving_arguments, _jog_commands, "drive an arm from the keyboard"),
+        "move": (_driving_arguments, _arm_commands, "move an arm to joint angles or to a pose"),
+        "run": (
+            _program_arguments,
+            _run_commands,
+            "run a program, or rehearse it: a program file or a Python script",
+        ),
         "shell": (
+            _program_arguments,
             _shell_commands,
             "type the words of a program at a prompt, each carried out at once",
         ),
         "points": (
+            _driving_arguments,
             _point_commands,
             "name places of an arm, and go to them; step through sequences of them",
         ),
         "teach": (
+            _program_arguments,
             _teaching_commands,
             "record sequences as the arm is moved, and edit them step by step",
         ),
-        "pendant": (_point_commands, "the program in an arm's own memory: into a file, and back"),
-        "home": (_arm_commands, "reference an arm in its reference posture"),
-        "verify": (_arm_commands, "measure at the reference mark how far an arm has drifted"),
-        "enable": (_arm_commands, "switch the motors on, where the controller can"),
-        "reset": (_arm_commands, "leave an error, after looking at the arm; moves nothing"),
-        "disable": (_arm_commands, "switch the motors off, which lets the arm sag: parks it first"),
-        "stop": (_requests_to_other_programs, "stop an arm that another program drives"),
-        "pause": (_requests_to_other_programs, "have an arm wait that another program drives"),
-        "resume": (_requests_to_other_programs, "let a paused arm go on"),
+        "pendant": (
+            _driving_arguments,
+            _point_commands,
+            "the program in an arm's own memory: into a file, and back",
+        ),
+        "home": (_driving_arguments, _arm_commands, "reference an arm in its reference posture"),
+        "verify": (
+            _driving_arguments,
+            _arm_commands,
+            "measure at the reference mark how far an arm has drifted",
+        ),
+        "enable": (
+            _driving_arguments,
+            _arm_commands,
+            "switch the motors on, where the controller can",
+        ),
+        "reset": (
+            _driving_arguments,
+            _arm_commands,
+            "leave an error, after looking at the arm; moves nothing",
+        ),
+        "disable": (
+            _driving_arguments,
+            _arm_commands,
+            "switch the motors off, which lets the arm sag: parks it first",
+        ),
+        "stop": (
+            _driving_arguments,
+            _requests_to_other_programs,
+            "stop an arm that another program drives",
+        ),
+        "pause": (
+            _driving_arguments,
+            _requests_to_other_programs,
+            "have an arm wait that another program drives",
+        ),
+        "resume": (_driving_arguments, _requests_to_other_programs, "let a paused arm go on"),
         "slow": (
+            _driving_arguments,
             _requests_to_other_programs,
             "have an arm go slower than the program that drives it asks for",
         ),
-        "watch": (_status_commands, "watch an arm that another program drives"),
-        "status": (_status_commands, "show where an arm is, and whether that can be trusted"),
+        "watch": (_looking_arguments, _status_commands, "watch an arm that another program drives"),
+        "status": (
+            _looking_arguments,
+            _status_commands,
+            "show where an arm is, and whether that can be trusted",
+        ),
         "record": (
+            _looking_arguments,
             _recording_commands,
             "write down what has passed between an arm and the program that drives it",
         ),
         "log": (
+            _looking_arguments,
             _log_commands,
             "read a recording in words: bytes, requests, intents, states, errors",
         ),
         "replay": (
+            _looking_arguments,
             _recording_commands,
             "replay a recording against a simulated twin, and show where they part",
         ),
-        "fk": (_pose_commands, "joint angles to the pose of the finger tips"),
-        "ik": (_pose_commands, "a pose to joint angles, every solution"),
+        "fk": (_learning_arguments, _pose_commands, "joint angles to the pose of the finger tips"),
+        "ik": (_learning_arguments, _pose_commands, "a pose to joint angles, every solution"),
         "explain": (
+            _learning_arguments,
             _textbook_commands,
             "an arm worked out: link table, A matrices, forward, every inverse",
         ),
-        "plot": (_textbook_commands, "draw what an arm can reach"),
+        "plot": (_learning_arguments, _textbook_commands, "draw what an arm can reach"),
         "config": (
+            _set_up_arguments,
             _arm_file_commands,
             "arm files: write one by an interview, list, show, check them",
         ),
         "ports": (
+            _set_up_arguments,
             _port_commands,
             "list the serial ports, who has them, and which arm files name them",
         ),
-        "can": (_can_commands, "set up drives on a CAN bus, and watch what passes there"),
+        "can": (
+            _set_up_arguments,
+            _can_commands,
+            "set up drives on a CAN bus, and watch what passes there",
+        ),
         "doctor": (
+            _set_up_arguments,
             _diagnosis_commands,
             "find out what a port leads to, and what is wrong with it; moves nothing",
         ),
-        "sim": (_sim_commands, "run a simulated arm that speaks the real bytes"),
-        "errors": (_error_commands, "what an error means for the arm, and what to do, by its code"),
+        "sim": (_set_up_arguments, _sim_commands, "run a simulated arm that speaks the real bytes"),
+        "errors": (
+            _learning_arguments,
+            _error_commands,
+            "what an error means for the arm, and what to do, by its code",
+        ),
     }
 )
-"""Every command: what loads it, and its line of help."""
+"""Every command: what loads its options, what loads it, and its line of help."""
 
-COMMANDS: Mapping[str, str] = MappingProxyType({name: row[1] for name, row in _COMMANDS.items()})
+COMMANDS: Mapping[str, str] = MappingProxyType({name: row[2] for name, row in _COMMANDS.items()})
 """Every command with its line of help."""
 
 EXIT_CODES: Mapping[int, str] = MappingProxyType(
@@ -241,8 +337,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     if word not in COMMANDS:
         return refuse(word, COMMANDS)
-    load, summary = _COMMANDS[word]
-    return run_command(word, summary, load, words[1:])
+    arguments, load, summary = _COMMANDS[word]
+    return run_command(word, summary, arguments()[word], load, words[1:])
 
 
 def _help() -> str:

@@ -1,25 +1,11 @@
-"""The option that puts blocks on the table of a simulated arm before a command begins."""
+"""Blocks that are put on the table of a simulated arm before a command begins."""
 
 from __future__ import annotations
-
-import argparse
 
 from armdrive.arm import Arm
 from armdrive.connect.target import Target
 from armdrive.errors import BadRequest
 from armdrive.sim.world.table import TableBlock
-
-
-def add_put_option(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
-    """Add `--put`."""
-    parser.add_argument(
-        "--put",
-        action="append",
-        type=_block,
-        default=[],
-        metavar="NAME,X,Y[,WIDTH[,HEIGHT]]",
-        help="a simulated arm: put a block on its table first, mm; may be repeated",
-    )
 
 
 def require_table(target: Target, blocks: list[TableBlock]) -> None:
@@ -38,12 +24,3 @@ def put_blocks(arm: Arm, blocks: list[TableBlock]) -> None:
     with arm.pace.lock:
         for block in blocks:
             arm.twin.world.put(block)
-
-
-def _block(words: str) -> TableBlock:
-    from armdrive.sim.serving.console import block_of  # loads what serves a CAN bus too
-
-    try:
-        return block_of(words.split(","))
-    except BadRequest as error:
-        raise argparse.ArgumentTypeError(str(error)) from None

@@ -59,3 +59,24 @@ def ask_all(
         for text in failures or [f"asked {', '.join(names)} to {done}"]:
             say(text)
     return 1 if failures else 0
+
+
+def stop(options: argparse.Namespace) -> int:
+    """Ask the holders to stop."""
+    return ask_all(options, "stop", "stop", "stopped")
+
+
+def pause(options: argparse.Namespace) -> int:
+    """Ask the holders to pause."""
+    return ask_all(options, "pause", "pause; `armdrive resume` lets them go on", "paused")
+
+
+def resume(options: argparse.Namespace) -> int:
+    """Ask the holders to resume."""
+    return ask_all(options, "resume", "resume", "resumed")
+
+
+def slow(options: argparse.Namespace) -> int:
+    """Ask the holders to go slower."""
+    done = f"go with {options.percent:g} % of the speed"
+    return ask_all(options, "slow", done, "slowed", percent=options.percent)

@@ -4,6 +4,22 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+Command = Callable[[argparse.Namespace], int]
+"""Carries a command out, and returns the exit code."""
+Declare = Callable[[argparse.ArgumentParser], None]
+"""Declares the options of a command."""
+
+
+@dataclass(frozen=True, slots=True)
+class Arguments:
+    """What may be typed after a command, and the text that ends its help."""
+
+    declare: Declare
+    epilog: str = ""
+
 
 _MOST_DIGITS = 18
 """Whole numbers have 64 bits wherever they go: into a file, a socket or a system call."""

@@ -14,8 +14,9 @@ import sys
 from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
 from types import FrameType
-from typing import Any, NoReturn, Protocol
+from typing import NoReturn
 
+from armdrive.cli.options import Arguments, Command
 from armdrive.cli.presenter import complain, put_error
 from armdrive.cli.unexpected import FAULT, Unexpected, raises_unexpected, threads_told
 from armdrive.errors import ArmError
@@ -27,18 +28,6 @@ from kinematics.errors import BadNumber, KinematicsError, UnknownPreset, Unknown
 REFUSED = 3
 USAGE = 2
 INTERRUPTED = 130
-
-
-class CliCommand(Protocol):
-    """What the module of a command offers."""
-
-    __doc__: str | None
-
-    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
-        """Declare the command's own options."""
-
-    def run(self, options: argparse.Namespace) -> int:
-        """Do it, and return the exit code."""
 
 
 class CommandEnded(BaseException):
@@ -61,38 +50,32 @@ class CommandParser(argparse.ArgumentParser):
         super().exit(status, None if message is None else as_message(message))
 
 
-class ActionParser(CommandParser):
-    """The parser of one action of a command: it is given its options when it is chosen.
-
-    Actions that nobody chose need not be loaded for that.
-    """
-
-    load: Callable[[], CliCommand]
-
-    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Declare the action's options, then parse as `ArgumentParser` does."""
-        self.load().add_arguments(self)
-        return super().parse_known_args(args, namespace)
-
-
 def run_command(
-    name: str, summary: str, load: Callable[[], Mapping[str, CliCommand]], words: list[str]
+    name: str,
+    summary: str,
+    arguments: Arguments,
+    load: Callable[[], Mapping[str, Command]],
+    words: list[str],
 ) -> int:
-    """Load a command, parse its words, run it, and return its exit code."""
+    """Parse the words of a command, load and run it, and return its exit code.
+
+    What a command needs to run is loaded once its words are understood: help and a wrong option
+    do not wait for it.
+    """
     _fill_closed_streams()
-    command = load()[name]
     parser = CommandParser(
         prog=f"armdrive {name}",
         description=summary[0].upper() + summary[1:] + ".",
         formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog=command.__doc__.partition("\n\n")[2] if command.__doc__ else None,
+        epilog=arguments.epilog,
     )
     options = argparse.Namespace()
     try:
-        command.add_arguments(parser)
+        arguments.declare(parser)
         parser.parse_args(words, options)
+        command = load()[name]
         with _signals(), threads_told():
-            return command.run(options)
+            return command(options)
     except KeyboardInterrupt:
         pressed = KeyboardInterrupt("interrupted; an arm that moved was stopped")
         return _say(options, pressed, INTERRUPTED)

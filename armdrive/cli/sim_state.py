@@ -49,7 +49,7 @@ def connect_remembered(
             pace=pace,
             recorder=FileRecorder(state_file(config.name)),
             allow_restored=allow_restored,
-            witness=FlightRecorder(recordings()),
+            tracer=FlightRecorder(recordings()),
         )
     except BaseException:
         holding.release()

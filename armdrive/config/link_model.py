@@ -180,7 +180,7 @@ class FingerModel:
 class Motor:
     """One motor as the file has it; `sees` by joint, `follows` by the name of another motor.
 
-    Its backlash is read in backlashfile.py.
+    Its backlash is read in config/backlash.py.
     """
 
     name: str

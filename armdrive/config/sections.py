@@ -15,7 +15,7 @@ from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 
 RESERVED_FRAMES = ("base", "tool")
-"""Names of frames that every arm has (frames.py)."""
+"""Names of frames that every arm has (motion/resolve.py)."""
 
 
 @dataclass(frozen=True, slots=True)

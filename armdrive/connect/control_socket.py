@@ -20,6 +20,7 @@ from armdrive.runtime.drive import Pace
 from armdrive.status import Status, status_view
 from armdrive.storage.arm_lock import ArmLock
 from armdrive.storage.control_server import Json
+from armdrive.storage.lock_client import WATCH_EVERY_S
 from armdrive.trace.calls import Tracer
 from armdrive.trace.entries import TraceEntry
 from armdrive.trace.wire_tap import overheard
@@ -31,7 +32,7 @@ class ControlledArm(Protocol):
 
     core: Core
     pace: Pace
-    witness: Tracer
+    tracer: Tracer
 
     @property
     def closed(self) -> bool:
@@ -63,7 +64,6 @@ class ControlledArm(Protocol):
 
 Stream = Callable[[ControlledArm, float], Iterator[Json]]
 
-WATCH_EVERY_S = 0.2
 WATCH_RANGE_S = (0.02, 3600.0)
 PASSING = ("trust_for_s", "percent", "left_s")
 """What changes by itself as time passes is nothing that has happened."""
@@ -176,7 +176,7 @@ def _overheard(arm: ControlledArm, every_s: float) -> Iterator[Json]:
 
     def since(number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:
         with arm.pace.lock:
-            return arm.witness.since(number, most, back)
+            return arm.tracer.since(number, most, back)
 
     return overheard(since, arm.pace.now_s, lambda: arm.closed, every_s)
 

@@ -156,8 +156,8 @@ class Parts:
     engine: Engine
     wire: MotionContext
     runner: TaskRunner
-    mender: Reconnector | None
-    witness: Tracer
+    reconnector: Reconnector | None
+    tracer: Tracer
     operator: Operator | None
     simulated: bool
     twin: SimulatedArm | None = None
@@ -174,7 +174,7 @@ class Parts:
         self.pace.close()
         self.engine.link.close()
         self.core.memory.finish(CLOSING_S)
-        self.witness.close()
+        self.tracer.close()
 
 
 def assemble(
@@ -186,7 +186,7 @@ def assemble(
     recorder: PositionRecorder | None = None,
     allow_restored: bool = False,
     operator: Operator | None = None,
-    witness: Tracer = NO_TRACER,
+    tracer: Tracer = NO_TRACER,
     rewiring: NewLink | None = None,
 ) -> Parts:
     """Connect over an open link. Raises `NoAnswer` where no such arm answers; moves nothing."""
@@ -195,21 +195,21 @@ def assemble(
     wake = pace.wake if isinstance(pace, RealPace) else None
     core = Core(config, controller, recorder, wake)
     core.allow_restored = allow_restored
-    core.witness = witness
+    core.tracer = tracer
     core.tempo.others = isinstance(pace, RealPace)
     core.geometry_known |= simulated  # a simulated arm is what its numbers say
     driven = _Driven(core, link, rewiring)
     runner = TaskRunner(core, driven.engine, pace)
     parts = Parts(
-        config, pace, core, driven.engine, driven.wire, runner, driven.mender, witness, operator,
-        simulated,
+        config, pace, core, driven.engine, driven.wire, runner, driven.reconnector, tracer,
+        operator, simulated,
     )  # fmt: skip
-    witness.begin(config, link.description, pace.now_s, core.condition)
+    tracer.begin(config, link.description, pace.now_s, core.condition)
     pace.start(driven.engine)
     try:
         runner.perform(connect(driven.wire))
         with pace.lock:
-            witness.opened()
+            tracer.opened()
     except BaseException:
         parts.release()
         raise
@@ -228,13 +228,13 @@ class _Driven:
             stopping=self._stopping,
             lost=self._lost,
             noticed=self._noticed,
-            witness=core.witness,
+            tracer=core.tracer,
             received=Received(on_bus=dialect(core.config.connection.dialect).can),
             call_limit_s=call_limit_s(core.config.device),
         )
         self.wire = MotionContext(self.engine, core)
-        self.mender = None if rewiring is None else Reconnector(self.wire, rewiring)
-        self.engine.mending = self.mender
+        self.reconnector = None if rewiring is None else Reconnector(self.wire, rewiring)
+        self.engine.reconnect = self.reconnector
         self._idling = Idling(self.wire)
 
     def _idle(self, now_s: float) -> tuple[float, TaskBody[Any] | None]:
@@ -254,5 +254,5 @@ class _Driven:
     def _lost(self, lost: LinkLost) -> None:
         self._core.lose(lost)
         self._core.remember()
-        if self.mender is not None:
-            self.mender.lost(self.engine.now_s)
+        if self.reconnector is not None:
+            self.reconnector.lost(self.engine.now_s)

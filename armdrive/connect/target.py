@@ -136,7 +136,7 @@ def connect_simulated(
     operator: Operator | None = None,
     recorder: PositionRecorder | None = None,
     allow_restored: bool = False,
-    witness: Tracer | None = None,
+    tracer: Tracer | None = None,
     reconnect: bool | None = None,
 ) -> Parts:
     """Connect to a simulated twin in this process, on simulated time unless `pace` says real."""
@@ -149,7 +149,7 @@ def connect_simulated(
         recorder=recorder or NoRecorder(),
         operator=operator or twin.operator,
         allow_restored=allow_restored,
-        witness=witness or FlightRecorder(),
+        tracer=tracer or FlightRecorder(),
         rewiring=_rewiring(twin, automatic=_wanted(reconnect, config)),
     )
     return replace(parts, twin=twin)
@@ -184,7 +184,7 @@ def connect_real(
                 recorder=FileRecorder(state_file(config.name)),
                 allow_restored=allow_restored,
                 operator=operator,
-                witness=FlightRecorder(recordings()),
+                tracer=FlightRecorder(recordings()),
                 rewiring=NewLink(wiring.open, automatic=_wanted(reconnect, config), beside=True),
             )
     except BaseException:

@@ -79,7 +79,7 @@ class Scripted(ABC, Generic[H]):
 
     @abstractmethod
     def unasked(self, heard: H) -> None:
-        """Weigh what no script was waiting for: `tell` an `Oddity` or an `Alert`."""
+        """Weigh what no script was waiting for: `tell` a `ProtocolWarning` or an `Alert`."""
 
     def give_up(self) -> None:
         """Have the codec forget what it waits for, and half a message."""

@@ -229,7 +229,7 @@ def rehearsing_arm(
             assumed(f"the arm stands in {where}")
     if there is not None:
         twin.device.bring_to(there.joints, there.opening_mm)
-    made = Arm(connect_simulated(config, twin=twin, pace=clock, witness=NO_TRACER))
+    made = Arm(connect_simulated(config, twin=twin, pace=clock, tracer=NO_TRACER))
     try:
         _make_ready(made, there)
         if arm is not None:

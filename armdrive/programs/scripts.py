@@ -67,13 +67,13 @@ Told = Callable[["Arm", ScriptCall], object]
 
 
 class CallTracer:
-    """Tells of an arm's calls on their way to the witness that it had before."""
+    """Tells of an arm's calls on their way to the tracer that it had before."""
 
     def __init__(self, arm: Arm, script: str, told: Told) -> None:
         self._arm = arm
         self._script = script
         self._told = told
-        self._inner = arm.witness
+        self._inner = arm.tracer
 
     def called(self, name: str, words: tuple[Any, ...], named: dict[str, Any]) -> None:
         """Hear of a call, and tell of it if it is the script's own."""
@@ -89,7 +89,7 @@ class CallTracer:
 
 def watch_calls(arm: Arm, script: str, told: Told) -> None:
     """Have the calls of an arm told that a script makes; `told` may raise to refuse one."""
-    arm.witness = cast("Tracer", CallTracer(arm, script, told))
+    arm.tracer = cast("Tracer", CallTracer(arm, script, told))
 
 
 def script_line(frame: FrameType | None, script: str) -> int | None:

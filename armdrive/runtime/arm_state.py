@@ -42,7 +42,7 @@ class Core(PositionLedger, Diagnostics):
     ) -> None:
         Diagnostics.__init__(self)
         PositionLedger.__init__(self, config, controller)
-        self.witness: Tracer = NO_TRACER
+        self.tracer: Tracer = NO_TRACER
         self.memory = Memory(recorder, self._record, wake)
         self.allow_restored = False
         self.geometry_known = config.model.verified
@@ -74,7 +74,7 @@ class Core(PositionLedger, Diagnostics):
     def happen(self, event: Event) -> None:
         """Follow the table of states; raises `WrongState` where it has no such row."""
         self.state = after(self.state, event)
-        self.witness.changed()
+        self.tracer.changed()
 
     def settle(self) -> None:
         """End a motion, unless a fault or a loss has taken the state elsewhere meanwhile."""
@@ -118,7 +118,7 @@ class Core(PositionLedger, Diagnostics):
         self.belief = before.after(evidence, now_s, detail)
         if self.belief is not before:
             self.remember()
-            self.witness.changed()
+            self.tracer.changed()
 
     def require_reference(self) -> None:
         """Raise `NotReferenced` unless planned motion may go on."""

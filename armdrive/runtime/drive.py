@@ -104,7 +104,7 @@ class SimulatedPace:
 
 def _drivable(engine: Engine) -> bool:
     """Tell whether an engine has anything left to do: a wire, or somebody who looks for it."""
-    return engine.broken is None or engine.mending is not None
+    return engine.broken is None or engine.reconnect is not None
 
 
 class RealPace:

@@ -58,7 +58,7 @@ class Engine:
         stopping: Callable[[], None],
         lost: Callable[[LinkLost], None],
         noticed: Callable[[Alert | Progress], None],
-        witness: Tracer = NO_TRACER,
+        tracer: Tracer = NO_TRACER,
         received: Received | None = None,
         call_limit_s: float = CALL_LIMIT_S,
     ) -> None:
@@ -70,7 +70,7 @@ class Engine:
         """
         self.link = link
         self.controller = controller
-        self.witness = witness
+        self.tracer = tracer
         self.now_s = 0.0
         self.asleep_s: Callable[[], float] = _never
         self.round_s: Callable[[], float] = _never
@@ -95,7 +95,7 @@ class Engine:
         self._proved = True
         self.received = received or Received()
         self.call_limit_s = call_limit_s
-        self.mending: Callable[[float], float] | None = None
+        self.reconnect: Callable[[float], float] | None = None
         """What is called while the wire is broken, and may `take` another; says when next."""
 
     @property
@@ -183,7 +183,7 @@ class Engine:
         if self._broken is None:
             with suppress(LinkLost):
                 if said := self.controller.farewell():
-                    self.witness.sent(said)
+                    self.tracer.sent(said)
                     self.link.write(said, self.now_s)
             self._end(LinkLost("the connection was closed: connect again"))
 
@@ -201,10 +201,10 @@ class Engine:
         """Do what is due by now; return when to call again, on the same clock."""
         self.now_s = now_s
         if self._broken is not None:
-            next_s = math.inf if self.mending is None else self.mending(now_s)
+            next_s = math.inf if self.reconnect is None else self.reconnect(now_s)
             if self._broken is not None:
                 return next_s
-        self.witness.tick(now_s, self.stop_asked, self.stop_hard)
+        self.tracer.tick(now_s, self.stop_asked, self.stop_hard)
         if self.stop_asked:
             self._stopping()
             self.controller.stop(hard=self.stop_hard)
@@ -213,9 +213,9 @@ class Engine:
             self._run()
         except LinkLost as lost:
             self._break(lost)
-            return math.inf if self.mending is None else self.mending(now_s)
+            return math.inf if self.reconnect is None else self.reconnect(now_s)
         except Exception as error:  # a flaw of ours
-            self.witness.failed(error)
+            self.tracer.failed(error)
             raise
         return self._next_s()
 
@@ -225,7 +225,7 @@ class Engine:
             self.heard_s = self.now_s
             self.bytes_heard += len(data)
             self.received.add(data)
-            self.witness.heard(data)
+            self.tracer.heard(data)
             self.controller.receive(data, self.now_s)
         self._talk()
 
@@ -238,7 +238,7 @@ class Engine:
         woken = self._woken()
         said = self.controller.advance(self.now_s)
         if said and (woken or not self._woken()) and not self._stale():
-            self.witness.sent(said)
+            self.tracer.sent(said)
             self.link.write(said, self.now_s)
             self.bytes_sent += len(said)
         while (event := self.controller.next_event()) is not None:
@@ -259,7 +259,7 @@ class Engine:
         return self.stop_asked
 
     def _hear(self, event: Event) -> None:
-        self.witness.told(event)
+        self.tracer.told(event)
         if isinstance(event, ProtocolWarning):
             self.last_answer = event.text
         elif isinstance(event, Alert | Progress):
@@ -355,7 +355,7 @@ class Engine:
         except (ValueError, Refused) as error:  # what the dialect cannot express
             self._resume(error if isinstance(error, Refused) else Refused(f"not sent: {error}"))
             return
-        self.witness.asked(request)
+        self.tracer.asked(request)
         self._asked = True
         self.requests_sent += 1
         if self.stop_asked:
@@ -374,7 +374,7 @@ class Engine:
                 self._finish(task)
 
     def _finish(self, task: Task[Any]) -> None:
-        self.witness.ended(task.error)
+        self.tracer.ended(task.error)
         self._task, self._wait = None, None
         if self._next is None:
             self.stop_asked, self.stop_hard, self.stop_why = False, False, ""
@@ -384,7 +384,7 @@ class Engine:
         self._end(lost)
         self._lost(lost)
         if self._proved:  # else it is a wire that was only tried
-            self.witness.lost(lost)
+            self.tracer.lost(lost)
 
     def _end(self, lost: LinkLost) -> None:
         """Let everything at work hear of the loss where it waits, and end it."""

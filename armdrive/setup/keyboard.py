@@ -98,7 +98,8 @@ def _answer(sequence: bytes) -> TerminalAnswer | None:
 # Whether a key that is held can hold an arm: what the desk's dead-man would make of its repeats.
 #
 # The times at which a held key's events arrived come in; delay, rate, jitter and a verdict go out.
-# The dead-man itself (jog.py) is played the very same events, so that the verdict is not a guess.
+# The dead-man itself (motion/dead_man.py) is played the very same events, so that the verdict is
+# not a guess.
 
 TOGETHER_S = 0.004
 """Events nearer than this came in one piece: something on the way has kept them back."""

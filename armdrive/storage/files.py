@@ -2,7 +2,8 @@
 
 A file is replaced, never rewritten: a new file with a random name is written in the same folder and
 synced, renamed over the old one, and the folder is synced. A reader finds the old file or the new
-one. Everything in armdrive that writes a file does it here; reading.py opens what is only read.
+one. Everything in armdrive that writes a file does it here; text/reading.py opens what is only
+read.
 
 A folder may be shared with other users, who can put links, pipes or files of their own where ours
 belong. So a file that we write is created by us (`O_EXCL`), never opened because it was there;

@@ -30,6 +30,8 @@ AGAIN = "again"
 """In an answer: the request was not read, and may be sent again."""
 PATIENCE_S = 2.0
 """Whoever is at the other end of a socket and says nothing for so long is hung up on."""
+WATCH_EVERY_S = 0.2
+"""The holder looks so often for a change, unless the watcher asks for another time."""
 
 
 def notice_path(name: str, ending: str) -> Path:

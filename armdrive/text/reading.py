@@ -22,7 +22,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NoReturn
 
-from armdrive.errors import ArmError
+from armdrive.errors import ArmError, BadRequest
 
 # Opening a file that may be anything, or may have been put there by another user.
 
@@ -283,3 +283,22 @@ def _without_newlines(error: Exception) -> str:
     if isinstance(error, RecursionError):
         return "it is nested too deeply"
     return " ".join(str(error).split())
+
+
+# Numbers that a person typed.
+
+
+def number(word: str) -> float:
+    """Read a number. Raises `BadRequest`."""
+    try:
+        return float(word)
+    except ValueError:
+        raise BadRequest(f"{word!r} is no number") from None
+
+
+def whole(word: str) -> int:
+    """Read a whole number. Raises `BadRequest`."""
+    try:
+        return int(word)
+    except ValueError:
+        raise BadRequest(f"{word!r} is no whole number") from None

@@ -80,7 +80,7 @@ class Tracer(Protocol):
         """The arm's clock when this began to look."""
 
     def since(self, number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:
-        """Return entries from a number on, and the number of the first; see `Ring.since`."""
+        """Return entries from a number on, and the number of the first; see `EntryRing.since`."""
 
     def close(self) -> None:
         """Finish what is being written."""
@@ -174,8 +174,8 @@ CALLS = (
 """The methods of an arm or of its gripper whose calls are noted."""
 
 
-def witnessed(kind: C) -> C:
-    """Have the calls of a class noted by the witness of its arm."""
+def traced(kind: C) -> C:
+    """Have the calls of a class noted by its arm's tracer."""
     for name in CALLS:
         method = getattr(kind, name, None)
         if method is not None:
@@ -187,12 +187,12 @@ def _noted(name: str, method: Callable[..., R]) -> Callable[..., R]:
     @functools.wraps(method)
     def call(self: Any, *words: Any, **named: Any) -> R:
         arm = getattr(self, "_arm", self)
-        witness = arm.witness  # no lock: an emergency stop waits for nobody
-        witness.called(name, words, named)
+        tracer = arm.tracer  # no lock: an emergency stop waits for nobody
+        tracer.called(name, words, named)
         try:
             return method(self, *words, **named)
         except BaseException as error:
-            witness.raised(error)
+            tracer.raised(error)
             raise
 
     return call

@@ -38,6 +38,43 @@ class EntryKind(StrEnum):
     GAP = "gap"
 
 
+class Topic(StrEnum):
+    """What a line is about: people choose by it what they want to see."""
+
+    BYTES = "bytes"
+    REQUESTS = "requests"
+    INTENTS = "intents"
+    STATES = "states"
+    ERRORS = "errors"
+
+
+TOPICS: Mapping[EntryKind, Topic] = MappingProxyType(
+    {
+        EntryKind.SENT: Topic.BYTES,
+        EntryKind.HEARD: Topic.BYTES,
+        EntryKind.CALL: Topic.INTENTS,
+        EntryKind.RAISED: Topic.ERRORS,
+        EntryKind.REQUEST: Topic.REQUESTS,
+        EntryKind.REGISTERS: Topic.REQUESTS,
+        EntryKind.REPLY: Topic.REQUESTS,
+        EntryKind.SILENCE: Topic.ERRORS,
+        EntryKind.ALERT: Topic.ERRORS,
+        EntryKind.ODDITY: Topic.ERRORS,
+        EntryKind.STATE: Topic.STATES,
+        EntryKind.OFFSET: Topic.STATES,
+        EntryKind.TRUST: Topic.STATES,
+        EntryKind.CURRENT: Topic.STATES,
+        EntryKind.NOTICE: Topic.ERRORS,
+        EntryKind.ERROR: Topic.ERRORS,
+        EntryKind.STOP: Topic.INTENTS,
+        EntryKind.LOST: Topic.ERRORS,
+        EntryKind.FAILED: Topic.ERRORS,
+        EntryKind.GAP: Topic.STATES,
+    }
+)
+"""The topic of each kind of entry."""
+
+
 TITLES: Mapping[EntryKind, str] = MappingProxyType(
     {
         EntryKind.SENT: "bytes to the arm",

@@ -7,54 +7,15 @@ from __future__ import annotations
 
 import re
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-from enum import StrEnum
-from types import MappingProxyType
 from typing import Any
 
 from armdrive.errors.table import code_of_name
 from armdrive.status import code_of_reason
-from armdrive.trace.entries import EntryKind, TraceEntry
+from armdrive.trace.entries import TOPICS, EntryKind, Topic, TraceEntry
 from armdrive.trace.files import Recording
 from armdrive.trace.timeline import ARROWS, TEXT_AT, Teller
-
-
-class Topic(StrEnum):
-    """What a line is about: people choose by it what they want to see."""
-
-    BYTES = "bytes"
-    REQUESTS = "requests"
-    INTENTS = "intents"
-    STATES = "states"
-    ERRORS = "errors"
-
-
-TOPICS: Mapping[EntryKind, Topic] = MappingProxyType(
-    {
-        EntryKind.SENT: Topic.BYTES,
-        EntryKind.HEARD: Topic.BYTES,
-        EntryKind.CALL: Topic.INTENTS,
-        EntryKind.RAISED: Topic.ERRORS,
-        EntryKind.REQUEST: Topic.REQUESTS,
-        EntryKind.REGISTERS: Topic.REQUESTS,
-        EntryKind.REPLY: Topic.REQUESTS,
-        EntryKind.SILENCE: Topic.ERRORS,
-        EntryKind.ALERT: Topic.ERRORS,
-        EntryKind.ODDITY: Topic.ERRORS,
-        EntryKind.STATE: Topic.STATES,
-        EntryKind.OFFSET: Topic.STATES,
-        EntryKind.TRUST: Topic.STATES,
-        EntryKind.CURRENT: Topic.STATES,
-        EntryKind.NOTICE: Topic.ERRORS,
-        EntryKind.ERROR: Topic.ERRORS,
-        EntryKind.STOP: Topic.INTENTS,
-        EntryKind.LOST: Topic.ERRORS,
-        EntryKind.FAILED: Topic.ERRORS,
-        EntryKind.GAP: Topic.STATES,
-    }
-)
-"""The topic of each kind of entry."""
 
 _CODED = re.compile(r"\[(E[0-9]{3})\] ")
 _RAISED = re.compile(r"([A-Za-z_]+): ")
@@ -154,7 +115,7 @@ def _code(kind: EntryKind, words: str) -> str:
 # Reading a flight recorder as it fills: only what has come since the last time, and bounded.
 
 Since = Callable[[int, int, int], tuple[int, tuple[TraceEntry, ...]]]
-"""A number, how many at most, and how far back at most: as `Ring.since`."""
+"""A number, how many at most, and how far back at most: as `EntryRing.since`."""
 
 MOST = 500
 """So many lines are made at once: some 25 ms of a small computer."""

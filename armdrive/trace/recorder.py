@@ -29,7 +29,7 @@ LONGEST_WORDS = 400
 
 
 class FlightRecorder:
-    """A `Witness` that remembers. With a folder, a fault has it write a file there by itself."""
+    """A `Tracer` that remembers. With a folder, a fault has it write a file there by itself."""
 
     def __init__(self, folder: Path | None = None, *, ring: EntryRing | None = None) -> None:
         self.folder = folder

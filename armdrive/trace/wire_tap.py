@@ -22,7 +22,7 @@ MESSAGE_BYTES = 8192
 
 Piece = tuple[float, str, str]
 Since = Callable[[int, int, int], tuple[int, tuple[TraceEntry, ...]]]
-"""Returns entries of the recorder, as `Ring.since` does."""
+"""Returns entries of the recorder, as `EntryRing.since` does."""
 
 
 def overheard(

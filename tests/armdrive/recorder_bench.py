@@ -15,8 +15,8 @@ def recorded_arm(
     dialect="teachmover", folder: Path | None = None, ring: EntryRing | None = None, **how
 ):
     """Connect to a simulated arm that is recorded, its motors on."""
-    witness = FlightRecorder(folder, ring=ring)
-    arm = Arm(connect_simulated(simulated_config(dialect), witness=witness, **how))
+    tracer = FlightRecorder(folder, ring=ring)
+    arm = Arm(connect_simulated(simulated_config(dialect), tracer=tracer, **how))
     arm.__enter__()
     return arm
 

@@ -180,7 +180,7 @@ class Stage:
                     recorder=FileRecorder(STATE, self.disk),
                     allow_restored=allow_restored,
                     operator=self._look_and_vouch,
-                    witness=FlightRecorder() if recorded else NO_TRACER,
+                    tracer=FlightRecorder() if recorded else NO_TRACER,
                     rewiring=NewLink(self.link.reopen, automatic=automatic),
                 )
             )

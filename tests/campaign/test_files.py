@@ -158,7 +158,7 @@ def test_a_spoilt_state_file_is_refused_or_true(left, data):
 @pytest.fixture(scope="module", params=DIALECTS)
 def recording(request, tmp_path_factory):
     """The text of a short recording."""
-    arm = Arm(connect_simulated(simulated_config(request.param), witness=FlightRecorder()))
+    arm = Arm(connect_simulated(simulated_config(request.param), tracer=FlightRecorder()))
     arm.jog_j(base_deg=0.2) if arm.status.state is State.STANDBY else arm.enable()
     path = arm.save_recording(tmp_path_factory.mktemp("recording") / "it.jsonl")
     arm.close()

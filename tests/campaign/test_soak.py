@@ -113,7 +113,7 @@ def test_a_census_sees_what_is_kept_and_that_it_has_gone():
 def test_a_program_that_was_closed_leaves_nothing_behind():
     work = Soak("teachmover")
     work.stage.connect(allow_restored=True, automatic=True, recorded=True)
-    recorder = weakref.ref(work.stage.arm.witness)
+    recorder = weakref.ref(work.stage.arm.tracer)
     work.stage.arm.close()
     work.stage.arm = None
     gc.collect()

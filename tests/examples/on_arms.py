@@ -21,7 +21,7 @@ from armdrive.programs.program import ENDING, ArmProgram, read_program
 from armdrive.programs.rehearsal import rehearsing_arm
 from armdrive.programs.running import ProgramRun
 from armdrive.registry import DIALECTS
-from armdrive.sim.serving.console import block_of
+from armdrive.sim.world.table import block_of
 
 from .watching import Watch
 

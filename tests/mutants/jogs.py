@@ -10,8 +10,7 @@ MUTANTS = (
         promise="a jog moves only while it is held",
         path="armdrive/arm/jogging.py",
         old=(
-            "        self._parts.core.hold = None\n"
-            "        self._parts.pace.wake()\n\n    def _may"
+            "        self._parts.core.hold = None\n        self._parts.pace.wake()\n\n    def _may"
         ),
         new=("        self._parts.pace.wake()\n\n    def _may"),
         tests=tests_of(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from armdrive.trace.log import Topic
+from armdrive.trace.entries import Topic
 
 
 @dataclass(frozen=True, slots=True)

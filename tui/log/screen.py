@@ -19,7 +19,8 @@ from armdrive.errors import ArmError
 from armdrive.errors.printable import printable
 from armdrive.errors.table import CatalogueEntry, found
 from armdrive.status import Status
-from armdrive.trace.log import LogBook, LogLine, LogReader, Sieve, Topic
+from armdrive.trace.entries import Topic
+from armdrive.trace.log import LogBook, LogLine, LogReader, Sieve
 from tui.framework import PlainText
 from tui.keys.keyboard import Keyboard, bindings
 from tui.log import words as log_words

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 from armdrive.errors.printing import in_full
 from armdrive.errors.table import CatalogueEntry, by_code
-from armdrive.trace.log import LogBook, LogLine, Sieve, Topic
+from armdrive.trace.entries import Topic
+from armdrive.trace.log import LogBook, LogLine, Sieve
 from tui.keys.keyboard import Keyboard
 
 CUT = "~"

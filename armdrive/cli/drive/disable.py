@@ -1,10 +1,4 @@
-"""Switch the motors off: the arm can sag, so it is offered to park it first.
-
-armdrive disable              asks whether to park first; on a simulated arm it parks
-armdrive disable --yes        parks, then switches off
-armdrive disable --no-park    switches off where the arm stands: support it
-
-"""
+"""Switch the motors off: the arm can sag, so it is offered to park it first."""
 
 from __future__ import annotations
 
@@ -13,24 +7,12 @@ import contextlib
 import sys
 
 from armdrive.arm import Arm
-from armdrive.cli.arm_options import add_allow_restored, add_arm_options
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.presenter import emit, say, say_which
 from armdrive.cli.terminal_person import agreed, settle_trust
 from armdrive.errors import NotReferenced, OperatorNeeded
 from armdrive.registry import dialect
 from armdrive.status import State, status_view
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    choice = parser.add_mutually_exclusive_group()
-    choice.add_argument("--yes", action="store_true", help="park first, without asking")
-    choice.add_argument(
-        "--no-park", action="store_true", help="switch off where the arm stands, without asking"
-    )
-    add_allow_restored(parser)
-    add_arm_options(parser)
 
 
 def run(options: argparse.Namespace) -> int:

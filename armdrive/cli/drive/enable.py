@@ -1,22 +1,13 @@
-"""Switch the motors on, where the controller can do that. Moves nothing.
-
-An arm that has sagged is not lifted: it is held where it is, and its position is suspect.
-"""
+"""Switch the motors on, where the controller can do that. Moves nothing."""
 
 from __future__ import annotations
 
 import argparse
 import contextlib
 
-from armdrive.cli.arm_options import add_arm_options
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.presenter import emit, say, say_which
 from armdrive.status import status_view
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    add_arm_options(parser)
 
 
 def run(options: argparse.Namespace) -> int:

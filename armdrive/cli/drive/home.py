@@ -1,15 +1,4 @@
-"""Reference an arm: tell it that it stands in its reference posture.
-
-An arm without switches is brought there by you, step by step: the posture is drawn, you jog on
-lines such as `shoulder -2` or in the desk, and `done` confirms. An arm with switches MOVES to them
-once you have agreed. A simulated arm has a simulated operator, who jogs it there.
-
-Examples:
-  armdrive home
-  armdrive home --declare park                         it stands in its park posture
-  armdrive home --declare base=0 shoulder=40 elbow=-60 wrist_pitch=-70 wrist_roll=0
-
-"""
+"""Reference an arm: tell it that it stands in its reference posture."""
 
 from __future__ import annotations
 
@@ -20,7 +9,6 @@ import sys
 
 import tui
 from armdrive.arm import Arm
-from armdrive.cli.arm_options import add_arm_options
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.options import number
 from armdrive.cli.presenter import TerminalReporter, emit, say, say_which
@@ -32,36 +20,6 @@ from kinematics.spaces import Joints
 
 PARK = "park"
 WAY_CLEAR = "Is its way clear, and a hand at its switch? Type yes: "
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    how = parser.add_mutually_exclusive_group()
-    how.add_argument(
-        "--yes",
-        action="store_true",
-        help="the arm stands in its reference posture now: do not ask",
-    )
-    how.add_argument(
-        "--confirm",
-        action="store_true",
-        help="instead: the arm stands where an earlier command left it",
-    )
-    how.add_argument(
-        "--declare",
-        nargs="+",
-        metavar="JOINT=DEG",
-        help=f"instead: it stands in these angles ({GRIPPER_AXIS}=MM too), or as parked: `park`",
-    )
-    how.add_argument(
-        "--switches",
-        action="store_true",
-        help="have an arm with switches seek them WITHOUT ASKING: it moves",
-    )
-    how.add_argument(
-        "--guide", action="store_true", help="be guided on a simulated arm too, for practice"
-    )
-    add_arm_options(parser)
 
 
 def run(options: argparse.Namespace) -> int:

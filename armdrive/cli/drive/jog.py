@@ -1,9 +1,4 @@
-"""Drive an arm from the keyboard, joint by joint or in Cartesian space.
-
-Holding a key jogs, releasing it stops; space always stops. The screen shows its keys. A link that
-was lost is looked for by L, or by itself with --reconnect; the arm then stands in error-stop.
-With --model a named system of the lecture notes, or a link table, is jogged with no arm at all.
-"""
+"""Drive an arm from the keyboard, joint by joint or in Cartesian space."""
 
 from __future__ import annotations
 
@@ -12,11 +7,10 @@ from pathlib import Path
 
 import tui
 from armdrive.cli.arm_files import DEFAULT_SIM, arm_paths, default_arm
-from armdrive.cli.arm_options import add_arm_options
 from armdrive.cli.chosen_arm import chosen_target, connect_chosen
+from armdrive.cli.drive.jog_model import jog_model
 from armdrive.cli.drive.web_desk import jog_web
 from armdrive.cli.look.watch import watch_on_screen
-from armdrive.cli.options import count
 from armdrive.cli.presenter import emit, say
 from armdrive.cli.screens import require_screen
 from armdrive.cli.terminal_person import agreed, confirm_simulated
@@ -27,55 +21,6 @@ from tui.gamepad.evdev import check_gamepads
 from tui.keys.keyboard import Keyboard, as_rows, as_text
 from tui.keys.remap import load_keys
 
-WEB_PORT = 8765
-"""Where a browser finds the desk, unless another port is named."""
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    parser.add_argument("--ascii", action="store_true", help="draw without braille characters")
-    parser.add_argument(
-        "--reconnect",
-        action="store_true",
-        default=None,
-        help="look for a lost link until it is back, as `reconnect = true` in the arm file does",
-    )
-    parser.add_argument(
-        "--keys",
-        metavar="FILE",
-        help="a file of keys, or a layout: azerty, qwertz, dvorak, colemak, qwerty",
-    )
-    parser.add_argument(
-        "--show-keys", action="store_true", help="print all keys with their ids, and open nothing"
-    )
-    parser.add_argument(
-        "--model",
-        nargs="?",
-        const="",
-        metavar="NAME",
-        help="a named system or a .toml file, with no arm connected; without NAME: list them",
-    )
-    parser.add_argument(
-        "--setup",
-        action="store_true",
-        help="begin at the set-up screen: find an arm, describe it, check its motors",
-    )
-    parser.add_argument(
-        "--gamepad",
-        nargs="?",
-        const="",
-        metavar="NAME",
-        help="jog with a gamepad too (Linux); with several, letters of the name of one",
-    )
-    parser.add_argument(
-        "--web", action="store_true", help="show it in a browser on this computer instead"
-    )
-    parser.add_argument(
-        "--web-port", type=count, default=WEB_PORT, metavar="N", help=f"with --web; else {WEB_PORT}"
-    )
-    parser.add_argument("--served", action="store_true", help=argparse.SUPPRESS)  # behind a page
-    add_arm_options(parser)
-
 
 def run(options: argparse.Namespace) -> int:
     """Open the desk."""
@@ -85,8 +30,6 @@ def run(options: argparse.Namespace) -> int:
     if options.web:
         return jog_web(options)
     if options.model is not None:
-        from armdrive.cli.drive.jog_model import jog_model
-
         return jog_model(options, keys)
     if not options.served:
         require_screen("jogging", "`armdrive shell` and `armdrive move` need none")

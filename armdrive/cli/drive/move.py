@@ -1,16 +1,4 @@
-"""Planned motion on the command line: joints that are not named stay, and so do coordinates.
-
-Examples:
-  armdrive move --x 250 --z 120 --pitch -90           to a pose, by a joint motion
-  armdrive move --y 80 --line                         along a straight line
-  armdrive move --y 80 --via 270,0,120                along an arc through that point
-  armdrive move --frame tool --z -30 --line           30 mm back, as the hand points
-  armdrive move --shoulder 40 --elbow -60 --speed 0.5
-  armdrive move --gripper 40
-  armdrive move --park
-  armdrive move --y 80 --line --preview               moves nothing: what it would be
-
-"""
+"""Planned motion on the command line: joints that are not named stay, and so do coordinates."""
 
 from __future__ import annotations
 
@@ -19,10 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 from armdrive.arm import Arm
-from armdrive.cli.arm_options import add_allow_restored, add_arm_options
 from armdrive.cli.chosen_arm import connect_chosen
+from armdrive.cli.drive.arguments import COORDINATES
 from armdrive.cli.drive.preview_report import show_preview
-from armdrive.cli.options import fraction, number
 from armdrive.cli.presenter import emit, say, say_which
 from armdrive.cli.terminal_person import settle_trust
 from armdrive.errors import BadRequest
@@ -30,48 +17,6 @@ from armdrive.motion.preview import Preview
 from armdrive.motion.resolve import BASE, TOOL
 from armdrive.status import status_view
 from kinematics.spaces import JOINT_NAMES, Pose
-
-COORDINATES = (
-    ("x", "mm"), ("y", "mm"), ("z", "mm"), ("pitch", "deg"), ("roll", "deg"), ("yaw", "deg"),
-)  # fmt: skip
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    goal = parser.add_argument_group("to a pose (what is not named stays)")
-    for axis, unit in COORDINATES:
-        goal.add_argument(f"--{axis}", type=number, metavar=unit.upper())
-    goal.add_argument("--line", action="store_true", help="along a straight line")
-    goal.add_argument(
-        "--via", type=_point, metavar="X,Y,Z", help="along the arc of a circle through this point"
-    )
-    goal.add_argument(
-        "--frame",
-        default=BASE,
-        metavar="NAME",
-        help="the pose is one of a frame of the arm file; of tool: a change from where it is",
-    )
-    turn = parser.add_argument_group("or to joint angles (what is not named stays)")
-    for name in JOINT_NAMES:
-        turn.add_argument(f"--{name.replace('_', '-')}", type=number, metavar="DEG")
-    turn.add_argument(
-        "--joint",
-        action="append",
-        type=_named_angle,
-        default=[],
-        metavar="NAME=DEG",
-        help="a joint of an arm that is given by a model file; may be repeated",
-    )
-    parser.add_argument("--gripper", type=number, metavar="MM", help="open or close to a width")
-    parser.add_argument("--park", action="store_true", help="to the park posture")
-    parser.add_argument("--speed", type=fraction, default=1.0, help="fraction of the limits")
-    parser.add_argument(
-        "--preview",
-        action="store_true",
-        help="say what the motion would be, every solution and margin; moves nothing",
-    )
-    add_allow_restored(parser)
-    add_arm_options(parser)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -144,20 +89,6 @@ def _joints(options: argparse.Namespace) -> dict[str, Any]:
     known = ((name, getattr(options, name)) for name in JOINT_NAMES)
     given = [*((name, angle) for name, angle in known if angle is not None), *options.joint]
     return {f"{name}_deg": angle for name, angle in given}
-
-
-def _named_angle(word: str) -> tuple[str, float]:
-    name, equals, angle = word.partition("=")
-    if not (name and equals):
-        raise argparse.ArgumentTypeError(f"write it like shoulder=40, not {word!r}")
-    return name, number(angle)
-
-
-def _point(word: str) -> tuple[float, ...]:
-    found = tuple(map(number, word.split(",")))
-    if len(found) != len("xyz"):
-        raise argparse.ArgumentTypeError(f"write it like 250,0,120, not {word!r}")
-    return found
 
 
 def _placed(pose: Pose, point: tuple[float, ...]) -> Pose:

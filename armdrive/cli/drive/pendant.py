@@ -1,30 +1,16 @@
-"""The program that an arm keeps in its own memory, for its pendant: into a file, and back.
-
-Nothing moves. A file can be read, compared and edited; every row comes back word for word.
-
-Examples:
-  armdrive pendant show                              what is in the arm, row by row
-  armdrive pendant read monday.pendant               into a file
-  armdrive pendant write monday.pendant              back, and read once more to be sure
-  armdrive pendant write monday.pendant --shift      after the arm was homed anew
-  armdrive pendant points monday.pendant stack       as points and a sequence `stack`
-  armdrive pendant make stack stack.pendant          and a sequence as rows for the pendant
-
-Every action prints JSON with --json.
-
-"""
+"""The program that an arm keeps in its own memory, for its pendant: into a file, and back."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
 from types import MappingProxyType
 
 from armdrive.arm import Arm
-from armdrive.cli.arm_options import add_allow_restored, add_arm_options
 from armdrive.cli.chosen_arm import chosen_target, connect_chosen
+from armdrive.cli.options import Command
 from armdrive.cli.presenter import emit, put_error, say, say_lines, say_which
 from armdrive.cli.terminal_person import agreed, settle_trust
 from armdrive.config.arm import ArmConfig
@@ -37,41 +23,10 @@ from armdrive.storage.files import DISK, replace_durably
 from armdrive.storage.point_file import points_of
 from armdrive.text.reading import read_text
 
-Deed = Callable[[argparse.Namespace], int]
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the actions, each with its own options."""
-    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
-    for name, (_, words, summary) in ACTIONS.items():
-        action = actions.add_parser(name, help=summary, description=summary)
-        for word in words:
-            action.add_argument(word, metavar=word.upper())
-        if name in ("read", "make"):
-            action.add_argument("--force", action="store_true", help="overwrite another file")
-        if name == "write":
-            _add_write_options(action)
-        if name == "points":
-            action.add_argument("--again", action="store_true", help="write over what is there")
-        else:
-            add_allow_restored(action)
-        add_arm_options(action)
-
-
-def _add_write_options(action: argparse.ArgumentParser) -> None:
-    action.add_argument("--yes", action="store_true", help="do not ask before writing")
-    action.add_argument(
-        "--leave-others", action="store_true", help="let rows stay that the file does not have"
-    )
-    meant = action.add_mutually_exclusive_group()
-    meant.add_argument("--shift", action="store_true", help="so that rows lead where they led")
-    meant.add_argument("--as-is", action="store_true", help="the numbers, wherever they lead now")
-
 
 def run(options: argparse.Namespace) -> int:
     """Do what was asked for."""
-    deed, _, _ = ACTIONS[options.action]
-    return deed(options)
+    return ACTIONS[options.action](options)
 
 
 def _read_from(options: argparse.Namespace) -> tuple[ArmConfig, PendantProgram]:
@@ -217,13 +172,13 @@ def make_rows(options: argparse.Namespace) -> int:
     return 0
 
 
-ACTIONS: Mapping[str, tuple[Deed, tuple[str, ...], str]] = MappingProxyType(
+ACTIONS: Mapping[str, Command] = MappingProxyType(
     {
-        "show": (_show, (), "print the program in the arm, row by row"),
-        "read": (_read, ("file",), "read the program out of the arm into a file"),
-        "write": (_write, ("file",), "write a file's rows into the arm, and read them back"),
-        "points": (make_points, ("file", "name"), "make points and a sequence of a file's rows"),
-        "make": (make_rows, ("name", "file"), "make a file of rows of a taught sequence"),
+        "show": _show,
+        "read": _read,
+        "write": _write,
+        "points": make_points,
+        "make": make_rows,
     }
 )
-"""Every action: what does it, the names that it wants, and its line of help."""
+"""What does each action."""

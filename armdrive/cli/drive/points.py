@@ -1,77 +1,34 @@
-"""Named points of an arm: name the present place, list, go to one, run a sequence over them.
-
-Points are kept in a file of their own, which may be edited: docs/points.md tells every key.
-
-Examples:
-  armdrive points save pick --note "above the block"
-  armdrive points list
-  armdrive points go pick --line --speed 0.3          or --preview, which moves nothing
-  armdrive points rename pick grip
-  armdrive points run stack
-  armdrive points mirror stack stack-left             the same on the other side
-  armdrive points offset stack stack2 --x 40 --turn 30
-  armdrive points export stack stack.arm              as a program: `armdrive run stack.arm`
-
-Every action prints JSON with --json.
-
-"""
+"""Named points of an arm: name the present place, list, go to one, run a sequence over them."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from armdrive.arm import Arm
-from armdrive.cli.arm_options import add_allow_restored, add_arm_options
 from armdrive.cli.chosen_arm import chosen_target, connect_chosen
-from armdrive.cli.drive.points_shaping import add_shape_options, shape
+from armdrive.cli.drive.points_shaping import shape
 from armdrive.cli.drive.preview_report import show_preview
-from armdrive.cli.options import count, fraction
+from armdrive.cli.options import Command
 from armdrive.cli.presenter import emit, say, say_lines, say_which
 from armdrive.cli.terminal_person import settle_trust
+from armdrive.errors import BadRequest
+from armdrive.programs.language.writing import unparse
+from armdrive.programs.program import read_program
+from armdrive.programs.teaching.export import program_of
 from armdrive.programs.teaching.sequence import Stepper
 from armdrive.status import joints_view, pose_view, status_view
+from armdrive.storage.files import DISK, replace_durably
 from armdrive.storage.point_file import Points, points_of
 from armdrive.storage.points import Point, StepList
-
-Deed = Callable[[argparse.Namespace], int]
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the actions, each with its own options."""
-    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
-    for name, (_, words, summary) in ACTIONS.items():
-        action = actions.add_parser(name, help=summary, description=summary)
-        for word in words:
-            action.add_argument(word, metavar=word.upper())
-        if name == "save":
-            action.add_argument("--note", default="", help="what the point is for")
-            action.add_argument("--again", action="store_true", help="move a point that is there")
-        if name == "run":
-            action.add_argument("--times", type=count, default=1, help="so often (default 1)")
-        if name == "export":
-            action.add_argument("--force", action="store_true", help="overwrite another file")
-        if name in ("copy", "mirror", "offset"):
-            add_shape_options(action, name)
-        if name in ("go", "run"):
-            add_allow_restored(action)
-        if name == "go":
-            action.add_argument("--line", action="store_true", help="along a straight line")
-            action.add_argument(
-                "--speed", type=fraction, default=1.0, help="fraction of the limits"
-            )
-            action.add_argument(
-                "--preview", action="store_true", help="say what it would be; moves nothing"
-            )
-        add_arm_options(action)
 
 
 def run(options: argparse.Namespace) -> int:
     """Do what was asked for."""
-    deed, _, _ = ACTIONS[options.action]
-    return deed(options)
+    return ACTIONS[options.action](options)
 
 
 def _book(options: argparse.Namespace) -> Points:
@@ -149,6 +106,24 @@ def _delete(options: argparse.Namespace) -> int:
     return _said(options, f"{options.name} is deleted")
 
 
+def _export(options: argparse.Namespace) -> int:
+    """Write the program beside nothing that is there, unless told to, and say where."""
+    path = Path(options.file)
+    if path.exists() and not options.force:
+        raise BadRequest(f"{path} is there already: name another file, or say --force")
+    config = chosen_target(options).config
+    book = points_of(config.name, config.model.arm)
+    steps, taught = book.sequence(options.name), book.read()
+    text = unparse(program_of(options.name, steps, taught.points, config.model.arm.fk))
+    program = read_program(text, str(path))  # what is written can be run
+    replace_durably(DISK, path.absolute(), text.encode("utf-8"))
+    if options.json:
+        emit({"file": str(path), "sha256": program.digest, "steps": len(steps.steps)})
+    else:
+        say(f"{options.name} is {path} now: `armdrive run {path} --check` tells what it would do")
+    return 0
+
+
 def _said(options: argparse.Namespace, text: str) -> int:
     if options.json:
         emit({"done": text})
@@ -210,12 +185,6 @@ def _run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _export(options: argparse.Namespace) -> int:
-    from armdrive.cli.drive.points_export import export  # the only action that needs the language
-
-    return export(options)
-
-
 def _point_view(point: Point) -> dict[str, Any]:
     return {
         "joints": joints_view(point.joints),
@@ -229,19 +198,19 @@ def _steps_view(steps: StepList) -> dict[str, Any]:
     return {"note": steps.note, "steps": [str(step) for step in steps.steps]}
 
 
-ACTIONS: Mapping[str, tuple[Deed, tuple[str, ...], str]] = MappingProxyType(
+ACTIONS: Mapping[str, Command] = MappingProxyType(
     {
-        "list": (_list, (), "list the points and sequences, and where their file is"),
-        "show": (_show, ("name",), "show a point, or the steps of a sequence"),
-        "save": (_save, ("name",), "name the place where the arm stands; moves nothing"),
-        "go": (_go, ("name",), "move the arm to a point"),
-        "run": (_run, ("name",), "carry out a sequence"),
-        "rename": (_rename, ("name", "new"), "give a point another name, in sequences too"),
-        "delete": (_delete, ("name",), "take a point or a sequence away"),
-        "copy": (shape, ("name", "new"), "the same point or sequence once more, over new points"),
-        "mirror": (shape, ("name", "new"), "a point or a sequence with left and right exchanged"),
-        "export": (_export, ("name", "file"), "write a sequence as a program file"),
-        "offset": (shape, ("name", "new"), "a point or a sequence in another place"),
+        "list": _list,
+        "show": _show,
+        "save": _save,
+        "go": _go,
+        "run": _run,
+        "rename": _rename,
+        "delete": _delete,
+        "copy": shape,
+        "mirror": shape,
+        "export": _export,
+        "offset": shape,
     }
 )
-"""Every action: what does it, the names that it wants, and its line of help."""
+"""What does each action."""

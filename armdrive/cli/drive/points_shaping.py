@@ -6,28 +6,11 @@ import argparse
 import math
 
 from armdrive.cli.chosen_arm import chosen_target
-from armdrive.cli.options import number
 from armdrive.cli.presenter import emit, say
 from armdrive.config.arm import ArmConfig
 from armdrive.programs.teaching.shape import Offset, Shape, mirrored, offset, shaped
 from armdrive.storage.point_file import points_of
 from armdrive.storage.points import check_name
-
-AXES = ("x", "y", "z")
-
-
-def add_shape_options(action: argparse.ArgumentParser, name: str) -> None:
-    """Declare the options of one of the actions."""
-    action.add_argument("--again", action="store_true", help="write over what is there")
-    if name != "offset":
-        return
-    for axis in AXES:
-        action.add_argument(
-            f"--{axis}", type=number, default=0.0, metavar="MM", help=f"along the base's {axis}"
-        )
-    action.add_argument(
-        "--turn", type=number, default=0.0, metavar="DEG", help="about the base axis, first"
-    )
 
 
 def shape(options: argparse.Namespace) -> int:

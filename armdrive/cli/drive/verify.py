@@ -1,12 +1,4 @@
-"""Measure how far an arm has drifted: its finger tips on the mark say where it really is.
-
-The arm MOVES to a little above its reference mark. Then you jog the tips onto the mark by small
-steps, on lines such as `shoulder -0.5`, and type `done`. What the registers read beyond the
-reference posture is told by motor, by joint and at the tip, with what it means, and is written down
-with the date in the state folder. A simulated arm has a simulated operator.
-
-It ends with 1 where the arm is off and the posture was not taken for the new reference.
-"""
+"""Measure how far an arm has drifted: its finger tips on the mark say where it really is."""
 
 from __future__ import annotations
 
@@ -14,9 +6,7 @@ import argparse
 import sys
 
 from armdrive.arm import Arm
-from armdrive.cli.arm_options import add_allow_restored, add_arm_options
 from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.options import fraction
 from armdrive.cli.presenter import emit, say, say_which
 from armdrive.cli.terminal_person import TerminalOperator, agreed, settle_trust
 from armdrive.errors import OperatorNeeded
@@ -24,21 +14,6 @@ from armdrive.motion.verify import Verdict, Verified, verified_view
 
 OFF = 1
 FINE = "Finer is better here: shoulder 0.1, say. The smallest jog is one step of a motor."
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    parser.add_argument(
-        "--accept",
-        action="store_true",
-        help="take the posture at the mark for the new reference, without asking",
-    )
-    parser.add_argument(
-        "--keep", action="store_true", help="measure alone: take nothing for the new reference"
-    )
-    parser.add_argument("--speed", type=fraction, default=0.5, help="fraction of the limits")
-    add_allow_restored(parser)
-    add_arm_options(parser)
 
 
 def run(options: argparse.Namespace) -> int:

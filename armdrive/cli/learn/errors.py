@@ -1,27 +1,13 @@
-"""Look an error up: `armdrive errors E502`, or `--find WORDS`; without either, all in a list.
-
-The code stands in brackets before the sentence of every error.
-"""
+"""Look an error up: `armdrive errors E502`, or `--find WORDS`; without either, all in a list."""
 
 from __future__ import annotations
 
 import argparse
 from dataclasses import asdict
 
-from armdrive.cli.options import add_json_option
 from armdrive.cli.presenter import emit, put, say
 from armdrive.errors.printing import in_full, listing, page
 from armdrive.errors.table import ENTRIES, CatalogueEntry, by_code, found
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    parser.add_argument("code", nargs="?", metavar="CODE", help="the code of one error, E502 say")
-    parser.add_argument(
-        "--find", metavar="WORDS", help="the errors in which these words stand, in full: lost,wire"
-    )
-    parser.add_argument("--markdown", action="store_true", help="print the page of the docs")
-    add_json_option(parser)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -1,16 +1,4 @@
-"""Print the lecture's worked example of an arm, for the reader's own numbers.
-
-SYSTEM is a named one (`armdrive explain --list`), a built-in arm, the reader's own link table (a
-.toml file), `efficiency` (what each way of computing the named systems costs), or `accuracy` (what
-steps and errors of the model do to the tip). JOINTS are in degrees and mm, in the order of the
-joints, and so is the goal, in the system's own coordinates.
-
-examples: armdrive explain two-link-1 30 40
-          armdrive explain minimover5 --goal 250 0 120 -90 0
-          armdrive explain puma --symbolic
-          armdrive explain accuracy teachmover 0 40 -60 -70 0
-          armdrive explain alpha2 --urdf > alpha2.urdf
-"""
+"""Print the lecture's worked example of an arm, for the reader's own numbers."""
 
 from __future__ import annotations
 
@@ -22,7 +10,7 @@ from armdrive.cli.learn.explain_accuracy import explain_accuracy
 from armdrive.cli.learn.explain_efficiency import explain_efficiency
 from armdrive.cli.learn.explain_view import example_view, symbolic_view
 from armdrive.cli.learn.models import coordinates_text, given_goal, given_joints
-from armdrive.cli.options import add_json_option, number
+from armdrive.cli.options import number
 from armdrive.cli.presenter import emit, say, say_lines
 from armdrive.config.link_model import is_model_file, read_model
 from armdrive.errors import BadRequest, Refused
@@ -45,24 +33,6 @@ from kinematics.textbook.worked_example import (
 
 EFFICIENCY = "efficiency"
 ACCURACY = "accuracy"
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    parser.add_argument("system", nargs="?", metavar="SYSTEM", help="a name, a .toml file")
-    parser.add_argument(
-        "joints", nargs="*", metavar="JOINT", help="degrees (revolute) and mm (prismatic)"
-    )
-    parser.add_argument(
-        "--goal", nargs="+", type=number, metavar="NUMBER", help="mm and degrees, to solve for"
-    )
-    parser.add_argument("--list", action="store_true", help="list the named systems")
-    parser.add_argument(
-        "--symbolic", action="store_true", help="A matrices, product and solutions in C1, S12"
-    )
-    parser.add_argument("--latex", action="store_true", help="the same as LaTeX")
-    parser.add_argument("--urdf", action="store_true", help="the arm as URDF, for other tools")
-    add_json_option(parser)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -1,10 +1,4 @@
-"""Forward kinematics on the command line.
-
-JOINTS are in degrees (mm for a joint that slides), in the order of the arm's joints.
-
-examples: armdrive fk 0 40 -60 -70 0
-          armdrive fk --model myarm.toml 0 -40 60 -110 0
-"""
+"""Forward kinematics on the command line."""
 
 from __future__ import annotations
 
@@ -12,8 +6,7 @@ import argparse
 import math
 from collections.abc import Sequence
 
-from armdrive.cli.learn.models import MODEL_HELP, find_model, given_joints, shown_joints
-from armdrive.cli.options import add_json_option, number
+from armdrive.cli.learn.models import find_model, given_joints, shown_joints
 from armdrive.cli.presenter import emit, say
 from armdrive.config.link_model import Model
 from armdrive.errors import BadRequest
@@ -22,19 +15,6 @@ from kinematics.presets import PRESETS, ArmPreset, preset
 from kinematics.spaces import JOINT_NAMES, Joints
 from kinematics.textbook import worked_example as worked_text
 from kinematics.textbook.worked_example import FRAME_COORDINATES, frame_coordinates
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    parser.add_argument(
-        "joints",
-        nargs="+",
-        type=number,
-        metavar="JOINT",
-        help=f"degrees: {', '.join(JOINT_NAMES)}, or the joints of --model",
-    )
-    parser.add_argument("--model", default="teachmover", help=MODEL_HELP)
-    add_json_option(parser)
 
 
 def run(options: argparse.Namespace) -> int:

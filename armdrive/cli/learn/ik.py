@@ -1,46 +1,17 @@
-"""Inverse kinematics on the command line.
-
-Of a built-in arm every branch is printed, and the one that the arm would take. Any other model is
-solved by numbers, which says what was met; there, pitch and roll not given are left free.
-
-examples: armdrive ik --x 250 --y 0 --z 120 --pitch -90
-          armdrive ik --model myarm.toml --x 300 --y 40 --z 150 --pitch -60
-"""
+"""Inverse kinematics on the command line."""
 
 from __future__ import annotations
 
 import argparse
 
 from armdrive.cli.learn.ik_by_numbers import solve_by_numbers
-from armdrive.cli.learn.models import MODEL_HELP, find_model
-from armdrive.cli.options import add_json_option, number
+from armdrive.cli.learn.models import find_model
 from armdrive.cli.presenter import emit, say
 from armdrive.errors import BadRequest
 from armdrive.status import joints_view, pose_view, violation_text
 from kinematics.five_axis.arm import Branch
 from kinematics.presets import PRESETS, ArmPreset, preset
 from kinematics.spaces import Pose
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    for axis in ("x", "y", "z"):
-        parser.add_argument(f"--{axis}", type=number, required=True, metavar="MM")
-    parser.add_argument(
-        "--pitch",
-        type=number,
-        metavar="DEG",
-        help="elevation of the hand; -90 points at the table",
-    )
-    parser.add_argument("--roll", type=number, metavar="DEG", help="about the hand")
-    parser.add_argument(
-        "--yaw",
-        type=number,
-        metavar="DEG",
-        help="direction of the hand about the vertical, for six joints of a model",
-    )
-    parser.add_argument("--model", default="teachmover", help=MODEL_HELP)
-    add_json_option(parser)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -16,11 +16,6 @@ from kinematics.errors import suggestion
 from kinematics.presets import PRESETS
 from kinematics.textbook.systems import SYSTEMS
 
-MODEL_HELP = (
-    f"one of {', '.join(PRESETS)}, a named system of `armdrive explain --list`, or a .toml file "
-    "with a link table"
-)
-
 
 def find_model(word: str) -> Model:
     """Return a named system or a model file as a chain of links.

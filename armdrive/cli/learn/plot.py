@@ -1,12 +1,4 @@
-"""Draw what an arm can reach, in the terminal or into a file.
-
-An arm of the Mini-mover's build is cut by the vertical plane through its base axis, the hand held
-at one pitch: inside the drawn line the finger tips can be put. Of any other arm, places are drawn
-that its tool was brought to, from the side and from above.
-
-examples: armdrive plot workspace --pitch -90
-          armdrive plot workspace --model puma --output puma.svg
-"""
+"""Draw what an arm can reach, in the terminal or into a file."""
 
 from __future__ import annotations
 
@@ -14,10 +6,8 @@ import argparse
 import os
 import shutil
 import sys
-from pathlib import Path
 
-from armdrive.cli.learn.models import MODEL_HELP, find_model
-from armdrive.cli.options import add_json_option, number
+from armdrive.cli.learn.models import find_model
 from armdrive.cli.presenter import emit, say
 from armdrive.errors import BadRequest
 from armdrive.render.canvas import can_braille
@@ -28,21 +18,6 @@ from kinematics.presets import PRESETS, preset
 MOST_COLUMNS, MOST_ROWS = 110, 36
 LEAST_ROWS = 8
 DEFAULT_PITCH_DEG = -90.0
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    parser.add_argument("what", choices=["workspace"], help="what to draw")
-    parser.add_argument("--model", default="teachmover", help=MODEL_HELP)
-    parser.add_argument(
-        "--pitch", type=number, metavar="DEG", help="of the hand; -90 points at the table"
-    )
-    parser.add_argument(
-        "--azimuth", type=number, metavar="DEG", help="direction of the plane; 0 is straight ahead"
-    )
-    parser.add_argument("--output", type=Path, metavar="FILE", help="a .png or .svg file")
-    parser.add_argument("--ascii", action="store_true", help="draw with plain characters")
-    add_json_option(parser)
 
 
 def run(options: argparse.Namespace) -> int:

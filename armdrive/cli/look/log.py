@@ -1,40 +1,17 @@
-"""Read a recording in words: what passed on the wire, what was asked, what came of it.
-
-Examples:
-  armdrive log                              the newest recording
-  armdrive log FILE --only errors,intents   two topics of it
-  armdrive log FILE --find elbow,speed      the lines that have both words
-
-Topics: bytes, requests, intents, states, errors. `armdrive record` writes a recording.
-
-"""
+"""Read a recording in words: what passed on the wire, what was asked, what came of it."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
-from armdrive.cli.options import add_json_option
 from armdrive.cli.presenter import emit, say
 from armdrive.errors import BadRequest
+from armdrive.trace.entries import Topic
 from armdrive.trace.files import ENDING, read_recording, recordings
-from armdrive.trace.log import BETWEEN, Sieve, Topic, recorded
+from armdrive.trace.log import BETWEEN, Sieve, recorded
 from armdrive.trace.timeline import heading
 from kinematics.errors import suggestion
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    parser.add_argument(
-        "file", metavar="FILE", type=Path, nargs="?", help="a recording (.jsonl); else the newest"
-    )
-    parser.add_argument(
-        "--only", metavar="TOPICS", help=f"one or several of {', '.join(Topic)}, with commas"
-    )
-    parser.add_argument(
-        "--find", metavar="WORDS", default="", help="lines with all these words, with commas"
-    )
-    add_json_option(parser)
 
 
 def run(options: argparse.Namespace) -> int:

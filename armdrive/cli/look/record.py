@@ -1,7 +1,4 @@
-"""Write what the flight recorder of an arm holds: the program that drives the arm does it.
-
-Without a name, every arm that a program of yours holds. A fault is written without being asked for.
-"""
+"""Write what the flight recorder of an arm holds: the program that drives the arm does it."""
 
 from __future__ import annotations
 
@@ -9,17 +6,10 @@ import argparse
 import shutil
 from pathlib import Path
 
-from armdrive.cli.arm_options import add_arm_options
 from armdrive.cli.control_requests import chosen_holders
 from armdrive.cli.presenter import emit, say
 from armdrive.errors import ArmError, BadRequest
 from armdrive.storage.lock_client import ask_holder
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    add_arm_options(parser)
-    parser.add_argument("--output", type=Path, metavar="FILE", help="copy the recording there")
 
 
 def run(options: argparse.Namespace) -> int:

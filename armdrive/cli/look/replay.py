@@ -1,22 +1,11 @@
-"""Replay a flight recorder's file against a simulated twin, offline, and show where they part.
-
-Examples:
-  armdrive replay FILE                         the timeline, and the first difference if any
-  armdrive replay FILE --show                  the timeline alone
-  armdrive replay FILE --set speed_error=0.2   is it so because the motors are slower?
-
-Ends with 0 if the twin answered as the arm did, with 1 if they part, with 2 if FILE is broken.
-
-"""
+"""Replay a flight recorder's file against a simulated twin, offline, and show where they part."""
 
 from __future__ import annotations
 
 import argparse
 import time
 from collections.abc import Iterable
-from pathlib import Path
 
-from armdrive.cli.options import add_json_option, positive
 from armdrive.cli.presenter import emit, say
 from armdrive.registry import simulated_kind
 from armdrive.sim.device import Options
@@ -25,24 +14,6 @@ from armdrive.trace.replay import Replayed, replay, replayed_view
 from armdrive.trace.timeline import Teller, heading, lines
 
 PARTED = 1
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    parser.add_argument("file", metavar="FILE", type=Path, help="a recording (.jsonl)")
-    parser.add_argument("--show", action="store_true", help="print it, and compare nothing")
-    parser.add_argument("--quiet", action="store_true", help="print what was found alone")
-    parser.add_argument(
-        "--speed", type=positive, metavar="N", help="print at N times the speed of the arm"
-    )
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help="a setting of the twin, as of `armdrive sim`; may be repeated",
-    )
-    add_json_option(parser)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -6,17 +6,11 @@ import argparse
 import contextlib
 from typing import Any
 
-from armdrive.cli.arm_options import add_arm_options
 from armdrive.cli.chosen_arm import chosen_target, connect_chosen
 from armdrive.cli.presenter import emit, say
 from armdrive.errors import ArmInUse
 from armdrive.status import status_view
 from armdrive.storage.lock_client import ask_holder
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    add_arm_options(parser)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -1,8 +1,4 @@
-"""Watch an arm that another program of yours drives: a line of JSON whenever something changes.
-
-Ends when that program gives the arm back, or with Ctrl-C. Watching changes nothing. With --screen
-it is drawn instead, with keys for a stop, a pause and a slower tempo; leaving stops nothing.
-"""
+"""Watch an arm that another program of yours drives: a line of JSON whenever something changes."""
 
 from __future__ import annotations
 
@@ -10,28 +6,12 @@ import argparse
 import contextlib
 
 import tui
-from armdrive.cli.arm_options import add_arm_options
 from armdrive.cli.control_requests import one_holder
-from armdrive.cli.options import number
 from armdrive.cli.presenter import emit
 from armdrive.cli.screens import require_screen
-from armdrive.connect.control_socket import WATCH_EVERY_S
 from armdrive.connect.target import find
 from armdrive.errors import ArmError
 from armdrive.storage.lock_client import watch_holder
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    parser.add_argument(
-        "--every",
-        type=number,
-        default=WATCH_EVERY_S,
-        metavar="SECONDS",
-        help=f"look so often (default {WATCH_EVERY_S:g})",
-    )
-    parser.add_argument("--screen", action="store_true", help="draw it, with keys to stop it")
-    add_arm_options(parser)
 
 
 def run(options: argparse.Namespace) -> int:

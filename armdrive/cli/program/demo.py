@@ -1,10 +1,4 @@
-"""The simulated arm takes three blocks, measures each with its fingers, and stacks them.
-
-Where the finished tower stands is looked up in the simulated world itself: a block out of place
-ends the command with exit code 1. The blocks and the world of the demonstration are its own; the
-simulated arm of the other commands stays as it was. On a real arm, named with --arm or --port, you
-put the blocks down yourself, and look yourself where they end.
-"""
+"""The simulated arm takes three blocks, measures each with its fingers, and stacks them."""
 
 from __future__ import annotations
 
@@ -15,9 +9,7 @@ import time
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import DEFAULT_SIM, default_arm
-from armdrive.cli.arm_options import add_allow_restored, add_arm_options
 from armdrive.cli.chosen_arm import chosen_target, connect_chosen
-from armdrive.cli.options import positive
 from armdrive.cli.presenter import emit, say, say_which
 from armdrive.cli.program.demo_display import show
 from armdrive.cli.terminal_person import agreed, ask_operator, settle_trust
@@ -29,25 +21,9 @@ from armdrive.registry import DEFAULT
 from armdrive.registry.simulate import simulate
 from armdrive.sim.simulated_arm import SimulatedArm
 
-SPEED = 8.0
 DIALECT = DEFAULT
 """Its blocks are measured by a grip switch, which the other simulated arms do not have."""
 ELSEWHERE = "`armdrive run examples/stacking.arm --fresh --put A,190,50,25 ...` (docs/examples.md)"
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    parser.add_argument(
-        "--pace",
-        type=positive,
-        default=SPEED,
-        metavar="FACTOR",
-        help=f"in a terminal, show it this many times faster than real time ({SPEED:g})",
-    )
-    parser.add_argument("--plain", action="store_true", help="lines instead of a drawing")
-    parser.add_argument("--ascii", action="store_true", help="draw without braille characters")
-    add_allow_restored(parser)
-    add_arm_options(parser)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -1,16 +1,4 @@
-"""Type the words of a program at a prompt: each is carried out at once.
-
-A line is checked and carried out as it is entered; a block (repeat, while, if, define ... end) when
-its end is. Names, subprograms and the speed stay. `help` lists the words, `save stack.arm` writes
-what was carried out as a program. Ctrl-C stops the arm. docs/shell.md tells more.
-
-Examples:
-  armdrive shell
-  armdrive shell --arm bench
-  armdrive shell --put A,250,0                a block on the simulated arm's table
-  armdrive shell < morning.txt                lines of a file; ends at the first error
-
-"""
+"""Type the words of a program at a prompt: each is carried out at once."""
 
 from __future__ import annotations
 
@@ -19,10 +7,8 @@ import contextlib
 import sys
 
 from armdrive.arm import Arm
-from armdrive.cli.arm_options import add_allow_restored, add_arm_options, add_pace_option
-from armdrive.cli.block_options import add_put_option, put_blocks, require_table
+from armdrive.cli.block_options import put_blocks, require_table
 from armdrive.cli.chosen_arm import chosen_target, connect_chosen
-from armdrive.cli.options import number
 from armdrive.cli.presenter import put, put_error, say_which
 from armdrive.cli.program.run_common import make_ready
 from armdrive.cli.program.shell_lines import TypedLines
@@ -36,15 +22,6 @@ from armdrive.status import State, pose_view
 from kinematics.errors import KinematicsError
 
 PROMPT, MORE = "> ", "... "
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    add_put_option(parser)
-    parser.add_argument("--speed", type=number, metavar="PERCENT", help="go slower than asked for")
-    add_pace_option(parser)
-    add_allow_restored(parser)
-    add_arm_options(parser)
 
 
 def run(options: argparse.Namespace) -> int:

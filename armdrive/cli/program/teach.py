@@ -1,20 +1,4 @@
-"""Teach sequences: record them as the arm is moved, and edit them step by step.
-
-A sequence and its points stand in the arm's file of points (docs/points.md, docs/teaching.md).
-
-Examples:
-  armdrive teach record stack               the arm is jogged in another terminal; Ctrl-C ends it
-  armdrive teach here stack                 name the place where the arm stands, as the next step
-  armdrive teach add stack gripper grasp    a step at the end
-  armdrive teach insert stack 3 to above along a line at 30%
-  armdrive teach remove stack 4 6           steps 4 to 6
-  armdrive teach move stack 5 2             step 5 becomes step 2
-  armdrive teach retime stack --factor 0.5  half as fast, waits as they are
-  armdrive teach reverse stack unstack      the way back, under a new name
-
-Every action prints JSON with --json.
-
-"""
+"""Teach sequences: record them as the arm is moved, and edit them step by step."""
 
 from __future__ import annotations
 
@@ -22,91 +6,19 @@ import argparse
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
-from armdrive.cli.arm_options import add_arm_options
 from armdrive.cli.chosen_arm import chosen_target, connect_chosen
-from armdrive.cli.options import count, fraction, number
+from armdrive.cli.options import Command
 from armdrive.cli.presenter import emit, say, say_which
 from armdrive.cli.program.teach_recording import record
 from armdrive.programs.teaching import edit as editing
 from armdrive.programs.teaching.edit import Edited
-from armdrive.programs.teaching.record import REST_S
 from armdrive.storage.point_file import Points, points_of
 from armdrive.storage.points import Step, StepList, parse_step
-
-Deed = Callable[[argparse.Namespace], int]
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the actions, each with its own options."""
-    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
-    for name, (_, words, summary) in ACTIONS.items():
-        action = actions.add_parser(name, help=summary, description=summary)
-        action.add_argument("name", metavar="SEQUENCE")
-        for word in words:
-            action.add_argument(word, type=count, metavar=word.upper())
-        _OPTIONS.get(name, _no_more)(action)
-        add_arm_options(action)
-
-
-def _no_more(_: argparse.ArgumentParser) -> None:
-    """Add no options."""
-
-
-def _step_words(action: argparse.ArgumentParser) -> None:
-    action.add_argument("step", nargs="+", metavar="WORD", help="the step, as `points show` has it")
-
-
-def _to_last(action: argparse.ArgumentParser) -> None:
-    action.add_argument("last", type=count, nargs="?", metavar="LAST", help="... up to this one")
-
-
-def _retime_words(action: argparse.ArgumentParser) -> None:
-    action.add_argument("first", type=count, nargs="?", metavar="FIRST", help="one step only ...")
-    _to_last(action)
-    action.add_argument("--speed", type=fraction, help="a new speed, a fraction of the limits")
-    action.add_argument("--factor", type=number, default=1.0, help="times the speed there is")
-    action.add_argument("--wait", type=number, metavar="SECONDS", help="a new time for waits")
-    action.add_argument("--wait-factor", type=number, default=1.0, help="times the waits there are")
-
-
-def _here_words(action: argparse.ArgumentParser) -> None:
-    action.add_argument("--point", metavar="NAME", help="what to call the place")
-    action.add_argument("--line", action="store_true", help="to be gone to along a straight line")
-    action.add_argument("--speed", type=fraction, default=1.0, help="a fraction of the limits")
-
-
-def _record_words(action: argparse.ArgumentParser) -> None:
-    action.add_argument("--line", action="store_true", help="every way along a straight line")
-    action.add_argument("--speed", type=fraction, default=1.0, help="of every way")
-    action.add_argument("--waits", action="store_true", help="keep how long the arm stood")
-    action.add_argument(
-        "--rest", type=number, default=REST_S, metavar="SECONDS",
-        help=f"a place is where the arm stands for so long (default {REST_S:g})",
-    )  # fmt: skip
-    action.add_argument("--again", action="store_true", help="write over what is there")
-
-
-def _reverse_words(action: argparse.ArgumentParser) -> None:
-    action.add_argument("new", metavar="NEW", help="what the way back is called")
-
-
-_OPTIONS: Mapping[str, Callable[[argparse.ArgumentParser], None]] = MappingProxyType(
-    {
-        "record": _record_words,
-        "here": _here_words,
-        "add": _step_words,
-        "insert": _step_words,
-        "remove": _to_last,
-        "retime": _retime_words,
-        "reverse": _reverse_words,
-    }
-)
 
 
 def run(options: argparse.Namespace) -> int:
     """Do what was asked for."""
-    deed, _, _ = ACTIONS[options.action]
-    return deed(options)
+    return ACTIONS[options.action](options)
 
 
 def _book(options: argparse.Namespace) -> Points:
@@ -199,20 +111,16 @@ def _free_name(sequence: str, taken: Mapping[str, object]) -> str:
     return next(name for n in numbers if (name := f"{sequence}-{n}") not in taken)
 
 
-def _record(options: argparse.Namespace) -> int:
-    return record(options)
-
-
-ACTIONS: Mapping[str, tuple[Deed, tuple[str, ...], str]] = MappingProxyType(
+ACTIONS: Mapping[str, Command] = MappingProxyType(
     {
-        "record": (_record, (), "record an arm that another program drives, until Ctrl-C"),
-        "here": (_here, (), "name the place where the arm stands, as the next step"),
-        "add": (_add, (), "add a step at the end, of a new sequence too"),
-        "insert": (_insert, ("at",), "put a step before another"),
-        "remove": (_remove, ("first",), "take steps away"),
-        "move": (_move, ("old", "new"), "put a step in another place"),
-        "retime": (_retime, (), "change speeds and waits, of all steps or of some"),
-        "reverse": (_reverse, (), "make a sequence that goes the way back"),
+        "record": record,
+        "here": _here,
+        "add": _add,
+        "insert": _insert,
+        "remove": _remove,
+        "move": _move,
+        "retime": _retime,
+        "reverse": _reverse,
     }
 )
-"""Every action: what does it, the numbers of steps that it wants, and its line of help."""
+"""What does each action."""

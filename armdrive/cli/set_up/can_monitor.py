@@ -1,23 +1,4 @@
-"""Show what passes on a CAN bus of drives, in words. Listens only: nothing is ever sent.
-
-Each line has the time in seconds, the frame as candump writes it, > for a request, < for an answer
-and ? for what is none of this protocol; a check byte that is wrong is said. Frames of other devices
-are shown as they are.
-
-What the drives speak is what the arm file says; of a bus that is named, --protocol: mks where it is
-left out, or canopen. Of CANopen, --id is the number of a node: all of its services are shown.
-
-On socketcan any number of programs listen beside the one that drives. An slcan adapter is a
-serial port, which one program alone can have. Where that is one of yours that drives the arm, it is
-asked what it says and hears, by the arm's name or the port as the arm file has it: these are the
-frames of its own drives. To hear all, put a second adapter on the bus, or listen while nobody
-drives. `armdrive record --arm NAME` writes down what has passed so far.
-
-  armdrive can monitor can:socketcan:can0 --id 3
-  armdrive can monitor can:socketcan:can0 --protocol canopen
-  armdrive can monitor --arm bench --seconds 10 --json
-
-"""
+"""Show what passes on a CAN bus of drives, in words. Listens only: nothing is ever sent."""
 
 from __future__ import annotations
 
@@ -28,7 +9,6 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from armdrive.cli.options import add_json_option, count, number
 from armdrive.cli.presenter import emit, put_error, say
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import PortOpening
@@ -48,23 +28,6 @@ ONE_PROGRAM = (
     "A serial adapter is one program's alone: listen by a second adapter on the bus. What an "
     "armdrive of yours exchanges, `armdrive can monitor --arm NAME` shows while it holds that arm"
 )
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    parser.add_argument("port", nargs="?", metavar="PORT", help="can:INTERFACE:CHANNEL?...")
-    parser.add_argument("--arm", metavar="NAME", help="instead: the adapter of an arm file")
-    parser.add_argument(
-        "--id", action="append", type=_node, default=[], metavar="ID", help="these ids alone"
-    )
-    parser.add_argument(
-        "--protocol",
-        choices=list(LANGUAGES),
-        help=f"what the drives speak (as the arm file says, else {USUAL.name})",
-    )
-    parser.add_argument("--seconds", type=number, metavar="S", help="end after so long")
-    parser.add_argument("--count", type=count, metavar="N", help="end after so many frames")
-    add_json_option(parser)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -130,16 +93,6 @@ def _language(options: argparse.Namespace, config: ArmConfig | None) -> Language
     if options.protocol:
         return LANGUAGES[options.protocol]
     return USUAL if config is None else language_of(config.connection.dialect)
-
-
-def _node(word: str) -> int:
-    try:
-        found = int(word, 0)
-    except ValueError:
-        found = -1
-    if found < 0:
-        raise argparse.ArgumentTypeError(f"an id is a number, 3 or 0x1F say, not {word!r}")
-    return found
 
 
 def _config(options: argparse.Namespace) -> ArmConfig | None:

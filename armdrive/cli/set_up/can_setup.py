@@ -1,17 +1,4 @@
-"""Commission the MKS drives of an arm one at a time: ids, settings, calibration, directions, gears.
-
-Each question says what will happen; nothing is written and nothing turns without a yes, `?`
-explains, and Ctrl-C leaves: the same command goes on there. At the end the arm file is written.
-An arm file of that name is taken as it is (its model, its ids); without one, the Mini-mover on
-MKS drives is.
-
-The adapter, exactly:
-  can:slcan:/dev/ttyACM0?bitrate=500000     a CANable with slcan firmware: it is a serial port
-  can:socketcan:can0                        with candleLight firmware: it is none, but a CAN
-                                            interface of Linux, once it was brought up
-  can:gs_usb:0?bitrate=500000               the same on Windows and macOS
-`armdrive ports` lists the adapters that are there, each with its line.
-"""
+"""Commission the MKS drives of an arm one at a time: ids, settings, directions, gears."""
 
 from __future__ import annotations
 
@@ -23,9 +10,9 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from armdrive.cli.options import add_json_option
 from armdrive.cli.presenter import emit, say, say_lines
 from armdrive.cli.questions import Back, agree, ask, ask_value
+from armdrive.cli.set_up.arguments import ADAPTERS
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
 from armdrive.connect.port import PortOpening
@@ -49,20 +36,9 @@ from armdrive.transports import ports
 from armdrive.transports.address import is_can
 from armdrive.transports.link import Link
 
-ADAPTERS = (__doc__ or "").partition("The adapter, exactly:\n")[2].rstrip()
 DONE, UNFINISHED = 0, 1
 BEFORE = ".before"
 """How the old text of an arm file ends that was written anew."""
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    parser.add_argument("name", help="the arm: an arm file's name, or that of a new one")
-    parser.add_argument("--port", help="the adapter, can:slcan:/dev/ttyACM0?bitrate=500000 say")
-    parser.add_argument("--again", action="store_true", help="do every step once more")
-    parser.add_argument("--sim", action="store_true", help="practise on simulated new drives")
-    parser.add_argument("--yes", action="store_true", help="with --sim: every answer by itself")
-    add_json_option(parser)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 
 from armdrive.cli.arm_files import arm_paths, read
-from armdrive.cli.options import add_json_option
 from armdrive.cli.presenter import emit, say
 from armdrive.config.check import remarks_on
 from armdrive.errors import ArmFileError
@@ -13,12 +12,6 @@ from armdrive.registry.arm_files import arm_problems, load_arm
 from armdrive.setup.limits import limit_remarks
 
 WRONG = 2
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    parser.add_argument("arms", nargs="*", metavar="NAME", help="names or paths; none: all")
-    add_json_option(parser)
 
 
 def run(options: argparse.Namespace) -> int:

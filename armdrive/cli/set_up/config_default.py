@@ -5,18 +5,10 @@ from __future__ import annotations
 import argparse
 
 from armdrive.cli.arm_files import choose_default, default_arm, path_of
-from armdrive.cli.options import add_json_option
 from armdrive.cli.presenter import emit, say
 from armdrive.connect.target import SIM, find
 from armdrive.errors import BadRequest
 from armdrive.registry.arm_files import load_arm
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    parser.add_argument("name", nargs="?", help="an arm file's name, or sim:DIALECT")
-    parser.add_argument("--none", action="store_true", help="instead: no default any more")
-    add_json_option(parser)
 
 
 def run(options: argparse.Namespace) -> int:

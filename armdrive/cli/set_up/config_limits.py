@@ -12,7 +12,6 @@ from datetime import UTC, datetime
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import read
-from armdrive.cli.options import add_json_option
 from armdrive.cli.presenter import emit, say
 from armdrive.cli.questions import agree, ask_value
 from armdrive.cli.set_up.config_signs import connected
@@ -40,14 +39,6 @@ UNHEEDED = (
     "hard limits, as the default build of grbl-Mega-5X for RAMPS boards: take another build "
     "(docs/grbl.md), or write hard_limits = false, so that nobody counts on them."
 )
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    parser.add_argument("name", metavar="NAME", help="an arm file, by name or path")
-    parser.add_argument("--sim", action="store_true", help="on its simulated twin; writes nothing")
-    parser.add_argument("--yes", action="store_true", help="a simulated arm: press by itself")
-    add_json_option(parser)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -7,18 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from armdrive.cli.arm_files import arm_paths, default_arm
-from armdrive.cli.options import add_json_option
 from armdrive.cli.presenter import emit, say
 from armdrive.errors import ArmFileError
 from armdrive.registry.arm_files import load_arm
 from armdrive.storage import files as places
 
 NO_PORT = "(no port)"
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    add_json_option(parser)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -11,7 +11,6 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from armdrive.cli.options import add_json_option
 from armdrive.cli.presenter import emit, say, say_lines
 from armdrive.cli.questions import Back, agree, ask
 from armdrive.cli.set_up.config_signs import connected, find_signs
@@ -23,25 +22,12 @@ from armdrive.setup.draft import Draft, flattened
 from armdrive.setup.filing import checked, write
 from armdrive.setup.finding import surroundings
 from armdrive.setup.interview import Interview
-from armdrive.setup.templates import available
 from armdrive.storage import files as places
 from armdrive.text.reading import read_toml
 from kinematics.errors import did_you_mean
 
 GIVEN = ("name", "template", "port")
 KEYS = {"port": "connection.port"}
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    parser.add_argument("name", nargs="?", help="what the arm is called")
-    parser.add_argument("--template", choices=list(available()), help="what to begin from")
-    parser.add_argument("--port", help="the port that leads to it")
-    parser.add_argument("--answers", metavar="FILE", help="answers in TOML; the rest: defaults")
-    parser.add_argument("--yes", action="store_true", help="every default, without asking")
-    parser.add_argument("--force", action="store_true", help="overwrite an arm file of that name")
-    parser.add_argument("--sim", action="store_true", help="find directions on a simulated arm")
-    add_json_option(parser)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -9,7 +9,6 @@ from typing import Any
 
 from armdrive.abilities import Budget
 from armdrive.cli.arm_files import ArmText, read
-from armdrive.cli.options import add_json_option
 from armdrive.cli.presenter import emit, say, say_lines
 from armdrive.config.arm import ArmConfig
 from armdrive.config.preset import LENGTHS
@@ -22,13 +21,6 @@ from armdrive.status import pose_view
 from kinematics.errors import KinematicsError
 from kinematics.presets import ArmPreset
 from kinematics.transmission import MotorSpec, Transmission
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    parser.add_argument("name", metavar="NAME", help="an arm file, by name or path")
-    parser.add_argument("--toml", action="store_true", help="as an arm file with every default")
-    add_json_option(parser)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -11,7 +11,6 @@ import sys
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import ArmText, read
-from armdrive.cli.options import add_json_option
 from armdrive.cli.presenter import emit, say
 from armdrive.cli.questions import agree, ask_value
 from armdrive.cli.terminal_person import posture_drawing
@@ -37,14 +36,6 @@ from armdrive.setup.directions import (
 )
 from armdrive.sim.world.body import found_posture
 from armdrive.status import State
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    parser.add_argument("name", metavar="NAME", help="an arm file, by name or path")
-    parser.add_argument("--sim", action="store_true", help="on its simulated twin")
-    parser.add_argument("--yes", action="store_true", help="a simulated arm: look by itself")
-    add_json_option(parser)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -1,27 +1,10 @@
-"""Find out what a port leads to, and what keeps it from working. Moves nothing.
-
-Opening a port can restart the board behind it: motors then lose their current, and an arm that is
-raised sags. So this asks first, unless --yes is given.
-
-With --arm or --dialect it connects as every other command does, once the dialect is seen to be the
-right one, and compares the controller's settings; --mend asks, and writes the lines that mend them.
-
-  armdrive doctor /dev/ttyUSB0
-  armdrive doctor --arm bench --mend
-  armdrive doctor socket://192.168.4.1:23 --yes --json
-  armdrive doctor --can                 who is on a CAN bus, and how the bus is; only reads
-  armdrive doctor --keyboard            will holding a key jog the arm here? touches no port
-
-It ends with 0 where nothing has to be mended, 1 where something has to be, 3 where nobody agreed
-to the opening, 4 where the port cannot be opened, and 6 where no arm was recognised.
-"""
+"""Find out what a port leads to, and what keeps it from working. Moves nothing."""
 
 from __future__ import annotations
 
 import argparse
 import sys
 
-from armdrive.cli.options import add_json_option, count
 from armdrive.cli.presenter import say
 from armdrive.cli.set_up import doctor_can
 from armdrive.cli.set_up.doctor_keyboard import run as examine_keyboard
@@ -46,25 +29,6 @@ WARNING = (
     "Opening {port} can restart the board behind it: its motors lose their current, and an arm "
     "that is raised sags. Support it, or park it first. Nothing that is sent moves it."
 )
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    parser.add_argument("port", nargs="?", metavar="PORT", help="a serial port or a pyserial URL")
-    parser.add_argument("--arm", metavar="NAME", help="instead: the port of an arm file")
-    parser.add_argument("--dialect", choices=list(DIALECTS), help="what PORT should speak")
-    parser.add_argument("--baud", type=count, help="try this baud rate alone")
-    parser.add_argument(
-        "--keyboard", action="store_true", help="instead: examine the keyboard of this terminal"
-    )
-    parser.add_argument(
-        "--can", nargs="?", const="", metavar="INTERFACE:CHANNEL", help="instead: survey a CAN bus"
-    )
-    parser.add_argument("--ids", metavar="1-16,20", help="with --can: ask these ids")
-    parser.add_argument("--every-rate", action="store_true", help="with --can: try all bit rates")
-    parser.add_argument("--mend", action="store_true", help="write the settings that differ")
-    parser.add_argument("--yes", action="store_true", help="open the port (and mend) unasked")
-    add_json_option(parser)
 
 
 def run(options: argparse.Namespace) -> int:

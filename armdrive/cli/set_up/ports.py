@@ -1,7 +1,4 @@
-"""The serial ports and CAN adapters of this computer, who has them, and whose arm files name them.
-
-Nothing is opened to find that out: `armdrive doctor PORT` does that, and asks first.
-"""
+"""The serial ports and CAN adapters here, who has them, and whose arm files name them."""
 
 from __future__ import annotations
 
@@ -10,7 +7,6 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from armdrive.cli.options import add_json_option
 from armdrive.cli.presenter import emit, say
 from armdrive.setup.ports import (
     PortNaming,
@@ -24,14 +20,6 @@ from armdrive.setup.ports import (
 from armdrive.transports.address import CanAddress, is_can
 from armdrive.transports.open_errors import NoSuchPort
 from armdrive.transports.ports import PortInfo, ask_drivers, list_can_ports, list_ports
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    add_json_option(parser)
-    parser.add_argument(
-        "--can", action="store_true", help="ask every CAN driver of python-can too: takes seconds"
-    )
 
 
 def run(options: argparse.Namespace) -> int:

@@ -1,16 +1,4 @@
-"""A simulated arm as a program of its own: whatever speaks to a real one can speak to it.
-
-Examples:
-  armdrive sim teachmover --pty /tmp/arm          then: armdrive jog --port /tmp/arm
-  armdrive sim teachmover --tcp 127.0.0.1:4001    then: armdrive jog --port socket://127.0.0.1:4001
-  armdrive sim teachmover --pty /tmp/arm --fault drop:0.01,from=host --fault unplug@20
-  armdrive sim mks --slcan /tmp/can0              then: armdrive jog --port 'can:slcan:/tmp/can0'
-  armdrive sim --list                             every dialect, its settings and its faults
-
-One-line commands on standard input steer it (`help` lists them); the end of input does not end
-it, Ctrl-C does.
-
-"""
+"""A simulated arm as a program of its own: whatever speaks to a real one can speak to it."""
 
 from __future__ import annotations
 
@@ -19,7 +7,6 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from armdrive.cli.options import count, number
 from armdrive.cli.presenter import put_error, say, say_lines
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
@@ -31,47 +18,6 @@ from armdrive.sim.device import Options
 from armdrive.sim.faults.request import parse_option
 from armdrive.sim.faults.running import check_faults
 from armdrive.sim.listing import listing
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    parser.add_argument("dialect", nargs="?", choices=list(DIALECTS), help="what it speaks")
-    where = parser.add_mutually_exclusive_group()
-    where.add_argument("--pty", metavar="PATH", help="a new serial port, linked from PATH")
-    where.add_argument("--slcan", metavar="PATH", help="a new CAN adapter on a serial port")
-    where.add_argument("--tcp", metavar="HOST:PORT", help="a TCP port (the way on Windows)")
-    where.add_argument("--udp", metavar="HOST:PORT", help="a UDP port, unpaced")
-    where.add_argument("--list", action="store_true", help="list settings and faults, and end")
-    parser.add_argument(
-        "--beside", metavar="PATH", help="with --slcan: a second adapter on the bus, to listen by"
-    )
-    parser.add_argument("--baud", type=count, help="pace the bytes like this line")
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help="a setting of the device; may be repeated",
-    )
-    parser.add_argument(
-        "--speed-error",
-        type=number,
-        metavar="FRACTION",
-        help="0.2: motors a fifth slower than the driver's table says",
-    )
-    parser.add_argument(
-        "--play",
-        type=count,
-        metavar="STEPS",
-        help="lost motion of every motor's train: so many steps turn nothing after a reversal",
-    )
-    parser.add_argument(
-        "--fault",
-        action="append",
-        default=[],
-        metavar="NAME[:ARGUMENTS][@SECONDS]",
-        help="have something go wrong, perhaps later; may be repeated",
-    )
 
 
 def run(options: argparse.Namespace) -> int:

@@ -10,6 +10,7 @@ from typing import Protocol
 from armdrive.errors import BadRequest
 from armdrive.sim.device import SimDevice
 from armdrive.sim.wire import PacedDevice
+from armdrive.text.reading import number, whole
 
 # --- A requested fault, from a command line, the console or a program ----------------------------
 #
@@ -83,22 +84,6 @@ def parse_words(words: Sequence[str]) -> FaultRequest:
         for_s=number(named["for"]) if "for" in named else None,
         text=" ".join(words),
     )
-
-
-def number(word: str) -> float:
-    """Read a number. Raises `BadRequest`."""
-    try:
-        return float(word)
-    except ValueError:
-        raise BadRequest(f"{word!r} is no number") from None
-
-
-def whole(word: str) -> int:
-    """Read a whole number. Raises `BadRequest`."""
-    try:
-        return int(word)
-    except ValueError:
-        raise BadRequest(f"{word!r} is no whole number") from None
 
 
 class Cable(Protocol):

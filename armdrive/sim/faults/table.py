@@ -22,8 +22,6 @@ from armdrive.sim.faults.request import (
     FaultRequest,
     Prepare,
     Running,
-    number,
-    whole,
 )
 from armdrive.sim.wire import (
     Amount,
@@ -40,6 +38,7 @@ from armdrive.sim.wire import (
     overtaken,
     repeated,
 )
+from armdrive.text.reading import number, whole
 from kinematics.errors import did_you_mean
 
 BROWN_OUT_S = 0.5

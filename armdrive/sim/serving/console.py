@@ -6,7 +6,7 @@ Each line gets one line in answer; `--json` anywhere in it makes that answer JSO
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -21,13 +21,14 @@ from armdrive.sim.device import (
     state_json,
     state_line,
 )
-from armdrive.sim.faults.request import number, parse_words, whole
+from armdrive.sim.faults.request import parse_words
 from armdrive.sim.faults.running import Faults
 from armdrive.sim.faults.table import fault_kind, faults_of
 from armdrive.sim.serving.servers import Server
 from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.saved import Json
-from armdrive.sim.world.table import TableBlock
+from armdrive.sim.world.table import PARTS, block_of
+from armdrive.text.reading import number, whole
 from kinematics.errors import did_you_mean
 
 # --- A command and its answer --------------------------------------------------------------------
@@ -56,28 +57,6 @@ class ConsoleCommand:
     def usage(self) -> str:
         """How it is written."""
         return f"{self.name} {self.arguments}".strip()
-
-
-# --- The block of a `block` command: its name, place and size ------------------------------------
-
-DROP_FROM_MM = 1000.0
-"""A block comes down from above everything, onto what is there."""
-
-USUAL_MM = 25.0
-"""The side of a block of which no size is said."""
-
-PARTS = "NAME X Y [WIDTH [HEIGHT]]"
-"""What is said of a block, mm; the height is the width where it is left out."""
-
-
-def block_of(words: Sequence[str]) -> TableBlock:
-    """Return a block above the table, from three to five words. Raises `BadRequest`."""
-    if not 3 <= len(words) <= 5:
-        raise BadRequest(f"a block is given as {PARTS}, not as {' '.join(words)!r}")
-    x_mm, y_mm, *sizes = (number(word) for word in words[1:])
-    width_mm = sizes[0] if sizes else USUAL_MM
-    height_mm = sizes[1] if len(sizes) > 1 else width_mm
-    return TableBlock(words[0], x_mm, y_mm, DROP_FROM_MM, width_mm, height_mm)
 
 
 # --- The table: how each command is written, and what it does ------------------------------------

@@ -48,27 +48,27 @@ def looking(port):
     engine = SimpleNamespace(link=port)
     core = SimpleNamespace(notify=lambda *_words: None)
     wire = SimpleNamespace(engine=engine, core=core, now_s=0.0)
-    mender = Reconnector(wire, NewLink(port.open_again, beside=True))
-    mender.lost(0.0)
+    reconnector = Reconnector(wire, NewLink(port.open_again, beside=True))
+    reconnector.lost(0.0)
     engine.link = SimpleNamespace(wake=port.woken)
-    mender.ask(0.0)
-    mender(0.0)
-    return mender
+    reconnector.ask(0.0)
+    reconnector(0.0)
+    return reconnector
 
 
 def test_the_old_wire_is_waited_for(port):
-    mender = looking(port)
+    reconnector = looking(port)
     assert not port.tried.wait(0.05)
     port.may_close.set()
     assert port.tried.wait(LONG_S)
-    mender(0.0)
-    assert mender.tries == 1
-    assert "nobody is there" in str(mender.trouble)
+    reconnector(0.0)
+    assert reconnector.tries == 1
+    assert "nobody is there" in str(reconnector.trouble)
 
 
 def test_an_old_wire_that_never_lets_go_is_waited_for_no_longer_than_that(port, monkeypatch):
     monkeypatch.setattr(mending, "LET_GO_S", 0.01)
-    mender = looking(port)
+    reconnector = looking(port)
     assert port.tried.wait(LONG_S)
-    mender(0.0)
-    assert isinstance(mender.trouble, PortInUse)
+    reconnector(0.0)
+    assert isinstance(reconnector.trouble, PortInUse)

@@ -165,7 +165,7 @@ def test_a_wire_without_an_arm_behind_it_is_looked_for_further(connected):
     assert arm.status.notice_code == "E502"
     assert "but not the arm" in arm.status.error
     assert "then call `reset()`" not in arm.status.error + arm.status.notice
-    assert arm.mender.tries > 1
+    assert arm.reconnector.tries > 1
     arm.twin.faults.end()
     arm.sleep(LONG_S)
     assert arm.status.state is State.ERROR_STOP
@@ -177,7 +177,7 @@ def test_the_pauses_between_tries_grow(connected):
     unplug(arm)
     arm.sleep(60.0)
     early = len(PAUSES_S)
-    assert early < arm.mender.tries <= early + 60.0 / PAUSES_S[-1]
+    assert early < arm.reconnector.tries <= early + 60.0 / PAUSES_S[-1]
 
 
 def test_an_arm_that_was_disabled_stays_disabled(connected):
@@ -257,7 +257,7 @@ def test_by_hand_a_wire_is_looked_for_once(connected):
         arm.reconnect()
     unplug(arm)
     arm.sleep(30.0)
-    assert arm.mender.tries == 0  # nobody asked for it
+    assert arm.reconnector.tries == 0  # nobody asked for it
     with pytest.raises(PortUnavailable, match="plug it in"):
         arm.reconnect()
     replug(arm)
@@ -285,10 +285,10 @@ def test_a_closed_arm_is_not_looked_for(connected):
     arm.close()
     with pytest.raises(WrongState, match="closed for good"):
         arm.reconnect()
-    before = arm.mender.tries
+    before = arm.reconnector.tries
     replug(arm)
     arm.engine.advance(arm.pace.now_s() + 100.0)
-    assert arm.mender.tries == before
+    assert arm.reconnector.tries == before
 
 
 def test_a_wire_that_is_back_under_its_name_is_not_named_again(connected):

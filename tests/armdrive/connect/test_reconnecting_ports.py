@@ -135,7 +135,7 @@ class TestPty:
             arm = Arm.connect(str(path), dialect="teachmover", reconnect=True)
             thread = arm.pace._thread
             there.tell("unplug")
-            until(lambda: arm.mender.tries > 0)
+            until(lambda: arm.reconnector.tries > 0)
             arm.close()
             assert not thread.is_alive()
             there.tell("replug")

@@ -23,7 +23,7 @@ if sys.platform == "win32":
 from waiting import suspended, until
 from watched_sim import WatchedSim
 
-HOST = Path(__file__).with_name("ending_host.py")
+HOST = Path(__file__).parents[1] / "ending_host.py"
 UNDER_WAY = 60
 """Steps of the base after which a motion has reached its speed."""
 

@@ -102,7 +102,7 @@ def test_frames_of_a_bus_are_written_as_frames():
 
 
 def test_an_arm_that_is_not_recorded_has_no_log():
-    arm = Arm(connect_simulated(simulated_config("teachmover"), witness=NO_TRACER))
+    arm = Arm(connect_simulated(simulated_config("teachmover"), tracer=NO_TRACER))
     with pytest.raises(WrongState, match="flight recorder"):
         arm.log()
     arm.close()

@@ -14,12 +14,12 @@ def held():
     """An arm of which nothing is there but its recorder."""
     ring = EntryRing()
     ring.seal()
-    return ring, SimpleNamespace(witness=ring, closed=False)
+    return ring, SimpleNamespace(tracer=ring, closed=False)
 
 
 def tapped(arm):
     """Listen to the wire of an arm whose clock stands still."""
-    return overheard(arm.witness.since, lambda: 7.0, lambda: arm.closed, 0.0)
+    return overheard(arm.tracer.since, lambda: 7.0, lambda: arm.closed, 0.0)
 
 
 def told(arm, ring, entries):

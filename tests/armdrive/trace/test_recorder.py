@@ -108,7 +108,7 @@ def test_a_fault_is_written_by_itself_at_once(tmp_path):
     arm = recorded_arm(folder=tmp_path / "records")
     arm.home()
     arm.estop()
-    arm.witness.close()
+    arm.tracer.close()
     (file,) = written(tmp_path / "records")
     assert file.name.endswith("-001-error-stop.jsonl")
     arm.close()
@@ -154,8 +154,8 @@ def test_a_folder_that_cannot_be_written_is_an_error_of_the_call_and_none_of_the
     (tmp_path / "blocked").write_text("a file")
     arm = recorded_arm(folder=tmp_path / "blocked")
     arm.estop()
-    arm.witness.close()
-    assert "cannot be written" in arm.witness.trouble
+    arm.tracer.close()
+    assert "cannot be written" in arm.tracer.trouble
     with pytest.raises(StateFileError, match="cannot be written"):
         arm.save_recording()
     arm.close()
@@ -184,14 +184,14 @@ def test_scripts_on_a_simulated_arm_leave_no_files(tmp_path, monkeypatch):
 
 
 def test_without_a_recorder_nothing_can_be_saved():
-    arm = Arm(connect_simulated(simulated_config("teachmover"), witness=NO_TRACER))
+    arm = Arm(connect_simulated(simulated_config("teachmover"), tracer=NO_TRACER))
     arm.move_motors(0, 0, 0, 0, 3, 0)
     with pytest.raises(WrongState, match="without a flight recorder"):
         arm.save_recording()
     arm.close()
 
 
-def test_both_witnesses_have_every_call_of_the_protocol():
+def test_both_tracers_have_every_call_of_the_protocol():
     wanted = {name for name in vars(Tracer) if not name.startswith("_")}
     for kind in (NoTracer, FlightRecorder):
         assert wanted <= set(dir(kind))

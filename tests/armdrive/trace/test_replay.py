@@ -196,7 +196,7 @@ def test_a_position_that_was_restored_is_where_the_twin_stands(tmp_path):
         arm.sleep(3.0)
     later = Arm(
         connect_simulated(
-            config, twin=simulate(config, twin.save()), recorder=memory, witness=FlightRecorder()
+            config, twin=simulate(config, twin.save()), recorder=memory, tracer=FlightRecorder()
         )
     )
     with later:

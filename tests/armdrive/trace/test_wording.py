@@ -109,7 +109,7 @@ def test_any_message_has_words_of_its_name_and_its_fields():
 def test_a_whole_session_has_words_and_none_of_them_is_python(dialect):
     arm = recorded_arm(dialect)
     arm.move_motors(0, 0, 0, 0, 3, 0)
-    entries = arm.witness.ring.entries()
+    entries = arm.tracer.ring.entries()
     arm.close()
     teller = Teller(dialect)
     told = [(entry, teller.meaning(entry)) for entry in entries if entry.kind in WIRE]

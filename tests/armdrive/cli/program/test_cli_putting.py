@@ -7,7 +7,7 @@ from cli_calls import Caller
 
 from armdrive.cli.sim_state import world_file
 from armdrive.errors import BadRequest
-from armdrive.sim.serving.console import block_of
+from armdrive.sim.world.table import block_of
 
 CARRY = """
 open 40

@@ -5,7 +5,7 @@ import shlex
 
 import pytest
 
-from armdrive.cli.program.run import add_arguments
+from armdrive.cli.program.arguments import ARGUMENTS
 
 FAILS = """\
 move at(250, 0, 120, -90)
@@ -33,7 +33,7 @@ def test_it_goes_on_as_slowly_and_carefully_as_it_was_begun(call, failing):
     with_care = ("--sim", "grbl", "--speed", "12.5", "--yes", "--input", "1=on")
     words = told(call("run", failing, *with_care, code=3).err, "armdrive run ")
     parser = argparse.ArgumentParser()
-    add_arguments(parser)
+    ARGUMENTS["run"].declare(parser)
     options = parser.parse_args(words[2:])
     assert options.resume
     assert (options.sim, options.speed) == ("grbl", 12.5)

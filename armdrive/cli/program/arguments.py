@@ -1,0 +1,260 @@
+"""What may be typed after `armdrive run`, `shell`, `teach` and `demo`, and their help."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+
+from armdrive.cli.arm_options import add_allow_restored, add_arm_options, add_pace_option
+from armdrive.cli.options import Arguments, Declare, count, fraction, number, positive
+from armdrive.errors import BadRequest
+from armdrive.programs.teaching.record import REST_S
+from armdrive.sim.world.table import TableBlock, block_of
+
+# --- demo
+
+
+_DEMO_EPILOG = """\
+Where the finished tower stands is looked up in the simulated world itself: a block out of place
+ends the command with exit code 1. The blocks and the world of the demonstration are its own; the
+simulated arm of the other commands stays as it was. On a real arm, named with --arm or --port, you
+put the blocks down yourself, and look yourself where they end.
+"""
+
+
+DEMO_SPEED = 8.0
+
+
+def _demo(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--pace",
+        type=positive,
+        default=DEMO_SPEED,
+        metavar="FACTOR",
+        help=f"in a terminal, show it this many times faster than real time ({DEMO_SPEED:g})",
+    )
+    parser.add_argument("--plain", action="store_true", help="lines instead of a drawing")
+    parser.add_argument("--ascii", action="store_true", help="draw without braille characters")
+    add_allow_restored(parser)
+    add_arm_options(parser)
+
+
+# --- run
+
+
+_RUN_EPILOG = """\
+A program file is rehearsed on the arm's simulated twin before its first motion. What was
+interrupted is taken up again with --resume. From another terminal `armdrive pause`, `resume`,
+`slow 20`, `stop`, `status` and `watch` work as ever; Ctrl-C stops the arm, a second one leaves at
+once. docs/running.md tells more.
+
+Examples:
+  armdrive run stack.arm --check                      rehearse it; moves nothing
+  armdrive run stack.arm --check --plot path.svg      with a picture of the tip's path
+  armdrive run stack.arm --step                       Enter before each motion
+  armdrive run stack.arm --loops 10 --speed 50
+  armdrive run stack.arm --resume                     go on where it was interrupted
+  armdrive run stack.py one two --check               a script, its own arguments behind its name
+"""
+
+
+PROGRAM, SCRIPT = ".arm", ".py"
+"""How the files of programs end."""
+
+
+def _run(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "program", type=Path, metavar="PROGRAM", help=f"a {PROGRAM} or {SCRIPT} file"
+    )
+    parser.add_argument("words", nargs="*", metavar="WORD", help="arguments of a Python script")
+    before = parser.add_argument_group("before it runs")
+    before.add_argument("--check", action="store_true", help="rehearse it; moves nothing")
+    before.add_argument(
+        "--plot",
+        nargs="?",
+        const="",
+        metavar="FILE",
+        help="rehearse it and draw the tip's path, into a .svg or .png file or here; moves nothing",
+    )
+    before.add_argument(
+        "--input",
+        action="append",
+        type=_input,
+        default=[],
+        metavar="N=on|off",
+        help="what a rehearsal takes an input for (else off); may be repeated",
+    )
+    before.add_argument(
+        "--assume-width",
+        type=positive,
+        metavar="MM",
+        help="what a rehearsal's fingers find where no block is known (else nothing)",
+    )
+    before.add_argument(
+        "--yes", action="store_true", help="run it though a rehearsal failed on an assumption"
+    )
+    _add_put_option(before)
+    how = parser.add_argument_group("how it runs")
+    how.add_argument("--step", action="store_true", help="wait for Enter before each motion")
+    how.add_argument(
+        "--loops", type=_loops, metavar="N", help="run it so often, 0 for ever (default 1)"
+    )
+    how.add_argument("--speed", type=number, metavar="PERCENT", help="go slower than it asks for")
+    how.add_argument("--resume", action="store_true", help="go on where it was interrupted")
+    how.add_argument("--record", type=Path, metavar="FILE", help="keep a recording of the run")
+    add_pace_option(how)
+    add_allow_restored(parser)
+    add_arm_options(parser)
+
+
+def _input(word: str) -> tuple[int, bool]:
+    name, _, state = word.partition("=")
+    if not (name.isascii() and name.isdecimal() and int(name) > 0 and state in ("on", "off")):
+        raise argparse.ArgumentTypeError(f"write it like 3=on, not {word!r}")
+    return int(name), state == "on"
+
+
+def _loops(word: str) -> int:
+    if not (word.isascii() and word.isdecimal()):
+        raise argparse.ArgumentTypeError(f"{word!r} is not a whole number from 0 on")
+    return int(word)
+
+
+# --- shell
+
+
+_SHELL_EPILOG = """\
+A line is checked and carried out as it is entered; a block (repeat, while, if, define ... end) when
+its end is. Names, subprograms and the speed stay. `help` lists the words, `save stack.arm` writes
+what was carried out as a program. Ctrl-C stops the arm. docs/shell.md tells more.
+
+Examples:
+  armdrive shell
+  armdrive shell --arm bench
+  armdrive shell --put A,250,0                a block on the simulated arm's table
+  armdrive shell < morning.txt                lines of a file; ends at the first error
+"""
+
+
+def _shell(parser: argparse.ArgumentParser) -> None:
+    _add_put_option(parser)
+    parser.add_argument("--speed", type=number, metavar="PERCENT", help="go slower than asked for")
+    add_pace_option(parser)
+    add_allow_restored(parser)
+    add_arm_options(parser)
+
+
+def _add_put_option(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
+    parser.add_argument(
+        "--put",
+        action="append",
+        type=_block,
+        default=[],
+        metavar="NAME,X,Y[,WIDTH[,HEIGHT]]",
+        help="a simulated arm: put a block on its table first, mm; may be repeated",
+    )
+
+
+def _block(words: str) -> TableBlock:
+    try:
+        return block_of(words.split(","))
+    except BadRequest as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+# --- teach
+
+
+_TEACH_EPILOG = """\
+A sequence and its points stand in the arm's file of points (docs/points.md, docs/teaching.md).
+
+Examples:
+  armdrive teach record stack               the arm is jogged in another terminal; Ctrl-C ends it
+  armdrive teach here stack                 name the place where the arm stands, as the next step
+  armdrive teach add stack gripper grasp    a step at the end
+  armdrive teach insert stack 3 to above along a line at 30%
+  armdrive teach remove stack 4 6           steps 4 to 6
+  armdrive teach move stack 5 2             step 5 becomes step 2
+  armdrive teach retime stack --factor 0.5  half as fast, waits as they are
+  armdrive teach reverse stack unstack      the way back, under a new name
+
+Every action prints JSON with --json.
+"""
+
+
+def _step_words(action: argparse.ArgumentParser) -> None:
+    action.add_argument("step", nargs="+", metavar="WORD", help="the step, as `points show` has it")
+
+
+def _to_last(action: argparse.ArgumentParser) -> None:
+    action.add_argument("last", type=count, nargs="?", metavar="LAST", help="... up to this one")
+
+
+def _retime_words(action: argparse.ArgumentParser) -> None:
+    action.add_argument("first", type=count, nargs="?", metavar="FIRST", help="one step only ...")
+    _to_last(action)
+    action.add_argument("--speed", type=fraction, help="a new speed, a fraction of the limits")
+    action.add_argument("--factor", type=number, default=1.0, help="times the speed there is")
+    action.add_argument("--wait", type=number, metavar="SECONDS", help="a new time for waits")
+    action.add_argument("--wait-factor", type=number, default=1.0, help="times the waits there are")
+
+
+def _here_words(action: argparse.ArgumentParser) -> None:
+    action.add_argument("--point", metavar="NAME", help="what to call the place")
+    action.add_argument("--line", action="store_true", help="to be gone to along a straight line")
+    action.add_argument("--speed", type=fraction, default=1.0, help="a fraction of the limits")
+
+
+def _record_words(action: argparse.ArgumentParser) -> None:
+    action.add_argument("--line", action="store_true", help="every way along a straight line")
+    action.add_argument("--speed", type=fraction, default=1.0, help="of every way")
+    action.add_argument("--waits", action="store_true", help="keep how long the arm stood")
+    action.add_argument(
+        "--rest", type=number, default=REST_S, metavar="SECONDS",
+        help=f"a place is where the arm stands for so long (default {REST_S:g})",
+    )  # fmt: skip
+    action.add_argument("--again", action="store_true", help="write over what is there")
+
+
+def _reverse_words(action: argparse.ArgumentParser) -> None:
+    action.add_argument("new", metavar="NEW", help="what the way back is called")
+
+
+TEACH_ACTIONS: Mapping[str, tuple[tuple[Declare, ...], tuple[str, ...], str]] = MappingProxyType(
+    {
+        "record": ((_record_words,), (), "record an arm that another program drives, until Ctrl-C"),
+        "here": ((_here_words,), (), "name the place where the arm stands, as the next step"),
+        "add": ((_step_words,), (), "add a step at the end, of a new sequence too"),
+        "insert": ((_step_words,), ("at",), "put a step before another"),
+        "remove": ((_to_last,), ("first",), "take steps away"),
+        "move": ((), ("old", "new"), "put a step in another place"),
+        "retime": ((_retime_words,), (), "change speeds and waits, of all steps or of some"),
+        "reverse": ((_reverse_words,), (), "make a sequence that goes the way back"),
+    }
+)
+"""Every action of `teach`: what else declares its options, the numbers of steps that it wants, and
+its line of help."""
+
+
+def _teach(parser: argparse.ArgumentParser) -> None:
+    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
+    for name, (further, words, summary) in TEACH_ACTIONS.items():
+        action = actions.add_parser(name, help=summary, description=summary)
+        action.add_argument("name", metavar="SEQUENCE")
+        for word in words:
+            action.add_argument(word, type=count, metavar=word.upper())
+        for declare in further:
+            declare(action)
+        add_arm_options(action)
+
+
+ARGUMENTS: Mapping[str, Arguments] = MappingProxyType(
+    {
+        "demo": Arguments(_demo, _DEMO_EPILOG),
+        "run": Arguments(_run, _RUN_EPILOG),
+        "shell": Arguments(_shell, _SHELL_EPILOG),
+        "teach": Arguments(_teach, _TEACH_EPILOG),
+    }
+)

@@ -1,0 +1,330 @@
+"""What may be typed after `armdrive config`, `can`, `doctor`, `ports` and `sim`, and their help."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from armdrive.cli.options import Arguments, Declare, add_json_option, count, number
+from armdrive.registry import DIALECTS, LANGUAGES, USUAL
+from armdrive.setup.templates import available
+
+# --- config
+
+
+_CONFIG_EPILOG = """\
+Examples:
+  armdrive config new                                 questions, line by line
+  armdrive config new bench --template printed-six --yes
+  armdrive config signs bench                         which way the motors turn
+  armdrive config limits bench                        do the limit switches stop the arm?
+  armdrive config show bench --toml                   every key with its value
+  armdrive config check bench
+  armdrive config set-default bench
+
+Every action prints JSON with --json.
+"""
+
+
+def _config_check(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("arms", nargs="*", metavar="NAME", help="names or paths; none: all")
+    add_json_option(parser)
+
+
+def _config_default(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("name", nargs="?", help="an arm file's name, or sim:DIALECT")
+    parser.add_argument("--none", action="store_true", help="instead: no default any more")
+    add_json_option(parser)
+
+
+def _config_limits(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("name", metavar="NAME", help="an arm file, by name or path")
+    parser.add_argument("--sim", action="store_true", help="on its simulated twin; writes nothing")
+    parser.add_argument("--yes", action="store_true", help="a simulated arm: press by itself")
+    add_json_option(parser)
+
+
+def _config_new(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("name", nargs="?", help="what the arm is called")
+    parser.add_argument("--template", choices=list(available()), help="what to begin from")
+    parser.add_argument("--port", help="the port that leads to it")
+    parser.add_argument("--answers", metavar="FILE", help="answers in TOML; the rest: defaults")
+    parser.add_argument("--yes", action="store_true", help="every default, without asking")
+    parser.add_argument("--force", action="store_true", help="overwrite an arm file of that name")
+    parser.add_argument("--sim", action="store_true", help="find directions on a simulated arm")
+    add_json_option(parser)
+
+
+def _config_show(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("name", metavar="NAME", help="an arm file, by name or path")
+    parser.add_argument("--toml", action="store_true", help="as an arm file with every default")
+    add_json_option(parser)
+
+
+def _config_signs(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("name", metavar="NAME", help="an arm file, by name or path")
+    parser.add_argument("--sim", action="store_true", help="on its simulated twin")
+    parser.add_argument("--yes", action="store_true", help="a simulated arm: look by itself")
+    add_json_option(parser)
+
+
+CONFIG_ACTIONS: Mapping[str, tuple[Declare, str]] = MappingProxyType(
+    {
+        "new": (_config_new, "ask questions and write an arm file"),
+        "signs": (_config_signs, "turn each motor a little to find which way it counts"),
+        "limits": (_config_limits, "press each limit switch, and see that it raises an alarm"),
+        "list": (add_json_option, "list the arm files"),
+        "show": (_config_show, "show an arm as armdrive understands its file"),
+        "check": (_config_check, "say everything that is wrong with an arm file"),
+        "set-default": (_config_default, "choose the arm that is used where none is named"),
+    }
+)
+"""Every action of `config`: what declares its options, and its line of help."""
+
+
+def _config(parser: argparse.ArgumentParser) -> None:
+    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
+    for name, (declare, help_line) in CONFIG_ACTIONS.items():
+        action = actions.add_parser(
+            name, help=help_line, description=help_line[0].upper() + help_line[1:] + "."
+        )
+        declare(action)
+
+
+# --- can
+
+
+_CAN_EPILOG = """\
+Examples:
+  armdrive can setup bench --port 'can:slcan:/dev/ttyACM0?bitrate=500000'
+  armdrive can setup bench --sim                      practise on simulated new drives
+  armdrive can monitor can:socketcan:can0             what passes, in words; sends nothing
+  armdrive can monitor --arm bench --seconds 5 --json
+
+`armdrive doctor --can` asks who is on a bus, and how the bus is. The page docs/can-setup.md goes
+from the box to the first motion.
+"""
+
+
+_CAN_MONITOR_EPILOG = """\
+Each line has the time in seconds, the frame as candump writes it, > for a request, < for an answer
+and ? for what is none of this protocol; a check byte that is wrong is said. Frames of other devices
+are shown as they are.
+
+What the drives speak is what the arm file says; of a bus that is named, --protocol: mks where it is
+left out, or canopen. Of CANopen, --id is the number of a node: all of its services are shown.
+
+On socketcan any number of programs listen beside the one that drives. An slcan adapter is a
+serial port, which one program alone can have. Where that is one of yours that drives the arm, it is
+asked what it says and hears, by the arm's name or the port as the arm file has it: these are the
+frames of its own drives. To hear all, put a second adapter on the bus, or listen while nobody
+drives. `armdrive record --arm NAME` writes down what has passed so far.
+
+  armdrive can monitor can:socketcan:can0 --id 3
+  armdrive can monitor can:socketcan:can0 --protocol canopen
+  armdrive can monitor --arm bench --seconds 10 --json
+"""
+
+
+def _can_monitor(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("port", nargs="?", metavar="PORT", help="can:INTERFACE:CHANNEL?...")
+    parser.add_argument("--arm", metavar="NAME", help="instead: the adapter of an arm file")
+    parser.add_argument(
+        "--id", action="append", type=_node, default=[], metavar="ID", help="these ids alone"
+    )
+    parser.add_argument(
+        "--protocol",
+        choices=list(LANGUAGES),
+        help=f"what the drives speak (as the arm file says, else {USUAL.name})",
+    )
+    parser.add_argument("--seconds", type=number, metavar="S", help="end after so long")
+    parser.add_argument("--count", type=count, metavar="N", help="end after so many frames")
+    add_json_option(parser)
+
+
+def _node(word: str) -> int:
+    try:
+        found = int(word, 0)
+    except ValueError:
+        found = -1
+    if found < 0:
+        raise argparse.ArgumentTypeError(f"an id is a number, 3 or 0x1F say, not {word!r}")
+    return found
+
+
+ADAPTERS = """\
+  can:slcan:/dev/ttyACM0?bitrate=500000     a CANable with slcan firmware: it is a serial port
+  can:socketcan:can0                        with candleLight firmware: it is none, but a CAN
+                                            interface of Linux, once it was brought up
+  can:gs_usb:0?bitrate=500000               the same on Windows and macOS
+`armdrive ports` lists the adapters that are there, each with its line."""
+"""How the adapter of a CAN bus is named: printed wherever one is missing."""
+
+_CAN_SETUP_EPILOG = f"""\
+Each question says what will happen; nothing is written and nothing turns without a yes, `?`
+explains, and Ctrl-C leaves: the same command goes on there. At the end the arm file is written.
+An arm file of that name is taken as it is (its model, its ids); without one, the Mini-mover on
+MKS drives is.
+
+The adapter, exactly:
+{ADAPTERS}
+"""
+
+
+def _can_setup(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("name", help="the arm: an arm file's name, or that of a new one")
+    parser.add_argument("--port", help="the adapter, can:slcan:/dev/ttyACM0?bitrate=500000 say")
+    parser.add_argument("--again", action="store_true", help="do every step once more")
+    parser.add_argument("--sim", action="store_true", help="practise on simulated new drives")
+    parser.add_argument("--yes", action="store_true", help="with --sim: every answer by itself")
+    add_json_option(parser)
+
+
+CAN_ACTIONS: Mapping[str, tuple[Arguments, str]] = MappingProxyType(
+    {
+        "setup": (
+            Arguments(_can_setup, _CAN_SETUP_EPILOG),
+            "commission new drives one at a time, and write the arm file",
+        ),
+        "monitor": (
+            Arguments(_can_monitor, _CAN_MONITOR_EPILOG),
+            "show what passes on a bus in words; sends nothing",
+        ),
+    }
+)
+"""Every action of `can`: what it takes, and its line of help."""
+
+
+def _can(parser: argparse.ArgumentParser) -> None:
+    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
+    for name, (arguments, help_line) in CAN_ACTIONS.items():
+        action = actions.add_parser(
+            name,
+            help=help_line,
+            description=help_line[0].upper() + help_line[1:] + ".",
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+            epilog=arguments.epilog,
+        )
+        arguments.declare(action)
+
+
+# --- doctor
+
+
+_DOCTOR_EPILOG = """\
+Opening a port can restart the board behind it: motors then lose their current, and an arm that is
+raised sags. So this asks first, unless --yes is given.
+
+With --arm or --dialect it connects as every other command does, once the dialect is seen to be the
+right one, and compares the controller's settings; --mend asks, and writes the lines that mend them.
+
+  armdrive doctor /dev/ttyUSB0
+  armdrive doctor --arm bench --mend
+  armdrive doctor socket://192.168.4.1:23 --yes --json
+  armdrive doctor --can                 who is on a CAN bus, and how the bus is; only reads
+  armdrive doctor --keyboard            will holding a key jog the arm here? touches no port
+
+It ends with 0 where nothing has to be mended, 1 where something has to be, 3 where nobody agreed
+to the opening, 4 where the port cannot be opened, and 6 where no arm was recognised.
+"""
+
+
+def _doctor(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("port", nargs="?", metavar="PORT", help="a serial port or a pyserial URL")
+    parser.add_argument("--arm", metavar="NAME", help="instead: the port of an arm file")
+    parser.add_argument("--dialect", choices=list(DIALECTS), help="what PORT should speak")
+    parser.add_argument("--baud", type=count, help="try this baud rate alone")
+    parser.add_argument(
+        "--keyboard", action="store_true", help="instead: examine the keyboard of this terminal"
+    )
+    parser.add_argument(
+        "--can", nargs="?", const="", metavar="INTERFACE:CHANNEL", help="instead: survey a CAN bus"
+    )
+    parser.add_argument("--ids", metavar="1-16,20", help="with --can: ask these ids")
+    parser.add_argument("--every-rate", action="store_true", help="with --can: try all bit rates")
+    parser.add_argument("--mend", action="store_true", help="write the settings that differ")
+    parser.add_argument("--yes", action="store_true", help="open the port (and mend) unasked")
+    add_json_option(parser)
+
+
+# --- ports
+
+
+_PORTS_EPILOG = """\
+Nothing is opened to find that out: `armdrive doctor PORT` does that, and asks first.
+"""
+
+
+def _ports(parser: argparse.ArgumentParser) -> None:
+    add_json_option(parser)
+    parser.add_argument(
+        "--can", action="store_true", help="ask every CAN driver of python-can too: takes seconds"
+    )
+
+
+# --- sim
+
+
+_SIM_EPILOG = """\
+Examples:
+  armdrive sim teachmover --pty /tmp/arm          then: armdrive jog --port /tmp/arm
+  armdrive sim teachmover --tcp 127.0.0.1:4001    then: armdrive jog --port socket://127.0.0.1:4001
+  armdrive sim teachmover --pty /tmp/arm --fault drop:0.01,from=host --fault unplug@20
+  armdrive sim mks --slcan /tmp/can0              then: armdrive jog --port 'can:slcan:/tmp/can0'
+  armdrive sim --list                             every dialect, its settings and its faults
+
+One-line commands on standard input steer it (`help` lists them); the end of input does not end
+it, Ctrl-C does.
+"""
+
+
+def _sim(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("dialect", nargs="?", choices=list(DIALECTS), help="what it speaks")
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--pty", metavar="PATH", help="a new serial port, linked from PATH")
+    where.add_argument("--slcan", metavar="PATH", help="a new CAN adapter on a serial port")
+    where.add_argument("--tcp", metavar="HOST:PORT", help="a TCP port (the way on Windows)")
+    where.add_argument("--udp", metavar="HOST:PORT", help="a UDP port, unpaced")
+    where.add_argument("--list", action="store_true", help="list settings and faults, and end")
+    parser.add_argument(
+        "--beside", metavar="PATH", help="with --slcan: a second adapter on the bus, to listen by"
+    )
+    parser.add_argument("--baud", type=count, help="pace the bytes like this line")
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="a setting of the device; may be repeated",
+    )
+    parser.add_argument(
+        "--speed-error",
+        type=number,
+        metavar="FRACTION",
+        help="0.2: motors a fifth slower than the driver's table says",
+    )
+    parser.add_argument(
+        "--play",
+        type=count,
+        metavar="STEPS",
+        help="lost motion of every motor's train: so many steps turn nothing after a reversal",
+    )
+    parser.add_argument(
+        "--fault",
+        action="append",
+        default=[],
+        metavar="NAME[:ARGUMENTS][@SECONDS]",
+        help="have something go wrong, perhaps later; may be repeated",
+    )
+
+
+ARGUMENTS: Mapping[str, Arguments] = MappingProxyType(
+    {
+        "can": Arguments(_can, _CAN_EPILOG),
+        "config": Arguments(_config, _CONFIG_EPILOG),
+        "doctor": Arguments(_doctor, _DOCTOR_EPILOG),
+        "ports": Arguments(_ports, _PORTS_EPILOG),
+        "sim": Arguments(_sim, _SIM_EPILOG),
+    }
+)
