@@ -16,9 +16,7 @@ from armdrive.arm.gripper import Gripper
 
 PAGE = Path(__file__).parent / "reference.md"
 
-INNER = frozenset(
-    ("closed", "homes_by_switches", "homing_groups", "park_pose", "reference_request", "stops")
-)
+INNER = frozenset(("closed", "homes_by_switches", "homing_groups", "reference_request", "stops"))
 """Calls that the desk and the command line need, and a program has no use for."""
 
 TOLD = (armdrive.Arm, armdrive.AsyncArm, armdrive.AsyncHandle)

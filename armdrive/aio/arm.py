@@ -411,11 +411,6 @@ class AsyncArm(AsyncMoves):
         return self.sync.homing_groups
 
     @property
-    def park_pose(self) -> Pose:
-        """Where `park` goes."""
-        return self.sync.park_pose
-
-    @property
     def closed(self) -> bool:
         """Whether the connection was given back."""
         return self.sync.closed
@@ -442,6 +437,7 @@ class AsyncArm(AsyncMoves):
     # -- what is awaited ----------------------------------------------------------------------
 
     move_motors = awaited(Arm.move_motors)
+    move_gripper = awaited(Arm.move_gripper)
     go = begun(Arm.go)
     park = awaited(Arm.park)
     home = awaited(Arm.home)

@@ -77,11 +77,11 @@ class Arm:
         self._parts = parts
         self._view = StatusView(parts)
         self.places = Places(parts, self._view)
-        self._moving = Moving(parts, self._view)
+        self.moving = Moving(parts, self._view)
         self._jogging = Jogging(parts, self._view)
-        self._referencing = Referencing(self, parts, self._view, self._moving)
+        self._referencing = Referencing(self, parts, self._view, self.moving)
         self._lines = InputsOutputs(parts)
-        self._gripper = Gripper(self, parts, self._view, self._moving)
+        self._gripper = Gripper(self, parts, self._view)
         if parts.lock is not None:
             serve(parts.lock, self)
 
@@ -236,7 +236,7 @@ class Arm:
         first: `OutOfBounds` names the joint or guard, and nothing has moved. With `wait=False` a
         `Handle` is returned at once.
         """
-        handle = self._moving.begin(JointGoal(joints_deg), speed)
+        handle = self.moving.begin(JointGoal(joints_deg), speed)
         return handle.wait() if wait else handle
 
     @overload
@@ -257,7 +257,7 @@ class Arm:
         a change from where the tool is (frames.py).
         Raises `kinematics.Unreachable` or `OutOfBounds` with the nearest pose that is allowed.
         """
-        handle = self._moving.begin(self.places.goal(goal, frame), speed)
+        handle = self.moving.begin(self.places.goal(goal, frame), speed)
         return handle.wait() if wait else handle
 
     @overload
@@ -280,7 +280,7 @@ class Arm:
         The tip leaves the line by at most `motion.line_tolerance_mm` of the arm file and what one
         motor step is worth. Raises `kinematics.PathBroken` where the line leaves the reach.
         """
-        handle = self._moving.begin(self.places.goal(goal, frame, line=True), speed)
+        handle = self.moving.begin(self.places.goal(goal, frame, line=True), speed)
         return handle.wait() if wait else handle
 
     @overload
@@ -305,7 +305,7 @@ class Arm:
         Of `via` only x, y and z count; the hand turns evenly to the goal's pitch and roll. Raises
         `kinematics.NoArc` for points on one line, and `PathBroken` where the arc leaves the reach.
         """
-        handle = self._moving.begin_path([ArcMove(via, goal)], speed, frame)
+        handle = self.moving.begin_path([ArcMove(via, goal)], speed, frame)
         return handle.wait() if wait else handle
 
     @overload
@@ -330,24 +330,23 @@ class Arm:
         without, the arm stops there. The whole way is audited first, in one posture of the arm.
         `note` of the result tells of blends that had to be smaller.
         """
-        handle = self._moving.begin_path(moves, speed, frame)
+        handle = self.moving.begin_path(moves, speed, frame)
         return handle.wait() if wait else handle
+
+    def move_gripper(self, opening_mm: float, speed: float = 1.0) -> Moved:
+        """Bring the fingers to an opening in mm; `arm.gripper` knows more of them."""
+        return self.moving.move_fingers(opening_mm, speed)
 
     def go(self, place: Place, *, how: str = "joint", speed: float = 1.0) -> Handle[Moved]:
         """Begin to move to a pose or a point, by a "joint" motion or along a "line"; never waits.
 
         As a step of a sequence says it: `move_to` and `move_l` with `wait=False`.
         """
-        return self._moving.begin(self.places.goal(place, line=how == "line"), speed)
+        return self.moving.begin(self.places.goal(place, line=how == "line"), speed)
 
     def park(self, *, speed: float = 1.0) -> Moved:
         """Go to the park posture of the arm file; by default, 30 mm above the reference mark."""
-        return self._moving.go_over(self.park_pose, speed)
-
-    @property
-    def park_pose(self) -> Pose:
-        """Where `park` goes. Raises `Refused` for an arm without a park posture or a mark."""
-        return self._moving.park_pose
+        return self.moving.go_over(self.moving.park_pose, speed)
 
     def move_motors(self, *steps: int, speed: float = 0.25, stops: int | None = None) -> Moved:
         """Move each motor by whole steps from where it is, all together: for the bench.
@@ -355,7 +354,7 @@ class Arm:
         Knows neither limits nor guards and needs no reference. With `stops`, the count of stops
         when it was asked for, one that came since then keeps it from beginning: raises `Stopped`.
         """
-        return self._moving.move_motors(steps, speed, stops)
+        return self.moving.move_motors(steps, speed, stops)
 
     def preview(
         self,
@@ -376,10 +375,10 @@ class Arm:
         if goal is None:
             if line or frame != BASE:
                 raise BadRequest("a line and a frame are of a pose: give one")
-            return self._moving.preview(JointGoal(joints_deg), speed)
+            return self.moving.preview(JointGoal(joints_deg), speed)
         if joints_deg:
             raise BadRequest("give a pose or joint angles, not both")
-        return self._moving.preview(self.places.goal(goal, frame, line=line), speed)
+        return self.moving.preview(self.places.goal(goal, frame, line=line), speed)
 
     @property
     def gripper(self) -> Gripper:

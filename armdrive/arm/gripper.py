@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Protocol
 
 from armdrive.arm.connected import StatusView
-from armdrive.arm.moving import Moving
 from armdrive.connect.parts import Parts
 from armdrive.errors import Refused
 from armdrive.motion.execute import Moved
@@ -24,16 +23,18 @@ class TracedArm(Protocol):
 
     tracer: Tracer
 
+    def move_gripper(self, opening_mm: float, speed: float = 1.0) -> Moved:
+        """Bring the fingers to an opening in mm."""
+
 
 @traced
 class Gripper:
     """The fingers of an arm."""
 
-    def __init__(self, arm: TracedArm, parts: Parts, view: StatusView, moving: Moving) -> None:
+    def __init__(self, arm: TracedArm, parts: Parts, view: StatusView) -> None:
         self._arm = arm
         self._parts = parts
         self._view = view
-        self._moving = moving
 
     @property
     def opening_mm(self) -> float:
@@ -65,7 +66,7 @@ class Gripper:
 
     def move(self, opening_mm: float, *, speed: float = 1.0) -> Moved:
         """Bring the fingers to an opening in mm."""
-        return self._moving.move_fingers(finite("opening_mm", opening_mm), speed_fraction(speed))
+        return self._arm.move_gripper(finite("opening_mm", opening_mm), speed_fraction(speed))
 
     def grasp(self, *, force_n: float = 8.9) -> float:
         """Close on whatever is between the fingers; return its width in mm, 0.0 for nothing.

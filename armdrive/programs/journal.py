@@ -275,7 +275,7 @@ def _ways(arm: Arm, began: ArmCoordinates, act: Act) -> Iterator[tuple[ResolvedG
     if isinstance(act, Go):
         yield (arm.places.goal(place_of(act, arm), line=act.line),)
     elif isinstance(act, Ready):
-        park = PoseGoal(arm.park_pose)
+        park = PoseGoal(arm.moving.park_pose)
         yield (park,)
         rise = LineGoal(raised(arm.model.arm.fk(began.joints), PARK_RISE_MM))
         yield (rise, park)

@@ -106,7 +106,7 @@ def _declare(arm: Arm, words: list[str]) -> None:
         if arm.config.park is None and arm.model.reference is None:
             raise BadRequest("this arm has no park posture: write [park] into its arm file")
         _switch_on(arm)
-        arm.declare_posture(arm.park_pose)
+        arm.declare_posture(arm.moving.park_pose)
         return
     names = arm.model.arm.joint_names
     given = dict(_named(word, (*names, GRIPPER_AXIS)) for word in words)

@@ -27,7 +27,7 @@ def homed(dialect: str = "teachmover", **options) -> Arm:
     arm.enable()
     arm.twin.device.bring_to(arm.model.arm.ik(arm.model.reference.pose), 0.0)
     arm.confirm_reference()
-    arm.move_to(arm.park_pose)
+    arm.move_to(arm.moving.park_pose)
     return arm
 
 
@@ -76,7 +76,7 @@ def test_steps_that_a_drive_makes_up_for_are_no_drift(dialect):
     arm = Arm.connect(f"sim:{dialect}")
     arm.enable()
     arm.home()
-    arm.move_to(arm.park_pose)
+    arm.move_to(arm.moving.park_pose)
     arm.twin.faults.add("lose-steps", "2", "400")
     here = arm.joints.deg
     arm.move_j(base_deg=12.0, shoulder_deg=here["shoulder"] + 8.0)
@@ -227,7 +227,7 @@ def test_each_verification_is_written_down_with_its_date_and_a_repeated_one_is_n
     first = arm.verify(accept=True)
     assert first.note == ""
     for _ in range(2):
-        arm.move_to(arm.park_pose)
+        arm.move_to(arm.moving.park_pose)
         arm.move_j(base_deg=0.0)
         arm.twin.faults.add("lose-steps", "base", "12")
         arm.move_j(base_deg=20.0)
