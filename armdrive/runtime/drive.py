@@ -10,6 +10,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Protocol
 
 from armdrive.errors import ArmError, BadRequest
@@ -20,6 +21,9 @@ from armdrive.status import Lateness
 
 LONGEST_SLEEP_S = 0.25
 """The real-time thread looks around at least this often."""
+
+LONGEST_STEP_S = 0.1
+"""An accelerated clock advances by so much real time at most until its engine has seen it."""
 
 ABSENT_S = 1.0
 """A round that took so long was suspended, or its computer was: what moves then is stopped.
@@ -107,6 +111,15 @@ def _drivable(engine: Engine) -> bool:
     return engine.broken is None or engine.reconnect is not None
 
 
+@dataclass(frozen=True, slots=True)
+class _Mark:
+    """What an arm's clock showed at a moment; `driven` while a thread drives its engine on."""
+
+    arm_s: float
+    real_s: float
+    driven: bool = False
+
+
 class RealPace:
     """A thread that advances the engine by the monotonic clock and sleeps on the wire between."""
 
@@ -115,7 +128,7 @@ class RealPace:
         self.lock = threading.RLock()
         self.lateness = Lateness()
         self._speed = speed
-        self._start_s = time.monotonic()
+        self._mark = _Mark(0.0, time.monotonic())
         self._turn = threading.Condition(self.lock)
         self._engine: Engine | None = None
         self._thread: threading.Thread | None = None
@@ -123,8 +136,16 @@ class RealPace:
         self._round_s = time.monotonic()
 
     def now_s(self) -> float:
-        """Return the monotonic time since the start, times the speed."""
-        return (time.monotonic() - self._start_s) * self._speed
+        """Return the monotonic time since the start, times the speed.
+
+        A clock that runs faster than real waits for its engine. Else a computer that is busy for
+        a moment would let minutes pass on an arm that nobody drives meanwhile.
+        """
+        mark = self._mark
+        passed_s = time.monotonic() - mark.real_s
+        if self._speed > 1.0 and mark.driven:
+            passed_s = min(passed_s, LONGEST_STEP_S)
+        return mark.arm_s + passed_s * self._speed
 
     def start(self, engine: Engine) -> None:
         """Begin to drive an engine in a thread of its own."""
@@ -181,12 +202,14 @@ class RealPace:
                 last_s, began_s = began_s, time.monotonic()
                 round_s = began_s - last_s
                 with self._turn:
+                    self._mark = _Mark(self.now_s(), time.monotonic(), driven=True)
                     self._round_s = time.monotonic()
                     if round_s > ABSENT_S:
                         engine.absent(round_s - pause_s)
                     next_s = engine.advance(self.now_s())
                     self._turn.notify_all()
-                pause_s = min((next_s - self.now_s()) / self._speed, LONGEST_SLEEP_S)
+                longest_s = LONGEST_SLEEP_S if self._speed <= 1.0 else LONGEST_STEP_S / 2
+                pause_s = min((next_s - self.now_s()) / self._speed, longest_s)
                 pause_s = max(pause_s, 0.0)
                 if self._asleep_s():
                     pause_s = 0.0  # it was suspended in this very round: look at once
@@ -196,6 +219,8 @@ class RealPace:
             with self._turn:
                 self._failure = failure
                 self._turn.notify_all()
+        finally:
+            self._mark = _Mark(self.now_s(), time.monotonic())
 
     def _rest(self, engine: Engine, pause_s: float) -> None:
         """Sleep on the wire; where only the deadline ended that, count how late it was."""

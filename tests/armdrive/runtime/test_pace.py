@@ -1,6 +1,8 @@
 """The two clocks: simulated time that jumps, and real time with a thread of its own."""
 
 import math
+import threading
+from types import SimpleNamespace
 
 import pytest
 from faults import ready_arm
@@ -42,6 +44,41 @@ def test_time_that_does_not_pass_is_an_error_that_says_what_waits_and_no_hang(cr
     link.next_s = lambda: min(inner_s(), arm.pace.now_s() + creep_s)
     with pytest.raises(ArmError, match=r"time does not pass.*the wire"):
         arm.sleep(1.0)
+
+
+@pytest.mark.parametrize("speed", [1.0, 200.0])
+def test_an_accelerated_clock_waits_for_an_engine_that_a_busy_computer_holds_up(monkeypatch, speed):
+    """At 200 times real time, two seconds of a busy computer were 400 s without an answer."""
+    rounds, real_s = threading.Semaphore(0), 100.0
+
+    class Busy:
+        broken = reconnect = None
+        link = SimpleNamespace(wait=lambda _: None, wake=lambda: None)
+
+        def __init__(self):
+            self.seen_s = []
+
+        def absent(self, _):
+            pass
+
+        def advance(self, now_s):
+            self.seen_s.append(now_s)
+            rounds.acquire()
+            return now_s
+
+    monkeypatch.setattr(pace, "time", SimpleNamespace(monotonic=lambda: real_s))
+    real, engine = RealPace(speed=speed), Busy()
+    real.start(engine)
+    until(lambda: len(engine.seen_s) == 1)
+    real_s += 60.0
+    held_up_s = real.now_s() - engine.seen_s[0]
+    assert held_up_s == (60.0 if speed == 1.0 else pytest.approx(pace.LONGEST_STEP_S * speed))
+    engine.broken = ArmError("unplugged")
+    rounds.release()
+    until(lambda: not real._thread.is_alive())
+    before_s = real.now_s()
+    real_s += 60.0  # nobody drives it any more: who waits for a time is not kept for ever
+    assert real.now_s() - before_s == pytest.approx(60.0 * speed)
 
 
 def test_in_real_time_a_thread_moves_the_arm_while_the_program_does_something_else():
