@@ -418,6 +418,14 @@ def finite(name: str, value: object) -> float:
     return number
 
 
+def require(name: str, value: object, kind: type, example: str) -> None:
+    """Raise `KinematicsError` that names a value of the wrong kind, with one of the right kind."""
+    if not isinstance(value, kind):
+        raise KinematicsError(
+            f"{name} must be of the class {kind.__name__}, not {value!r}; for example {example}"
+        )
+
+
 # The known word that a misspelt one is meant for, as errors suggest it. Few programs misspell
 # anything, so the library that compares words is loaded by the first that does.
 

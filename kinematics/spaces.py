@@ -10,9 +10,13 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields
 from enum import Enum
-from typing import overload
+from types import MappingProxyType
+from typing import TYPE_CHECKING, ClassVar, overload
 
-from kinematics.errors import BadNumber, Coordinates, KinematicsError, finite
+from kinematics.errors import BadNumber, Coordinates, KinematicsError, finite, suggestion
+
+_UNITS = MappingProxyType({"deg": math.degrees(1.0), "rad": 1.0})
+"""What an angle in rad is multiplied by."""
 
 JOINT_NAMES = ("base", "shoulder", "elbow", "wrist_pitch", "wrist_roll")
 """Joints of the Mini-mover's build, from the table to the hand."""
@@ -119,11 +123,26 @@ class Joints:
 
     Of the Mini-mover's build: base; shoulder, the elevation of the upper arm, up positive;
     elbow, forearm elevation minus upper-arm elevation; wrist pitch, hand elevation minus forearm
-    elevation; wrist roll. Iterates over the angles.
+    elevation; wrist roll. Iterates over the angles. `joints["base"]` and `joints.base_rad` are a
+    joint's angle in rad, `joints.base_deg` in degrees; of any name that the arm's joints have.
     """
 
     angles_rad: tuple[float, ...]
     names: tuple[str, ...] = JOINT_NAMES
+
+    if TYPE_CHECKING:  # the usual joints; `__getattr__` gives these and any other joint's
+        base_deg: ClassVar[float]
+        shoulder_deg: ClassVar[float]
+        elbow_deg: ClassVar[float]
+        forearm_roll_deg: ClassVar[float]
+        wrist_pitch_deg: ClassVar[float]
+        wrist_roll_deg: ClassVar[float]
+        base_rad: ClassVar[float]
+        shoulder_rad: ClassVar[float]
+        elbow_rad: ClassVar[float]
+        forearm_roll_rad: ClassVar[float]
+        wrist_pitch_rad: ClassVar[float]
+        wrist_roll_rad: ClassVar[float]
 
     def __post_init__(self) -> None:
         if len(self.angles_rad) != len(self.names):
@@ -153,9 +172,7 @@ class Joints:
         """Return these joints with the named ones at new angles in rad."""
         unknown = angles_rad.keys() - set(self.names)
         if unknown:
-            raise KinematicsError(
-                f"no joint is named {min(unknown)!r}; this arm has {', '.join(self.names)}"
-            )
+            raise self._unknown(min(unknown))
         return Joints(
             tuple(
                 angles_rad.get(name, angle)
@@ -171,7 +188,35 @@ class Joints:
         return len(self.angles_rad)
 
     def __getitem__(self, joint: int | str) -> float:
-        return self.angles_rad[self.names.index(joint) if isinstance(joint, str) else joint]
+        if not isinstance(joint, str):
+            return self.angles_rad[joint]
+        if joint not in self.names:
+            raise self._unknown(joint)
+        return self.angles_rad[self.names.index(joint)]
+
+    if not TYPE_CHECKING:  # else a type checker would take any name for an attribute
+
+        def __getattr__(self, name: str) -> float:
+            """Return a joint's angle: `base_deg`, `turret_rad`. Raises `AttributeError`."""
+            joint, _, unit = name.rpartition("_")
+            if unit in _UNITS and joint in self.names:
+                return self[joint] * _UNITS[unit]
+            known = [f"{each}_{unit}" for each in self.names for unit in _UNITS] if joint else []
+            raise AttributeError(
+                f"Joints has no attribute {name!r}{suggestion(name, known) if known else ''}",
+                name=name,
+                obj=self,
+            )
+
+    def __dir__(self) -> list[str]:
+        angles = [f"{name}_{unit}" for name in self.names for unit in _UNITS]
+        return [*object.__dir__(self), *angles]
+
+    def _unknown(self, name: str) -> KinematicsError:
+        return KinematicsError(
+            f"no joint is named {name!r}; this arm has {', '.join(self.names)}"
+            f"{suggestion(name, self.names)}"
+        )
 
     def __str__(self) -> str:
         return ", ".join(f"{name} {_plain(angle, 1)}°" for name, angle in self.deg.items())

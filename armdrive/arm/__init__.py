@@ -9,15 +9,16 @@ import contextlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Literal, Self, overload
+from typing import TYPE_CHECKING, Any, Literal, Self, Unpack, overload
 
 from armdrive.abilities import Abilities
+from armdrive.arm.arguments import RULES
 from armdrive.arm.connected import Connection, Recording, StatusView
 from armdrive.arm.gripper import Gripper
 from armdrive.arm.handle import Handle
 from armdrive.arm.inputs_outputs import InputsOutputs
 from armdrive.arm.jogging import Jogging, jog_axes
-from armdrive.arm.moving import Moving
+from armdrive.arm.moving import LINE, WAYS, Moving
 from armdrive.arm.pendant import PendantMemory
 from armdrive.arm.places import Place, Places
 from armdrive.arm.reference import Accept, Referencing, Told, unheard
@@ -26,6 +27,7 @@ from armdrive.connect.parts import PATIENCE_S, Parts
 from armdrive.connect.target import ConnectOptions, connect
 from armdrive.dialog import Operator, PostureRequest
 from armdrive.errors import BadRequest
+from armdrive.errors.arguments import checked_calls
 from armdrive.motion import device as device_tasks
 from armdrive.motion import reference as reference_tasks
 from armdrive.motion.execute import Moved
@@ -34,9 +36,10 @@ from armdrive.motion.preview import Preview
 from armdrive.motion.resolve import BASE, JointGoal, frame_names, pose_in_frame
 from armdrive.motion.segments import SpeedLimits
 from armdrive.motion.verify import Verified
-from armdrive.moves import BASE_FRAME, Jog, Space
+from armdrive.moves import BASE_FRAME, Angles, Jog, JointAngles, JointJog, Space, TipJog, by_name
 from armdrive.registry.pendant import PendantProgram
 from armdrive.runtime.diagnostics import EMERGENCY_STOP
+from armdrive.runtime.drive import PaceChoice
 from armdrive.runtime.io_lines import Lines
 from armdrive.runtime.states import Event, after
 from armdrive.status import State, Status
@@ -48,11 +51,13 @@ from kinematics.paths.parts import ArcMove, Move
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # a real arm loads no simulation, and few programs read the log
+    from armdrive.sim.simulated_arm import SimulatedArm
     from armdrive.trace.log import LogReader
 
 
 @traced
+@checked_calls(RULES)
 class Arm:
     """One arm, connected. Make one with `Arm.connect`; use it in a `with` statement."""
 
@@ -88,7 +93,18 @@ class Arm:
     # -- connecting -----------------------------------------------------------------------------
 
     @classmethod
-    def connect(cls, target: str | None = None, **options: Any) -> Arm:
+    def connect(
+        cls,
+        target: str | None = None,
+        *,
+        dialect: str | None = None,
+        baud: int | None = None,
+        pace: PaceChoice = None,
+        allow_restored: bool = False,
+        operator: Operator | None = None,
+        twin: SimulatedArm | None = None,
+        reconnect: bool | None = None,
+    ) -> Arm:
         """Connect to an arm by the name of its arm file, a port with `dialect=`, or `sim:NAME`.
 
         Without any it is the simulated TeachMover, and in a script under `armdrive run` the arm
@@ -99,9 +115,17 @@ class Arm:
         `ARMDRIVE_FORCE_SIM=1` in the environment every arm is its simulated twin. Raises
         `PortUnavailable`, `ArmFileError`, `BadRequest`, `NoAnswer`.
         """
-        chosen = ConnectOptions(**options)
+        options = ConnectOptions(
+            dialect=dialect,
+            baud=baud,
+            pace=pace,
+            allow_restored=allow_restored,
+            operator=operator,
+            twin=twin,
+            reconnect=reconnect,
+        )
         instead = stood_in(target, options)
-        return Arm(connect(target, chosen)) if instead is None else instead
+        return Arm(connect(target, options)) if instead is None else instead
 
     def __enter__(self) -> Self:
         if self.core.state is State.DISABLED:
@@ -221,22 +245,41 @@ class Arm:
 
     @overload
     def move_j(
-        self, *, speed: float = 1.0, wait: Literal[True] = True, **joints_deg: float
+        self,
+        angles_deg: Angles | None = None,
+        /,
+        *,
+        speed: float = 1.0,
+        wait: Literal[True] = True,
+        **joints_deg: Unpack[JointAngles],
     ) -> Moved: ...
     @overload
     def move_j(
-        self, *, speed: float = 1.0, wait: Literal[False], **joints_deg: float
+        self,
+        angles_deg: Angles | None = None,
+        /,
+        *,
+        speed: float = 1.0,
+        wait: Literal[False],
+        **joints_deg: Unpack[JointAngles],
     ) -> Handle[Moved]: ...
     def move_j(
-        self, *, speed: float = 1.0, wait: bool = True, **joints_deg: float
+        self,
+        angles_deg: Angles | None = None,
+        /,
+        *,
+        speed: float = 1.0,
+        wait: bool = True,
+        **joints_deg: Unpack[JointAngles],
     ) -> Moved | Handle[Moved]:
         """Move the named joints, `shoulder_deg=40, elbow_deg=-60`; the others stay.
 
+        Joints that a model file names otherwise are given in a mapping, `{"turret_deg": 30}`.
         Straight in joint space. `speed` is a fraction of the limits. The whole way is audited
         first: `OutOfBounds` names the joint or guard, and nothing has moved. With `wait=False` a
         `Handle` is returned at once.
         """
-        handle = self.moving.begin(JointGoal(joints_deg), speed)
+        handle = self.moving.begin(JointGoal(by_name(angles_deg, joints_deg)), speed)
         return handle.wait() if wait else handle
 
     @overload
@@ -342,7 +385,9 @@ class Arm:
 
         As a step of a sequence says it: `move_to` and `move_l` with `wait=False`.
         """
-        return self.moving.begin(self.places.goal(place, line=how == "line"), speed)
+        if how not in WAYS:
+            raise BadRequest(f"how is {' or '.join(map(repr, WAYS))}, not {how!r}")
+        return self.moving.begin(self.places.goal(place, line=how == LINE), speed)
 
     def park(self, *, speed: float = 1.0) -> Moved:
         """Go to the park posture of the arm file; by default, 30 mm above the reference mark."""
@@ -358,24 +403,24 @@ class Arm:
 
     def preview(
         self,
-        goal: Place | None = None,
+        goal: Place | Angles | None = None,
         *,
         line: bool = False,
         frame: str = BASE,
         speed: float = 1.0,
-        **joints_deg: float,
+        **joints_deg: Unpack[JointAngles],
     ) -> Preview:
         """Return what a motion would be, or why it is refused. Sends nothing, moves nothing.
 
         `preview(pose)` (or a named point) foresees `move_to`, `preview(pose, line=True)` foresees
-        `move_l`, and `preview(shoulder_deg=40)` foresees `move_j`. A refusal is part of the answer:
-        its typed error, and where the arm could go instead. Raises `BadRequest` for what is no
-        goal.
+        `move_l`, and `preview(shoulder_deg=40)` or a mapping foresees `move_j`. A refusal is part
+        of the answer: its typed error, and where the arm could go instead. Raises `BadRequest` for
+        what is no goal.
         """
-        if goal is None:
+        if goal is None or isinstance(goal, Mapping):
             if line or frame != BASE:
                 raise BadRequest("a line and a frame are of a pose: give one")
-            return self.moving.preview(JointGoal(joints_deg), speed)
+            return self.moving.preview(JointGoal(by_name(goal, joints_deg)), speed)
         if joints_deg:
             raise BadRequest("give a pose or joint angles, not both")
         return self.moving.preview(self.places.goal(goal, frame, line=line), speed)
@@ -393,32 +438,41 @@ class Arm:
     # -- jogging --------------------------------------------------------------------------------
 
     def jog_j(
-        self, *, speed: float = 0.25, duration_s: float | None = None, **axes: float
+        self,
+        amounts: Angles | None = None,
+        /,
+        *,
+        speed: float = 0.25,
+        duration_s: float | None = None,
+        **axes: Unpack[JointJog],
     ) -> Jogged:
         """Jog joints: by increments, `shoulder_deg=2, gripper_mm=5`, or for a time.
 
         With `duration_s` the axes are directions from -1 to 1, `shoulder=1`, that share the
         speed. Limits are met by stopping at them; `note` of the result says so. Allowed without
-        a reference, then slow and without limits.
+        a reference, then slow and without limits. Joints that a model file names otherwise are
+        given in a mapping, `{"turret_deg": 2}`.
         """
-        axes_in = jog_axes(axes, duration_s is None)
-        return self._jogging.jog(Jog(Space.JOINT, axes_in), speed, duration_s)
+        named = jog_axes(by_name(amounts, axes), in_steps=duration_s is None)
+        return self._jogging.jog(Jog(Space.JOINT, named), speed, duration_s)
 
     def jog_l(
         self,
+        amounts: Angles | None = None,
+        /,
         *,
         speed: float = 0.25,
         duration_s: float | None = None,
         frame: str = BASE_FRAME,
-        **axes: float,
+        **axes: Unpack[TipJog],
     ) -> Jogged:
         """Jog the tip: by increments, `x_mm=5, pitch_deg=-2`, or for a time, `x=1`.
 
         x, y and z are those of the `frame`: "base", "tool", which goes with the hand, or a frame
         of the arm file. `jog_l(frame="tool", z=1, duration_s=1)` goes where the hand points.
         """
-        axes_in = jog_axes(axes, duration_s is None)
-        return self._jogging.jog(Jog(Space.CARTESIAN, axes_in, frame), speed, duration_s)
+        named = jog_axes(by_name(amounts, axes), in_steps=duration_s is None)
+        return self._jogging.jog(Jog(Space.CARTESIAN, named, frame), speed, duration_s)
 
     def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
         """Jog for `for_s` seconds and no longer unless called again; never waits.
@@ -507,8 +561,8 @@ class Arm:
         return self.core.tempo.override
 
     @speed_override.setter
-    def speed_override(self, share: float) -> None:
-        self.core.tempo.set_override(share)
+    def speed_override(self, speed_override: float) -> None:
+        self.core.tempo.set_override(speed_override)
 
     # -- what is known --------------------------------------------------------------------------
 
@@ -642,7 +696,7 @@ class Arm:
 # What stands in is of the whole process on purpose: a thread that the program starts is no way
 # around it, since in a rehearsal its connection would move the real arm.
 
-Standin = Callable[[str | None, Mapping[str, Any]], Arm | None]
+Standin = Callable[[str | None, ConnectOptions], Arm | None]
 """Gets what `Arm.connect` was called with; returns an arm, or None to let it go on as it says.
 
 The target is None where the program named none.
@@ -661,7 +715,7 @@ def standing_in(standin: Standin) -> Iterator[None]:
         _PRESENT.remove(standin)
 
 
-def stood_in(target: str | None, options: Mapping[str, Any]) -> Arm | None:
+def stood_in(target: str | None, options: ConnectOptions) -> Arm | None:
     """Return the arm that somebody gives instead; None where nobody stands in."""
     return _PRESENT[-1](target, options) if _PRESENT else None
 

@@ -7,6 +7,7 @@ from typing import Protocol
 from armdrive.arm.connected import StatusView
 from armdrive.connect.parts import Parts
 from armdrive.errors import Refused
+from armdrive.errors.arguments import BASIC, checked_calls
 from armdrive.motion.execute import Moved
 from armdrive.motion.gripper import Grasped, grasp, require_gripper
 from armdrive.motion.plan import speed_fraction
@@ -28,6 +29,7 @@ class TracedArm(Protocol):
 
 
 @traced
+@checked_calls(BASIC)
 class Gripper:
     """The fingers of an arm."""
 

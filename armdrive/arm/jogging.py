@@ -7,11 +7,14 @@ from armdrive.connect.parts import PATIENCE_S, Parts
 from armdrive.errors import BadRequest, Refused, WrongState
 from armdrive.motion.jog.session import Jogged, check_jog, jog_session
 from armdrive.motion.plan import speed_fraction
-from armdrive.moves import GRIPPER_AXIS, ContinuousJog, IncrementalJog, Jog
+from armdrive.moves import GRIPPER_AXIS, Angles, ContinuousJog, IncrementalJog, Jog
 from armdrive.runtime.states import Event, after
 from armdrive.status import State
 from armdrive.tasks import Task
-from kinematics.errors import finite
+from kinematics.errors import finite, suggestion
+
+OPTIONS = ("speed", "duration_s", "frame")
+"""What a misspelt word may mean where axes are named."""
 
 LONGEST_HOLD_S = 1.0
 """A held jog is renewed at least this often, or it ends."""
@@ -97,7 +100,7 @@ class Jogging:
         return self._session
 
 
-def jog_axes(words: dict[str, float], in_steps: bool) -> tuple[tuple[str, float], ...]:
+def jog_axes(words: Angles, *, in_steps: bool) -> tuple[tuple[str, float], ...]:
     """Return the axes that keywords such as `shoulder_deg=2` or `x_mm=5` name.
 
     Directions, which are not `in_steps`, have no unit. Raises `BadRequest`.
@@ -114,5 +117,5 @@ def _axis(word: str, in_steps: bool) -> str:
             return axis
     raise BadRequest(
         f"{word!r} names no increment: write for example shoulder_deg=2, x_mm=5 or gripper_mm=3, "
-        "or give duration_s= with directions such as shoulder=1"
+        f"or give duration_s= with directions such as shoulder=1{suggestion(word, OPTIONS)}"
     )

@@ -14,7 +14,7 @@ from armdrive.motion import execute as motion
 from armdrive.motion.execute import Moved
 from armdrive.motion.gripper import require_gripper, set_gripper
 from armdrive.motion.plan import MotionPlan, plan_joints, plan_route, speed_fraction
-from armdrive.motion.preview import Preview, Refusal, preview_goal
+from armdrive.motion.preview import Preview, preview_goal
 from armdrive.motion.resolve import (
     TOOL,
     Ground,
@@ -31,6 +31,9 @@ from kinematics.spaces import Joints, Motors, Pose
 
 PATIENCE = 4.0
 """A motion that takes this many times longer than planned, and then some, is given up."""
+
+WAYS = JOINT, LINE = "joint", "line"
+"""How `go` gets somewhere."""
 
 PARK_HEIGHT_MM = 30.0
 PARK_RISE_MM = 60.0
@@ -143,7 +146,7 @@ class Moving:
         ground = Ground(self._config, self._view.speeds, here)
         return preview_goal(ground, controller, goal, fraction, hindrance)
 
-    def _hindrance(self, goal: ResolvedGoal) -> Refusal | None:
+    def _hindrance(self, goal: ResolvedGoal) -> Refused | None:
         """Return why no motion to such a goal may begin now, whatever its way."""
         try:
             if goal.cartesian:

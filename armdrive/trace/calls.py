@@ -185,7 +185,7 @@ def traced(kind: C) -> C:
 
 def _noted(name: str, method: Callable[..., R]) -> Callable[..., R]:
     @functools.wraps(method)
-    def call(self: Any, *words: Any, **named: Any) -> R:
+    def call(self: Any, /, *words: Any, **named: Any) -> R:
         arm = getattr(self, "_arm", self)
         tracer = arm.tracer  # no lock: an emergency stop waits for nobody
         tracer.called(name, words, named)

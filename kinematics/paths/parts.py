@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from kinematics.errors import KinematicsError, finite
+from kinematics.errors import KinematicsError, finite, require
 from kinematics.spaces import Joints, Pose
+
+A_POSE = "Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)"
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,6 +22,7 @@ class JointMove:
     blend_mm: float = 0.0
 
     def __post_init__(self) -> None:
+        require("goal", self.goal, Joints, "Joints.of(0, 40, -60, -70, 0)")
         object.__setattr__(self, "blend_mm", _radius(self.blend_mm))
 
 
@@ -31,6 +34,7 @@ class PoseMove:
     blend_mm: float = 0.0
 
     def __post_init__(self) -> None:
+        require("goal", self.goal, Pose, A_POSE)
         object.__setattr__(self, "blend_mm", _radius(self.blend_mm))
 
 
@@ -42,6 +46,7 @@ class LineMove:
     blend_mm: float = 0.0
 
     def __post_init__(self) -> None:
+        require("goal", self.goal, Pose, A_POSE)
         object.__setattr__(self, "blend_mm", _radius(self.blend_mm))
 
 
@@ -59,6 +64,10 @@ class ArcMove:
     sweep_rad: float | None = None
 
     def __post_init__(self) -> None:
+        require("via", self.via, Pose, A_POSE)
+        require("goal", self.goal, Pose, A_POSE)
+        if self.sweep_rad is not None:
+            object.__setattr__(self, "sweep_rad", finite("sweep_rad", self.sweep_rad))
         object.__setattr__(self, "blend_mm", _radius(self.blend_mm))
 
 
