@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Generator, Mapping
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import get_args
 
 from armdrive.errors.arguments import (
     BASIC,
     Rule,
-    anything,
     call,
     expected,
     made_of,
@@ -25,7 +24,6 @@ from armdrive.registry.pendant import PendantProgram
 from armdrive.runtime.clock import SimulatedClock
 from armdrive.runtime.drive import SimulatedPace
 from armdrive.storage.points import Point
-from armdrive.tasks import Task
 from kinematics.paths.parts import Move
 from kinematics.spaces import Joints, Pose
 
@@ -68,7 +66,6 @@ RULES: Mapping[str, Rule] = MappingProxyType(
             lambda value: isinstance(value, bool) or callable(value),
         ),
         "Angles": _angles,
-        "Callable[[], None]": call,
         "Jog": made_of(Jog, "a jog", "Jog.joint(shoulder=1)"),
         "Joints | Pose": made_of((Joints, Pose), "joint angles or a pose", A_POSE),
         "Lines": _lines,
@@ -88,16 +85,13 @@ RULES: Mapping[str, Rule] = MappingProxyType(
         "SimulatedArm": expected(
             "a simulated arm", "", lambda value: hasattr(value, "world") and hasattr(value, "link")
         ),
-        "T": anything,
-        "Task[T]": made_of(Task, "a task"),
-        "TaskBody[T]": made_of(Generator, "a task's generator"),
         "Told": call,
         "Unpack[JointAngles]": number,
         "Unpack[JointJog]": number,
         "Unpack[TipJog]": number,
         "frame: str": made_of(str, "the name of a frame", '"base" or "tool"'),
         "target: str": made_of(str, "the name of an arm or a port", '"sim:teachmover"'),
-        "program_memory.Told": call,
+        "device_tasks.Told": call,
     }
 )
 """What a value must be, by the annotation of its parameter. A simulated arm is known by its parts:
