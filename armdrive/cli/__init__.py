@@ -56,22 +56,18 @@ def _set_up_arguments() -> Mapping[str, Arguments]:
 
 
 def _arm_commands() -> Mapping[str, Command]:
-    from armdrive.cli.drive import disable, enable, home, move, reset, verify
+    from armdrive.cli.drive import disable, enable, home, move, pendant, points, reset, verify
 
     return {
         "disable": disable.run,
         "enable": enable.run,
         "home": home.run,
         "move": move.run,
+        "pendant": pendant.run,
+        "points": points.run,
         "reset": reset.run,
         "verify": verify.run,
     }
-
-
-def _point_commands() -> Mapping[str, Command]:
-    from armdrive.cli.drive import pendant, points
-
-    return {"pendant": pendant.run, "points": points.run}
 
 
 def _jog_commands() -> Mapping[str, Command]:
@@ -81,21 +77,15 @@ def _jog_commands() -> Mapping[str, Command]:
 
 
 def _requests_to_other_programs() -> Mapping[str, Command]:
-    from armdrive.cli.control_requests import pause, resume, slow, stop
+    from armdrive.cli.control_requests import pause, record, resume, slow, stop
 
-    return {"pause": pause, "resume": resume, "slow": slow, "stop": stop}
-
-
-def _run_commands() -> Mapping[str, Command]:
-    from armdrive.cli.program import run
-
-    return {"run": run.run}
+    return {"record": record, "pause": pause, "resume": resume, "slow": slow, "stop": stop}
 
 
-def _shell_commands() -> Mapping[str, Command]:
-    from armdrive.cli.program import shell
+def _language_commands() -> Mapping[str, Command]:
+    from armdrive.cli.program import run, shell
 
-    return {"shell": shell.run}
+    return {"run": run.run, "shell": shell.run}
 
 
 def _teaching_commands() -> Mapping[str, Command]:
@@ -110,10 +100,10 @@ def _status_commands() -> Mapping[str, Command]:
     return {"status": status.run, "watch": watch.run}
 
 
-def _recording_commands() -> Mapping[str, Command]:
-    from armdrive.cli.look import record, replay
+def _replay_commands() -> Mapping[str, Command]:
+    from armdrive.cli.look import replay
 
-    return {"record": record.run, "replay": replay.run}
+    return {"replay": replay.run}
 
 
 def _log_commands() -> Mapping[str, Command]:
@@ -123,9 +113,9 @@ def _log_commands() -> Mapping[str, Command]:
 
 
 def _arm_file_commands() -> Mapping[str, Command]:
-    from armdrive.cli.set_up import config
+    from armdrive.cli.set_up import config, ports
 
-    return {"config": config.run}
+    return {"config": config.run, "ports": ports.run}
 
 
 def _can_commands() -> Mapping[str, Command]:
@@ -140,12 +130,6 @@ def _diagnosis_commands() -> Mapping[str, Command]:
     return {"doctor": doctor.run}
 
 
-def _port_commands() -> Mapping[str, Command]:
-    from armdrive.cli.set_up import ports
-
-    return {"ports": ports.run}
-
-
 def _sim_commands() -> Mapping[str, Command]:
     from armdrive.cli.set_up import sim
 
@@ -153,9 +137,9 @@ def _sim_commands() -> Mapping[str, Command]:
 
 
 def _pose_commands() -> Mapping[str, Command]:
-    from armdrive.cli.learn import fk, ik
+    from armdrive.cli.learn.poses import fk, ik
 
-    return {"fk": fk.run, "ik": ik.run}
+    return {"fk": fk, "ik": ik}
 
 
 def _textbook_commands() -> Mapping[str, Command]:
@@ -181,17 +165,17 @@ _COMMANDS: Mapping[str, CommandRow] = MappingProxyType(
         "move": (_driving_arguments, _arm_commands, "move an arm to joint angles or to a pose"),
         "run": (
             _program_arguments,
-            _run_commands,
+            _language_commands,
             "run a program, or rehearse it: a program file or a Python script",
         ),
         "shell": (
             _program_arguments,
-            _shell_commands,
+            _language_commands,
             "type the words of a program at a prompt, each carried out at once",
         ),
         "points": (
             _driving_arguments,
-            _point_commands,
+            _arm_commands,
             "name places of an arm, and go to them; step through sequences of them",
         ),
         "teach": (
@@ -201,7 +185,7 @@ _COMMANDS: Mapping[str, CommandRow] = MappingProxyType(
         ),
         "pendant": (
             _driving_arguments,
-            _point_commands,
+            _arm_commands,
             "the program in an arm's own memory: into a file, and back",
         ),
         "home": (_driving_arguments, _arm_commands, "reference an arm in its reference posture"),
@@ -249,7 +233,7 @@ _COMMANDS: Mapping[str, CommandRow] = MappingProxyType(
         ),
         "record": (
             _looking_arguments,
-            _recording_commands,
+            _requests_to_other_programs,
             "write down what has passed between an arm and the program that drives it",
         ),
         "log": (
@@ -259,7 +243,7 @@ _COMMANDS: Mapping[str, CommandRow] = MappingProxyType(
         ),
         "replay": (
             _looking_arguments,
-            _recording_commands,
+            _replay_commands,
             "replay a recording against a simulated twin, and show where they part",
         ),
         "fk": (_learning_arguments, _pose_commands, "joint angles to the pose of the finger tips"),
@@ -277,7 +261,7 @@ _COMMANDS: Mapping[str, CommandRow] = MappingProxyType(
         ),
         "ports": (
             _set_up_arguments,
-            _port_commands,
+            _arm_file_commands,
             "list the serial ports, who has them, and which arm files name them",
         ),
         "can": (

@@ -17,7 +17,8 @@ from armdrive.text.toml import require_format
 from kinematics.errors import suggestion
 
 ENDING = ".toml"
-DEFAULT_SIM = f"sim:{DEFAULT}"
+SIM = "sim:"
+DEFAULT_SIM = f"{SIM}{DEFAULT}"
 DEFAULT_FILE = "default"
 LONGEST_NAME = 4096
 """Bytes that are read of the file with the default arm's name."""

@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 from armdrive.arm import Arm
 from armdrive.cli.presenter import put, say
+from armdrive.cli.questions import agreed
 from armdrive.dialog import JoggedArm, PostureRequest
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS
@@ -70,14 +71,6 @@ def confirm_simulated(arm: Arm) -> None:
         return
     if arm.twin.operator.stands_at(joints):
         arm.confirm_restored()
-
-
-def agreed(question: str) -> bool:
-    """Ask a question at the terminal; anything but a yes is a no."""
-    if not sys.stdin.isatty():
-        return False
-    put(question)
-    return sys.stdin.readline().strip().lower() in ("yes", "y")
 
 
 # Jogging an arm to a posture, line by line: a picture, small jogs, and `done`. Lines come from the

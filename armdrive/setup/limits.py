@@ -12,9 +12,8 @@ from dataclasses import dataclass
 from datetime import date
 from enum import Enum
 from pathlib import Path
-from typing import Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
-from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
 from armdrive.config.write import Change, amended
 from armdrive.errors import ArmFileError, DeviceFault, Refused, SettingsDiffer
@@ -22,6 +21,9 @@ from armdrive.errors.table import named
 from armdrive.setup.filing import FileProposal
 from armdrive.status import State
 from armdrive.text.reading import read_text
+
+if TYPE_CHECKING:
+    from armdrive.arm import Arm
 
 SETTLE_S = 0.5
 """An alarm is pushed within milliseconds; this is ample for the slowest wire."""

@@ -9,7 +9,8 @@ import sys
 from armdrive.arm import Arm
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.presenter import emit, say, say_which
-from armdrive.cli.terminal_person import agreed, settle_trust
+from armdrive.cli.questions import agreed
+from armdrive.cli.terminal_person import settle_trust
 from armdrive.errors import NotReferenced, OperatorNeeded
 from armdrive.registry import dialect
 from armdrive.status import State, status_view

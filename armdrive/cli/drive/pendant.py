@@ -12,7 +12,8 @@ from armdrive.arm import Arm
 from armdrive.cli.chosen_arm import chosen_target, connect_chosen
 from armdrive.cli.options import Command
 from armdrive.cli.presenter import emit, put_error, say, say_lines, say_which
-from armdrive.cli.terminal_person import agreed, settle_trust
+from armdrive.cli.questions import agreed
+from armdrive.cli.terminal_person import settle_trust
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest, OperatorNeeded, PendantFileError
 from armdrive.motion.device import named_rows

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
-from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -15,13 +14,8 @@ from armdrive.cli.drive.preview_report import show_preview
 from armdrive.cli.options import Command
 from armdrive.cli.presenter import emit, say, say_lines, say_which
 from armdrive.cli.terminal_person import settle_trust
-from armdrive.errors import BadRequest
-from armdrive.programs.language.writing import unparse
-from armdrive.programs.program import read_program
-from armdrive.programs.teaching.export import program_of
 from armdrive.programs.teaching.sequence import Stepper
 from armdrive.status import joints_view, pose_view, status_view
-from armdrive.storage.files import DISK, replace_durably
 from armdrive.storage.point_file import Points, points_of
 from armdrive.storage.points import Point, StepList
 
@@ -107,21 +101,9 @@ def _delete(options: argparse.Namespace) -> int:
 
 
 def _export(options: argparse.Namespace) -> int:
-    """Write the program beside nothing that is there, unless told to, and say where."""
-    path = Path(options.file)
-    if path.exists() and not options.force:
-        raise BadRequest(f"{path} is there already: name another file, or say --force")
-    config = chosen_target(options).config
-    book = points_of(config.name, config.model.arm)
-    steps, taught = book.sequence(options.name), book.read()
-    text = unparse(program_of(options.name, steps, taught.points, config.model.arm.fk))
-    program = read_program(text, str(path))  # what is written can be run
-    replace_durably(DISK, path.absolute(), text.encode("utf-8"))
-    if options.json:
-        emit({"file": str(path), "sha256": program.digest, "steps": len(steps.steps)})
-    else:
-        say(f"{options.name} is {path} now: `armdrive run {path} --check` tells what it would do")
-    return 0
+    from armdrive.cli.drive.points_export import export  # the only action that needs the language
+
+    return export(options)
 
 
 def _said(options: argparse.Namespace, text: str) -> int:

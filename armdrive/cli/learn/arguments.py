@@ -8,13 +8,16 @@ from pathlib import Path
 from types import MappingProxyType
 
 from armdrive.cli.options import Arguments, add_json_option, number
-from kinematics.presets import PRESETS
 from kinematics.spaces import JOINT_NAMES
 
-MODEL_HELP = (
-    f"one of {', '.join(PRESETS)}, a named system of `armdrive explain --list`, or a .toml file "
-    "with a link table"
-)
+
+def _add_model(parser: argparse.ArgumentParser) -> None:
+    from kinematics.presets import PRESETS  # geometry that the other commands do without
+
+    models = f"one of {', '.join(PRESETS)}, a named system of `armdrive explain --list`"
+    parser.add_argument(
+        "--model", default="teachmover", help=f"{models}, or a .toml file with a link table"
+    )
 
 
 # --- errors
@@ -87,7 +90,7 @@ def _fk(parser: argparse.ArgumentParser) -> None:
         metavar="JOINT",
         help=f"degrees: {', '.join(JOINT_NAMES)}, or the joints of --model",
     )
-    parser.add_argument("--model", default="teachmover", help=MODEL_HELP)
+    _add_model(parser)
     add_json_option(parser)
 
 
@@ -119,7 +122,7 @@ def _ik(parser: argparse.ArgumentParser) -> None:
         metavar="DEG",
         help="direction of the hand about the vertical, for six joints of a model",
     )
-    parser.add_argument("--model", default="teachmover", help=MODEL_HELP)
+    _add_model(parser)
     add_json_option(parser)
 
 
@@ -138,7 +141,7 @@ examples: armdrive plot workspace --pitch -90
 
 def _plot(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("what", choices=["workspace"], help="what to draw")
-    parser.add_argument("--model", default="teachmover", help=MODEL_HELP)
+    _add_model(parser)
     parser.add_argument(
         "--pitch", type=number, metavar="DEG", help="of the hand; -90 points at the table"
     )

@@ -12,7 +12,8 @@ from armdrive.cli.arm_files import DEFAULT_SIM, default_arm
 from armdrive.cli.chosen_arm import chosen_target, connect_chosen
 from armdrive.cli.presenter import emit, say, say_which
 from armdrive.cli.program.demo_display import show
-from armdrive.cli.terminal_person import agreed, ask_operator, settle_trust
+from armdrive.cli.questions import agreed
+from armdrive.cli.terminal_person import ask_operator, settle_trust
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import BadRequest, OperatorNeeded

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 
-from armdrive.cli.arm_files import choose_default, default_arm, path_of
+from armdrive.cli.arm_files import SIM, choose_default, default_arm, path_of
 from armdrive.cli.presenter import emit, say
-from armdrive.connect.target import SIM, find
 from armdrive.errors import BadRequest
+from armdrive.registry import dialect
 from armdrive.registry.arm_files import load_arm
 
 
@@ -31,7 +31,7 @@ def run(options: argparse.Namespace) -> int:
 def _check(name: str) -> None:
     """Raise for what is no usable arm."""
     if name.startswith(SIM):
-        find(name)
+        dialect(name.removeprefix(SIM))
         return
     if name.endswith(".toml"):
         raise BadRequest(f"the name of an arm file, not its path: {name!r}")

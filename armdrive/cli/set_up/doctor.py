@@ -6,10 +6,9 @@ import argparse
 import sys
 
 from armdrive.cli.presenter import say
-from armdrive.cli.set_up import doctor_can
+from armdrive.cli.questions import agreed
 from armdrive.cli.set_up.doctor_keyboard import run as examine_keyboard
-from armdrive.cli.set_up.doctor_report import Report, compare
-from armdrive.cli.terminal_person import agreed
+from armdrive.cli.set_up.doctor_report import Report
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import PortOpening
 from armdrive.connect.target import find, simulation_forced
@@ -37,6 +36,8 @@ def run(options: argparse.Namespace) -> int:
         return _keyboard(options)
     config = _config(options)
     if _on_can(options, config):
+        from armdrive.cli.set_up import doctor_can  # every protocol that is spoken on a bus
+
         return doctor_can.run(options, config)
     port, before = _before(options, config)
     report = Report(port, options.json)
@@ -159,5 +160,7 @@ def _weigh(
     if identity is None or not identity.dialect:
         return NOBODY
     if config is not None and identity.dialect == config.connection.dialect:
+        from armdrive.cli.set_up.doctor_settings import compare  # all that drives an arm
+
         compare(config, report, options)
     return MENDING if any_problem(report.findings) else DONE

@@ -12,7 +12,8 @@ from dataclasses import replace
 from functools import partial
 from typing import TypeVar
 
-from armdrive.cli.set_up.doctor_report import Report, compare
+from armdrive.cli.set_up.doctor_report import Report
+from armdrive.cli.set_up.doctor_settings import compare
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import PortOpening
 from armdrive.dialects.bus.tools import (

@@ -47,8 +47,7 @@ def _check_door(options: argparse.Namespace) -> None:
 
 def _serve(options: argparse.Namespace) -> int:
     # python-can comes with them, which a list of the dialects does without
-    from armdrive.sim.serving.loop import make_server, run_device
-    from armdrive.sim.serving.servers import SlcanServer, beyond_this_computer
+    from armdrive.sim.serving import loop, servers
 
     config = simulated_config(options.dialect)
     if options.baud is not None:
@@ -59,7 +58,7 @@ def _serve(options: argparse.Namespace) -> int:
     device = simulate_device(config, play=options.play, settings=settings)
     faults = [parse_option(text) for text in options.fault]
     check_faults(device, faults)
-    server = make_server(
+    server = loop.make_server(
         pty=Path(options.pty) if options.pty else None,
         tcp=options.tcp,
         udp=options.udp,
@@ -67,14 +66,14 @@ def _serve(options: argparse.Namespace) -> int:
         beside=Path(options.beside) if options.beside else None,
         bits_s=device.bits_s() if isinstance(device, DrivesOnBus) else BITRATE,
     )
-    where = server.can_address if isinstance(server, SlcanServer) else server.address
+    where = server.can_address if isinstance(server, servers.SlcanServer) else server.address
     say(
         f"a simulated {config.title} speaks {options.dialect} at {where}; "
         "Ctrl-C ends it, help lists commands"
     )
-    warning = beyond_this_computer(options.tcp or options.udp or ":0")
+    warning = servers.beyond_this_computer(options.tcp or options.udp or ":0")
     if warning:
         put_error(f"armdrive: {warning}\n")
     commands = None if sys.stdin.closed else sys.stdin.fileno()
-    run_device(device, server, commands, sys.stdout, faults=faults)
+    loop.run_device(device, server, commands, sys.stdout, faults=faults)
     return 0

@@ -1,23 +1,63 @@
-"""Inverse kinematics on the command line."""
+"""Forward and inverse kinematics on the command line: of a built-in arm here, else of a chain."""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping, Sequence
 
-from armdrive.cli.learn.ik_by_numbers import solve_by_numbers
-from armdrive.cli.learn.models import find_model
+from armdrive.cli.options import Command
 from armdrive.cli.presenter import emit, say
 from armdrive.errors import BadRequest
 from armdrive.status import joints_view, pose_view, violation_text
 from kinematics.five_axis.arm import Branch
 from kinematics.presets import PRESETS, ArmPreset, preset
-from kinematics.spaces import Pose
+from kinematics.spaces import JOINT_NAMES, Joints, Pose
 
 
-def run(options: argparse.Namespace) -> int:
+def _of_chains() -> Mapping[str, Command]:
+    from armdrive.cli.learn import chains  # the textbook, which a built-in arm does without
+
+    return {"fk": chains.fk, "ik": chains.ik}
+
+
+def fk(options: argparse.Namespace) -> int:
+    """Print the pose, and the limits and guards that the posture would pass."""
+    if options.model not in PRESETS:
+        return _of_chains()["fk"](options)
+    _show_fk(preset(options.model), options.joints, as_json=options.json)
+    return 0
+
+
+def _show_fk(model: ArmPreset, typed: Sequence[float], *, as_json: bool) -> None:
+    if len(typed) != len(JOINT_NAMES):
+        raise BadRequest(
+            f"{len(JOINT_NAMES)} joint angles are required ({', '.join(JOINT_NAMES)}), "
+            f"not {len(typed)}"
+        )
+    joints = Joints.of(*typed)
+    pose = model.arm.fk(joints)
+    broken = [violation_text(each) for each in model.arm.violations(joints)]
+    broken += [each.sentence for each in model.guards.violations(model.arm, joints)]
+    if as_json:
+        emit(
+            {
+                "model": model.key,
+                "joints": joints_view(joints),
+                "pose": pose_view(pose),
+                "violations": broken,
+            }
+        )
+        return
+    say(f"{model.title}: {joints}")
+    say(f"tip {pose}")
+    for sentence in broken:
+        say(f"but: {sentence}")
+
+
+def ik(options: argparse.Namespace) -> int:
     """Print every branch, then the one that the arm would take, or why there is none."""
     if options.model not in PRESETS:
-        return solve_by_numbers(find_model(options.model), options)
+        return _of_chains()["ik"](options)
     if options.yaw is not None:
         raise BadRequest("--yaw is for a model of six joints: the hand of this one has none")
     if options.pitch is None:

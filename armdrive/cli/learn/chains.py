@@ -1,4 +1,4 @@
-"""Inverse kinematics of any chain on the command line, with an account of what was met."""
+"""Kinematics of any chain of links on the command line, both ways; the inverse by numbers."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 from dataclasses import replace
 from typing import Any
 
-from armdrive.cli.learn.models import shown_joints
+from armdrive.cli.learn.models import find_model, given_joints, shown_joints
 from armdrive.cli.presenter import emit, say
 from armdrive.config.link_model import Model
 from armdrive.errors import Refused
@@ -21,17 +21,48 @@ from kinematics.textbook.worked_example import (
     FRAME_COORDINATES,
     coordinates_text,
     frame_coordinates,
+    frame_text,
     joints_text,
+    violation_text,
 )
 
 
-def solve_by_numbers(model: Model, options: argparse.Namespace) -> int:
+def fk(options: argparse.Namespace) -> int:
+    """Print where joint values put the tip of a chain, and the limits that they would pass."""
+    model = find_model(options.model)
+    values = given_joints(model.chain, options.joints)
+    frame = model.chain.fk(values)
+    x, y, z, *angles = frame_coordinates(frame)
+    broken = [violation_text(each) for each in model.chain.violations(values)]
+    if options.json:
+        emit(
+            {
+                "model": model.name,
+                "joints": shown_joints(model.chain, values),
+                "frame": [list(row) for row in frame],
+                "position_mm": [x, y, z],
+                "rpy_deg": [math.degrees(angle) for angle in angles],
+                "violations": broken,
+            }
+        )
+        return 0
+    say(f"{model.title}: {joints_text(model.chain, values)}")
+    say(f"tip {coordinates_text(FRAME_COORDINATES, (x, y, z, *angles))}")
+    for line in frame_text(frame):
+        say(line)
+    for sentence in broken:
+        say(f"but: {sentence}")
+    return 0
+
+
+def ik(options: argparse.Namespace) -> int:
     """Print the posture that meets the goal; pitch and roll that are not given are free.
 
     Without a yaw the hand is asked into the plane of base axis and tip.
 
     Raises `Refused` where it is not met, after printing the posture that comes nearest.
     """
+    model = find_model(options.model)
     pose = Pose.of(
         x_mm=options.x,
         y_mm=options.y,
