@@ -10,10 +10,10 @@ import math
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum, auto
-from typing import Any, Generic, Protocol, TypeAlias, TypeVar
+from typing import Any, Generic, Protocol, TypeAlias, TypeVar, Unpack
 
 from armdrive.errors import BadRequest
-from armdrive.moves import BASE_FRAME, Jog
+from armdrive.moves import BASE_FRAME, Angles, Jog, JointJog, TipJog
 from armdrive.status import Status
 from kinematics.errors import suggestion
 from kinematics.presets import ArmModel
@@ -349,17 +349,25 @@ class JoggedArm(Protocol):
         """Its geometry and its limits."""
 
     def jog_j(
-        self, *, speed: float = 0.25, duration_s: float | None = None, **axes: float
+        self,
+        amounts: Angles | None = None,
+        /,
+        *,
+        speed: float = 0.25,
+        duration_s: float | None = None,
+        **axes: Unpack[JointJog],
     ) -> JogResult:
         """Jog joints by increments, or for a time."""
 
     def jog_l(
         self,
+        amounts: Angles | None = None,
+        /,
         *,
         speed: float = 0.25,
         duration_s: float | None = None,
         frame: str = BASE_FRAME,
-        **axes: float,
+        **axes: Unpack[TipJog],
     ) -> JogResult:
         """Jog the tip by increments, or for a time."""
 

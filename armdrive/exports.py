@@ -8,6 +8,7 @@ from armdrive.errors import (
     ArmError,
     ArmFileError,
     ArmInUse,
+    BadArgument,
     BadRequest,
     DeviceFault,
     InputTimeout,
@@ -29,6 +30,7 @@ from armdrive.errors import (
     StateFileError,
     Stopped,
     UnknownPoint,
+    WaitTimeout,
     WrongState,
 )
 from armdrive.motion.execute import Moved
@@ -54,6 +56,7 @@ __all__ = [
     "ArmInUse",
     "AsyncArm",
     "AsyncHandle",
+    "BadArgument",
     "BadRequest",
     "Current",
     "DeviceFault",
@@ -107,5 +110,6 @@ __all__ = [
     "Unreachable",
     "Verdict",
     "Verified",
+    "WaitTimeout",
     "WrongState",
 ]

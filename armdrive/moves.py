@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
+from typing import TypedDict
 
-from armdrive.errors import BadRequest
-from kinematics.errors import finite
+from armdrive.errors import BadArgument, BadRequest
+from armdrive.errors.kinematic import refusal_of
+from kinematics.errors import KinematicsError, finite
 
 
 class Space(Enum):
@@ -28,6 +31,64 @@ GRIPPER_AXIS = "gripper"
 
 BASE_FRAME = "base"
 """The frame in which a jog is meant unless it names another."""
+
+
+# What calls take as keywords, so that a type checker finds a name that is none. An arm of a model
+# file may have joints of other names: those are given in a mapping.
+
+Angles = Mapping[str, float]
+"""Amounts by name, `{"shoulder_deg": 40}`: for joints that are named only as the program runs."""
+
+
+class JointAngles(TypedDict, total=False):
+    """Angles of the joints of the usual arms of five and six joints."""
+
+    base_deg: float
+    shoulder_deg: float
+    elbow_deg: float
+    forearm_roll_deg: float
+    wrist_pitch_deg: float
+    wrist_roll_deg: float
+
+
+class JointJog(JointAngles, total=False):
+    """What an increment turns those joints by; or with `duration_s=` directions from -1 to 1."""
+
+    gripper_mm: float
+    base: float
+    shoulder: float
+    elbow: float
+    forearm_roll: float
+    wrist_pitch: float
+    wrist_roll: float
+    gripper: float
+
+
+class TipJog(TypedDict, total=False):
+    """What an increment moves the tip by; or with `duration_s=` directions from -1 to 1."""
+
+    x_mm: float
+    y_mm: float
+    z_mm: float
+    pitch_deg: float
+    roll_deg: float
+    yaw_deg: float
+    gripper_mm: float
+    x: float
+    y: float
+    z: float
+    pitch: float
+    roll: float
+    yaw: float
+    gripper: float
+
+
+def by_name(amounts: Angles | None, named: Mapping[str, object]) -> dict[str, float]:
+    """Return the amounts of a mapping and of keywords together. Raises `BadRequest`."""
+    given = amounts or {}
+    if twice := given.keys() & named.keys():
+        raise BadRequest(f"{min(twice)} is given twice: in the mapping and as a keyword")
+    return {word: finite(word, value) for word, value in {**given, **named}.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,8 +118,13 @@ class Jog:
     def __post_init__(self) -> None:
         if not self.axes:
             raise BadRequest("a jog needs at least one axis, for example shoulder or z")
-        for name, amount in self.axes:
-            finite(f"the jog of {name}", amount)
+        if not isinstance(self.space, Space):
+            raise BadArgument(f"space must be Space.JOINT or Space.CARTESIAN, not {self.space!r}")
+        try:
+            for name, amount in self.axes:
+                finite(f"the jog of {name}", amount)
+        except KinematicsError as error:
+            raise refusal_of(error) from None
         if self.space is Space.JOINT and self.frame != BASE_FRAME:
             raise BadRequest(
                 f"joints turn in no frame: a jog in the frame {self.frame!r} is Cartesian (x, y, z)"

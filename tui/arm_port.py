@@ -10,7 +10,7 @@ from armdrive import Grasped, Handle, Moved, Point, Preview
 from armdrive.config.arm import ArmConfig
 from armdrive.dialog import PostureRequest
 from armdrive.motion.resolve import BASE
-from armdrive.moves import Jog
+from armdrive.moves import Angles, Jog
 from armdrive.programs.teaching.sequence import FingerStep
 from armdrive.status import Status
 from armdrive.storage.point_file import Points
@@ -122,17 +122,16 @@ class DeskArm(Protocol):
 
     def preview(
         self,
-        goal: Place | None = None,
+        goal: Place | Angles | None = None,
         *,
         line: bool = False,
         frame: str = BASE,
         speed: float = 1.0,
-        **joints_deg: float,
     ) -> Preview:
         """Return what a motion would be, or why it is refused. Moves nothing."""
 
     def move_j(
-        self, *, speed: float = 1.0, wait: Literal[False], **joints_deg: float
+        self, angles_deg: Angles | None = None, /, *, speed: float = 1.0, wait: Literal[False]
     ) -> Handle[Moved]:
         """Begin to move the named joints; raises `ArmError`."""
 

@@ -16,23 +16,28 @@ from typing import (
     Protocol,
     Self,
     TypeVar,
+    Unpack,
     overload,
 )
 
 from armdrive.abilities import Abilities
 from armdrive.aio.loop import goes_in_turn, stage
 from armdrive.arm import Arm, anybody
+from armdrive.arm.arguments import RULES
 from armdrive.arm.devices import Place
 from armdrive.arm.gripper import Gripper
 from armdrive.arm.handle import Handle
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import SIM, simulation_forced
+from armdrive.dialog import Operator
+from armdrive.errors.arguments import BASIC, checked_calls
 from armdrive.motion.execute import Moved
 from armdrive.motion.jog.session import Jogged
 from armdrive.motion.preview import Preview
 from armdrive.motion.resolve import BASE
 from armdrive.motion.segments import SpeedLimits
-from armdrive.moves import BASE_FRAME
+from armdrive.moves import BASE_FRAME, Angles, JointAngles, JointJog, TipJog
+from armdrive.runtime.drive import PaceChoice
 from armdrive.status import Status
 from armdrive.storage.point_file import Points
 from kinematics.paths.parts import Move
@@ -40,7 +45,7 @@ from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 
 if TYPE_CHECKING:  # a real arm loads no simulation
-    from armdrive.sim.simulated_arm import SimulatedArm as SimulatedTwin
+    from armdrive.sim.simulated_arm import SimulatedArm
 
 
 # A motion under way, as a coroutine sees it.
@@ -57,6 +62,7 @@ class Carry(Protocol):
         ...
 
 
+@checked_calls(BASIC)
 class AsyncHandle(Generic[T]):
     """A motion under way, from an awaited call with `wait=False`."""
 
@@ -72,7 +78,7 @@ class AsyncHandle(Generic[T]):
     async def wait(self, timeout_s: float | None = None) -> T:
         """Wait for the end and return what was done, or raise what went wrong.
 
-        Raises `TimeoutError` after `timeout_s` of the arm's own time; the motion goes on. Who
+        Raises `WaitTimeout` after `timeout_s` of the arm's own time; the motion goes on. Who
         cancels this wait stops the arm.
         """
         return await self._carry(lambda: self.sync.wait(timeout_s))
@@ -168,17 +174,37 @@ class AsyncMoves(AsyncCalls[Arm]):
 
     @overload
     async def move_j(
-        self, *, speed: float = 1.0, wait: Literal[True] = True, **joints_deg: float
+        self,
+        angles_deg: Angles | None = None,
+        /,
+        *,
+        speed: float = 1.0,
+        wait: Literal[True] = True,
+        **joints_deg: Unpack[JointAngles],
     ) -> Moved: ...
     @overload
     async def move_j(
-        self, *, speed: float = 1.0, wait: Literal[False], **joints_deg: float
+        self,
+        angles_deg: Angles | None = None,
+        /,
+        *,
+        speed: float = 1.0,
+        wait: Literal[False],
+        **joints_deg: Unpack[JointAngles],
     ) -> AsyncHandle[Moved]: ...
     async def move_j(
-        self, *, speed: float = 1.0, wait: bool = True, **joints_deg: float
+        self,
+        angles_deg: Angles | None = None,
+        /,
+        *,
+        speed: float = 1.0,
+        wait: bool = True,
+        **joints_deg: Unpack[JointAngles],
     ) -> Moved | AsyncHandle[Moved]:
         """Move the named joints; see `Arm.move_j`."""
-        return await self._go(lambda: self.sync.move_j(speed=speed, wait=False, **joints_deg), wait)
+        return await self._go(
+            lambda: self.sync.move_j(angles_deg, speed=speed, wait=False, **joints_deg), wait
+        )
 
     @overload
     async def move_to(
@@ -256,32 +282,44 @@ class AsyncMoves(AsyncCalls[Arm]):
         )
 
     async def jog_j(
-        self, *, speed: float = 0.25, duration_s: float | None = None, **axes: float
+        self,
+        amounts: Angles | None = None,
+        /,
+        *,
+        speed: float = 0.25,
+        duration_s: float | None = None,
+        **axes: Unpack[JointJog],
     ) -> Jogged:
         """Jog joints, by increments or for a time; see `Arm.jog_j`."""
-        return await self.carry(lambda: self.sync.jog_j(speed=speed, duration_s=duration_s, **axes))
+        return await self.carry(
+            lambda: self.sync.jog_j(amounts, speed=speed, duration_s=duration_s, **axes)
+        )
 
     async def jog_l(
         self,
+        amounts: Angles | None = None,
+        /,
         *,
         speed: float = 0.25,
         duration_s: float | None = None,
         frame: str = BASE_FRAME,
-        **axes: float,
+        **axes: Unpack[TipJog],
     ) -> Jogged:
         """Jog the tip, by increments or for a time; see `Arm.jog_l`."""
         return await self.carry(
-            lambda: self.sync.jog_l(speed=speed, duration_s=duration_s, frame=frame, **axes)
+            lambda: self.sync.jog_l(
+                amounts, speed=speed, duration_s=duration_s, frame=frame, **axes
+            )
         )
 
     async def preview(
         self,
-        goal: Place | None = None,
+        goal: Place | Angles | None = None,
         *,
         line: bool = False,
         frame: str = BASE,
         speed: float = 1.0,
-        **joints_deg: float,
+        **joints_deg: Unpack[JointAngles],
     ) -> Preview:
         """Return what a motion would be, or why it is refused; see `Arm.preview`."""
         return await self.carry(
@@ -297,6 +335,7 @@ class AsyncMoves(AsyncCalls[Arm]):
         return AsyncHandle(await self.carry(begin), self.carry)
 
 
+@checked_calls(RULES)
 class AsyncArm(AsyncMoves):
     """One arm, connected, for a program of coroutines; `sync` is the `Arm` itself.
 
@@ -309,13 +348,35 @@ class AsyncArm(AsyncMoves):
         super().__init__(sync, sync)
 
     @classmethod
-    def connect(cls, target: str | None = None, **options: Any) -> Connecting:
+    def connect(
+        cls,
+        target: str | None = None,
+        *,
+        dialect: str | None = None,
+        baud: int | None = None,
+        pace: PaceChoice = None,
+        allow_restored: bool = False,
+        operator: Operator | None = None,
+        twin: SimulatedArm | None = None,
+        reconnect: bool | None = None,
+    ) -> Connecting:
         """Connect as `Arm.connect` does: `await` it, or use it in `async with`.
 
         Simulated arms of one event loop live on one clock, unless `pace` says otherwise. What
         simulated time an arm needs passes while its calls are awaited, and not in `asyncio.sleep`.
         """
-        return Connecting(target, options)
+        connect = partial(
+            Arm.connect,
+            target,
+            dialect=dialect,
+            baud=baud,
+            pace=pace,
+            allow_restored=allow_restored,
+            operator=operator,
+            twin=twin,
+            reconnect=reconnect,
+        )
+        return Connecting(connect, in_turn=_in_simulated_time(target, pace))
 
     async def __aenter__(self) -> Self:
         await self.carry(self.sync.__enter__)
@@ -351,7 +412,7 @@ class AsyncArm(AsyncMoves):
         return self.sync.simulated
 
     @property
-    def twin(self) -> SimulatedTwin | None:
+    def twin(self) -> SimulatedArm | None:
         """The simulated arm behind, with its physical world."""
         return self.sync.twin
 
@@ -426,8 +487,8 @@ class AsyncArm(AsyncMoves):
         return self.sync.speed_override
 
     @speed_override.setter
-    def speed_override(self, share: float) -> None:
-        self.sync.speed_override = share
+    def speed_override(self, speed_override: float) -> None:
+        self.sync.speed_override = speed_override
 
     # -- what is awaited ----------------------------------------------------------------------
 
@@ -476,9 +537,9 @@ class AsyncArm(AsyncMoves):
 class Connecting:
     """A connection that is being made: awaited it is the arm, in `async with` it is closed too."""
 
-    def __init__(self, target: str | None, options: dict[str, Any]) -> None:
-        self._target = target
-        self._options = options
+    def __init__(self, connect: Callable[[], Arm], *, in_turn: bool) -> None:
+        self._connect = connect
+        self._in_turn = in_turn
         self._arm: AsyncArm | None = None
 
     def __await__(self) -> Generator[Any, None, AsyncArm]:
@@ -502,13 +563,14 @@ class Connecting:
             await self._arm.close()
 
     async def _connected(self) -> AsyncArm:
-        connect = partial(Arm.connect, self._target, **self._options)
-        return AsyncArm(await stage().connect(connect, in_turn=self._in_simulated_time))
+        return AsyncArm(await stage().connect(self._connect, in_turn=self._in_turn))
 
-    @property
-    def _in_simulated_time(self) -> bool:
-        """Whether the loop may hold its breath for it: no port is opened, nothing really waits."""
-        if isinstance(self._options.get("pace"), str | float | int):
-            return bool(self._options["pace"] == "simulated")
-        forced = simulation_forced() or anybody()
-        return forced or self._target is None or self._target.startswith(SIM)
+
+def _in_simulated_time(target: str | None, pace: PaceChoice) -> bool:
+    """Tell whether the loop may hold its breath for a connection.
+
+    No port is opened then, and nothing really waits.
+    """
+    if isinstance(pace, str | float | int):
+        return pace == "simulated"
+    return simulation_forced() or anybody() or target is None or target.startswith(SIM)

@@ -6,10 +6,11 @@ All of them may be called from any thread; `stop`, `estop` and `status` while an
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Self
 
+from armdrive.arm.arguments import RULES
 from armdrive.arm.connected import Overrides, Reconnecting
 from armdrive.arm.devices import IoCalls, PendantCalls
 from armdrive.arm.gripper import Gripper
@@ -19,15 +20,22 @@ from armdrive.arm.reference import VerifyCalls
 from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import PATIENCE_S, Parts
 from armdrive.connect.target import ConnectOptions, connect
+from armdrive.dialog import Operator
+from armdrive.errors.arguments import checked_calls
 from armdrive.motion import device as comparing
 from armdrive.motion import reference as referencing
+from armdrive.runtime.drive import PaceChoice
 from armdrive.runtime.states import Event, after
 from armdrive.status import State
 from armdrive.tasks import DeviceSettings
 from armdrive.trace.calls import witnessed
 
+if TYPE_CHECKING:  # a real arm loads no simulation
+    from armdrive.sim.simulated_arm import SimulatedArm
+
 
 @witnessed
+@checked_calls(RULES)
 class Arm(
     VerifyCalls, RouteCalls, PreviewCalls, JogCalls, Reconnecting, Overrides, PendantCalls, IoCalls
 ):
@@ -42,7 +50,18 @@ class Arm(
             self.on_close(call)
 
     @classmethod
-    def connect(cls, target: str | None = None, **options: Any) -> Arm:
+    def connect(
+        cls,
+        target: str | None = None,
+        *,
+        dialect: str | None = None,
+        baud: int | None = None,
+        pace: PaceChoice = None,
+        allow_restored: bool = False,
+        operator: Operator | None = None,
+        twin: SimulatedArm | None = None,
+        reconnect: bool | None = None,
+    ) -> Arm:
         """Connect to an arm by the name of its arm file, a port with `dialect=`, or `sim:NAME`.
 
         Without any it is the simulated TeachMover, and in a script under `armdrive run` the arm
@@ -53,9 +72,17 @@ class Arm(
         `ARMDRIVE_FORCE_SIM=1` in the environment every arm is its simulated twin. Raises
         `PortUnavailable`, `ArmFileError`, `BadRequest`, `NoAnswer`.
         """
-        chosen = ConnectOptions(**options)
+        options = ConnectOptions(
+            dialect=dialect,
+            baud=baud,
+            pace=pace,
+            allow_restored=allow_restored,
+            operator=operator,
+            twin=twin,
+            reconnect=reconnect,
+        )
         instead = stood_in(target, options)
-        return Arm(connect(target, chosen)) if instead is None else instead
+        return Arm(connect(target, options)) if instead is None else instead
 
     def __enter__(self) -> Self:
         if self.core.state is State.DISABLED:
@@ -101,7 +128,7 @@ class Arm(
 # What stands in is of the whole process on purpose: a thread that the program starts is no way
 # around it, since in a rehearsal its connection would move the real arm.
 
-Standin = Callable[[str | None, Mapping[str, Any]], Arm | None]
+Standin = Callable[[str | None, ConnectOptions], Arm | None]
 """Gets what `Arm.connect` was called with; returns an arm, or None to let it go on as it says.
 
 The target is None where the program named none.
@@ -120,7 +147,7 @@ def standing_in(standin: Standin) -> Iterator[None]:
         _PRESENT.remove(standin)
 
 
-def stood_in(target: str | None, options: Mapping[str, Any]) -> Arm | None:
+def stood_in(target: str | None, options: ConnectOptions) -> Arm | None:
     """Return the arm that somebody gives instead; None where nobody stands in."""
     return _PRESENT[-1](target, options) if _PRESENT else None
 

@@ -294,8 +294,8 @@ class Overrides(Connected):
         return self.core.tempo.override
 
     @speed_override.setter
-    def speed_override(self, share: float) -> None:
-        self.core.tempo.set_override(share)
+    def speed_override(self, speed_override: float) -> None:
+        self.core.tempo.set_override(speed_override)
 
 
 # Getting the arm back after its wire was lost, by hand.

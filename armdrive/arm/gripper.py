@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from armdrive.arm.moving import MoveCalls
 from armdrive.errors import Refused
+from armdrive.errors.arguments import BASIC, checked_calls
 from armdrive.motion.execute import Moved
 from armdrive.motion.gripper import Grasped, grasp, require_gripper
 from armdrive.motion.plan import speed_fraction
@@ -16,6 +17,7 @@ GRASP_PATIENCE_S = 120.0
 
 
 @witnessed
+@checked_calls(BASIC)
 class Gripper:
     """The fingers of an arm."""
 

@@ -5,11 +5,14 @@ from __future__ import annotations
 from typing import Generic, TypeVar
 
 from armdrive.connect.parts import TaskRunner
+from armdrive.errors import WaitTimeout
+from armdrive.errors.arguments import BASIC, checked_calls
 from armdrive.tasks import Task
 
 T = TypeVar("T")
 
 
+@checked_calls(BASIC)
 class Handle(Generic[T]):
     """A motion under way, from a call with `wait=False`."""
 
@@ -26,13 +29,13 @@ class Handle(Generic[T]):
     def wait(self, timeout_s: float | None = None) -> T:
         """Wait for the end and return what was done, or raise what went wrong.
 
-        Raises `TimeoutError` after `timeout_s`; the motion goes on. Without a timeout the wait
+        Raises `WaitTimeout` after `timeout_s`; the motion goes on. Without a timeout the wait
         still ends: its deadline is computed from the motion, and passing it stops the arm.
         """
         if timeout_s is None:
             return self._runner.finish(self._task, self._timeout_s)
         if not self._runner.pace.wait(lambda: self._task.done, timeout_s):
-            raise TimeoutError(f"the motion had not ended after {timeout_s:g} s")
+            raise WaitTimeout(f"the motion had not ended after {timeout_s:g} s")
         return self._task.result()
 
     def cancel(self) -> None:

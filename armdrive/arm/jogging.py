@@ -2,16 +2,32 @@
 
 from __future__ import annotations
 
+from typing import Unpack
+
 from armdrive.arm.connected import Connected
 from armdrive.connect.parts import PATIENCE_S
 from armdrive.errors import BadRequest, Refused, WrongState
 from armdrive.motion.jog.session import Jogged, check_jog, jog_session
 from armdrive.motion.plan import speed_fraction
-from armdrive.moves import BASE_FRAME, GRIPPER_AXIS, ContinuousJog, IncrementalJog, Jog, Space
+from armdrive.moves import (
+    BASE_FRAME,
+    GRIPPER_AXIS,
+    Angles,
+    ContinuousJog,
+    IncrementalJog,
+    Jog,
+    JointJog,
+    Space,
+    TipJog,
+    by_name,
+)
 from armdrive.runtime.states import Event, after
 from armdrive.status import State
 from armdrive.tasks import Task
-from kinematics.errors import finite
+from kinematics.errors import finite, suggestion
+
+OPTIONS = ("speed", "duration_s", "frame")
+"""What a misspelt word may mean where axes are named."""
 
 LONGEST_HOLD_S = 1.0
 """A held jog is renewed at least this often, or it ends."""
@@ -26,32 +42,41 @@ class JogCalls(Connected):
     _session: Task[Jogged] | None = None
 
     def jog_j(
-        self, *, speed: float = 0.25, duration_s: float | None = None, **axes: float
+        self,
+        amounts: Angles | None = None,
+        /,
+        *,
+        speed: float = 0.25,
+        duration_s: float | None = None,
+        **axes: Unpack[JointJog],
     ) -> Jogged:
         """Jog joints: by increments, `shoulder_deg=2, gripper_mm=5`, or for a time.
 
         With `duration_s` the axes are directions from -1 to 1, `shoulder=1`, that share the
         speed. Limits are met by stopping at them; `note` of the result says so. Allowed without
-        a reference, then slow and without limits.
+        a reference, then slow and without limits. Joints that a model file names otherwise are
+        given in a mapping, `{"turret_deg": 2}`.
         """
-        in_steps = duration_s is None
-        return self._jog(Jog(Space.JOINT, _axes(axes, in_steps)), speed, duration_s)
+        named = _axes(by_name(amounts, axes), in_steps=duration_s is None)
+        return self._jog(Jog(Space.JOINT, named), speed, duration_s)
 
     def jog_l(
         self,
+        amounts: Angles | None = None,
+        /,
         *,
         speed: float = 0.25,
         duration_s: float | None = None,
         frame: str = BASE_FRAME,
-        **axes: float,
+        **axes: Unpack[TipJog],
     ) -> Jogged:
         """Jog the tip: by increments, `x_mm=5, pitch_deg=-2`, or for a time, `x=1`.
 
         x, y and z are those of the `frame`: "base", "tool", which goes with the hand, or a frame
         of the arm file. `jog_l(frame="tool", z=1, duration_s=1)` goes where the hand points.
         """
-        in_steps = duration_s is None
-        return self._jog(Jog(Space.CARTESIAN, _axes(axes, in_steps), frame), speed, duration_s)
+        named = _axes(by_name(amounts, axes), in_steps=duration_s is None)
+        return self._jog(Jog(Space.CARTESIAN, named, frame), speed, duration_s)
 
     def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
         """Jog for `for_s` seconds and no longer unless called again; never waits.
@@ -122,7 +147,7 @@ class JogCalls(Connected):
         return self._session
 
 
-def _axes(words: dict[str, float], in_steps: bool) -> tuple[tuple[str, float], ...]:
+def _axes(words: Angles, *, in_steps: bool) -> tuple[tuple[str, float], ...]:
     return tuple((_axis(word, in_steps), value) for word, value in words.items())
 
 
@@ -136,5 +161,5 @@ def _axis(word: str, in_steps: bool) -> str:
             return axis
     raise BadRequest(
         f"{word!r} names no increment: write for example shoulder_deg=2, x_mm=5 or gripper_mm=3, "
-        "or give duration_s= with directions such as shoulder=1"
+        f"or give duration_s= with directions such as shoulder=1{suggestion(word, OPTIONS)}"
     )

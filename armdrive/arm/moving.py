@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Literal, overload
+from typing import Literal, Unpack, overload
 
 from armdrive.arm.devices import Place, PointCalls
 from armdrive.arm.handle import Handle
@@ -15,8 +15,9 @@ from armdrive.motion import execute as motion
 from armdrive.motion.execute import Moved
 from armdrive.motion.gripper import require_gripper, set_gripper
 from armdrive.motion.plan import MotionPlan, plan_joints, plan_route, speed_fraction
-from armdrive.motion.preview import Preview, Refusal, preview_goal
+from armdrive.motion.preview import Preview, preview_goal
 from armdrive.motion.resolve import BASE, TOOL, Ground, JointGoal, ResolvedGoal, goal_in_base
+from armdrive.moves import Angles, JointAngles, by_name
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.states import Event, after
 from armdrive.status import State, Trust
@@ -25,6 +26,9 @@ from kinematics.spaces import Joints, Motors, Pose
 
 PATIENCE = 4.0
 """A motion that takes this many times longer than planned, and then some, is given up."""
+
+WAYS = JOINT, LINE = "joint", "line"
+"""How `go` gets somewhere."""
 
 PARK_HEIGHT_MM = 30.0
 PARK_RISE_MM = 60.0
@@ -35,22 +39,41 @@ class MoveCalls(PointCalls):
 
     @overload
     def move_j(
-        self, *, speed: float = 1.0, wait: Literal[True] = True, **joints_deg: float
+        self,
+        angles_deg: Angles | None = None,
+        /,
+        *,
+        speed: float = 1.0,
+        wait: Literal[True] = True,
+        **joints_deg: Unpack[JointAngles],
     ) -> Moved: ...
     @overload
     def move_j(
-        self, *, speed: float = 1.0, wait: Literal[False], **joints_deg: float
+        self,
+        angles_deg: Angles | None = None,
+        /,
+        *,
+        speed: float = 1.0,
+        wait: Literal[False],
+        **joints_deg: Unpack[JointAngles],
     ) -> Handle[Moved]: ...
     def move_j(
-        self, *, speed: float = 1.0, wait: bool = True, **joints_deg: float
+        self,
+        angles_deg: Angles | None = None,
+        /,
+        *,
+        speed: float = 1.0,
+        wait: bool = True,
+        **joints_deg: Unpack[JointAngles],
     ) -> Moved | Handle[Moved]:
         """Move the named joints, `shoulder_deg=40, elbow_deg=-60`; the others stay.
 
+        Joints that a model file names otherwise are given in a mapping, `{"turret_deg": 30}`.
         Straight in joint space. `speed` is a fraction of the limits. The whole way is audited
         first: `OutOfBounds` names the joint or guard, and nothing has moved. With `wait=False` a
         `Handle` is returned at once.
         """
-        handle = self._go(JointGoal(joints_deg), speed)
+        handle = self._go(JointGoal(by_name(angles_deg, joints_deg)), speed)
         return handle.wait() if wait else handle
 
     @overload
@@ -102,7 +125,9 @@ class MoveCalls(PointCalls):
 
         As a step of a sequence says it: `move_to` and `move_l` with `wait=False`.
         """
-        return self._go(self.goal_of(place, line=how == "line"), speed)
+        if how not in WAYS:
+            raise BadRequest(f"how is {' or '.join(map(repr, WAYS))}, not {how!r}")
+        return self._go(self.goal_of(place, line=how == LINE), speed)
 
     def move_gripper(self, opening_mm: float, speed: float) -> Moved:
         """Bring the fingers to an opening in mm; see `Arm.gripper`."""
@@ -290,25 +315,25 @@ class PreviewCalls(MoveCalls):
 
     def preview(
         self,
-        goal: Place | None = None,
+        goal: Place | Angles | None = None,
         *,
         line: bool = False,
         frame: str = BASE,
         speed: float = 1.0,
-        **joints_deg: float,
+        **joints_deg: Unpack[JointAngles],
     ) -> Preview:
         """Return what a motion would be, or why it is refused. Sends nothing, moves nothing.
 
         `preview(pose)` (or a named point) foresees `move_to`, `preview(pose, line=True)` foresees
-        `move_l`, and `preview(shoulder_deg=40)` foresees `move_j`. A refusal is part of the answer:
-        its typed error, and where the arm could go instead. Raises `BadRequest` for what is no
-        goal.
+        `move_l`, and `preview(shoulder_deg=40)` or a mapping foresees `move_j`. A refusal is part
+        of the answer: its typed error, and where the arm could go instead. Raises `BadRequest` for
+        what is no goal.
         """
         fraction = speed_fraction(speed)
-        if goal is None:
+        if goal is None or isinstance(goal, Mapping):
             if line or frame != BASE:
                 raise BadRequest("a line and a frame are of a pose: give one")
-            return self._foreseen(JointGoal(joints_deg), fraction)
+            return self._foreseen(JointGoal(by_name(goal, joints_deg)), fraction)
         if joints_deg:
             raise BadRequest("give a pose or joint angles, not both")
         return self._foreseen(self.goal_of(goal, frame, line=line), fraction)
@@ -322,7 +347,7 @@ class PreviewCalls(MoveCalls):
         ground = Ground(self.config, self.speeds, here)
         return preview_goal(ground, controller, goal, fraction, hindrance)
 
-    def _hindrance(self, goal: ResolvedGoal) -> Refusal | None:
+    def _hindrance(self, goal: ResolvedGoal) -> Refused | None:
         """Return why no motion to such a goal may begin now, whatever its way."""
         try:
             if goal.cartesian:

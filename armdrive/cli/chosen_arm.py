@@ -10,6 +10,7 @@ from armdrive.cli.sim_state import connect_remembered
 from armdrive.connect import target as targets
 from armdrive.connect.target import Target
 from armdrive.errors import BadRequest
+from armdrive.runtime.drive import PaceChoice
 
 
 def chosen_target(options: argparse.Namespace) -> Target:
@@ -27,7 +28,7 @@ def chosen_target(options: argparse.Namespace) -> Target:
 def connect_chosen(
     options: argparse.Namespace,
     *,
-    pace: str | float | None = None,
+    pace: PaceChoice = None,
     allow_restored: bool = False,
     reconnect: bool | None = None,
 ) -> Arm:

@@ -11,6 +11,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import connect_simulated, state_file
 from armdrive.errors import StateFileError
 from armdrive.registry.simulate import simulate
+from armdrive.runtime.drive import PaceChoice
 from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold
@@ -34,7 +35,7 @@ def connect_remembered(
     config: ArmConfig,
     *,
     fresh: bool = False,
-    pace: str | float | None = None,
+    pace: PaceChoice = None,
     allow_restored: bool = False,
 ) -> Arm:
     """Connect to a simulated arm as the last command left it; remember it at the end."""

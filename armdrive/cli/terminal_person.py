@@ -234,8 +234,8 @@ def _amount(word: str) -> float:
 def jogged(arm: JoggedArm, name: str, amount: float) -> str:
     """Jog, and say what came of it."""
     if name in TIP_AXES:
-        done = arm.jog_l(speed=SPEED, frame=BASE_FRAME, **{f"{name}_mm": amount})
+        done = arm.jog_l({f"{name}_mm": amount}, speed=SPEED, frame=BASE_FRAME)
     else:
         unit = "mm" if name == GRIPPER_AXIS else "deg"
-        done = arm.jog_j(speed=SPEED, **{f"{name}_{unit}": amount})
+        done = arm.jog_j({f"{name}_{unit}": amount}, speed=SPEED)
     return done.note or f"{name} {amount:+g}: done"

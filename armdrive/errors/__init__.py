@@ -4,6 +4,7 @@
     +-- Refused                   3   nothing was sent, nothing moved
     |   +-- BadRequest            2   a word or number of the call itself is wrong
     |   |   +-- UnknownPoint      2   no point or sequence has that name
+    |   |   +-- BadArgument       2   an argument is of the wrong kind, or there are too many
     |   +-- NotReferenced         3   planned motion needs a position that can be trusted
     |   +-- OperatorNeeded        3   a person has to look at the arm first
     |   +-- WrongState            3   not allowed in the present state of the arm
@@ -11,6 +12,7 @@
     |   +-- SettingsDiffer        3   the device is set up for another arm
     |   +-- ArmInUse              4   another program holds the arm
     +-- InputTimeout              1   an input did not become what was waited for in time
+    +-- WaitTimeout               1   a motion had not ended when its wait was given up
     +-- Stopped                   5   a motion ended early because somebody stopped it
     |   +-- PendantStop           5   the STOP key of the pendant
     +-- DeviceFault               6   the controller said no, or something else than expected
@@ -29,7 +31,8 @@
     +-- KeyFileError              2   a file of the desk's keys that cannot be used
     +-- ProgramError              2   a program that cannot be read, or that cannot go on
 
-A goal that cannot be reached is kinematics' own `Unreachable`, and ends with 3. What each means for
+What the kinematics refuse in a call of an arm is a `Refused` too (kinematic.py): a goal that
+cannot be reached is both that and `kinematics.Unreachable`, and ends with 3. What each means for
 the arm and what to do stands in table.py, by `error.code`.
 """
 
@@ -77,7 +80,14 @@ class UnknownPoint(BadRequest, KeyError):
 
     code = "E109"
 
-    __str__ = ArmError.__str__  # a KeyError would show the message in quotes
+    def __str__(self) -> str:
+        return as_message(Exception.__str__(self))  # a KeyError would show the message in quotes
+
+
+class BadArgument(BadRequest, TypeError):
+    """An argument of a call is of the wrong kind, missing, or one that the call does not have."""
+
+    code = "E115"
 
 
 class NotReferenced(Refused):
@@ -140,6 +150,12 @@ class InputTimeout(ArmError, TimeoutError):
     """An input did not become what was waited for before the deadline. Nothing was stopped."""
 
     code = "E114"
+
+
+class WaitTimeout(ArmError, TimeoutError):
+    """A motion had not ended within the time that the call was ready to wait; it goes on."""
+
+    code = "E106"
 
 
 class Stopped(ArmError):

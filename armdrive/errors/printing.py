@@ -12,10 +12,12 @@ _PAGE_BEGINS = """\
 # Every error
 
 What a message means, what it means for the arm, and what to do. The code stands in brackets before
-the sentence: `armdrive: [E203] planned motion needs ...`; in a program it is `error.code`, or
-`armdrive.errors.table.entry(error)` for those of the kinematics. `armdrive errors CODE` prints one
-row, `armdrive errors --find lost,wire` those with both words, and `armdrive errors --markdown` this
-page. On the log of the desk (F7) `e` searches it.
+the sentence: `armdrive: [E203] planned motion needs ...`. Every error of a call of an arm is an
+`ArmError`, and in a program the code is `error.code`. What the kinematics refuse in such a call is
+both: `move_to` raises an `Unreachable` that is an `ArmError` and a `kinematics.Unreachable`. The
+mathematics alone raise errors of their own, whose row is `armdrive.errors.table.entry(error)`.
+`armdrive errors CODE` prints one row, `armdrive errors --find lost,wire` those with both words, and
+`armdrive errors --markdown` this page. On the log of the desk (F7) `e` searches it.
 
 With `--json` a command that fails prints one object on its error output: `code`, `title`,
 `message`, `effect` and `remedy`. The status has `error_code`, `notice_code` and `trust_code`.

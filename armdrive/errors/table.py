@@ -110,7 +110,7 @@ REQUESTS = (
         "referenced again.",
     ),
     CatalogueEntry(
-        "E106", "TimeoutError", "a wait that was given up",
+        "E106", "WaitTimeout", "a wait that was given up",
         "The motion had not ended within the time that the call was ready to wait.",
         "The motion goes on.",
         "Wait again, or stop the arm.",
@@ -170,6 +170,14 @@ REQUESTS = (
         "None: the wait stopped nothing and moved nothing.",
         "Look at the sensor and its cable, and at the number: inputs are counted from 1. "
         "`armdrive status` shows them.",
+    ),
+    CatalogueEntry(
+        "E115", "BadArgument", "an argument of the wrong kind",
+        "A call of a program was given text where a pose belongs, too many values, or an option "
+        "that it does not have.",
+        NOTHING_SENT,
+        "Correct the argument that the sentence names; docs/reference.md shows what each call "
+        "takes.",
     ),
 )  # fmt: skip
 

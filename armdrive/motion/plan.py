@@ -19,7 +19,7 @@ from armdrive.errors import BadRequest, OutOfBounds
 from armdrive.motion.segments import SpeedLimits, fewer, legs_along
 from armdrive.registry import dialect
 from armdrive.runtime.position import ArmCoordinates, MotionSegment
-from kinematics.errors import Unreachable, finite
+from kinematics.errors import Unreachable, finite, suggestion
 from kinematics.guards.escape import nearest_allowed
 from kinematics.guards.guards import GuardViolation, Violation
 from kinematics.guards.path import first_violation
@@ -28,6 +28,9 @@ from kinematics.paths.chords import line_path
 from kinematics.paths.parts import LineMove, Move, PoseMove
 from kinematics.paths.routes import PathSection, Route, route_sections
 from kinematics.spaces import Joints, Pose
+
+OPTIONS = ("speed", "wait")
+"""What a misspelt word may mean where joints are named."""
 
 NEARLY = 0.999
 """A blend may be so much smaller than asked for without a word."""
@@ -66,7 +69,8 @@ def named_joints(start: Joints, named_deg: Mapping[str, float]) -> Joints:
     changed = {}
     for word, value in named_deg.items():
         if word not in known:
-            raise BadRequest(f"no joint is called {word!r}; known are {', '.join(known)}")
+            hint = suggestion(word, (*known, *OPTIONS))
+            raise BadRequest(f"no joint is called {word!r}; known are {', '.join(known)}{hint}")
         changed[known[word]] = math.radians(finite(word, value))
     return start.replace(**changed)
 

@@ -14,6 +14,7 @@ from typing import Any
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.controller import Controller
 from armdrive.errors import ArmError, BadRequest
+from armdrive.errors.kinematic import refusal_of
 from armdrive.errors.table import error_view
 from armdrive.motion.plan import MotionPlan
 from armdrive.motion.resolve import Ground, JointGoal, LineGoal, PoseGoal, PostureGoal, ResolvedGoal
@@ -150,7 +151,7 @@ class Furthest:
 
 
 def instead_of(
-    ground: Ground, goal: ResolvedGoal, refusal: ArmError | KinematicsError | None, fraction: float
+    ground: Ground, goal: ResolvedGoal, refusal: ArmError | None, fraction: float
 ) -> Furthest | None:
     """Return where a motion could lead instead; None where every way is barred.
 
@@ -309,8 +310,6 @@ def _turn_deg(a: Joints, b: Joints) -> float:
     return math.degrees(math.dist(a.angles_rad, b.angles_rad))
 
 
-Refusal = ArmError | KinematicsError
-
 STOPS_LOOKED_AT = 32
 """At so many postures of a way the stopping distance is computed, which changes little between."""
 
@@ -331,8 +330,8 @@ class Preview:
     """
 
     start: Joints | None
-    hindrance: Refusal | None = None
-    problem: Refusal | None = None
+    hindrance: ArmError | None = None
+    problem: ArmError | None = None
     ways: tuple[PostureOption, ...] = ()
     plan: MotionPlan | None = field(default=None, repr=False)
     postures: tuple[Joints, ...] = field(default=(), repr=False)
@@ -347,7 +346,7 @@ class Preview:
     goal: Pose | None = None
 
     @property
-    def refusal(self) -> Refusal | None:
+    def refusal(self) -> ArmError | None:
         """What would be raised if the motion were asked for now."""
         return self.hindrance or self.problem
 
@@ -380,7 +379,7 @@ def preview_goal(
     controller: Controller,
     goal: ResolvedGoal,
     fraction: float,
-    hindrance: Refusal | None,
+    hindrance: ArmError | None,
 ) -> Preview:
     """Plan a motion from where the arm stands, and measure it. Nothing is sent.
 
@@ -421,13 +420,15 @@ def preview_goal(
 
 def _planned(
     ground: Ground, goal: ResolvedGoal, fraction: float
-) -> tuple[MotionPlan | None, Refusal | None]:
+) -> tuple[MotionPlan | None, ArmError | None]:
     try:
         return goal.plan(ground, fraction), None
     except BadRequest:
         raise
-    except (ArmError, KinematicsError) as refusal:
+    except ArmError as refusal:
         return None, refusal
+    except KinematicsError as error:
+        return None, refusal_of(error)
 
 
 # A preview for people, line by line, and as plain data for programs.

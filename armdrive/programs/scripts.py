@@ -13,7 +13,7 @@ import os
 import runpy
 import sys
 import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
@@ -21,7 +21,7 @@ from typing import Any, cast
 
 from armdrive.arm import Arm, standing_in
 from armdrive.config.arm import ArmConfig
-from armdrive.connect.target import SIM, connect_simulated, find
+from armdrive.connect.target import SIM, ConnectOptions, connect, connect_simulated, find
 from armdrive.errors import BadRequest, SourceMark
 from armdrive.errors.printable import printable_lines
 from armdrive.programs.rehearsal import (
@@ -36,6 +36,7 @@ from armdrive.programs.rehearsal import (
     rehearsing_arm,
 )
 from armdrive.programs.running import Took
+from armdrive.runtime.drive import PaceChoice
 from armdrive.sim.world.scene import GripScene
 from armdrive.sim.world.table import Incident
 from armdrive.text.reading import read_bytes
@@ -115,7 +116,7 @@ LARGEST_SCRIPT = 4_000_000
 
 FORCE_SIM = "ARMDRIVE_FORCE_SIM"
 
-Own = Callable[[Mapping[str, Any]], "Arm"]
+Own = Callable[[ConnectOptions], "Arm"]
 """Connects to the arm that the run names, with the options of the script's own call."""
 
 
@@ -128,7 +129,7 @@ class Connections:
         own: Own,
         told: Callable[[Arm, ScriptCall], object],
         made: Callable[[Arm], object],
-        given: Callable[[str, Mapping[str, Any]], Arm],
+        given: Callable[[str, ConnectOptions], Arm],
     ) -> None:
         """`given` connects to an arm that the script names; `made` hears of each that is there."""
         self.arms: list[Arm] = []
@@ -138,7 +139,7 @@ class Connections:
         self._made = made
         self._given = given
 
-    def __call__(self, target: str | None, options: Mapping[str, Any]) -> Arm:
+    def __call__(self, target: str | None, options: ConnectOptions) -> Arm:
         """Connect as `armdrive.arm.Standin` says."""
         arm = self._own(options) if target is None else self._given(target, options)
         self.arms.append(arm)
@@ -154,10 +155,9 @@ class Connections:
                     stack.callback(arm.close)
 
 
-def as_it_says(target: str, options: Mapping[str, Any]) -> Arm:
+def as_it_says(target: str, options: ConnectOptions) -> Arm:
     """Connect to an arm that a script names, outside of any standing in."""
-    with standing_in(lambda *_: None):
-        return Arm.connect(target, **options)
+    return Arm(connect(target, options))
 
 
 def read_script(path: Path) -> bytes:
@@ -305,23 +305,23 @@ class _Stage:
         self._patience = Patience()
         self._things: dict[int, Things] = {}
 
-    def own(self, options: Mapping[str, Any]) -> Arm:
+    def own(self, options: ConnectOptions) -> Arm:
         """Return the twin of the arm that the run names."""
         return self._twin_of(self._config, self._arm, options)
 
-    def given(self, target: str, options: Mapping[str, Any]) -> Arm:
+    def given(self, target: str, options: ConnectOptions) -> Arm:
         """Return the twin of an arm that the script names; a simulated one it is itself."""
-        config = find(target, dialect_name=options.get("dialect"), baud=options.get("baud")).config
-        own_world = target.startswith(SIM) or options.get("twin") is not None
+        config = find(target, dialect_name=options.dialect, baud=options.baud).config
+        own_world = target.startswith(SIM) or options.twin is not None
         if not own_world:
             same = _plain(config.name) == _plain(self._config.name)
             return self._twin_of(config, self._arm if same else None, options)
         made = Arm(
             connect_simulated(
                 config,
-                twin=options.get("twin"),
+                twin=options.twin,
                 pace=_clock(options),
-                operator=options.get("operator"),
+                operator=options.operator,
             )
         )
         self._things[id(made)] = self._known(True)
@@ -361,7 +361,7 @@ class _Stage:
             for (mark, name, at_s), end_s in zip(self.calls, ends, strict=True)
         )
 
-    def _twin_of(self, config: ArmConfig, arm: Arm | None, options: Mapping[str, Any]) -> Arm:
+    def _twin_of(self, config: ArmConfig, arm: Arm | None, options: ConnectOptions) -> Arm:
         settle = self.assumptions.note if self._plan.settle else None
         made = rehearsing_arm(config, arm, settle, _clock(options))
         self._things[id(made)] = self._known(knows_its_world(arm))
@@ -408,7 +408,6 @@ def _plain(name: str) -> str:
     return name.removeprefix(SIM)
 
 
-def _clock(options: Mapping[str, Any]) -> Any:
+def _clock(options: ConnectOptions) -> PaceChoice:
     """Return the clock that several simulated arms of a script share; no real time passes."""
-    pace = options.get("pace")
-    return None if isinstance(pace, str | int | float) else pace
+    return None if isinstance(options.pace, str | int | float) else options.pace

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from armdrive.errors import BadRequest, PointsChanged, PointsFileError, Refused, UnknownPoint
+from armdrive.errors.arguments import BASIC, Rule, checked_calls, made_of
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, NotWanted, StateFiles, followed, replace_durably, stamp_of
 from armdrive.storage.points import (
@@ -281,11 +282,24 @@ class PointFile:
 V = TypeVar("V")
 
 
+A_POINT = 'arm.points.teach("pick")'
+
+RULES: Mapping[str, Rule] = {
+    **BASIC,
+    "Point": made_of(Point, "a point", A_POINT),
+    "StepList": made_of(StepList, "a sequence"),
+    "Mapping[str, Point]": made_of(Mapping, "points by their names"),
+    "Mapping[str, StepList]": made_of(Mapping, "sequences by their names"),
+}
+"""What the calls of `Points` take, by the annotations of their parameters."""
+
+
 def nobody_there() -> Point:
     """Refuse to say where an arm is that is not connected."""
     raise Refused("the arm is not connected: nobody knows where it stands")
 
 
+@checked_calls(RULES)
 class Points(MutableMapping[str, Point]):
     """`points["pick"]`, `points.teach("pick")`, `del points["pick"]`; see docs/points.md.
 

@@ -15,7 +15,8 @@ from typing import Any, Self
 
 from armdrive.arm import Arm, standing_in
 from armdrive.config.arm import ArmConfig
-from armdrive.connect.target import DEFAULT_TARGET, Target, connect_simulated, find
+from armdrive.connect.target import DEFAULT_TARGET, ConnectOptions, Target, connect_simulated, find
+from armdrive.dialog import Operator
 from armdrive.errors import ArmFileError, ArmInUse, BadRequest
 from armdrive.registry.simulate import simulate
 from armdrive.runtime.clock import SimulatedClock
@@ -290,12 +291,28 @@ class ArmWorld:
 
     # -- connections --------------------------------------------------------------------------
 
-    def connect(self, target: str | None = None, **options: Any) -> Arm:
+    def connect(
+        self,
+        target: str | None = None,
+        *,
+        dialect: str | None = None,
+        baud: int | None = None,
+        allow_restored: bool = False,
+        operator: Operator | None = None,
+        reconnect: bool | None = None,
+    ) -> Arm:
         """Connect as a program does whose `Arm.connect` leads here."""
+        options = ConnectOptions(
+            dialect=dialect,
+            baud=baud,
+            allow_restored=allow_restored,
+            operator=operator,
+            reconnect=reconnect,
+        )
         return self._connected(target, options)
 
-    def _connected(self, target: str | None, options: Mapping[str, Any]) -> Arm:
-        placed = self._places.meant(target, options.get("dialect"), options.get("baud"))
+    def _connected(self, target: str | None, options: ConnectOptions) -> Arm:
+        placed = self._places.meant(target, options.dialect, options.baud)
         if placed.taken:
             raise ArmInUse(
                 f"the arm that {target or 'this program'} means is held by another connection of "
@@ -303,17 +320,17 @@ class ArmWorld:
             )
         return self._join(placed, options)
 
-    def _join(self, placed: Placed, options: Mapping[str, Any]) -> Arm:
+    def _join(self, placed: Placed, options: ConnectOptions) -> Arm:
         placed.twin.link.reopen()
         placed.arm = Arm(
             connect_simulated(
                 placed.config,
                 twin=placed.twin,
                 pace=self.clock,
-                operator=options.get("operator"),
+                operator=options.operator,
                 recorder=placed.recorder,
-                allow_restored=bool(options.get("allow_restored")),
-                reconnect=options.get("reconnect"),
+                allow_restored=options.allow_restored,
+                reconnect=options.reconnect,
             )
         )
         return placed.arm

@@ -185,7 +185,7 @@ def witnessed(kind: C) -> C:
 
 def _noted(name: str, method: Callable[..., R]) -> Callable[..., R]:
     @functools.wraps(method)
-    def call(self: Any, *words: Any, **named: Any) -> R:
+    def call(self: Any, /, *words: Any, **named: Any) -> R:
         arm = getattr(self, "_arm", self)
         witness = arm.witness  # no lock: an emergency stop waits for nobody
         witness.called(name, words, named)

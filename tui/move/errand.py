@@ -35,8 +35,7 @@ def foreseen(arm: DeskArm, ask: MoveQuestion) -> Preview:
     """Return what a goal's motion would be."""
     place = ask.pose or ask.point
     if place is None:
-        named: dict[str, Any] = dict(ask.joints_deg)
-        return arm.preview(speed=ask.speed, **named)
+        return arm.preview(dict(ask.joints_deg), speed=ask.speed)
     return arm.preview(place, line=ask.line, frame=ask.frame, speed=ask.speed)
 
 
@@ -44,8 +43,7 @@ def begun(arm: DeskArm, ask: MoveQuestion) -> Handle[Moved]:
     """Begin a goal's motion."""
     place = ask.pose or ask.point
     if place is None:
-        named: dict[str, Any] = dict(ask.joints_deg)
-        return arm.move_j(speed=ask.speed, wait=False, **named)
+        return arm.move_j(dict(ask.joints_deg), speed=ask.speed, wait=False)
     move = arm.move_l if ask.line else arm.move_to
     return move(place, speed=ask.speed, frame=ask.frame, wait=False)
 

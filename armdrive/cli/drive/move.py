@@ -117,7 +117,7 @@ def _moves(arm: Arm, options: argparse.Namespace) -> list[object]:
     if options.park:
         done.append(arm.park(speed=options.speed))
     elif named:
-        done.append(arm.move_j(speed=options.speed, **named))
+        done.append(arm.move_j(named, speed=options.speed))
     elif any(getattr(options, axis) is not None for axis, _ in COORDINATES):
         goal = _goal(_here(arm, options.frame), options)
         how = {"speed": options.speed, "frame": options.frame}
@@ -134,7 +134,7 @@ def _preview(arm: Arm, options: argparse.Namespace) -> Preview:
     """Return what the motion would be; fingers that are to be moved besides are not in it."""
     named = _joints(options)
     if named:
-        return arm.preview(speed=options.speed, **named)
+        return arm.preview(named, speed=options.speed)
     goal = _goal(_here(arm, options.frame), options)
     return arm.preview(goal, line=options.line, frame=options.frame, speed=options.speed)
 

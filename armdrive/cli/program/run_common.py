@@ -19,10 +19,11 @@ from armdrive.errors import ArmError, ArmInUse, DeviceFault, LinkError, SourceMa
 from armdrive.errors.table import error_view, tagged
 from armdrive.programs.problems import excerpt
 from armdrive.programs.rehearsal import Rehearsal
+from armdrive.runtime.drive import PaceChoice
 from armdrive.status import State, pose_view
 
 
-def connect_to_run(options: argparse.Namespace, *, pace: str | float | None = None) -> Arm:
+def connect_to_run(options: argparse.Namespace, *, pace: PaceChoice = None) -> Arm:
     """Connect to the arm that the options name, and settle whether its position can be trusted."""
     require_table(chosen_target(options), options.put)
     arm = connect_chosen(options, pace=options.pace or pace, allow_restored=options.allow_restored)

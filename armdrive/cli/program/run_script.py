@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import contextlib
 import sys
-from collections.abc import Mapping
 from typing import Any
 
 from armdrive.arm import Arm
@@ -29,6 +28,7 @@ from armdrive.cli.program.run_common import (
 )
 from armdrive.cli.program.run_display import Display, line_words
 from armdrive.cli.program.run_input import RunTerminal, standard_input, stopped_by_interrupt
+from armdrive.connect.target import ConnectOptions
 from armdrive.errors import ArmError, BadRequest, SourceMark, Stopped
 from armdrive.programs.rehearsal import Rehearsal, RehearsedPlan
 from armdrive.programs.scripts import (
@@ -145,12 +145,12 @@ class _RunningScript:
 
     # -- the script's arms --------------------------------------------------------------------
 
-    def _own(self, wanted: Mapping[str, Any]) -> Arm:
+    def _own(self, wanted: ConnectOptions) -> Arm:
         """Connect to the arm of the command, with what the script says of the connection."""
-        arm = connect_to_run(self._options, pace=wanted.get("pace"))
-        arm.core.allow_restored |= bool(wanted.get("allow_restored"))
-        if wanted.get("operator") is not None:
-            arm.operator = wanted["operator"]
+        arm = connect_to_run(self._options, pace=wanted.pace)
+        arm.core.allow_restored |= wanted.allow_restored
+        if wanted.operator is not None:
+            arm.operator = wanted.operator
         return arm
 
     def _made(self, arm: Arm) -> None:

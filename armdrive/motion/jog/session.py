@@ -22,7 +22,7 @@ from armdrive.runtime.arm_state import Core
 from armdrive.runtime.position import ArmCoordinates, MotionSegment
 from armdrive.status import State
 from armdrive.tasks import TaskBody
-from kinematics.errors import KinematicsError
+from kinematics.errors import KinematicsError, suggestion
 from kinematics.spaces import Joints, Pose
 
 # What a jog may move, how fast, on which terms: where an arm's state meets its jog's course.
@@ -37,6 +37,7 @@ def check_jog(core: Core, jog: Jog) -> None:
         if name not in known:
             raise BadRequest(
                 f"no {jog.space.value} axis is called {name!r}; known are {', '.join(known)}"
+                f"{suggestion(name, known)}"
             )
     if jog.amount(GRIPPER_AXIS):
         require_finger_motor(core)

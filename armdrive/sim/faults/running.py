@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from armdrive.errors import ArmError, BadRequest
+from armdrive.errors.arguments import BASIC, checked_calls, made_of
 from armdrive.sim.device import SimDevice
 from armdrive.sim.faults.request import Begin, Cable, FaultBench, FaultRequest, Running
 from armdrive.sim.faults.table import fault_kind
@@ -39,6 +40,7 @@ class LinkCable:
         self._link.replug(name)
 
 
+@checked_calls({**BASIC, "FaultRequest": made_of(FaultRequest, "a fault that was asked for")})
 class Faults:
     """The faults of one device. Called from the thread that owns the device, or under its lock."""
 

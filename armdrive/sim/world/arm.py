@@ -9,11 +9,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
+from armdrive.errors.arguments import BASIC, checked_calls, made_of
 from armdrive.sim.world.body import ArmBody, Play, found_posture, sagged
 from armdrive.sim.world.scene import TABLE_TOLERANCE_MM, GripScene
 from armdrive.sim.world.table import Incident, IncidentKind, Point, Stand, TableBlock
 from kinematics.presets import preset
 from kinematics.spaces import Joints, Motors, Pose
+
+BY_HAND = ("put", "take", "lose")
+"""The calls of people and tests. The others drive the motors, thousands of times a second."""
+A_BLOCK = 'TableBlock("A", 250, 0)'
 
 FOUND_OPENING_MM = 20.0
 MOST_INCIDENTS = 1000
@@ -21,6 +26,7 @@ MOST_INCIDENTS = 1000
 _ROUNDING = 1e-6
 
 
+@checked_calls({**BASIC, "TableBlock": made_of(TableBlock, "a block", A_BLOCK)}, *BY_HAND)
 class World:
     """One arm, its motors where they really are, and the blocks on its table.
 

@@ -30,9 +30,10 @@ PYTHON = re.compile(r"\b[a-z_.]+\((?:\.\.\.|[a-z_]+=[^)]*)?\)|\b[a-z_]+=(?:True|
 """A call, or an option of one."""
 
 NO_SENTENCES = (
-    "programs/", "sim/", "testing/", "transports/ports.py", "errors/actions.py",
+    "programs/", "sim/", "testing/", "transports/ports.py", "errors/actions.py", "arm/arguments.py",
 )  # fmt: skip
-"""The language of programs has calls of its own; the rest prints mathematics or Python itself."""
+"""The language of programs has calls of its own; the rest prints mathematics or Python itself,
+or is said of an argument, which only a Python program has."""
 
 
 def refusals_of_states() -> list[str]:

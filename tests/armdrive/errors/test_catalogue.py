@@ -26,7 +26,7 @@ from kinematics.errors import KinematicsError
 PAGE = Path(__file__).parents[3] / "docs" / "errors.md"
 NAMES = {row.name for row in ENTRIES}
 NO_ERRORS = {
-    "OSError", "KeyboardInterrupt", "ArgumentTypeError", "TimeoutError", "Ended", "Unexpected",
+    "OSError", "KeyboardInterrupt", "ArgumentTypeError", "Ended", "Unexpected",
     "EMERGENCY_STOP", "RECONNECTED", "ALARM_VOUCHED",
 }  # fmt: skip
 """Rows of what is neither an error of ours nor evidence."""

@@ -23,9 +23,11 @@ from armdrive.storage.arm_lock import hold
 from armdrive.storage.files import DISK, append_line, create_lock, replace_durably, replace_file
 from armdrive.storage.lock_client import ask_holder, held_arms, notice_of, notice_path
 from armdrive.storage.point_file import Points
+from armdrive.storage.points import Point
 from armdrive.storage.record import FileRecorder
 from armdrive.storage.verifications import last_entry, logbook_file
 from armdrive.trace.files import Header, write_recording
+from kinematics import Joints
 from tui.settings import DeskMemory, memory_file, recall, remember
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="files have owners and modes on POSIX")
@@ -448,7 +450,7 @@ def test_a_link_of_another_user_leads_points_nowhere(tmp_path, shared, exists):
     with pytest.raises(PointsFileError, match="another user's link"):
         a_book(path).read()
     with pytest.raises(PointsFileError, match="another user's link"):
-        a_book(path)["pick"] = None
+        a_book(path)["pick"] = Point(Joints((0.0,), ("base",)), None)
     assert target.exists() is exists
 
 

@@ -1,0 +1,104 @@
+"""What the arguments of the public calls of an arm must be, by their annotations."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Generator, Mapping
+from types import MappingProxyType
+from typing import get_args
+
+from armdrive.errors.arguments import (
+    BASIC,
+    Rule,
+    anything,
+    call,
+    expected,
+    made_of,
+    number,
+    several,
+    text,
+    whole,
+    wrong,
+)
+from armdrive.moves import Jog
+from armdrive.registry.pendant import PendantProgram
+from armdrive.runtime.clock import SimulatedClock
+from armdrive.runtime.drive import SimulatedPace
+from armdrive.storage.points import Point
+from armdrive.tasks import Task
+from kinematics.paths.parts import Move
+from kinematics.spaces import Joints, Pose
+
+A_POSE = "Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)"
+ANGLES = '{"shoulder_deg": 40}'
+LINES = "high=3, or high=(1, 2)"
+
+
+def _angles(name: str, value: object) -> object:
+    """Take amounts by name, as the keywords of the call say them."""
+    if isinstance(value, Mapping) and all(isinstance(word, str) for word in value):
+        return {word: number(word, amount) for word, amount in value.items()}
+    raise wrong(name, value, "values by their names", f"{ANGLES}, or as keywords: shoulder_deg=40")
+
+
+def _place_or_angles(name: str, value: object) -> object:
+    return _angles(name, value) if isinstance(value, Mapping) else _PLACE(name, value)
+
+
+def _lines(name: str, value: object) -> object:
+    """Take the number of an input or an output, or several."""
+    return _SEVERAL_LINES(name, value) if hasattr(value, "__iter__") else whole(name, value)
+
+
+def _pace(name: str, value: object) -> object:
+    """Take a word, a number, a clock or an arm's pace; which words there are, the pace says."""
+    known = value is None or isinstance(value, str | SimulatedClock | SimulatedPace)
+    return value if known else number(name, value)
+
+
+_PLACE = made_of((Pose, Point, str), "a pose, a point or the name of a point", A_POSE)
+_SEVERAL_LINES = several(whole, "a number counted from 1, or several", LINES)
+
+RULES: Mapping[str, Rule] = MappingProxyType(
+    {
+        **BASIC,
+        "Accept": expected(
+            "True, False or a function",
+            "accept=True",
+            lambda value: isinstance(value, bool) or callable(value),
+        ),
+        "Angles": _angles,
+        "Callable[[], None]": call,
+        "Jog": made_of(Jog, "a jog", "Jog.joint(shoulder=1)"),
+        "Joints | Pose": made_of((Joints, Pose), "joint angles or a pose", A_POSE),
+        "Lines": _lines,
+        "Operator": call,
+        "PaceChoice": _pace,
+        "Path | str": made_of((str, os.PathLike), "the path of a file", '"recording.jsonl"'),
+        "PendantProgram": made_of(PendantProgram, "a program", "arm.read_pendant_program()"),
+        "Place": _PLACE,
+        "Place | Angles": _place_or_angles,
+        "Pose": made_of(Pose, "a pose", A_POSE),
+        "Sequence[Move]": several(
+            made_of(get_args(Move), "a move", f"LineMove({A_POSE})"),
+            "a list of moves",
+            f"[LineMove({A_POSE})]",
+        ),
+        "Sequence[str]": several(text, "a list of lines", '["$100=250"]'),
+        "SimulatedArm": expected(
+            "a simulated arm", "", lambda value: hasattr(value, "world") and hasattr(value, "link")
+        ),
+        "T": anything,
+        "Task[T]": made_of(Task, "a task"),
+        "TaskBody[T]": made_of(Generator, "a task's generator"),
+        "Told": call,
+        "Unpack[JointAngles]": number,
+        "Unpack[JointJog]": number,
+        "Unpack[TipJog]": number,
+        "frame: str": made_of(str, "the name of a frame", '"base" or "tool"'),
+        "target: str": made_of(str, "the name of an arm or a port", '"sim:teachmover"'),
+        "program_memory.Told": call,
+    }
+)
+"""What a value must be, by the annotation of its parameter. A simulated arm is known by its parts:
+a real arm loads no simulation."""

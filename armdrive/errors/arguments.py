@@ -1,0 +1,228 @@
+"""What the arguments of a public call must be: one check for all calls, by their annotations.
+
+A class of public calls is decorated with `checked_calls(RULES)`. `RULES` says for each annotation,
+as it is written in the signature, what a value must be; `"frame: str"` is the rule of parameters of
+that name. A wrong value is an `ArmError` that names the parameter. It is raised before the call
+begins, so nothing has been sent, and no state has changed. The same holds for a wrong count, and
+for a keyword that the call does not have.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import inspect
+import math
+import operator
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, SupportsIndex, TypeVar
+
+from armdrive.errors import BadArgument
+from armdrive.errors.kinematic import refusal_of
+from kinematics.errors import KinematicsError, finite, suggestion
+
+LONGEST_SHOWN = 80
+"""Characters of a wrong value that an error quotes."""
+
+Rule = Callable[[str, object], object]
+"""Returns the value that an argument is taken for, or raises the error that names it."""
+
+
+def anything(_: str, value: object) -> object:
+    """Take any value."""
+    return value
+
+
+def number(name: str, value: object) -> object:
+    """Take a finite number, one of numpy's too; raises `BadNumber`."""
+    checked = finite(name, value)
+    return value if type(value) in (int, float) else checked
+
+
+def limit(name: str, value: object) -> object:
+    """Take a number that limits something, which infinity does not."""
+    return value if value == math.inf and isinstance(value, float) else number(name, value)
+
+
+def whole(name: str, value: object) -> int:
+    """Take a whole number, one of numpy's too; raises `BadNumber` for what is no number at all."""
+    finite(name, value)
+    if isinstance(value, SupportsIndex):
+        with contextlib.suppress(TypeError):  # an array has an index as well, and refuses
+            return operator.index(value)
+    raise wrong(name, value, "a whole number")
+
+
+def flag(name: str, value: object) -> bool:
+    """Take True or False, or 1 or 0."""
+    if isinstance(value, bool):
+        return value
+    with contextlib.suppress(KinematicsError):
+        if finite(name, value) in (0.0, 1.0):
+            return bool(value)
+    raise wrong(name, value, "True or False")
+
+
+def expected(words: str, example: str, fits: Callable[[object], bool]) -> Rule:
+    """Return the rule for values that fit."""
+
+    def rule(name: str, value: object) -> object:
+        if fits(value):
+            return value
+        raise wrong(name, value, words, example)
+
+    return rule
+
+
+def made_of(kinds: type | tuple[type, ...], words: str, example: str = "") -> Rule:
+    """Return the rule for instances of some classes."""
+    return expected(words, example, lambda value: isinstance(value, kinds))
+
+
+text = made_of(str, "text")
+call = expected("a function", "", callable)
+
+
+def several(each: Rule, words: str, example: str) -> Rule:
+    """Return the rule for a list or tuple, each of whose values has a rule. Text is no list."""
+
+    def rule(name: str, value: object) -> object:
+        if not isinstance(value, Iterable) or isinstance(value, str | bytes | Mapping):
+            raise wrong(name, value, words, example)
+        return tuple(each(f"{name}[{index}]", one) for index, one in enumerate(value))
+
+    return rule
+
+
+BASIC: Mapping[str, Rule] = {
+    "float": number,
+    "for_s: float": limit,
+    "timeout_s: float": limit,
+    "within_s: float": limit,
+    "int": whole,
+    "bool": flag,
+    "str": text,
+    "object": anything,
+}
+"""The rules of Python's own types, by their annotations."""
+
+
+def wrong(name: str, value: object, words: str, example: str = "") -> BadArgument:
+    """Return the error of an argument: what it must be, what it is, and one that is right."""
+    shown = repr(value)
+    if len(shown) > LONGEST_SHOWN:
+        shown = f"{shown[:LONGEST_SHOWN]}..."
+    hint = f"; for example {example}" if example else ""
+    return BadArgument(f"{name} must be {words}, not {shown}{hint}")
+
+
+def rule_of(name: str, annotation: str, rules: Mapping[str, Rule]) -> Rule | None:
+    """Return the rule of a parameter, `"frame: str"`, or of its annotation; None of neither."""
+    plain = annotation.removesuffix(" | None")
+    rule = rules.get(f"{name}: {plain}", rules.get(plain))
+    if rule is None or plain == annotation:
+        return rule
+    return lambda name, value: None if value is None else rule(name, value)
+
+
+# How the public calls of a class come to be checked.
+
+C = TypeVar("C", bound=type)
+Method = Callable[..., Any]
+
+_EVERY, _NAMED = inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD
+
+
+class Arguments:
+    """The arguments of one call: how many there are, their names, and their rules."""
+
+    def __init__(self, method: Method, rules: Mapping[str, Rule]) -> None:
+        self._name = method.__name__
+        self._signature = inspect.signature(method)
+        self._rules = {
+            each.name: (each.kind, rule)
+            for each in self._signature.parameters.values()
+            if (rule := rule_of(each.name, str(each.annotation), rules)) is not None
+        }
+
+    def taken(
+        self, words: tuple[Any, ...], named: dict[str, Any]
+    ) -> tuple[tuple[Any, ...], dict[str, Any]]:
+        """Return the arguments as the call takes them, `self` the first; raises `BadArgument`."""
+        try:
+            bound = self._signature.bind(*words, **named)
+        except TypeError as error:
+            raise BadArgument(self._wrong_count(str(error), named)) from None
+        given = bound.arguments
+        for name, (kind, rule) in self._rules.items():
+            if name not in given:
+                continue
+            if kind is _EVERY:
+                given[name] = tuple(rule(name, each) for each in given[name])
+            elif kind is _NAMED:
+                given[name] = {word: rule(word, each) for word, each in given[name].items()}
+            else:
+                given[name] = rule(name, given[name])
+        return bound.args, bound.kwargs
+
+    def _wrong_count(self, why: str, named: Mapping[str, Any]) -> str:
+        known = [name for name in self._signature.parameters if name not in ("self", "cls")]
+        strange = next((name for name in named if name not in known), "")
+        hint = suggestion(strange, known) if strange else ""
+        takes = ", ".join(known) or "nothing"
+        return f"{self._name}(): {why}{hint}; it takes {takes}"
+
+
+def checked(rules: Mapping[str, Rule]) -> Callable[[Method], Method]:
+    """Have the arguments of a call checked, and what the kinematics refuse be an `ArmError`."""
+
+    def decorate(method: Method) -> Method:
+        @functools.cache
+        def arguments() -> Arguments:  # at the first call: a program makes few of all calls
+            return Arguments(method, rules)
+
+        if inspect.iscoroutinefunction(method):
+
+            @functools.wraps(method)
+            async def awaited(*words: Any, **named: Any) -> Any:
+                try:
+                    words, named = arguments().taken(words, named)
+                    return await method(*words, **named)
+                except KinematicsError as error:
+                    raise refusal_of(error) from None
+
+            return awaited
+
+        @functools.wraps(method)
+        def called(*words: Any, **named: Any) -> Any:
+            try:
+                words, named = arguments().taken(words, named)
+                return method(*words, **named)
+            except KinematicsError as error:
+                raise refusal_of(error) from None
+
+        return called
+
+    return decorate
+
+
+def _is_public(name: str) -> bool:
+    return not name.startswith("_") or name in ("__getitem__", "__setitem__", "__delitem__")
+
+
+def checked_calls(rules: Mapping[str, Rule], *only: str) -> Callable[[C], C]:
+    """Have every public call of a class checked, those that it inherits too; or some alone."""
+    check = checked(rules)
+
+    def decorate(kind: C) -> C:
+        for name in only or (name for name in dir(kind) if _is_public(name)):
+            found = inspect.getattr_static(kind, name)
+            if inspect.isfunction(found) and not hasattr(found, "__wrapped__"):
+                setattr(kind, name, check(found))
+            elif isinstance(found, classmethod):
+                setattr(kind, name, classmethod(check(found.__func__)))
+            elif isinstance(found, property) and found.fset is not None:
+                setattr(kind, name, found.setter(check(found.fset)))
+        return kind
+
+    return decorate

@@ -1,0 +1,434 @@
+"""Every public call refuses what it cannot take with an `ArmError` of a code, and nothing happens.
+
+The laws go through every public call and every parameter that its signature names. A call that is
+added later is held to them as well.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import functools
+import inspect
+import math
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
+
+import numpy as np
+import pytest
+from faults import ready_arm
+
+from armdrive import (
+    ArcMove,
+    Arm,
+    AsyncArm,
+    AsyncHandle,
+    BadArgument,
+    BadRequest,
+    Handle,
+    Jog,
+    JointMove,
+    Joints,
+    LineMove,
+    Point,
+    Pose,
+    UnknownPoint,
+    WaitTimeout,
+)
+from armdrive import errors as ours
+from armdrive.aio.arm import AsyncGripper
+from armdrive.arm.arguments import RULES
+from armdrive.arm.gripper import Gripper
+from armdrive.errors import ArmError, arguments, kinematic
+from armdrive.errors.table import entry
+from armdrive.sim.faults.running import Faults
+from armdrive.sim.world.arm import World
+from armdrive.storage import point_file
+from armdrive.storage.point_file import Points
+from kinematics import errors as mathematics
+
+A_POSE = Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)
+RIGHT = MappingProxyType(
+    {
+        "Callable[[], None]": print,
+        "FaultRequest": None,
+        "Jog": Jog.joint(shoulder=1),
+        "Joints | Pose": A_POSE,
+        "Mapping[str, Point]": {},
+        "Mapping[str, StepList]": {},
+        "PendantProgram": None,
+        "Place": A_POSE,
+        "Point": Point(Joints.of(0, 40, -60, -70, 0), None),
+        "Point | None": None,
+        "Pose": A_POSE,
+        "Sequence[Move]": [LineMove(A_POSE)],
+        "StepList": None,
+        "StepList | None": None,
+        "T | None": None,
+        "TableBlock": None,
+        "Task[T]": None,
+        "TaskBody[T]": None,
+        "float": 0.5,
+        "int": 1,
+        "str": "pick",
+    }
+)
+"""A value for each parameter that has to be given, by its annotation."""
+
+WRONG = (object(), 1j, [object()], b"x", {"a": object()}, math.nan, "\0", None, True, 7)
+"""Values of many kinds. A parameter is given those that its rule does not take."""
+
+BELOW = frozenset({"known", "carry", "sync"})
+"""Calls that take anything, and what carries the calls of an `AsyncArm`."""
+
+KINDS = (Arm, Gripper, Handle, Faults, World, Points)
+TWINS = (AsyncArm, AsyncGripper, AsyncHandle)
+
+
+def calls(kind: type) -> Iterator[tuple[str, inspect.Signature]]:
+    """Give the public calls of a class that are checked, and the setters of its properties."""
+    for name in dir(kind):
+        found = inspect.getattr_static(kind, name)
+        if name.startswith("_") or name in BELOW:
+            continue
+        if isinstance(found, classmethod):
+            found = found.__func__
+        if isinstance(found, property) and found.fset is not None:
+            found = found.fset
+        if inspect.isfunction(found) and hasattr(found, "__wrapped__"):
+            yield name, inspect.signature(found)
+
+
+def parameters() -> Iterator[tuple[type, str, str]]:
+    for kind in (*KINDS, *TWINS):
+        for name, signature in calls(kind):
+            for each in list(signature.parameters.values())[1:]:
+                if each.annotation is not inspect.Parameter.empty:
+                    yield kind, name, each.name
+
+
+def rules_of(kind: type) -> Mapping[str, arguments.Rule]:
+    return {**RULES, **point_file.RULES} if kind is Points else RULES
+
+
+def refused(kind: type, name: str, parameter: inspect.Parameter) -> list[object]:
+    """Return the values that a parameter does not take."""
+    rule = arguments.rule_of(parameter.name, parameter.annotation, rules_of(kind))
+    if rule is None:  # the rules of a simulated arm stand with it
+        return [object(), 1j]
+    found = []
+    for value in WRONG:
+        try:
+            rule(parameter.name, value)
+        except (ArmError, mathematics.KinematicsError):
+            found.append(value)
+    return found
+
+
+@functools.cache
+def bench() -> Arm:
+    return ready_arm()
+
+
+def owner(kind: type) -> object:
+    """Return what the calls of a class are made of."""
+    arm = bench()
+    if kind is Handle:
+        return done()
+    twin = AsyncArm(arm)
+    return {
+        Arm: arm, Gripper: arm.gripper, Faults: arm.twin.faults, World: arm.twin.world,
+        Points: arm.points, AsyncArm: twin, AsyncGripper: twin.gripper,
+        AsyncHandle: AsyncHandle(done(), twin.carry),
+    }[kind]  # fmt: skip
+
+
+@functools.cache
+def done() -> Handle:
+    handle = bench().move_j(base_deg=0, wait=False)
+    handle.wait()
+    return handle
+
+
+def make(kind: type, name: str, words: list[object], named: dict[str, object]) -> None:
+    """Make a call, or set a property; await what is to be awaited."""
+    if isinstance(inspect.getattr_static(kind, name), property):
+        setattr(owner(kind), name, words[0])
+        return
+    made = getattr(owner(kind), name)(*words, **named)
+    if hasattr(made, "__await__"):
+
+        async def awaited() -> None:
+            await made
+
+        asyncio.run(awaited())
+
+
+def seen() -> tuple[object, ...]:
+    """Return all that a refused call must leave as it is."""
+    done()
+    arm = bench()
+    status = arm.status
+    return (
+        len(arm.twin.link.sent), arm.twin.world.motors, status.state, status.acknowledged,
+        status.trust, status.outputs, arm.core.hold, list(arm.core.nudges), arm.stops,
+        arm.speed_override, arm.paused, dict(arm.points), arm.twin.faults.active, arm.closed,
+        arm.pace.now_s(), arm.operator,
+    )  # fmt: skip
+
+
+def given(signature: inspect.Signature, wrong: str, value: object):
+    """Return arguments that are right but for one."""
+    words, named = [], {}
+    for each in list(signature.parameters.values())[1:]:
+        if each.name == wrong:
+            use = value
+        elif each.default is not inspect.Parameter.empty or "VAR" in each.kind.name:
+            continue
+        else:
+            use = RIGHT[each.annotation]
+        if each.kind is inspect.Parameter.KEYWORD_ONLY:
+            named[each.name] = use
+        elif each.kind is inspect.Parameter.VAR_KEYWORD:
+            named["base_deg" if "Joint" in each.annotation else "x_mm"] = use
+        else:
+            words.append(use)
+    return words, named
+
+
+@pytest.mark.parametrize(("kind", "name", "wrong"), parameters(), ids=str)
+def test_a_wrong_argument_is_refused_by_name_and_nothing_happens(kind, name, wrong):
+    signature = dict(calls(kind))[name]
+    values = refused(kind, name, signature.parameters[wrong])
+    if signature.parameters[wrong].annotation == "object":
+        return
+    assert values
+    for value in values:
+        words, named = given(signature, wrong, value)
+        before = seen()
+        with pytest.raises(ArmError) as raised:
+            make(kind, name, words, named)
+        assert seen() == before
+        error = raised.value
+        assert entry(error).code == error.code
+        assert issubclass(type(error), BadRequest), error
+        # one that has to be given first is refused first, where there is no right one here
+        firsts = [each for each in signature.parameters if each != "self"]
+        assert any(
+            word in str(error)
+            for word in (*firsts[: firsts.index(wrong) + 1], "base_deg", "x_mm", "a must")
+        ), error
+
+
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [(kind, name) for kind in (*KINDS, *TWINS) for name, _ in calls(kind)],
+    ids=str,
+)
+def test_a_wrong_count_and_an_unknown_option_are_refused(kind, name):
+    signature = dict(calls(kind))[name]
+    kinds = {each.kind for each in signature.parameters.values()}
+    before = seen()
+    if isinstance(inspect.getattr_static(kind, name), property):
+        return
+    if inspect.Parameter.VAR_POSITIONAL not in kinds:
+        with pytest.raises(BadArgument, match=rf"{name}\(\): too many positional arguments"):
+            make(kind, name, [object()] * 12, {})
+    if inspect.Parameter.VAR_KEYWORD not in kinds:
+        with pytest.raises(BadArgument, match=r"unexpected keyword argument|required argument"):
+            make(kind, name, [], {"spede": 1})
+    needed = [
+        each.name
+        for each in list(signature.parameters.values())[1:]
+        if each.default is inspect.Parameter.empty and "VAR" not in each.kind.name
+    ]
+    if needed:
+        with pytest.raises(BadArgument, match=f"missing a required argument: '{needed[0]}'"):
+            make(kind, name, [], {})
+    assert seen() == before
+
+
+@pytest.mark.parametrize("kind", [Arm, Gripper, Handle, AsyncArm, AsyncHandle, Points])
+def test_every_annotation_of_a_public_call_has_a_rule(kind):
+    for name, signature in calls(kind):
+        for each in list(signature.parameters.values())[1:]:
+            if each.annotation is not inspect.Parameter.empty:
+                found = arguments.rule_of(each.name, each.annotation, rules_of(kind))
+                assert found is not None, f"{name}: give {each.annotation!r} a rule"
+
+
+@pytest.mark.parametrize("kind", [Arm, Gripper, Handle, Points])
+def test_every_public_call_is_checked(kind):
+    for name in dir(kind):
+        found = inspect.getattr_static(kind, name)
+        if not name.startswith("_") and inspect.isfunction(found):
+            assert hasattr(found, "__wrapped__"), name
+
+
+# What the sentences say.
+
+FAR = Pose.of(x_mm=1000, y_mm=0, z_mm=100, pitch_deg=0)
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda arm: arm.move_to((1, 2, 3)), r"^goal must be a pose, a point .* not \(1, 2, 3\)"),
+        (lambda arm: arm.move_to((1, 2, 3)), r"for example Pose\.of\(x_mm=250, "),
+        (lambda arm: arm.move_l(None), "^goal must be a pose"),
+        (lambda arm: arm.move_j(30), r'not 30; for example {"shoulder_deg": 40}, or as keywords'),
+        (lambda arm: arm.move_j("shoulder"), "or as keywords: shoulder_deg=40"),
+        (lambda arm: arm.move_j(), "for example shoulder_deg=40"),
+        (lambda arm: arm.move_j(shoulder_deg="x"), "shoulder_deg must be a finite number"),
+        (lambda arm: arm.move_j(sholder_deg=3), "did you mean 'shoulder_deg'"),
+        (lambda arm: arm.move_j(shoulder=3), "did you mean 'shoulder_deg'"),
+        (lambda arm: arm.move_j(base_deg=3, sped=0.5), "did you mean 'speed'"),
+        (lambda arm: arm.move_j({"base_deg": 1}, base_deg=2), "base_deg is given twice"),
+        (lambda arm: arm.move_j({1: 2}), "angles_deg must be"),
+        (lambda arm: arm.preview(sholder_deg=3), "did you mean 'shoulder_deg'"),
+        (lambda arm: arm.move_c([1], [2]), "^via must be a pose"),
+        (lambda arm: arm.move_path([]), "at least one move"),
+        (lambda arm: arm.move_path("abc"), "^moves must be a list of moves"),
+        (lambda arm: arm.move_path([A_POSE]), r"^moves\[0\] must be a move"),
+        (
+            lambda arm: arm.move_to(A_POSE, sped=1),
+            r"'sped'; did you mean 'speed'\?; it takes goal,",
+        ),
+        (lambda arm: arm.move_motors(1, 2), "6 step counts are needed"),
+        (lambda arm: arm.move_motors(1.5, 0, 0, 0, 0, 0), "steps must be a whole number, not 1.5"),
+        (lambda arm: arm.jog_j(sholder_deg=1), "did you mean 'shoulder'"),
+        (lambda arm: arm.jog_j(base_deg=1, sped=1), "did you mean 'speed'"),
+        (lambda arm: arm.go(A_POSE, how="round"), "how is 'joint' or 'line', not 'round'"),
+        (lambda arm: arm.set_output("a", 1), "number must be a"),
+        (lambda arm: arm.set_output(99), "counted from 1 to"),
+        (lambda arm: arm.wait_inputs(high="x"), "for example high=3, or high="),
+        (lambda arm: arm.pose_in("nowhere"), "no frame is called 'nowhere'"),
+        (lambda arm: arm.pose_in(5), 'frame must be the name of a frame, not 5; .* "base"'),
+        (lambda arm: Arm.connect(5), 'target must be .* for example "sim:teachmover"'),
+        (lambda arm: Arm.connect("sim:x"), "no dialect is named 'x'"),
+        (lambda arm: Arm.connect("sim:grbl", dialct="grbl"), "did you mean 'dialect'"),
+        (lambda arm: Arm.connect("sim:grbl", pace="slow"), "pace is"),
+        (lambda arm: Arm.connect("sim:grbl", twin=5), "twin must be a simulated arm"),
+        (lambda arm: AsyncArm.connect(5), "target must be the name of an arm"),
+        (lambda arm: AsyncArm.connect("sim:grbl", dialct="grbl"), "did you mean 'dialect'"),
+        (lambda arm: arm.twin.faults.add("drop", "x"), "'x' is no number"),
+        (lambda arm: arm.points[5], "name must be text, not 5"),
+        (lambda arm: Jog.joint(shoulder="x"), "the jog of shoulder must be a finite number"),
+        (lambda arm: Jog("joint", (("base", 1),)), "space must be Space.JOINT or"),
+    ],
+)
+def test_the_sentence_says_what_was_expected(call, said):
+    before = seen()
+    with pytest.raises(BadRequest, match=said) as raised:
+        call(bench())
+    assert seen() == before
+    assert raised.value.code == entry(raised.value).code
+
+
+def test_a_wrong_argument_is_a_type_error_as_well():
+    with pytest.raises(TypeError):
+        bench().move_to((1, 2, 3))
+    assert (BadArgument.code, WaitTimeout.code) == ("E115", "E106")
+
+
+def test_an_unknown_point_is_said_without_quotes_around_the_sentence():
+    with pytest.raises(UnknownPoint) as raised:
+        bench().move_to("nowhere")
+    assert str(raised.value).startswith("there is no point 'nowhere'")
+
+
+def test_numbers_of_numpy_are_numbers():
+    arm = ready_arm()
+    arm.move_j(base_deg=np.float64(5), speed=np.float32(0.5))
+    assert arm.joints.base_deg == pytest.approx(5, abs=0.2)
+    arm.move_j({"base_deg": np.int64(0)}, wait=np.True_)
+    arm.move_motors(*np.ones(6, dtype=int))
+    arm.set_output(np.int32(1), np.False_)
+    arm.set_output(1, 1)
+    assert arm.status.outputs == 1
+
+
+@pytest.mark.parametrize(
+    ("call", "kind", "code"),
+    [
+        (lambda arm: arm.move_to(FAR), kinematic.Unreachable, "E604"),
+        (lambda arm: arm.move_l(FAR), kinematic.Unreachable, "E604"),
+        (lambda arm: arm.move_path([LineMove(FAR)]), kinematic.Unreachable, "E604"),
+        (lambda arm: arm.move_c(FAR, FAR), kinematic.NoArc, "E618"),
+        (lambda arm: arm.move_path([ArcMove(FAR, FAR)]), kinematic.NoArc, "E618"),
+        (lambda arm: arm.move_j(base_deg=math.nan), kinematic.BadNumber, "E602"),
+        (lambda arm: arm.declare_posture(FAR), kinematic.Unreachable, "E604"),
+        (
+            lambda arm: arm.declare_posture(Joints.of(500, 0, 0, 0, 0)),
+            kinematic.JointLimit,
+            "E603",
+        ),
+        (
+            lambda arm: arm.move_path([JointMove(Joints((1.0,), ("turret",)))]),
+            kinematic.KinematicsError,
+            "E601",
+        ),
+    ],
+)
+def test_what_the_kinematics_refuse_is_an_error_of_both(call, kind, code):
+    arm, before = bench(), seen()
+    with pytest.raises(getattr(mathematics, kind.__name__)) as raised:
+        call(arm)
+    error = raised.value
+    assert isinstance(error, kind)
+    assert isinstance(error, ArmError)
+    assert error.code == code
+    assert seen() == before
+
+
+def test_a_refusal_keeps_what_the_error_of_the_kinematics_tells():
+    with pytest.raises(ArmError) as raised:
+        bench().move_to(FAR)
+    error = raised.value
+    assert error.goal == FAR
+    assert error.nearest.x_mm < 500
+    assert error.excess > 100
+    assert error.exit_code == 3
+    assert "out of reach" in str(error)
+    problem = bench().preview(FAR).refusal
+    assert isinstance(problem, kinematic.Unreachable)
+    assert problem.code == "E604"
+
+
+def test_an_error_of_the_kinematics_that_has_no_twin_keeps_its_sentence():
+    error = mathematics.ZeroVector()
+    assert str(kinematic.refusal_of(error)) == str(error)
+    assert type(kinematic.refusal_of(error)) is kinematic.KinematicsError
+    broken = kinematic.refusal_of(mathematics.PathBroken(0.5, A_POSE, "too far"))
+    assert (type(broken), broken.fraction, broken.code) == (kinematic.PathBroken, 0.5, "E605")
+    assert kinematic.refusal_of(broken) is broken
+
+
+def test_a_wait_that_is_given_up_is_an_error_of_its_own():
+    arm = ready_arm()
+    handle = arm.move_j(base_deg=60, speed=0.1, wait=False)
+    with pytest.raises(WaitTimeout, match="had not ended after") as raised:
+        handle.wait(0.01)
+    assert isinstance(raised.value, TimeoutError)
+    assert raised.value.code == "E106"
+    assert not handle.done
+    handle.wait(math.inf)
+    assert arm.joints.base_deg == pytest.approx(60, abs=0.2)
+
+
+def test_joints_give_their_angles_by_name():
+    joints = Joints((1.0, -0.5), ("base", "turret"))
+    assert joints.base_rad == 1.0
+    assert joints.turret_deg == pytest.approx(math.degrees(-0.5))
+    assert "turret_deg" in dir(joints)
+    with pytest.raises(AttributeError, match="'turet_deg'; did you mean 'turret_deg'"):
+        joints.turet_deg  # noqa: B018 - the look-up is the test
+    with pytest.raises(AttributeError, match="no attribute 'elbow_deg'"):
+        joints.elbow_deg  # noqa: B018
+    assert not hasattr(joints, "_turret")
+    with pytest.raises(mathematics.KinematicsError, match="did you mean 'turret'"):
+        joints["turet"]
+
+
+def test_every_kind_of_error_of_a_call_is_named_in_the_list_of_errors():
+    kinds = {name for name in ("BadArgument", "WaitTimeout") if name in (ours.__doc__ or "")}
+    assert kinds == {"BadArgument", "WaitTimeout"}

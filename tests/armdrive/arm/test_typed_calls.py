@@ -1,0 +1,73 @@
+"""What a type checker says of the calls of a program: nothing of right ones, and what is wrong."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("mypy")
+
+PROGRAM = """\
+from armdrive import Arm, AsyncArm, Handle, Jogged, Moved, SimulatedClock
+
+clock = SimulatedClock()
+arm: Arm = Arm.connect("bench", dialect="grbl", baud=115200, pace="real", reconnect=True)
+Arm.connect(pace=clock, allow_restored=True, operator=lambda request: True)
+Arm.connect("bench", baud="9600")  # wrong
+Arm.connect("bench", dialct="grbl")  # wrong
+Arm.connect(5)  # wrong
+AsyncArm.connect("bench", pace=clock)
+AsyncArm.connect("bench", pase=clock)  # wrong
+
+moved: Moved = arm.move_j(base_deg=1, shoulder_deg=2, elbow_deg=3.5, speed=0.5)
+handle: Handle[Moved] = arm.move_j(forearm_roll_deg=1, wrist_pitch_deg=2, wait=False)
+arm.move_j(wrist_roll_deg=3, wait=True)
+arm.move_j({"turret_deg": 30}, speed=0.5)
+arm.move_j(elbw_deg=1)  # wrong
+arm.move_j(elbow=1)  # wrong
+arm.move_j(elbow_deg="1")  # wrong
+arm.move_j(30)  # wrong
+arm.preview(shoulder_deg=40)
+arm.preview({"turret_deg": 40})
+arm.preview(sholder_deg=40)  # wrong
+arm.move_to((1, 2, 3))  # wrong
+arm.move_to("pick")
+
+jogged: Jogged = arm.jog_j(shoulder_deg=2, gripper_mm=5)
+arm.jog_j(shoulder=1, elbow=-0.5, duration_s=1)
+arm.jog_j({"turret_deg": 2})
+arm.jog_j(sholder=1, duration_s=1)  # wrong
+arm.jog_l(x_mm=5, pitch_deg=-2)
+arm.jog_l(frame="tool", z=1, duration_s=1)
+arm.jog_l(w_mm=5)  # wrong
+
+angle: float = arm.joints.base_deg + arm.joints.wrist_roll_rad
+arm.joints.elbw_deg  # wrong
+
+
+async def main() -> None:
+    async with AsyncArm.connect("sim:grbl") as left:
+        await left.move_j(base_deg=1)
+        await left.move_j(bse_deg=1)  # wrong
+        await left.jog_l(x_mm=5)
+        await left.jog_l(x_m=5)  # wrong
+"""
+
+
+@pytest.mark.timeout(600)  # nothing is cached: all that the calls import is read
+def test_a_type_checker_finds_what_is_wrong_and_nothing_else(tmp_path):
+    file = tmp_path / "program.py"
+    file.write_text(PROGRAM, encoding="utf-8")
+    settings = tmp_path / "mypy.ini"
+    settings.write_text("[mypy]\nstrict = True\nfollow_imports = silent\n", encoding="utf-8")
+    ended = subprocess.run(
+        [sys.executable, "-m", "mypy", "--config-file", settings, "--cache-dir", tmp_path, file],
+        capture_output=True, text=True, check=False, cwd=Path(__file__).parents[3],
+    )  # fmt: skip
+    found = {int(line) for line in re.findall(r"program\.py:(\d+): error", ended.stdout)}
+    wrong = {
+        number for number, line in enumerate(PROGRAM.splitlines(), 1) if line.endswith("# wrong")
+    }
+    assert found == wrong, ended.stdout + ended.stderr
