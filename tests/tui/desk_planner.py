@@ -75,15 +75,16 @@ class PlannerArm(FakeArm):
     def pose_in(self, frame):
         return pose_in_frame(CONFIG, self.status.pose, frame)
 
-    def preview(self, goal=None, *, line=False, frame="base", speed=1.0, **joints_deg):
+    def preview(self, goal=None, *, line=False, frame="base", speed=1.0):
         self.previews += 1
+        goal, joints_deg = (None, goal) if isinstance(goal, dict) else (goal, {})
         return preview_goal(
             self._ground(), CONTROLLER, self._goal(goal, line, frame, joints_deg), speed,
             self.hindrance,
         )  # fmt: skip
 
-    def move_j(self, *, speed, wait, **joints_deg):
-        return self._begin(JointGoal(joints_deg), speed, wait)
+    def move_j(self, angles_deg, *, speed, wait):
+        return self._begin(JointGoal(angles_deg), speed, wait)
 
     def move_to(self, goal, *, speed, frame="base", wait=False):
         return self._begin(self._goal(goal, False, frame, {}), speed, wait)
