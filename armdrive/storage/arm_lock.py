@@ -15,6 +15,7 @@ import shutil
 import stat
 import sys
 import tempfile
+from multiprocessing.connection import Listener
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,8 +27,6 @@ from armdrive.storage.lock_client import address_of, holder_words, knock, notice
 from armdrive.text.reading import PRIVATE
 
 if TYPE_CHECKING:
-    from multiprocessing.connection import Listener
-
     from filelock import FileLock
 
 MOST_WAITING = 16
@@ -91,8 +90,6 @@ class ArmLock:
             ) from None
 
     def _listen(self, answerer: Answerer) -> None:
-        from multiprocessing.connection import Listener
-
         address = self._address()
         listener = Listener(address, backlog=MOST_WAITING)
         self._server = ControlServer(listener, answerer)

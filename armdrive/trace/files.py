@@ -7,28 +7,21 @@ The first line is the header, each other line an entry. Bytes stand as text, one
 from __future__ import annotations
 
 import contextlib
-import datetime as dt
 import io
 import json
 import math
 import re
-import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, fields
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from armdrive.config.arm import MODEL_FILE, ArmConfig, ConfigSource
-from armdrive.config.write import complete
-from armdrive.errors import ArmError, ArmFileError, RecordingError, StateFileError
-from armdrive.registry.arm_files import parse_arm
+from armdrive.errors import RecordingError, StateFileError
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, replace_durably
-from armdrive.text.reading import parse_toml, read_bytes, read_text
+from armdrive.text.reading import read_bytes
 from armdrive.trace.entries import WIRE, EntryKind, TraceEntry
-from kinematics.errors import KinematicsError
-from kinematics.presets import PRESETS
 
 # The first line of a recording: whose it is, and the whole arm file, so that none is needed.
 
@@ -57,51 +50,6 @@ class Header:
     began_s: float
     arm_file: str
     model_file: str
-
-
-def header_of(config: ArmConfig, *, link: str, why: str, began: tuple[float, float]) -> Header:
-    """Return the header of an arm's recording; `began` is the wall's time and the arm's."""
-    from importlib.metadata import version  # most arms are closed with nothing written
-
-    wall_s, began_s = began
-    moment = dt.datetime.fromtimestamp(wall_s, dt.UTC)
-    arm_file, model_file = texts_of(config)
-    return Header(
-        version=version("armdrive"),
-        why=why,
-        arm=config.name,
-        title=config.title,
-        dialect=config.connection.dialect,
-        link=link,
-        calibration=config.calibration,
-        began=moment.isoformat(timespec="milliseconds"),
-        began_s=began_s,
-        arm_file=arm_file,
-        model_file=model_file,
-    )
-
-
-def texts_of(config: ArmConfig) -> tuple[str, str]:
-    """Return an arm as TOML, and its model file; empty texts where they cannot be had.
-
-    A recording is written when something has gone wrong: it is worth having without them too.
-    """
-    source = config.source
-    if source is None:
-        return "", ""
-    table: dict[str, Any] = dict(source.table)
-    word = str(table.get("model", ""))
-    try:
-        text = complete(config, table)
-        given = word not in PRESETS and word.lower().endswith(MODEL_FILE)
-        model = _model_text(source, word) if given else ""
-    except (ArmError, KinematicsError, ArithmeticError, LookupError, OSError, ValueError):
-        return "", ""
-    return text, model
-
-
-def _model_text(source: ConfigSource, word: str) -> str:
-    return read_text(source.folder / word, "the model file", ArmFileError)
 
 
 ENDING = ".jsonl"
@@ -183,22 +131,6 @@ class Recording:
     entries: tuple[TraceEntry, ...]
     cut_off: bool = False
 
-    def config(self) -> ArmConfig:
-        """Return the arm as its own file describes it. Raises `RecordingError`."""
-        header = self.header
-        if not header.arm_file:
-            raise RecordingError(
-                "the recording holds no arm file, so that no simulated twin can be made of it; "
-                "--show still prints it"
-            )
-        try:
-            table = parse_toml(header.arm_file, RecordingError)
-            with tempfile.TemporaryDirectory(prefix="armdrive-") as folder:
-                _put_model(table, Path(folder), header.model_file)
-                return parse_arm(table, name=header.arm, folder=Path(folder))
-        except (ArmError, KinematicsError, OSError) as error:
-            raise RecordingError(f"the recording's arm file cannot be used: {error}") from None
-
 
 def read_recording(path: Path) -> Recording:
     """Read a file. Raises `RecordingError`."""
@@ -215,14 +147,6 @@ def parse_recording(data: bytes) -> Recording:
     header = _header(_object(lines.readline().removesuffix(b"\n"), 1))
     entries = tuple(_entries(lines))
     return Recording(header, entries, cut_off=len(data) > 0 and not data.endswith(b"\n"))
-
-
-def _put_model(table: dict[str, Any], folder: Path, text: str) -> None:
-    """Have the arm file name the model file that came with it, and no other."""
-    word = table.get("model")
-    if isinstance(word, str) and word.lower().endswith(MODEL_FILE):
-        (folder / f"model{MODEL_FILE}").write_text(text, encoding="utf-8", errors="replace")
-        table["model"] = f"model{MODEL_FILE}"
 
 
 def _object(line: bytes, number: int) -> Mapping[str, Any]:

@@ -6,6 +6,7 @@ another thread. Nothing here may raise into the driver.
 
 from __future__ import annotations
 
+import datetime as dt
 import threading
 import time
 from collections import deque
@@ -13,14 +14,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from armdrive.config.arm import ArmConfig
-from armdrive.errors import ArmError, StateFileError
+from armdrive.config.arm import MODEL_FILE, ArmConfig, ConfigSource
+from armdrive.config.write import complete
+from armdrive.errors import ArmError, ArmFileError, StateFileError
 from armdrive.status import State
 from armdrive.tasks import Event, Progress, Request
+from armdrive.text.reading import read_text
 from armdrive.trace.describe import call_words, error_words, event_words, request_words
 from armdrive.trace.entries import EntryCondition, EntryKind, EntryRing, TraceEntry
-from armdrive.trace.files import free_path, header_of, write_recording
+from armdrive.trace.files import Header, free_path, write_recording
 from kinematics.errors import KinematicsError
+from kinematics.presets import PRESETS
 
 PATIENCE_S = 10.0
 """A disk that takes longer keeps nobody from closing the arm; the thread goes on writing."""
@@ -219,3 +223,51 @@ _LOOKS: tuple[tuple[EntryKind, Callable[[Any], str]], ...] = (
     (EntryKind.ERROR, str),
 )
 """What `changed` looks at, in this order, and the words for it."""
+
+
+# The arm's file in a recording, so that nothing else is needed to replay it.
+
+
+def header_of(config: ArmConfig, *, link: str, why: str, began: tuple[float, float]) -> Header:
+    """Return the header of an arm's recording; `began` is the wall's time and the arm's."""
+    from importlib.metadata import version  # most arms are closed with nothing written
+
+    wall_s, began_s = began
+    moment = dt.datetime.fromtimestamp(wall_s, dt.UTC)
+    arm_file, model_file = texts_of(config)
+    return Header(
+        version=version("armdrive"),
+        why=why,
+        arm=config.name,
+        title=config.title,
+        dialect=config.connection.dialect,
+        link=link,
+        calibration=config.calibration,
+        began=moment.isoformat(timespec="milliseconds"),
+        began_s=began_s,
+        arm_file=arm_file,
+        model_file=model_file,
+    )
+
+
+def texts_of(config: ArmConfig) -> tuple[str, str]:
+    """Return an arm as TOML, and its model file; empty texts where they cannot be had.
+
+    A recording is written when something has gone wrong: it is worth having without them too.
+    """
+    source = config.source
+    if source is None:
+        return "", ""
+    table: dict[str, Any] = dict(source.table)
+    word = str(table.get("model", ""))
+    try:
+        text = complete(config, table)
+        given = word not in PRESETS and word.lower().endswith(MODEL_FILE)
+        model = _model_text(source, word) if given else ""
+    except (ArmError, KinematicsError, ArithmeticError, LookupError, OSError, ValueError):
+        return "", ""
+    return text, model
+
+
+def _model_text(source: ConfigSource, word: str) -> str:
+    return read_text(source.folder / word, "the model file", ArmFileError)

@@ -9,19 +9,25 @@ that met an idle one. What either does faster or slower is no difference; what t
 from __future__ import annotations
 
 import re
+import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+from armdrive.config.arm import MODEL_FILE, ArmConfig
 from armdrive.dialects.words import Describer, Message, Weight
-from armdrive.errors import RecordingError
+from armdrive.errors import ArmError, RecordingError
+from armdrive.registry.arm_files import parse_arm
 from armdrive.sim.device import Value
 from armdrive.tasks import AlertKind
+from armdrive.text.reading import parse_toml
 from armdrive.trace.bench import ReplayBench
 from armdrive.trace.describe import talk
 from armdrive.trace.entries import EntryKind, TraceEntry
 from armdrive.trace.files import Recording
 from armdrive.trace.timeline import Parting
+from kinematics.errors import KinematicsError
 
 # Where a twin has to stand for a recording: the counts, offsets and gaps in its entries.
 
@@ -208,6 +214,31 @@ def _words(counts: tuple[int, ...]) -> str:
 _ANSWERS = frozenset((EntryKind.REPLY, EntryKind.REGISTERS, EntryKind.SILENCE))
 
 
+def config_of(recording: Recording) -> ArmConfig:
+    """Return the arm of a recording as its own file there describes it. Raises `RecordingError`."""
+    header = recording.header
+    if not header.arm_file:
+        raise RecordingError(
+            "the recording holds no arm file, so that no simulated twin can be made of it; "
+            "--show still prints it"
+        )
+    try:
+        table = parse_toml(header.arm_file, RecordingError)
+        with tempfile.TemporaryDirectory(prefix="armdrive-") as folder:
+            _put_model(table, Path(folder), header.model_file)
+            return parse_arm(table, name=header.arm, folder=Path(folder))
+    except (ArmError, KinematicsError, OSError) as error:
+        raise RecordingError(f"the recording's arm file cannot be used: {error}") from None
+
+
+def _put_model(table: dict[str, Any], folder: Path, text: str) -> None:
+    """Have the arm file name the model file that came with it, and no other."""
+    word = table.get("model")
+    if isinstance(word, str) and word.lower().endswith(MODEL_FILE):
+        (folder / f"model{MODEL_FILE}").write_text(text, encoding="utf-8", errors="replace")
+        table["model"] = f"model{MODEL_FILE}"
+
+
 @dataclass(frozen=True, slots=True)
 class Replayed:
     """What a replay found. `compared` counts the messages and counts that were held together."""
@@ -220,7 +251,7 @@ class Replayed:
 
 def replay(recording: Recording, settings: Mapping[str, Value] | None = None) -> Replayed:
     """Replay a recording against the twin of its arm. Raises `RecordingError`."""
-    config = recording.config()
+    config = config_of(recording)
     notes = []
     if config.calibration != recording.header.calibration:
         notes.append(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from armdrive.cli.learn.ik_by_numbers import solution_view
+from armdrive.cli.learn.chains import solution_view
 from armdrive.cli.learn.models import shown, shown_joints
 from kinematics.chains.tables import rows_of
 from kinematics.frames.transforms import IN_PLACE, Transform, position_of

@@ -10,7 +10,7 @@ from armdrive.cli.presenter import emit, say
 from armdrive.registry import simulated_kind
 from armdrive.sim.device import Options
 from armdrive.trace.files import Recording, read_recording
-from armdrive.trace.replay import Replayed, replay, replayed_view
+from armdrive.trace.replay import Replayed, config_of, replay, replayed_view
 from armdrive.trace.timeline import Teller, heading, lines
 
 PARTED = 1
@@ -28,7 +28,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _replayed(recording: Recording, words: list[str]) -> Replayed:
-    dialect = recording.config().connection.dialect
+    dialect = config_of(recording).connection.dialect
     return replay(recording, Options.parse(simulated_kind(dialect).options, words))
 
 

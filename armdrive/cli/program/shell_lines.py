@@ -12,6 +12,9 @@ from typing import NoReturn, Self
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, replace_file
 
+if sys.platform != "win32":
+    import termios
+
 HISTORY = "shell_history"
 LARGEST_BYTES = 1_000_000
 LIBEDIT_MARK = "_HiStOrY_V2_"
@@ -64,8 +67,6 @@ class TypedLines:
     def forget(self) -> None:
         """Forget what was typed or pasted beyond the line that was taken last."""
         if sys.platform != "win32":
-            import termios
-
             with contextlib.suppress(termios.error, OSError, ValueError):
                 termios.tcflush(sys.stdin.fileno(), termios.TCIFLUSH)
 

@@ -8,10 +8,20 @@ import sys
 import pytest
 from cli_calls import Caller
 
+from armdrive import cli
 from armdrive.cli import COMMANDS, EXIT_CODES
+from armdrive.cli.drive import arguments as drive_arguments
+from armdrive.cli.drive import pendant, points
+from armdrive.cli.program import arguments as program_arguments
+from armdrive.cli.program import teach
+from armdrive.cli.set_up import arguments as set_up_arguments
+from armdrive.cli.set_up import can, config
 from armdrive.errors import ArmError
 
 HEAVY = {"numpy", "can", "serial", "textual", "argparse", "filelock", "platformdirs", "asyncio"}
+LOADED_TO_RUN = {
+    "armdrive.arm", "armdrive.connect", "armdrive.programs.program", "numpy", "textual",
+}  # fmt: skip
 
 
 @pytest.fixture
@@ -118,6 +128,42 @@ def test_the_help_imports_nothing_heavy():
     loaded = set(ended.stderr.split())
     assert "armdrive" in loaded
     assert not loaded & HEAVY
+
+
+def test_the_help_of_a_command_waits_for_nothing_that_drives_an_arm():
+    program = (
+        "import contextlib, sys\n"
+        "from armdrive.cli import COMMANDS, main\n"
+        "for name in COMMANDS:\n"
+        "    with contextlib.suppress(SystemExit):\n"
+        "        main([name, '--help'])\n"
+        "print(*sys.modules, file=sys.stderr)"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False
+    )
+    assert ended.stdout.count("usage: armdrive ") == len(COMMANDS)
+    loaded = set(ended.stderr.split())
+    assert "armdrive.cli.drive.arguments" in loaded
+    assert not loaded & LOADED_TO_RUN
+    setting_up = {name for name in loaded if name.startswith("armdrive.setup.")}
+    assert setting_up <= {"armdrive.setup.templates"}  # a table: an option offers its names
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_what_is_declared_of_a_command_is_carried_out(name):
+    arguments, load, _ = cli._COMMANDS[name]
+    assert name in arguments()
+    assert callable(load()[name])
+
+
+def test_what_is_declared_of_an_action_is_carried_out():
+    assert list(drive_arguments.POINT_ACTIONS) == list(points.ACTIONS)
+    assert list(drive_arguments.PENDANT_ACTIONS) == list(pendant.ACTIONS)
+    assert list(program_arguments.TEACH_ACTIONS) == list(teach.ACTIONS)
+    assert list(set_up_arguments.CAN_ACTIONS) == list(can.ACTIONS)
+    assert list(set_up_arguments.CONFIG_ACTIONS) == list(config.ACTIONS)
+    assert all(callable(load()[name]) for name, load in config.ACTIONS.items())
 
 
 def test_the_package_itself_is_the_command_line():

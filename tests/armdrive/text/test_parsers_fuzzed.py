@@ -18,6 +18,7 @@ from armdrive.registry.arm_files import parse_arm
 from armdrive.storage.points import parse_points
 from armdrive.text.reading import parse_toml
 from armdrive.trace.files import parse_recording
+from armdrive.trace.replay import config_of
 from kinematics.errors import KinematicsError
 
 ARM = """\
@@ -95,7 +96,7 @@ PARSERS = {
     "program": (PROGRAM, read_program),
     "pendant": (PENDANT, parse_pendant),
     "recording": (RECORDING, recording),
-    "arm of a recording": (RECORDING, lambda text: recording(text).config()),
+    "arm of a recording": (RECORDING, lambda text: config_of(recording(text))),
 }
 PIECES = st.sampled_from([
     "[", "]", "{", "}", "(", ")", ".", ",", "=", '"', "'", '"""', "#", "\n", "\r", "\0", "\x1b",

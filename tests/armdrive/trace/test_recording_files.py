@@ -12,8 +12,9 @@ from recorder_bench import recorded_arm, saved
 
 from armdrive.errors import RecordingError
 from armdrive.trace.entries import WIRE, EntryKind, TraceEntry
-from armdrive.trace.files import LATEST_S, header_of, lines_of, parse_recording, read_recording
-from armdrive.trace.replay import replay
+from armdrive.trace.files import LATEST_S, lines_of, parse_recording, read_recording
+from armdrive.trace.recorder import header_of
+from armdrive.trace.replay import config_of, replay
 from armdrive.trace.timeline import Teller, heading, lines
 
 text_kinds = st.sampled_from([kind for kind in EntryKind if kind not in WIRE])
@@ -58,7 +59,7 @@ def test_what_is_written_reads_back_the_same(recording, entries):
 
 
 def test_the_arm_in_a_recording_is_the_arm_to_the_last_bit(recording):
-    config = recording.config()
+    config = config_of(recording)
     assert config.calibration == recording.header.calibration
     assert config.name == "sim:teachmover"
 
@@ -159,14 +160,14 @@ def test_no_file_that_a_recording_names_is_opened(text, tmp_path):
     named = text.replace(rb"model = \"teachmover\"", word, 1)
     assert named != text
     with pytest.raises(RecordingError) as error:
-        parse_recording(named).config()
+        config_of(parse_recording(named))
     assert "secret" not in str(error.value)
 
 
 def test_an_arm_without_a_known_file_is_still_recorded(recording):
     from dataclasses import replace
 
-    config = replace(recording.config(), source=None)
+    config = replace(config_of(recording), source=None)
     header = header_of(config, link="bench", why="test", began=(0.0, 0.0))
     assert header.arm_file == ""
     bare = replace(recording, header=header)
