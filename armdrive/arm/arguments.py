@@ -20,6 +20,7 @@ from armdrive.errors.arguments import (
     wrong,
 )
 from armdrive.moves import Jog
+from armdrive.registry import DEFAULT
 from armdrive.registry.pendant import PendantProgram
 from armdrive.runtime.clock import SimulatedClock
 from armdrive.runtime.drive import SimulatedPace
@@ -90,7 +91,7 @@ RULES: Mapping[str, Rule] = MappingProxyType(
         "Unpack[JointJog]": number,
         "Unpack[TipJog]": number,
         "frame: str": made_of(str, "the name of a frame", '"base" or "tool"'),
-        "target: str": made_of(str, "the name of an arm or a port", '"sim:teachmover"'),
+        "target: str": made_of(str, "the name of an arm or a port", f'"sim:{DEFAULT}"'),
         "device_tasks.Told": call,
     }
 )
