@@ -29,6 +29,9 @@ YAW_AXIS = "yaw"
 GRIPPER_AXIS = "gripper"
 """The gripper's axis in either space, in mm of opening."""
 
+REST_S = 0.8
+"""An arm that stood for less was on its way."""
+
 BASE_FRAME = "base"
 """The frame in which a jog is meant unless it names another."""
 

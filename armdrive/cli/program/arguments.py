@@ -10,7 +10,7 @@ from types import MappingProxyType
 from armdrive.cli.arm_options import add_allow_restored, add_arm_options, add_pace_option
 from armdrive.cli.options import Arguments, Declare, count, fraction, number, positive
 from armdrive.errors import BadRequest
-from armdrive.programs.teaching.record import REST_S
+from armdrive.moves import REST_S
 from armdrive.sim.world.table import TableBlock, block_of
 
 # --- demo

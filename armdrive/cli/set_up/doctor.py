@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Callable
 
 from armdrive.cli.presenter import say
 from armdrive.cli.questions import agreed
@@ -24,6 +25,9 @@ from armdrive.transports.address import is_can
 
 DONE, MENDING, CLOSED, NOBODY = 0, 1, 4, 6
 
+Survey = Callable[[argparse.Namespace, ArmConfig | None], int]
+Comparison = Callable[[ArmConfig, Report, argparse.Namespace], None]
+
 WARNING = (
     "Opening {port} can restart the board behind it: its motors lose their current, and an arm "
     "that is raised sags. Support it, or park it first. Nothing that is sent moves it."
@@ -36,9 +40,8 @@ def run(options: argparse.Namespace) -> int:
         return _keyboard(options)
     config = _config(options)
     if _on_can(options, config):
-        from armdrive.cli.set_up import doctor_can  # every protocol that is spoken on a bus
-
-        return doctor_can.run(options, config)
+        survey, _ = _deeper()
+        return survey(options, config)
     port, before = _before(options, config)
     report = Report(port, options.json)
     report.more = {"arm_files": list(before.owners)}
@@ -49,6 +52,14 @@ def run(options: argparse.Namespace) -> int:
     _agree(port, options)
     found = _examined(port, options, config)
     return report.end(_weigh(found, before, report, options, config))
+
+
+def _deeper() -> tuple[Survey, Comparison]:
+    """Return what surveys a CAN bus, and what compares the settings of a controller."""
+    # all that drives an arm, and every protocol of a bus: a silent port needs neither
+    from armdrive.cli.set_up import doctor_can, doctor_settings
+
+    return doctor_can.run, doctor_settings.compare
 
 
 def _keyboard(options: argparse.Namespace) -> int:
@@ -160,7 +171,6 @@ def _weigh(
     if identity is None or not identity.dialect:
         return NOBODY
     if config is not None and identity.dialect == config.connection.dialect:
-        from armdrive.cli.set_up.doctor_settings import compare  # all that drives an arm
-
+        _, compare = _deeper()
         compare(config, report, options)
     return MENDING if any_problem(report.findings) else DONE

@@ -11,11 +11,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from armdrive.errors import NotReferenced
+from armdrive.moves import REST_S
 from armdrive.storage.points import Point, Step, StepList
 from kinematics.spaces import Joints
-
-REST_S = 0.8
-"""An arm that stood for less was on its way."""
 
 SAME_DEG = 0.05
 """Joints that all stand so near are where they were: less than a step of any of these arms."""
