@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from kinematics.frames.matrices import DependentRow, inverse, times
@@ -25,6 +25,7 @@ def test_half_a_turn_is_always_the_positive_one(angle):
 
 
 @given(angles, angles, st.floats(0.0, 12.0), angles)
+@example(0.0, -6.0, 12.0, 3.0)  # the seed is almost half a circle away, and so is no turn
 def test_a_turn_is_the_best_of_all_turns(angle, low, width, seed):
     high = low + width
     found = turn_into(angle, low, high, seed)
