@@ -226,6 +226,8 @@ class Watch:
         self._step_mm = step_mm
         self._command: Command | None = None
         self._until_s = -math.inf
+        self._earlier_speed, self._earlier_until_s = 0.0, -math.inf
+        """The speed of the command before, and until when what it has sent may run on."""
         self._bounds: list[Bound] = []
         self._last_what = "nothing"
         self._before: tuple[set[int], set[int], bool, float, tuple[float, float, float]] | None = (
@@ -255,6 +257,8 @@ class Watch:
         arm, joints = self._guarded.arm, self.world.supposed_joints
         command.joints_beyond = {each.joint: each.excess_rad for each in arm.violations(joints)}
         command.depth_mm = self.inside_mm(joints)
+        if self._command is not None:
+            self._earlier_speed, self._earlier_until_s = self._command.speed, self._until_s
         self._command, self._until_s = command, math.inf
         self.disturbed.clear()
         self.speeds.forget()
@@ -389,6 +393,8 @@ class Watch:
             self._break(f"it moved without a command, {late_s:.2f} s after: {self._last_what}")
         self._keep_bounds(time_s)
         share = 1.0 if self._command is None else self._command.speed
+        if time_s <= self._earlier_until_s < math.inf:
+            share = max(share, self._earlier_speed)
         caught_up = self._turned_by(self.slips | self.sags | self.disturbed)
         if sentence := self.speeds.too_fast(time_s, self.world.joints, share, caught_up):
             self._break(sentence)

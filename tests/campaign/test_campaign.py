@@ -46,6 +46,12 @@ def test_no_promise_is_broken_in_a_sample(dialect):
         assert result.outcome is not Outcome.VIOLATION, story(result)
 
 
+def test_what_a_motion_has_sent_may_run_on_at_its_own_speed():
+    """A board goes on with a line after its cable was pulled, while a slower call is refused."""
+    result = run_mission("grbl", 64000065)
+    assert result.outcome is not Outcome.VIOLATION, story(result)
+
+
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_a_mission_comes_again_by_its_seed(dialect):
     first, second = (run_mission(dialect, 3, keep_log=True) for _ in range(2))
