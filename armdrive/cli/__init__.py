@@ -82,10 +82,16 @@ def _requests_to_other_programs() -> Mapping[str, Command]:
     return {"record": record, "pause": pause, "resume": resume, "slow": slow, "stop": stop}
 
 
-def _language_commands() -> Mapping[str, Command]:
-    from armdrive.cli.program import run, shell
+def _run_commands() -> Mapping[str, Command]:
+    from armdrive.cli.program import run
 
-    return {"run": run.run, "shell": shell.run}
+    return {"run": run.run}
+
+
+def _shell_commands() -> Mapping[str, Command]:
+    from armdrive.cli.program import shell
+
+    return {"shell": shell.run}
 
 
 def _teaching_commands() -> Mapping[str, Command]:
@@ -165,12 +171,12 @@ _COMMANDS: Mapping[str, CommandRow] = MappingProxyType(
         "move": (_driving_arguments, _arm_commands, "move an arm to joint angles or to a pose"),
         "run": (
             _program_arguments,
-            _language_commands,
+            _run_commands,
             "run a program, or rehearse it: a program file or a Python script",
         ),
         "shell": (
             _program_arguments,
-            _language_commands,
+            _shell_commands,
             "type the words of a program at a prompt, each carried out at once",
         ),
         "points": (

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from armdrive import testing
+
 if TYPE_CHECKING:
     from armdrive.arm import Arm
     from armdrive.testing.arm_world import ArmWorld
@@ -53,9 +55,7 @@ def arm_world(
     """
     monkeypatch.setenv("ARMDRIVE_FORCE_SIM", "1")
     monkeypatch.setenv("ARMDRIVE_HOME", str(tmp_path / "armdrive"))
-    from armdrive.testing.arm_world import ArmWorld
-
-    with ArmWorld(_target(request)) as world:
+    with testing.ArmWorld(_target(request)) as world:
         yield world
 
 

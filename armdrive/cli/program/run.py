@@ -6,7 +6,6 @@ import argparse
 from pathlib import Path
 
 from armdrive.cli.program.arguments import PROGRAM, SCRIPT
-from armdrive.cli.program.run_program import run_program
 from armdrive.cli.program.run_script import run_script
 from armdrive.errors import BadRequest
 from armdrive.render.sketch import check_output
@@ -21,6 +20,9 @@ def run(options: argparse.Namespace) -> int:
     if ending == PROGRAM:
         if options.words:
             raise BadRequest(f"a program file takes no arguments: {' '.join(options.words)}")
+        # the language's parser takes as long to import as all that a script needs
+        from armdrive.cli.program.run_program import run_program
+
         return run_program(options)
     if ending == SCRIPT:
         return run_script(options)
