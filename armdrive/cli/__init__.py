@@ -56,18 +56,22 @@ def _set_up_arguments() -> Mapping[str, Arguments]:
 
 
 def _arm_commands() -> Mapping[str, Command]:
-    from armdrive.cli.drive import disable, enable, home, move, pendant, points, reset, verify
+    from armdrive.cli.drive import disable, enable, home, move, reset, verify
 
     return {
         "disable": disable.run,
         "enable": enable.run,
         "home": home.run,
         "move": move.run,
-        "pendant": pendant.run,
-        "points": points.run,
         "reset": reset.run,
         "verify": verify.run,
     }
+
+
+def _point_commands() -> Mapping[str, Command]:
+    from armdrive.cli.drive import pendant, points
+
+    return {"pendant": pendant.run, "points": points.run}
 
 
 def _jog_commands() -> Mapping[str, Command]:
@@ -149,9 +153,15 @@ def _pose_commands() -> Mapping[str, Command]:
 
 
 def _textbook_commands() -> Mapping[str, Command]:
-    from armdrive.cli.learn import explain, plot
+    from armdrive.cli.learn import explain
 
-    return {"explain": explain.run, "plot": plot.run}
+    return {"explain": explain.run}
+
+
+def _drawing_commands() -> Mapping[str, Command]:
+    from armdrive.cli.learn import plot
+
+    return {"plot": plot.run}
 
 
 def _error_commands() -> Mapping[str, Command]:
@@ -181,7 +191,7 @@ _COMMANDS: Mapping[str, CommandRow] = MappingProxyType(
         ),
         "points": (
             _driving_arguments,
-            _arm_commands,
+            _point_commands,
             "name places of an arm, and go to them; step through sequences of them",
         ),
         "teach": (
@@ -191,7 +201,7 @@ _COMMANDS: Mapping[str, CommandRow] = MappingProxyType(
         ),
         "pendant": (
             _driving_arguments,
-            _arm_commands,
+            _point_commands,
             "the program in an arm's own memory: into a file, and back",
         ),
         "home": (_driving_arguments, _arm_commands, "reference an arm in its reference posture"),
@@ -259,7 +269,7 @@ _COMMANDS: Mapping[str, CommandRow] = MappingProxyType(
             _textbook_commands,
             "an arm worked out: link table, A matrices, forward, every inverse",
         ),
-        "plot": (_learning_arguments, _textbook_commands, "draw what an arm can reach"),
+        "plot": (_learning_arguments, _drawing_commands, "draw what an arm can reach"),
         "config": (
             _set_up_arguments,
             _arm_file_commands,

@@ -37,26 +37,26 @@ class PortOpening:
 
     def find(self) -> str:
         """Return the port's present name. Raises `NoSuchPort` where no port has the number."""
-        from armdrive.transports.ports import device_of
+        from armdrive.transports import ports
 
         if self._serial_number:
-            self._port = device_of(self._serial_number, self._port)
+            self._port = ports.device_of(self._serial_number, self._port)
         return self._port
 
     def open(self) -> Link:
         """Open the wire, wherever it is now. Raises `PortUnavailable`; sends nothing."""
-        from armdrive.transports.open import open_link
-        from armdrive.transports.ports import serial_number_of
+        from armdrive.transports import open as opening
+        from armdrive.transports import ports
 
         port = self.find()
-        link = open_link(
+        link = opening.open_link(
             self._heard(port),
             self._wire.baud,
             raise_dtr=self._wire.raise_dtr,
             keep_dtr_on_close=self._wire.keep_dtr_on_close,
         )
         if not self._serial_number and not scheme(port):
-            self._serial_number = serial_number_of(port)
+            self._serial_number = ports.serial_number_of(port)
         return link
 
     def _heard(self, port: str) -> str:

@@ -29,8 +29,8 @@ class Driver:
     `settings` is the class of what an arm file says in the section of the dialect's name.
     `controller` makes the driver's end from what the dialect is able to do and an arm.
     `recognition` is None where the dialect is spoken on a bus, which is surveyed instead: `bus`
-    surveys its drives and sets them up. `pendant` reads and writes the program of an arm that keeps
-    one in a memory of its own.
+    surveys its drives and sets them up, and `ear` makes what hears what they say. `pendant` reads
+    and writes the program of an arm that keeps one in a memory of its own.
     """
 
     settings: type[Any]
@@ -38,20 +38,25 @@ class Driver:
     talk: Describer
     recognition: Recognition | None = None
     bus: BusTools | None = None
+    ear: Callable[[], Ear] | None = None
     pendant: PendantTools[Any] | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Language:
-    """What the drives on a CAN bus speak.
-
-    `ear` makes what hears it; `silence` says what it means that nothing passes.
-    """
+    """What the drives on a CAN bus speak; `silence` says what it means that nothing passes."""
 
     name: str
     title: str
-    ear: Callable[[], Ear]
+    driver: Callable[[], Driver]
     silence: str
+
+    def ear(self) -> Ear:
+        """Make what hears it."""
+        made = self.driver().ear
+        if made is None:
+            raise LookupError(f"nothing hears {self.title}")
+        return made()
 
 
 @dataclass(frozen=True, slots=True)

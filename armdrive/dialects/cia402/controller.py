@@ -19,7 +19,7 @@ from armdrive.dialects.cia402.cycle import Script
 from armdrive.dialects.cia402.profile import BESIDE, TOP_HZ
 from armdrive.dialects.cia402.settings import CYCLIC, Cia402Settings
 from armdrive.dialects.cia402.survey import BUS
-from armdrive.dialects.cia402.words import TALK
+from armdrive.dialects.cia402.words import TALK, CanopenEar
 from armdrive.dialects.controller import StopPart, Stopping
 from armdrive.dialects.dialect import Driver
 from armdrive.errors import Refused
@@ -195,4 +195,4 @@ _KNOWN = (
 )  # fmt: skip
 
 
-DRIVER = Driver(Cia402Settings, Cia402Controller, TALK, bus=BUS)
+DRIVER = Driver(Cia402Settings, Cia402Controller, TALK, bus=BUS, ear=CanopenEar)

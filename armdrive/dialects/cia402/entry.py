@@ -2,25 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
 from armdrive.dialects.dialect import Dialect, Driver, Language
-
-if TYPE_CHECKING:
-    from armdrive.dialects.bus.words import Ear
 
 
 def _driver() -> Driver:
     from armdrive.dialects.cia402.controller import DRIVER
 
     return DRIVER
-
-
-def _ear() -> Ear:
-    from armdrive.dialects.cia402.words import CanopenEar
-
-    return CanopenEar()
 
 
 ENTRY = Dialect(
@@ -61,7 +50,7 @@ ENTRY = Dialect(
     language=Language(
         "canopen",
         "CANopen",
-        _ear,
+        _driver,
         "An idle bus is silent where no drive was told to say heartbeats (object 1017)",
     ),
 )

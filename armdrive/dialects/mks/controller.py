@@ -25,7 +25,7 @@ from armdrive.dialects.mks.homing import MksHoming
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.steering import CATCH_UP, CATCH_UP_RPM
 from armdrive.dialects.mks.stops import STOP_POLL_S
-from armdrive.dialects.mks.words import TALK
+from armdrive.dialects.mks.words import TALK, MksEar
 from armdrive.errors import Refused
 from armdrive.tasks import (
     ClearFault,
@@ -197,4 +197,4 @@ _KNOWN = (
 )  # fmt: skip
 
 
-DRIVER = Driver(MksSettings, MksController, TALK, bus=BUS)
+DRIVER = Driver(MksSettings, MksController, TALK, bus=BUS, ear=MksEar)

@@ -2,25 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
 from armdrive.dialects.dialect import Dialect, Driver, Language
-
-if TYPE_CHECKING:
-    from armdrive.dialects.bus.words import Ear
 
 
 def _driver() -> Driver:
     from armdrive.dialects.mks.controller import DRIVER
 
     return DRIVER
-
-
-def _ear() -> Ear:
-    from armdrive.dialects.mks.words import MksEar
-
-    return MksEar()
 
 
 ENTRY = Dialect(
@@ -60,7 +49,7 @@ ENTRY = Dialect(
     language=Language(
         "mks",
         "MKS drives",
-        _ear,
+        _driver,
         "An idle bus of drives is silent: they speak when they are asked",
     ),
 )
