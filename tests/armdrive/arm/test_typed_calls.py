@@ -7,8 +7,6 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("mypy")
-
 PROGRAM = """\
 from armdrive import Arm, AsyncArm, Handle, Jogged, Moved, SimulatedClock
 
