@@ -133,7 +133,6 @@ class RealPace:
         self._engine: Engine | None = None
         self._thread: threading.Thread | None = None
         self._failure: BaseException | None = None
-        self._round_s = time.monotonic()
 
     def now_s(self) -> float:
         """Return the monotonic time since the start, times the speed.
@@ -141,8 +140,12 @@ class RealPace:
         A clock that runs faster than real waits for its engine. Else a computer that is busy for
         a moment would let minutes pass on an arm that nobody drives meanwhile.
         """
+        return self._shown_s(time.monotonic())
+
+    def _shown_s(self, real_s: float) -> float:
+        """Return what the arm's clock shows at a moment of the computer's clock."""
         mark = self._mark
-        passed_s = time.monotonic() - mark.real_s
+        passed_s = real_s - mark.real_s
         if self._speed > 1.0 and mark.driven:
             passed_s = min(passed_s, LONGEST_STEP_S)
         return mark.arm_s + passed_s * self._speed
@@ -192,7 +195,7 @@ class RealPace:
 
     def _lasted_s(self) -> float:
         """Return how long ago this round began."""
-        return time.monotonic() - self._round_s
+        return time.monotonic() - self._mark.real_s
 
     def _drive(self) -> None:
         began_s, pause_s = time.monotonic(), 0.0
@@ -202,8 +205,7 @@ class RealPace:
                 last_s, began_s = began_s, time.monotonic()
                 round_s = began_s - last_s
                 with self._turn:
-                    self._mark = _Mark(self.now_s(), time.monotonic(), driven=True)
-                    self._round_s = time.monotonic()
+                    self._set_mark(driven=True)
                     if round_s > ABSENT_S:
                         engine.absent(round_s - pause_s)
                     next_s = engine.advance(self.now_s())
@@ -220,7 +222,11 @@ class RealPace:
                 self._failure = failure
                 self._turn.notify_all()
         finally:
-            self._mark = _Mark(self.now_s(), time.monotonic())
+            self._set_mark(driven=False)
+
+    def _set_mark(self, *, driven: bool) -> None:
+        real_s = time.monotonic()  # read once: between two readings the arm's clock would stand
+        self._mark = _Mark(self._shown_s(real_s), real_s, driven)
 
     def _rest(self, engine: Engine, pause_s: float) -> None:
         """Sleep on the wire; where only the deadline ended that, count how late it was."""
