@@ -10,7 +10,6 @@ from armdrive.errors import Refused
 from armdrive.errors.arguments import BASIC, checked_calls
 from armdrive.motion.execute import Moved
 from armdrive.motion.gripper import Grasped, grasp, require_gripper
-from armdrive.motion.plan import speed_fraction
 from armdrive.runtime.states import Event, after
 from armdrive.trace.calls import Tracer, traced
 from kinematics.errors import finite
@@ -68,7 +67,7 @@ class Gripper:
 
     def move(self, opening_mm: float, *, speed: float = 1.0) -> Moved:
         """Bring the fingers to an opening in mm."""
-        return self._arm.move_gripper(finite("opening_mm", opening_mm), speed_fraction(speed))
+        return self._arm.move_gripper(opening_mm, speed)
 
     def grasp(self, *, force_n: float = 8.9) -> float:
         """Close on whatever is between the fingers; return its width in mm, 0.0 for nothing.

@@ -26,6 +26,7 @@ from armdrive.motion.resolve import (
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.states import Event, after
 from armdrive.status import State, Trust
+from kinematics.errors import finite
 from kinematics.paths.parts import ArcMove, JointMove, Move
 from kinematics.spaces import Joints, Motors, Pose
 
@@ -80,12 +81,13 @@ class Moving:
 
     def move_fingers(self, opening_mm: float, speed: float) -> Moved:
         """Bring the fingers to an opening, and wait for the end."""
+        opening_mm, fraction = finite("opening_mm", opening_mm), speed_fraction(speed)
         if not self._core.transmission.has_gripper:
             return self._set_gripper(opening_mm)
 
         def plan(here: ArmCoordinates) -> MotionPlan:
             there = ArmCoordinates(here.joints, opening_mm)
-            return plan_joints(self._config, self._view.speeds, here, there, speed)
+            return plan_joints(self._config, self._view.speeds, here, there, fraction)
 
         return self._start(plan).wait()
 

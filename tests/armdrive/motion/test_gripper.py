@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from faults import OVER_THE_TABLE, sim_arm, sim_config
+from faults import OVER_THE_TABLE, ready_arm, sim_arm, sim_config
 
 from armdrive.errors import BadRequest, DeviceFault, OutOfBounds, Stopped
 from armdrive.sim.world.table import TableBlock
@@ -120,3 +120,13 @@ def test_opening_and_closing_end_where_asked_while_the_elbow_turns():
     assert arm.twin.world.opening_mm == pytest.approx(5.0, abs=0.05)
     with pytest.raises(OutOfBounds, match="gripper"):
         arm.gripper.open(90.0)
+
+
+@pytest.mark.parametrize("speed", [0.0, -0.5, 1.1, 5])
+def test_every_way_to_move_the_fingers_refuses_a_speed_that_is_no_share(speed):
+    arm = ready_arm()
+    before = arm.twin.world.motors
+    for call in (arm.move_gripper, lambda mm, speed: arm.gripper.move(mm, speed=speed)):
+        with pytest.raises(BadRequest, match="above 0 and up to 1"):
+            call(20.0, speed)
+    assert arm.twin.world.motors == before
