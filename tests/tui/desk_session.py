@@ -45,9 +45,12 @@ class Session:
         await self.pilot.pause()
 
     async def settle(self):
-        """Wait for calls that the desk makes in a thread, and have it see what came of them."""
-        await self.desk.workers.wait_for_complete()
-        await self.poll()
+        """Wait until the desk has seen what came of its calls in threads, and begins no more."""
+        while True:
+            await self.desk.workers.wait_for_complete()
+            await self.poll()
+            if all(worker.is_finished for worker in self.desk.workers):
+                return
 
     async def poll(self):
         self.desk.poll()
