@@ -45,11 +45,11 @@ from armdrive.runtime.clock import SimulatedClock
 from armdrive.status import Current, State, Status, Trust
 from armdrive.storage.points import Point, Step, StepList
 from kinematics.errors import KinematicsError, NoArc, PathBroken, Unreachable
-from kinematics.paths.parts import ArcMove, JointMove, LineMove, PoseMove
+from kinematics.paths.parts import ArcPart, JointPart, LinePart, PosePart
 from kinematics.spaces import Joints, Motors, Pose
 
 __all__ = [
-    "ArcMove",
+    "ArcPart",
     "Arm",
     "ArmError",
     "ArmFileError",
@@ -66,10 +66,10 @@ __all__ = [
     "InputTimeout",
     "Jog",
     "Jogged",
-    "JointMove",
+    "JointPart",
     "Joints",
     "KinematicsError",
-    "LineMove",
+    "LinePart",
     "LinkError",
     "LinkLost",
     "MarkRequest",
@@ -89,7 +89,7 @@ __all__ = [
     "PointsFileError",
     "PortUnavailable",
     "Pose",
-    "PoseMove",
+    "PosePart",
     "PositionMismatch",
     "PostureRequest",
     "Preview",

@@ -40,7 +40,7 @@ from armdrive.moves import BASE_FRAME, Angles, JointAngles, JointJog, TipJog
 from armdrive.runtime.drive import PaceChoice
 from armdrive.status import Status
 from armdrive.storage.point_file import Points
-from kinematics.paths.parts import Move
+from kinematics.paths.parts import PathPart
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 
@@ -263,7 +263,7 @@ class AsyncMoves(AsyncCalls[Arm]):
     @overload
     async def move_path(
         self,
-        moves: Sequence[Move],
+        moves: Sequence[PathPart],
         *,
         speed: float = 1.0,
         frame: str = BASE,
@@ -271,10 +271,15 @@ class AsyncMoves(AsyncCalls[Arm]):
     ) -> Moved: ...
     @overload
     async def move_path(
-        self, moves: Sequence[Move], *, speed: float = 1.0, frame: str = BASE, wait: Literal[False]
+        self,
+        moves: Sequence[PathPart],
+        *,
+        speed: float = 1.0,
+        frame: str = BASE,
+        wait: Literal[False],
     ) -> AsyncHandle[Moved]: ...
     async def move_path(
-        self, moves: Sequence[Move], *, speed: float = 1.0, frame: str = BASE, wait: bool = True
+        self, moves: Sequence[PathPart], *, speed: float = 1.0, frame: str = BASE, wait: bool = True
     ) -> Moved | AsyncHandle[Moved]:
         """Move through several moves as one; see `Arm.move_path`."""
         return await self._go(

@@ -47,7 +47,7 @@ from armdrive.storage.point_file import Points
 from armdrive.tasks import DeviceSettings, never
 from armdrive.trace.calls import traced
 from kinematics.errors import finite
-from kinematics.paths.parts import ArcMove, Move
+from kinematics.paths.parts import ArcPart, PathPart
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 
@@ -348,13 +348,13 @@ class Arm:
         Of `via` only x, y and z count; the hand turns evenly to the goal's pitch and roll. Raises
         `kinematics.NoArc` for points on one line, and `PathBroken` where the arc leaves the reach.
         """
-        handle = self.moving.begin_path([ArcMove(via, goal)], speed, frame)
+        handle = self.moving.begin_path([ArcPart(via, goal)], speed, frame)
         return handle.wait() if wait else handle
 
     @overload
     def move_path(
         self,
-        moves: Sequence[Move],
+        moves: Sequence[PathPart],
         *,
         speed: float = 1.0,
         frame: str = BASE,
@@ -362,12 +362,17 @@ class Arm:
     ) -> Moved: ...
     @overload
     def move_path(
-        self, moves: Sequence[Move], *, speed: float = 1.0, frame: str = BASE, wait: Literal[False]
+        self,
+        moves: Sequence[PathPart],
+        *,
+        speed: float = 1.0,
+        frame: str = BASE,
+        wait: Literal[False],
     ) -> Handle[Moved]: ...
     def move_path(
-        self, moves: Sequence[Move], *, speed: float = 1.0, frame: str = BASE, wait: bool = True
+        self, moves: Sequence[PathPart], *, speed: float = 1.0, frame: str = BASE, wait: bool = True
     ) -> Moved | Handle[Moved]:
-        """Move through several moves as one: `LineMove`, `ArcMove`, `PoseMove`, `JointMove`.
+        """Move through several moves as one: `LinePart`, `ArcPart`, `PosePart`, `JointPart`.
 
         A move with `blend_mm` is left for the next one so far before its end, without stopping;
         without, the arm stops there. The whole way is audited first, in one posture of the arm.

@@ -25,7 +25,7 @@ from armdrive.registry.pendant import PendantProgram
 from armdrive.runtime.clock import SimulatedClock
 from armdrive.runtime.drive import SimulatedPace
 from armdrive.storage.points import Point
-from kinematics.paths.parts import Move
+from kinematics.paths.parts import PathPart
 from kinematics.spaces import Joints, Pose
 
 A_POSE = "Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)"
@@ -77,10 +77,10 @@ RULES: Mapping[str, Rule] = MappingProxyType(
         "Place": _PLACE,
         "Place | Angles": _place_or_angles,
         "Pose": made_of(Pose, "a pose", A_POSE),
-        "Sequence[Move]": several(
-            made_of(get_args(Move), "a move", f"LineMove({A_POSE})"),
+        "Sequence[PathPart]": several(
+            made_of(get_args(PathPart), "a move", f"LinePart({A_POSE})"),
             "a list of moves",
-            f"[LineMove({A_POSE})]",
+            f"[LinePart({A_POSE})]",
         ),
         "Sequence[str]": several(text, "a list of lines", '["$100=250"]'),
         "SimulatedArm": expected(

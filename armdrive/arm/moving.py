@@ -27,7 +27,7 @@ from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.states import Event, after
 from armdrive.status import State, Trust
 from kinematics.errors import finite
-from kinematics.paths.parts import ArcMove, JointMove, Move
+from kinematics.paths.parts import ArcPart, JointPart, PathPart
 from kinematics.spaces import Joints, Motors, Pose
 
 PATIENCE = 4.0
@@ -61,12 +61,12 @@ class Moving:
 
         return self._start(plan, stops)
 
-    def begin_path(self, moves: Sequence[Move], speed: float, frame: str) -> Handle[Moved]:
+    def begin_path(self, moves: Sequence[PathPart], speed: float, frame: str) -> Handle[Moved]:
         """Plan several moves as one, and hand them to the engine."""
         self._core.require_geometry()
         fraction = speed_fraction(speed)
         if not moves:
-            raise BadRequest("a path needs at least one move, for example LineMove(pose)")
+            raise BadRequest("a path needs at least one move, for example LinePart(pose)")
         if frame == TOOL:
             raise BadRequest(
                 "the tool's frame goes along with the arm: give a path in the base or in a frame "
@@ -184,11 +184,11 @@ def raised(pose: Pose, by_mm: float) -> Pose:
     return replace(pose, z_mm=pose.z_mm + by_mm)
 
 
-def _in_base(config: ArmConfig, joints: Joints, move: Move, frame: str) -> Move:
+def _in_base(config: ArmConfig, joints: Joints, move: PathPart, frame: str) -> PathPart:
     """Return a move with its poses as the base sees them."""
-    if isinstance(move, JointMove):
+    if isinstance(move, JointPart):
         return move
     goal = goal_in_base(config, joints, move.goal, frame)
-    if isinstance(move, ArcMove):
+    if isinstance(move, ArcPart):
         return replace(move, goal=goal, via=goal_in_base(config, joints, move.via, frame))
     return replace(move, goal=goal)

@@ -25,7 +25,7 @@ from kinematics.guards.guards import GuardViolation, Violation
 from kinematics.guards.path import first_violation
 from kinematics.limits import LimitViolation
 from kinematics.paths.chords import line_path
-from kinematics.paths.parts import LineMove, Move, PoseMove
+from kinematics.paths.parts import LinePart, PathPart, PosePart
 from kinematics.paths.routes import PathSection, Route, route_sections
 from kinematics.spaces import Joints, Pose
 
@@ -105,12 +105,12 @@ def plan_route(
     config: ArmConfig,
     speeds: SpeedLimits,
     start: ArmCoordinates,
-    moves: Sequence[Move],
+    moves: Sequence[PathPart],
     fraction: float,
 ) -> MotionPlan:
     """Plan joint motions, lines and arcs one after another, with their blends, and audit it all."""
     for move in moves:
-        if isinstance(move, LineMove | PoseMove):
+        if isinstance(move, LinePart | PosePart):
             posture_for(config, move.goal, start.joints)
     route = Route(start.joints, tuple(moves))
     sections = route_sections(config.model.arm, route, tolerance_mm=config.motion.line_tolerance_mm)
@@ -121,7 +121,7 @@ def plan_route(
     return replace(made, note=_smaller_blends(moves, sections))
 
 
-def _smaller_blends(moves: Sequence[Move], sections: Sequence[PathSection]) -> str:
+def _smaller_blends(moves: Sequence[PathPart], sections: Sequence[PathSection]) -> str:
     """Say which blends are smaller than asked for; at the end of the last part there is none."""
     found = {
         part: radius_mm

@@ -18,7 +18,7 @@ import pytest
 from faults import ready_arm
 
 from armdrive import (
-    ArcMove,
+    ArcPart,
     Arm,
     AsyncArm,
     AsyncHandle,
@@ -26,9 +26,9 @@ from armdrive import (
     BadRequest,
     Handle,
     Jog,
-    JointMove,
+    JointPart,
     Joints,
-    LineMove,
+    LinePart,
     Point,
     Pose,
     UnknownPoint,
@@ -60,7 +60,7 @@ RIGHT = MappingProxyType(
         "Point": Point(Joints.of(0, 40, -60, -70, 0), None),
         "Point | None": None,
         "Pose": A_POSE,
-        "Sequence[Move]": [LineMove(A_POSE)],
+        "Sequence[PathPart]": [LinePart(A_POSE)],
         "StepList": None,
         "StepList | None": None,
         "T | None": None,
@@ -352,9 +352,9 @@ def test_numbers_of_numpy_are_numbers():
     [
         (lambda arm: arm.move_to(FAR), kinematic.Unreachable, "E604"),
         (lambda arm: arm.move_l(FAR), kinematic.Unreachable, "E604"),
-        (lambda arm: arm.move_path([LineMove(FAR)]), kinematic.Unreachable, "E604"),
+        (lambda arm: arm.move_path([LinePart(FAR)]), kinematic.Unreachable, "E604"),
         (lambda arm: arm.move_c(FAR, FAR), kinematic.NoArc, "E618"),
-        (lambda arm: arm.move_path([ArcMove(FAR, FAR)]), kinematic.NoArc, "E618"),
+        (lambda arm: arm.move_path([ArcPart(FAR, FAR)]), kinematic.NoArc, "E618"),
         (lambda arm: arm.move_j(base_deg=math.nan), kinematic.BadNumber, "E602"),
         (lambda arm: arm.declare_posture(FAR), kinematic.Unreachable, "E604"),
         (
@@ -363,7 +363,7 @@ def test_numbers_of_numpy_are_numbers():
             "E603",
         ),
         (
-            lambda arm: arm.move_path([JointMove(Joints((1.0,), ("turret",)))]),
+            lambda arm: arm.move_path([JointPart(Joints((1.0,), ("turret",)))]),
             kinematic.KinematicsError,
             "E601",
         ),
