@@ -33,23 +33,38 @@ from armdrive.errors import (
     WaitTimeout,
     WrongState,
 )
+from armdrive.json_forms import move_from_json, move_to_json
 from armdrive.motion.execute import Moved
 from armdrive.motion.gripper import Grasped
 from armdrive.motion.jog.session import Jogged
 from armdrive.motion.preview import Preview
 from armdrive.motion.verify import Drift, Verdict, Verified
-from armdrive.moves import Jog, Space
+from armdrive.moves import (
+    ArcMove,
+    GraspMove,
+    GripperMove,
+    Jog,
+    JogMove,
+    JointMove,
+    LineMove,
+    MoveSequence,
+    ParkMove,
+    PathMove,
+    PoseMove,
+    Space,
+)
 from armdrive.programs.teaching.sequence import Stepper
 from armdrive.registry.pendant import PendantProgram
 from armdrive.runtime.clock import SimulatedClock
 from armdrive.status import Current, State, Status, Trust
 from armdrive.storage.points import Point, Step, StepList
 from kinematics.errors import KinematicsError, NoArc, PathBroken, Unreachable
-from kinematics.paths.parts import ArcMove, JointMove, LineMove, PoseMove
+from kinematics.paths.parts import ArcPart, JointPart, LinePart, PosePart
 from kinematics.spaces import Joints, Motors, Pose
 
 __all__ = [
     "ArcMove",
+    "ArcPart",
     "Arm",
     "ArmError",
     "ArmFileError",
@@ -61,26 +76,34 @@ __all__ = [
     "Current",
     "DeviceFault",
     "Drift",
+    "GraspMove",
     "Grasped",
+    "GripperMove",
     "Handle",
     "InputTimeout",
     "Jog",
+    "JogMove",
     "Jogged",
     "JointMove",
+    "JointPart",
     "Joints",
     "KinematicsError",
     "LineMove",
+    "LinePart",
     "LinkError",
     "LinkLost",
     "MarkRequest",
     "Motors",
+    "MoveSequence",
     "Moved",
     "NoAnswer",
     "NoArc",
     "NotReferenced",
     "OperatorNeeded",
     "OutOfBounds",
+    "ParkMove",
     "PathBroken",
+    "PathMove",
     "PendantFileError",
     "PendantProgram",
     "PendantStop",
@@ -90,6 +113,7 @@ __all__ = [
     "PortUnavailable",
     "Pose",
     "PoseMove",
+    "PosePart",
     "PositionMismatch",
     "PostureRequest",
     "Preview",
@@ -112,4 +136,6 @@ __all__ = [
     "Verified",
     "WaitTimeout",
     "WrongState",
+    "move_from_json",
+    "move_to_json",
 ]

@@ -30,13 +30,13 @@ from wire_use import START, path
 from armdrive.arm.handle import Handle
 from armdrive.errors import ArmError
 from armdrive.motion.execute import Moved
-from kinematics import LineMove
+from kinematics import LinePart
 
 TIMES, QUICK_TIMES = 4, 1
 """Laps of the path; one takes about seventeen seconds."""
 
 PERIODS_S = {name: 1.0 / float(name.removeprefix("CSP ").removesuffix(" Hz")) for name in RATES}
-SHORT = [LineMove(replace(START, y_mm=20.0)), LineMove(START)]
+SHORT = [LinePart(replace(START, y_mm=20.0)), LinePart(START)]
 MISSED = 1.5
 """A period this many times too long has missed its deadline."""
 

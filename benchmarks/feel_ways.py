@@ -18,7 +18,7 @@ from armdrive.motion.execute import Moved
 from armdrive.motion.plan import plan_line, plan_route
 from armdrive.runtime.position import ArmCoordinates
 from kinematics import Joints, KinematicsError, Pose
-from kinematics.paths.parts import ArcMove
+from kinematics.paths.parts import ArcPart
 from tests.conformance.rows_moving import off_line_mm
 from tests.conformance.seen import Point
 
@@ -60,7 +60,7 @@ class Way:
             if self.via is None:
                 plan_line(arm.config, arm.speeds, here, self.goal, 1.0)
             else:
-                moves = [ArcMove(self.via, self.goal)]
+                moves = [ArcPart(self.via, self.goal)]
                 plan_route(arm.config, arm.speeds, here, moves, 1.0)
         except (ArmError, KinematicsError):
             return False

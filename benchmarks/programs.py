@@ -19,7 +19,7 @@ from measuring import Row, Section, interleaved, own_home, p99, ratio
 from reporting import report
 from starting import command
 
-from armdrive import Arm, AsyncArm, Pose
+from armdrive import Arm, AsyncArm, Pose, PoseMove
 from armdrive.programs.performing import Performer
 from armdrive.programs.program import ArmProgram, read_program
 from armdrive.programs.rehearsal import UnattendedPerson
@@ -59,7 +59,9 @@ def calls(rounds: int = 15, times: int = 20) -> Section:
             "one forward solution": alternating(lambda _: solve(joints)),
             "arm.status": alternating(lambda _: arm.status),
             "arm.pose": alternating(lambda _: arm.pose),
-            "arm.preview(pose), and nothing sent": alternating(arm.preview),
+            "arm.preview(pose), and nothing sent": alternating(
+                lambda pose: arm.preview(PoseMove(pose))
+            ),
             "arm.move_j(base_deg=...)": alternating(
                 lambda pose: arm.move_j(base_deg=9.0 if pose is FAR else -9.0)
             ),

@@ -26,8 +26,8 @@ from armdrive.abilities import BITS_A_CHARACTER, Budget
 from armdrive.arm import Arm
 from armdrive.arm.handle import Handle
 from armdrive.motion.execute import Moved
-from kinematics import LineMove, Pose
-from kinematics.paths.parts import ArcMove, Move
+from kinematics import LinePart, Pose
+from kinematics.paths.parts import ArcPart, PathPart
 
 TIMES, QUICK_TIMES = 5, 1
 PATIENCE_S = 300.0
@@ -53,16 +53,16 @@ class QuickBench(DenseMemoryBench):
     look_s: ClassVar[float] = 0.001
 
 
-def path() -> list[Move]:
+def path() -> list[PathPart]:
     """Return a long path from a pose over the table, and back to it."""
     at = lambda x, y, z, pitch=-70.0: Pose.of(x_mm=x, y_mm=y, z_mm=z, pitch_deg=pitch)  # noqa: E731
     return [
-        LineMove(at(250, 120, 120), BLEND_MM),
-        LineMove(at(180, 120, 150), BLEND_MM),
-        ArcMove(at(220, 0, 180), at(180, -120, 150), BLEND_MM),
-        LineMove(at(250, -120, 120), BLEND_MM),
-        LineMove(at(250, 120, 120, -90.0), BLEND_MM),
-        LineMove(at(200, 0, 150)),
+        LinePart(at(250, 120, 120), BLEND_MM),
+        LinePart(at(180, 120, 150), BLEND_MM),
+        ArcPart(at(220, 0, 180), at(180, -120, 150), BLEND_MM),
+        LinePart(at(250, -120, 120), BLEND_MM),
+        LinePart(at(250, 120, 120, -90.0), BLEND_MM),
+        LinePart(at(200, 0, 150)),
     ]
 
 
@@ -73,7 +73,7 @@ def begin(arm: Arm, *, lines: bool, quick: bool) -> Handle[Moved]:
         far = 0.1 if quick else 1.0
         return arm.move_j(base_deg=75.0 * far, shoulder_deg=40.0 + 20.0 * far, wait=False)
     arm.move_to(START)
-    moves = [LineMove(replace(START, y_mm=30.0))] if quick else path()
+    moves = [LinePart(replace(START, y_mm=30.0))] if quick else path()
     return arm.move_path(moves, wait=False)
 
 

@@ -15,7 +15,7 @@ point on the mark (`armdrive home`), on the sheet of paper if it is a thick one.
 
 import sys
 
-from armdrive import Arm, LineMove, Pose, Trust
+from armdrive import Arm, LinePart, Pose, Trust
 
 WORD = "ARM"
 FOOT_MM = 230.0  # x of the letters' feet
@@ -93,6 +93,6 @@ with Arm.connect() as arm:
     for stroke in strokes_of(word):
         first, last = stroke[0], stroke[-1]
         way = [lifted(first), *stroke, lifted(last)]
-        arm.move_path([LineMove(pose) for pose in way], speed=SPEED)
+        arm.move_path([LinePart(pose) for pose in way], speed=SPEED)
     arm.park()
     print(f"wrote {word}, {6 * SQUARE_MM:g} mm high")

@@ -5,7 +5,7 @@ Runs unattended on the simulated arm. For a real one, write the name of its arm 
 against what stands there.
 """
 
-from armdrive import ArcMove, Arm, LineMove, Pose
+from armdrive import ArcPart, Arm, LinePart, Pose
 
 CORNER_MM = 15.0
 
@@ -20,12 +20,12 @@ with Arm.connect("sim:grbl") as arm:
     arm.move_to(at(210, 0))
 
     corners = [at(210, 50), at(280, 50), at(280, -50), at(210, -50)]
-    square = [LineMove(corner, blend_mm=CORNER_MM) for corner in corners]
-    moved = arm.move_path([*square, LineMove(at(210, 0))], speed=0.5)
+    square = [LinePart(corner, blend_mm=CORNER_MM) for corner in corners]
+    moved = arm.move_path([*square, LinePart(at(210, 0))], speed=0.5)
     print(f"the square took {moved.duration_s:.1f} s, {moved.note or 'all corners as asked'}")
 
-    half = ArcMove(via=at(245, 35), goal=at(280, 0))
-    other = ArcMove(via=at(245, -35), goal=at(210, 0))
+    half = ArcPart(via=at(245, 35), goal=at(280, 0))
+    other = ArcPart(via=at(245, -35), goal=at(210, 0))
     moved = arm.move_path([half, other], speed=0.5)
     print(f"the circle took {moved.duration_s:.1f} s and ended at {moved.pose}")
     assert abs(moved.pose.x_mm - 210) < 1.0, "a circle leads back to where it began"

@@ -7,7 +7,7 @@ that they are kept beside the arm files, and `armdrive points list` shows where.
 import os
 import tempfile
 
-from armdrive import Arm, Pose, Step, StepList, Stepper
+from armdrive import Arm, LineMove, Pose, Step, StepList, Stepper
 
 with tempfile.TemporaryDirectory() as home:
     os.environ["ARMDRIVE_HOME"] = home
@@ -18,7 +18,7 @@ with tempfile.TemporaryDirectory() as home:
         arm.move_l(Pose.of(x_mm=250, y_mm=0, z_mm=40, pitch_deg=-90))
         arm.points.teach("pick")
 
-        print(arm.preview("above", line=True))  # sends nothing, moves nothing
+        print(arm.preview(LineMove("above")))  # sends nothing, moves nothing
 
         fetch = StepList(
             (

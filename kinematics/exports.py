@@ -112,7 +112,7 @@ from kinematics.limits import JointRange, LimitViolation
 from kinematics.paths.arcs import arc_path, circle_path
 from kinematics.paths.chords import JointPath, deviation_mm, joint_path, line_path
 from kinematics.paths.motion_limits import MotionLimits
-from kinematics.paths.parts import ArcMove, JointMove, LineMove, Move, PoseMove
+from kinematics.paths.parts import ArcPart, JointPart, LinePart, PathPart, PosePart
 from kinematics.paths.profiles import Phase, Profile, jerk_limited, trapezoid
 from kinematics.paths.routes import PathSection, Route, route_sections
 from kinematics.paths.timing import Piece, TimedPath, timed
@@ -127,7 +127,7 @@ __all__ = [
     "POSITION_FIRST",
     "PRESETS",
     "RPY",
-    "ArcMove",
+    "ArcPart",
     "ArmGeometry",
     "ArmModel",
     "ArmPreset",
@@ -161,20 +161,19 @@ __all__ = [
     "JointAxis",
     "JointKind",
     "JointLimit",
-    "JointMove",
+    "JointPart",
     "JointPath",
     "JointRange",
     "JointViolation",
     "Joints",
     "KinematicsError",
     "LimitViolation",
-    "LineMove",
+    "LinePart",
     "LinkType",
     "Matrix3",
     "MotionLimits",
     "MotorSpec",
     "Motors",
-    "Move",
     "Nearest",
     "NearestSingularity",
     "Nearness",
@@ -186,11 +185,12 @@ __all__ = [
     "OutOfReach",
     "Part",
     "PathBroken",
+    "PathPart",
     "PathSection",
     "Phase",
     "Piece",
     "Pose",
-    "PoseMove",
+    "PosePart",
     "Profile",
     "Quaternion",
     "Rates",

@@ -4,22 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Literal, Protocol
+from typing import Any, Protocol
 
-from armdrive import Grasped, Handle, Moved, Point, Preview
+from armdrive import Grasped, Handle, Moved, Preview
 from armdrive.config.arm import ArmConfig
 from armdrive.dialog import PostureRequest
-from armdrive.motion.resolve import BASE
-from armdrive.moves import Angles, Jog
+from armdrive.moves import Jog, Motion, Move
 from armdrive.programs.teaching.sequence import FingerStep
 from armdrive.status import Status
 from armdrive.storage.point_file import Points
 from armdrive.trace.log import LogReader
 from kinematics.presets import ArmModel
 from kinematics.spaces import Pose
-
-Place = Pose | Point
-"""Where a planned motion may go to."""
 
 
 class DeskGripper(FingerStep, Protocol):
@@ -120,39 +116,17 @@ class DeskArm(Protocol):
     def pose_in(self, frame: str) -> Pose:
         """The present pose as a frame of the arm file sees it; raises `ArmError`."""
 
-    def preview(
-        self,
-        goal: Place | Angles | None = None,
-        *,
-        line: bool = False,
-        frame: str = BASE,
-        speed: float = 1.0,
-    ) -> Preview:
-        """Return what a motion would be, or why it is refused. Moves nothing."""
+    def preview(self, move: Move) -> Preview:
+        """Return what a move would be, or why it is refused. Moves nothing."""
 
-    def move_j(
-        self, angles_deg: Angles | None = None, /, *, speed: float = 1.0, wait: Literal[False]
-    ) -> Handle[Moved]:
-        """Begin to move the named joints; raises `ArmError`."""
-
-    def move_to(
-        self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: Literal[False]
-    ) -> Handle[Moved]:
-        """Begin a joint motion to a pose; raises `ArmError` and `KinematicsError`."""
-
-    def move_l(
-        self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: Literal[False]
-    ) -> Handle[Moved]:
-        """Begin a straight line to a pose; raises `ArmError` and `KinematicsError`."""
+    def start(self, move: Motion, *, stops: int | None = None) -> Handle[Moved]:
+        """Begin a move; raises `ArmError`, also for a stop since that count of stops."""
 
     # -- points and sequences -------------------------------------------------------------
 
     @property
     def points(self) -> Points:
         """The named points of this arm, and its sequences, as they stand in their file."""
-
-    def go(self, place: Place, *, how: str = "joint", speed: float = 1.0) -> Handle[Moved]:
-        """Begin to move to a point, by a "joint" motion or along a "line"; raises `ArmError`."""
 
     def sleep(self, time_s: float) -> None:
         """Let time pass on the arm's own clock."""

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from armdrive.errors import BadRequest
-from armdrive.motion.resolve import BASE
+from armdrive.motion.frames import BASE
 from armdrive.moves import Jog, Space
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, replace_file

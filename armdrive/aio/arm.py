@@ -32,15 +32,14 @@ from armdrive.connect.target import SIM, simulation_forced
 from armdrive.dialog import Operator
 from armdrive.errors.arguments import BASIC, checked_calls
 from armdrive.motion.execute import Moved
+from armdrive.motion.frames import BASE
 from armdrive.motion.jog.session import Jogged
-from armdrive.motion.preview import Preview
-from armdrive.motion.resolve import BASE
 from armdrive.motion.segments import SpeedLimits
 from armdrive.moves import BASE_FRAME, Angles, JointAngles, JointJog, TipJog
 from armdrive.runtime.drive import PaceChoice
 from armdrive.status import Status
 from armdrive.storage.point_file import Points
-from kinematics.paths.parts import Move
+from kinematics.paths.parts import PathPart
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 
@@ -263,7 +262,7 @@ class AsyncMoves(AsyncCalls[Arm]):
     @overload
     async def move_path(
         self,
-        moves: Sequence[Move],
+        parts: Sequence[PathPart],
         *,
         speed: float = 1.0,
         frame: str = BASE,
@@ -271,14 +270,19 @@ class AsyncMoves(AsyncCalls[Arm]):
     ) -> Moved: ...
     @overload
     async def move_path(
-        self, moves: Sequence[Move], *, speed: float = 1.0, frame: str = BASE, wait: Literal[False]
+        self,
+        parts: Sequence[PathPart],
+        *,
+        speed: float = 1.0,
+        frame: str = BASE,
+        wait: Literal[False],
     ) -> AsyncHandle[Moved]: ...
     async def move_path(
-        self, moves: Sequence[Move], *, speed: float = 1.0, frame: str = BASE, wait: bool = True
+        self, parts: Sequence[PathPart], *, speed: float = 1.0, frame: str = BASE, wait: bool = True
     ) -> Moved | AsyncHandle[Moved]:
-        """Move through several moves as one; see `Arm.move_path`."""
+        """Move through several parts as one; see `Arm.move_path`."""
         return await self._go(
-            lambda: self.sync.move_path(moves, speed=speed, frame=frame, wait=False), wait
+            lambda: self.sync.move_path(parts, speed=speed, frame=frame, wait=False), wait
         )
 
     async def jog_j(
@@ -310,20 +314,6 @@ class AsyncMoves(AsyncCalls[Arm]):
             lambda: self.sync.jog_l(
                 amounts, speed=speed, duration_s=duration_s, frame=frame, **axes
             )
-        )
-
-    async def preview(
-        self,
-        goal: Place | Angles | None = None,
-        *,
-        line: bool = False,
-        frame: str = BASE,
-        speed: float = 1.0,
-        **joints_deg: Unpack[JointAngles],
-    ) -> Preview:
-        """Return what a motion would be, or why it is refused; see `Arm.preview`."""
-        return await self.carry(
-            lambda: self.sync.preview(goal, line=line, frame=frame, speed=speed, **joints_deg)
         )
 
     async def _go(
@@ -499,7 +489,9 @@ class AsyncArm(AsyncMoves):
 
     move_motors = awaited(Arm.move_motors)
     move_gripper = awaited(Arm.move_gripper)
-    go = begun(Arm.go)
+    run = awaited(Arm.run)
+    start = begun(Arm.start)
+    preview = awaited(Arm.preview)
     park = awaited(Arm.park)
     home = awaited(Arm.home)
     verify = awaited(Arm.verify)

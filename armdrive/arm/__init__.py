@@ -6,7 +6,7 @@ All calls may be made from any thread; `stop`, `estop` and `status` while anothe
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Self, Unpack, overload
@@ -17,26 +17,46 @@ from armdrive.arm.connected import Connection, Recording, StatusView
 from armdrive.arm.gripper import Gripper
 from armdrive.arm.handle import Handle
 from armdrive.arm.inputs_outputs import InputsOutputs
-from armdrive.arm.jogging import Jogging, jog_axes
-from armdrive.arm.moving import LINE, WAYS, Moving
+from armdrive.arm.jogging import Jogging
+from armdrive.arm.moving import Moving
 from armdrive.arm.pendant import PendantMemory
-from armdrive.arm.places import Place, Places
+from armdrive.arm.places import Place, Places, move_to_place
 from armdrive.arm.reference import Accept, Referencing, Told, unheard
 from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import PATIENCE_S, Parts
 from armdrive.connect.target import ConnectOptions, connect
 from armdrive.dialog import Operator, PostureRequest
-from armdrive.errors import BadRequest
 from armdrive.errors.arguments import checked_calls
 from armdrive.motion import device as device_tasks
 from armdrive.motion import reference as reference_tasks
 from armdrive.motion.execute import Moved
+from armdrive.motion.frames import frame_names, pose_in_frame
+from armdrive.motion.gripper import Grasped
 from armdrive.motion.jog.session import Jogged
 from armdrive.motion.preview import Preview
-from armdrive.motion.resolve import BASE, JointGoal, frame_names, pose_in_frame
 from armdrive.motion.segments import SpeedLimits
 from armdrive.motion.verify import Verified
-from armdrive.moves import BASE_FRAME, Angles, Jog, JointAngles, JointJog, Space, TipJog, by_name
+from armdrive.moves import (
+    BASE_FRAME,
+    Angles,
+    ArcMove,
+    GraspMove,
+    GripperMove,
+    Jog,
+    JogMove,
+    JointAngles,
+    JointJog,
+    JointMove,
+    Motion,
+    Move,
+    MoveSequence,
+    ParkMove,
+    PathMove,
+    Space,
+    TipJog,
+    by_name,
+    jog_axes,
+)
 from armdrive.registry.pendant import PendantProgram
 from armdrive.runtime.diagnostics import EMERGENCY_STOP
 from armdrive.runtime.drive import PaceChoice
@@ -47,7 +67,7 @@ from armdrive.storage.point_file import Points
 from armdrive.tasks import DeviceSettings, never
 from armdrive.trace.calls import traced
 from kinematics.errors import finite
-from kinematics.paths.parts import ArcMove, Move
+from kinematics.paths.parts import PathPart
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 
@@ -82,8 +102,8 @@ class Arm:
         self._parts = parts
         self._view = StatusView(parts)
         self.places = Places(parts, self._view)
-        self.moving = Moving(parts, self._view)
         self._jogging = Jogging(parts, self._view)
+        self.moving = Moving(parts, self._view, self.places, self._jogging)
         self._referencing = Referencing(self, parts, self._view, self.moving)
         self._lines = InputsOutputs(parts)
         self._gripper = Gripper(self, parts, self._view)
@@ -244,6 +264,49 @@ class Arm:
     # -- moving ---------------------------------------------------------------------------------
 
     @overload
+    def run(self, move: Motion) -> Moved: ...
+    @overload
+    def run(self, move: GraspMove) -> Grasped: ...
+    @overload
+    def run(self, move: JogMove) -> Jogged: ...
+    @overload
+    def run(self, move: MoveSequence) -> Moved | Grasped: ...
+    def run(self, move: Move) -> Moved | Grasped | Jogged:
+        """Carry out a move and wait for its end: `run(LineMove(pose, speed=0.5))`.
+
+        The move is resolved from where the arm stands, planned and audited as a whole before the
+        first byte: `OutOfBounds` names the joint or guard, and nothing has moved. Every call below
+        that begins with `move_` or `jog_` is short for a move.
+        """
+        return self.moving.start(move).wait()
+
+    @overload
+    def start(self, move: Motion, *, stops: int | None = None) -> Handle[Moved]: ...
+    @overload
+    def start(self, move: GraspMove, *, stops: int | None = None) -> Handle[Grasped]: ...
+    @overload
+    def start(self, move: JogMove, *, stops: int | None = None) -> Handle[Jogged]: ...
+    @overload
+    def start(self, move: MoveSequence, *, stops: int | None = None) -> Handle[Moved | Grasped]: ...
+    def start(
+        self, move: Move, *, stops: int | None = None
+    ) -> Handle[Moved] | Handle[Grasped] | Handle[Jogged] | Handle[Moved | Grasped]:
+        """Begin a move, and return a `Handle` that waits for its end or cancels it.
+
+        With `stops`, the count of stops when the move was decided on, one that came since then
+        keeps it from beginning: raises `Stopped`.
+        """
+        return self.moving.start(move, stops)
+
+    def preview(self, move: Move) -> Preview:
+        """Return what a move would be, or why it is refused. Sends nothing, moves nothing.
+
+        A refusal is part of the answer: its typed error, and where the arm could go instead.
+        Raises `BadRequest` for a joint, a frame or a point that the arm does not have.
+        """
+        return self.moving.preview(move)
+
+    @overload
     def move_j(
         self,
         angles_deg: Angles | None = None,
@@ -275,44 +338,50 @@ class Arm:
         """Move the named joints, `shoulder_deg=40, elbow_deg=-60`; the others stay.
 
         Joints that a model file names otherwise are given in a mapping, `{"turret_deg": 30}`.
-        Straight in joint space. `speed` is a fraction of the limits. The whole way is audited
-        first: `OutOfBounds` names the joint or guard, and nothing has moved. With `wait=False` a
-        `Handle` is returned at once.
+        Straight in joint space. With `wait=False` a `Handle` is returned at once.
         """
-        handle = self.moving.begin(JointGoal(by_name(angles_deg, joints_deg)), speed)
-        return handle.wait() if wait else handle
+        return self.moving.go(JointMove(by_name(angles_deg, joints_deg), speed), wait)
 
     @overload
     def move_to(
-        self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: Literal[True] = True
+        self,
+        goal: Place,
+        *,
+        speed: float = 1.0,
+        frame: str = BASE_FRAME,
+        wait: Literal[True] = True,
     ) -> Moved: ...
     @overload
     def move_to(
-        self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: Literal[False]
+        self, goal: Place, *, speed: float = 1.0, frame: str = BASE_FRAME, wait: Literal[False]
     ) -> Handle[Moved]: ...
     def move_to(
-        self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: bool = True
+        self, goal: Place, *, speed: float = 1.0, frame: str = BASE_FRAME, wait: bool = True
     ) -> Moved | Handle[Moved]:
         """Move the tip to a pose by a joint motion, to the posture nearest to the present one.
 
         Or to a named point, `move_to("pick")`: to its joints; the fingers stay as they are.
         The pose is one of `frame`: the base, a frame of the arm file, or the tool, in which it is
-        a change from where the tool is (frames.py).
+        a change from where the tool is.
         Raises `kinematics.Unreachable` or `OutOfBounds` with the nearest pose that is allowed.
         """
-        handle = self.moving.begin(self.places.goal(goal, frame), speed)
-        return handle.wait() if wait else handle
+        return self.moving.go(move_to_place(goal, line=False, speed=speed, frame=frame), wait)
 
     @overload
     def move_l(
-        self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: Literal[True] = True
+        self,
+        goal: Place,
+        *,
+        speed: float = 1.0,
+        frame: str = BASE_FRAME,
+        wait: Literal[True] = True,
     ) -> Moved: ...
     @overload
     def move_l(
-        self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: Literal[False]
+        self, goal: Place, *, speed: float = 1.0, frame: str = BASE_FRAME, wait: Literal[False]
     ) -> Handle[Moved]: ...
     def move_l(
-        self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: bool = True
+        self, goal: Place, *, speed: float = 1.0, frame: str = BASE_FRAME, wait: bool = True
     ) -> Moved | Handle[Moved]:
         """Move the tip to a pose, or to a named point's, along a straight line.
 
@@ -323,8 +392,7 @@ class Arm:
         The tip leaves the line by at most `motion.line_tolerance_mm` of the arm file and what one
         motor step is worth. Raises `kinematics.PathBroken` where the line leaves the reach.
         """
-        handle = self.moving.begin(self.places.goal(goal, frame, line=True), speed)
-        return handle.wait() if wait else handle
+        return self.moving.go(move_to_place(goal, line=True, speed=speed, frame=frame), wait)
 
     @overload
     def move_c(
@@ -333,65 +401,76 @@ class Arm:
         goal: Pose,
         *,
         speed: float = 1.0,
-        frame: str = BASE,
+        frame: str = BASE_FRAME,
         wait: Literal[True] = True,
     ) -> Moved: ...
     @overload
     def move_c(
-        self, via: Pose, goal: Pose, *, speed: float = 1.0, frame: str = BASE, wait: Literal[False]
+        self,
+        via: Pose,
+        goal: Pose,
+        *,
+        speed: float = 1.0,
+        frame: str = BASE_FRAME,
+        wait: Literal[False],
     ) -> Handle[Moved]: ...
     def move_c(
-        self, via: Pose, goal: Pose, *, speed: float = 1.0, frame: str = BASE, wait: bool = True
+        self,
+        via: Pose,
+        goal: Pose,
+        *,
+        speed: float = 1.0,
+        frame: str = BASE_FRAME,
+        wait: bool = True,
     ) -> Moved | Handle[Moved]:
         """Move the tip along the arc of a circle, through `via`, to a pose.
 
         Of `via` only x, y and z count; the hand turns evenly to the goal's pitch and roll. Raises
         `kinematics.NoArc` for points on one line, and `PathBroken` where the arc leaves the reach.
         """
-        handle = self.moving.begin_path([ArcMove(via, goal)], speed, frame)
-        return handle.wait() if wait else handle
+        return self.moving.go(ArcMove(via, goal, speed, frame), wait)
 
     @overload
     def move_path(
         self,
-        moves: Sequence[Move],
+        parts: Sequence[PathPart],
         *,
         speed: float = 1.0,
-        frame: str = BASE,
+        frame: str = BASE_FRAME,
         wait: Literal[True] = True,
     ) -> Moved: ...
     @overload
     def move_path(
-        self, moves: Sequence[Move], *, speed: float = 1.0, frame: str = BASE, wait: Literal[False]
+        self,
+        parts: Sequence[PathPart],
+        *,
+        speed: float = 1.0,
+        frame: str = BASE_FRAME,
+        wait: Literal[False],
     ) -> Handle[Moved]: ...
     def move_path(
-        self, moves: Sequence[Move], *, speed: float = 1.0, frame: str = BASE, wait: bool = True
+        self,
+        parts: Sequence[PathPart],
+        *,
+        speed: float = 1.0,
+        frame: str = BASE_FRAME,
+        wait: bool = True,
     ) -> Moved | Handle[Moved]:
-        """Move through several moves as one: `LineMove`, `ArcMove`, `PoseMove`, `JointMove`.
+        """Move through several parts as one: `LinePart`, `ArcPart`, `PosePart`, `JointPart`.
 
-        A move with `blend_mm` is left for the next one so far before its end, without stopping;
+        A part with `blend_mm` is left for the next one so far before its end, without stopping;
         without, the arm stops there. The whole way is audited first, in one posture of the arm.
         `note` of the result tells of blends that had to be smaller.
         """
-        handle = self.moving.begin_path(moves, speed, frame)
-        return handle.wait() if wait else handle
+        return self.moving.go(PathMove(tuple(parts), speed, frame), wait)
 
     def move_gripper(self, opening_mm: float, speed: float = 1.0) -> Moved:
         """Bring the fingers to an opening in mm; `arm.gripper` knows more of them."""
-        return self.moving.move_fingers(opening_mm, speed)
-
-    def go(self, place: Place, *, how: str = "joint", speed: float = 1.0) -> Handle[Moved]:
-        """Begin to move to a pose or a point, by a "joint" motion or along a "line"; never waits.
-
-        As a step of a sequence says it: `move_to` and `move_l` with `wait=False`.
-        """
-        if how not in WAYS:
-            raise BadRequest(f"how is {' or '.join(map(repr, WAYS))}, not {how!r}")
-        return self.moving.begin(self.places.goal(place, line=how == LINE), speed)
+        return self.moving.start(GripperMove(opening_mm, speed)).wait()
 
     def park(self, *, speed: float = 1.0) -> Moved:
         """Go to the park posture of the arm file; by default, 30 mm above the reference mark."""
-        return self.moving.go_over(self.moving.park_pose, speed)
+        return self.moving.start(ParkMove(speed)).wait()
 
     def move_motors(self, *steps: int, speed: float = 0.25, stops: int | None = None) -> Moved:
         """Move each motor by whole steps from where it is, all together: for the bench.
@@ -400,30 +479,6 @@ class Arm:
         when it was asked for, one that came since then keeps it from beginning: raises `Stopped`.
         """
         return self.moving.move_motors(steps, speed, stops)
-
-    def preview(
-        self,
-        goal: Place | Angles | None = None,
-        *,
-        line: bool = False,
-        frame: str = BASE,
-        speed: float = 1.0,
-        **joints_deg: Unpack[JointAngles],
-    ) -> Preview:
-        """Return what a motion would be, or why it is refused. Sends nothing, moves nothing.
-
-        `preview(pose)` (or a named point) foresees `move_to`, `preview(pose, line=True)` foresees
-        `move_l`, and `preview(shoulder_deg=40)` or a mapping foresees `move_j`. A refusal is part
-        of the answer: its typed error, and where the arm could go instead. Raises `BadRequest` for
-        what is no goal.
-        """
-        if goal is None or isinstance(goal, Mapping):
-            if line or frame != BASE:
-                raise BadRequest("a line and a frame are of a pose: give one")
-            return self.moving.preview(JointGoal(by_name(goal, joints_deg)), speed)
-        if joints_deg:
-            raise BadRequest("give a pose or joint angles, not both")
-        return self.moving.preview(self.places.goal(goal, frame, line=line), speed)
 
     @property
     def gripper(self) -> Gripper:

@@ -19,13 +19,13 @@ from armdrive.errors.arguments import (
     whole,
     wrong,
 )
-from armdrive.moves import Jog
+from armdrive.moves import Jog, Move
 from armdrive.registry import DEFAULT
 from armdrive.registry.pendant import PendantProgram
 from armdrive.runtime.clock import SimulatedClock
 from armdrive.runtime.drive import SimulatedPace
 from armdrive.storage.points import Point
-from kinematics.paths.parts import Move
+from kinematics.paths.parts import PathPart
 from kinematics.spaces import Joints, Pose
 
 A_POSE = "Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)"
@@ -38,10 +38,6 @@ def _angles(name: str, value: object) -> object:
     if isinstance(value, Mapping) and all(isinstance(word, str) for word in value):
         return {word: number(word, amount) for word, amount in value.items()}
     raise wrong(name, value, "values by their names", f"{ANGLES}, or as keywords: shoulder_deg=40")
-
-
-def _place_or_angles(name: str, value: object) -> object:
-    return _angles(name, value) if isinstance(value, Mapping) else _PLACE(name, value)
 
 
 def _lines(name: str, value: object) -> object:
@@ -72,15 +68,15 @@ RULES: Mapping[str, Rule] = MappingProxyType(
         "Lines": _lines,
         "Operator": call,
         "PaceChoice": _pace,
+        "Move": made_of(get_args(Move), "a move", f"LineMove({A_POSE})"),
         "Path | str": made_of((str, os.PathLike), "the path of a file", '"recording.jsonl"'),
         "PendantProgram": made_of(PendantProgram, "a program", "arm.read_pendant_program()"),
         "Place": _PLACE,
-        "Place | Angles": _place_or_angles,
         "Pose": made_of(Pose, "a pose", A_POSE),
-        "Sequence[Move]": several(
-            made_of(get_args(Move), "a move", f"LineMove({A_POSE})"),
-            "a list of moves",
-            f"[LineMove({A_POSE})]",
+        "Sequence[PathPart]": several(
+            made_of(get_args(PathPart), "a part of a path", f"LinePart({A_POSE})"),
+            "a list of parts",
+            f"[LinePart({A_POSE})]",
         ),
         "Sequence[str]": several(text, "a list of lines", '["$100=250"]'),
         "SimulatedArm": expected(

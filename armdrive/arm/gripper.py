@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Protocol, overload
 
 from armdrive.arm.connected import StatusView
 from armdrive.connect.parts import Parts
 from armdrive.errors import Refused
 from armdrive.errors.arguments import BASIC, checked_calls
 from armdrive.motion.execute import Moved
-from armdrive.motion.gripper import Grasped, grasp, require_gripper
-from armdrive.runtime.states import Event, after
+from armdrive.motion.gripper import Grasped, require_gripper
+from armdrive.moves import GraspMove, GripperMove, Motion
 from armdrive.trace.calls import Tracer, traced
-from kinematics.errors import finite
-
-GRASP_PATIENCE_S = 120.0
-"""A grasp that takes longer is given up."""
 
 
 class TracedArm(Protocol):
@@ -23,8 +19,12 @@ class TracedArm(Protocol):
 
     tracer: Tracer
 
-    def move_gripper(self, opening_mm: float, speed: float = 1.0) -> Moved:
-        """Bring the fingers to an opening in mm."""
+    @overload
+    def run(self, move: Motion) -> Moved: ...
+    @overload
+    def run(self, move: GraspMove) -> Grasped: ...
+    def run(self, move: Motion | GraspMove) -> Moved | Grasped:
+        """Carry out a move, and wait for its end."""
 
 
 @traced
@@ -57,9 +57,7 @@ class Gripper:
 
     def open(self, opening_mm: float | None = None, *, speed: float = 1.0) -> Moved:
         """Open to a width in mm, or all the way."""
-        require_gripper(self._parts.core)
-        widest = self._parts.config.model.gripper_range_mm[1]
-        return self.move(widest if opening_mm is None else opening_mm, speed=speed)
+        return self._arm.run(GripperMove(opening_mm, speed))
 
     def close(self, opening_mm: float = 0.0, *, speed: float = 1.0) -> Moved:
         """Close to a width in mm without feeling for an object; see `grasp`."""
@@ -67,7 +65,7 @@ class Gripper:
 
     def move(self, opening_mm: float, *, speed: float = 1.0) -> Moved:
         """Bring the fingers to an opening in mm."""
-        return self._arm.move_gripper(opening_mm, speed)
+        return self._arm.run(GripperMove(opening_mm, speed))
 
     def grasp(self, *, force_n: float = 8.9) -> float:
         """Close on whatever is between the fingers; return its width in mm, 0.0 for nothing.
@@ -78,16 +76,4 @@ class Gripper:
 
     def feel(self, *, force_n: float = 8.9) -> Grasped:
         """Like `grasp`, and also tell the force."""
-        parts = self._parts
-        require_gripper(parts.core)
-        if not parts.core.controller.abilities.grip_switch:
-            raise Refused(
-                "this arm has no grip switch: close the fingers to a width instead, with "
-                "gripper.close(WIDTH), in a program file with open_now WIDTH"
-            )
-        force = finite("force_n", force_n)
-        with parts.pace.lock:
-            parts.core.require_reference()
-            after(parts.core.state, Event.MOVE)
-            task = parts.runner.submit(grasp(parts.wire, self._view.speeds, force), alone=True)
-        return parts.runner.finish(task, GRASP_PATIENCE_S)
+        return self._arm.run(GraspMove(force_n))

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from armdrive.arm.connected import StatusView
+from armdrive.arm.handle import Handle
 from armdrive.connect.parts import PATIENCE_S, Parts
 from armdrive.errors import BadRequest, Refused, WrongState
 from armdrive.motion.jog.session import Jogged, check_jog, jog_session
-from armdrive.motion.plan import speed_fraction
-from armdrive.moves import GRIPPER_AXIS, Angles, ContinuousJog, IncrementalJog, Jog
+from armdrive.moves import ContinuousJog, IncrementalJog, Jog, JogMove, speed_fraction
 from armdrive.runtime.states import Event, after
 from armdrive.status import State
 from armdrive.tasks import Task
-from kinematics.errors import finite, suggestion
-
-OPTIONS = ("speed", "duration_s", "frame")
-"""What a misspelt word may mean where axes are named."""
+from kinematics.errors import finite
 
 LONGEST_HOLD_S = 1.0
 """A held jog is renewed at least this often, or it ends."""
@@ -33,25 +30,39 @@ class Jogging:
 
     def jog(self, jog: Jog, speed: float, duration_s: float | None) -> Jogged:
         """Jog by an increment, or for a time, and wait for the end."""
+        if duration_s is None:
+            return self.start(JogMove(jog, speed)).wait()
+        return self.jog_for(jog, speed, duration_s)
+
+    def start(self, move: JogMove) -> Handle[Jogged]:
+        """Begin an increment. Raises `WrongState` while another one waits."""
+        core, pace = self._parts.core, self._parts.pace
+        with pace.lock:
+            self._require(move.jog)
+            if core.nudges:
+                raise WrongState("an increment is waiting already: wait for its end")
+            task = self._join_session()
+            core.nudges.append(IncrementalJog(move.jog, move.speed))
+        return Handle(self._parts.runner, task, PATIENCE_S * 10)
+
+    def jog_for(self, jog: Jog, speed: float, duration_s: float) -> Jogged:
+        """Jog for a time, and wait for the end."""
         core, pace = self._parts.core, self._parts.pace
         fraction = speed_fraction(speed)
         with pace.lock:
-            check_jog(core, jog)
-            if core.state is not State.HOMING:
-                after(core.state, Event.MOVE)
-            if duration_s is None:
-                if core.nudges:
-                    raise WrongState("an increment is waiting already: wait for its end")
-                task = self._join_session()
-                core.nudges.append(IncrementalJog(jog, fraction))
-            else:
-                if not finite("duration_s", duration_s) > 0.0:
-                    raise BadRequest(f"duration_s must be above 0, not {duration_s!r}")
-                hold = ContinuousJog(jog, fraction, pace.now_s() + duration_s)
-                task = self._join_session()
-                core.hold = hold
-                core.holds += 1
-        return self._parts.runner.finish(task, (duration_s or 0.0) + PATIENCE_S * 10)
+            self._require(jog)
+            if not finite("duration_s", duration_s) > 0.0:
+                raise BadRequest(f"duration_s must be above 0, not {duration_s!r}")
+            hold = ContinuousJog(jog, fraction, pace.now_s() + duration_s)
+            task = self._join_session()
+            core.hold = hold
+            core.holds += 1
+        return self._parts.runner.finish(task, duration_s + PATIENCE_S * 10)
+
+    def _require(self, jog: Jog) -> None:
+        check_jog(self._parts.core, jog)
+        if self._parts.core.state is not State.HOMING:
+            after(self._parts.core.state, Event.MOVE)
 
     def hold(self, jog: Jog, speed: float, for_s: float) -> None:
         """Jog for a time and no longer unless called again; never waits."""
@@ -98,24 +109,3 @@ class Jogging:
             body = jog_session(self._parts.wire, self._view.speeds)
             self._session = self._parts.runner.submit(body, alone=True)
         return self._session
-
-
-def jog_axes(words: Angles, *, in_steps: bool) -> tuple[tuple[str, float], ...]:
-    """Return the axes that keywords such as `shoulder_deg=2` or `x_mm=5` name.
-
-    Directions, which are not `in_steps`, have no unit. Raises `BadRequest`.
-    """
-    return tuple((_axis(word, in_steps), value) for word, value in words.items())
-
-
-def _axis(word: str, in_steps: bool) -> str:
-    if not in_steps:
-        return word
-    for unit in ("_deg", "_mm"):
-        axis = word.removesuffix(unit)
-        if axis != word and (unit == "_mm") == (axis in ("x", "y", "z", GRIPPER_AXIS)):
-            return axis
-    raise BadRequest(
-        f"{word!r} names no increment: write for example shoulder_deg=2, x_mm=5 or gripper_mm=3, "
-        f"or give duration_s= with directions such as shoulder=1{suggestion(word, OPTIONS)}"
-    )

@@ -1,4 +1,4 @@
-"""Named points: those of the arm's file, and the goals that they are."""
+"""Named points: those of the arm's file, and the moves to them."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from datetime import datetime
 from armdrive.arm.connected import StatusView
 from armdrive.connect.parts import Parts
 from armdrive.errors import BadRequest
-from armdrive.motion.resolve import BASE, LineGoal, PoseGoal, PostureGoal, ResolvedGoal
+from armdrive.motion.resolve import SAME_IN_EVERY_FRAME
+from armdrive.moves import BASE_FRAME, JointMove, LineMove, Motion, PoseMove
 from armdrive.storage.point_file import points_of
 from armdrive.storage.points import Point
-from kinematics.spaces import Pose
+from kinematics.spaces import Joints, Pose
 
 Place = Pose | Point | str
 """A pose, a point, or the name of a point."""
@@ -32,15 +33,15 @@ class Places:
         now = datetime.now().replace(microsecond=0)
         return Point(self._view.known(status.joints), status.gripper_mm, taught=now)
 
-    def goal(self, place: Place, frame: str = BASE, *, line: bool = False) -> ResolvedGoal:
-        """Return the goal that a place is. Raises `UnknownPoint` and `BadRequest`."""
-        if isinstance(place, Pose):
-            return LineGoal(place, frame) if line else PoseGoal(place, frame)
-        if frame != BASE:
-            raise BadRequest("a point says its joints, which are the same in every frame")
-        point = self.points[place] if isinstance(place, str) else place
-        if point.joints.names != self._arm.joint_names:
-            raise BadRequest(f"this is a point of an arm with {', '.join(point.joints.names)}")
-        if line:
-            return LineGoal(self._arm.fk(point.joints), posture=point.joints)
-        return PostureGoal(point.joints)
+    def joints(self, name: str) -> Joints:
+        """Return the joint angles of a named point. Raises `UnknownPoint`."""
+        return self.points[name].joints
+
+
+def move_to_place(place: Place, *, line: bool, speed: float, frame: str) -> Motion:
+    """Return the move to a place: by a joint motion, or along a straight line."""
+    if not isinstance(place, Point):
+        return LineMove(place, speed, frame) if line else PoseMove(place, speed, frame)
+    if frame != BASE_FRAME:
+        raise BadRequest(SAME_IN_EVERY_FRAME)
+    return LineMove(place.joints, speed) if line else JointMove(place.joints, speed)

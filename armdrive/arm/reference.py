@@ -14,7 +14,9 @@ from armdrive.errors import OperatorNeeded, Refused, Stopped
 from armdrive.motion import reference as referencing
 from armdrive.motion import verify as verifying
 from armdrive.motion.reference import take_reference, vouched
+from armdrive.motion.resolve import above_mark
 from armdrive.motion.verify import Drift, Verdict, Verified, drift_between, judge, verified_view
+from armdrive.moves import ParkMove
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.states import Event, after
 from armdrive.status import Evidence, State, Trust
@@ -179,7 +181,7 @@ class Referencing:
                 "operator"
             )
         reference = self._core.belief.reason
-        self._moving.go_over(self._moving.above_mark, speed)
+        self._moving.start(ParkMove(speed, above_mark(self._config))).wait()
         after(self._core.state, Event.HOME)
         self._parts.runner.perform(referencing.begin_home(self._parts.wire))
         try:

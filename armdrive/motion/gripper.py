@@ -60,9 +60,8 @@ def require_finger_motor(core: Core) -> None:
         )
 
 
-def set_gripper(wire: MotionContext, opening_mm: float) -> TaskBody[Moved]:
-    """Command a servo or an output, and wait for as long as the fingers take to get there."""
-    core = wire.core
+def check_opening(core: Core, opening_mm: float) -> None:
+    """Raise `OutOfBounds` or `BadRequest` for what a servo or an output cannot be told."""
     low, high = core.config.model.gripper_range_mm
     if not low <= opening_mm <= high:
         raise OutOfBounds(
@@ -71,12 +70,19 @@ def set_gripper(wire: MotionContext, opening_mm: float) -> TaskBody[Moved]:
             value=opening_mm,
             bound=low if opening_mm < low else high,
         )
-    share = (opening_mm - low) / (high - low)
-    if core.config.gripper.kind == OUTPUT and share not in (0.0, 1.0):
+    if core.config.gripper.kind == OUTPUT and opening_mm not in (low, high):
         raise BadRequest(
             f"this gripper is switched by an output: it is open ({high:g} mm) or closed "
             f"({low:g} mm), nothing between"
         )
+
+
+def set_gripper(wire: MotionContext, opening_mm: float) -> TaskBody[Moved]:
+    """Command a servo or an output, and wait for as long as the fingers take to get there."""
+    core = wire.core
+    check_opening(core, opening_mm)
+    low, high = core.config.model.gripper_range_mm
+    share = (opening_mm - low) / (high - low)
     before = core.gripper_share
     begin(wire)
     began_s, requests = wire.now_s, wire.engine.requests_sent
@@ -94,9 +100,17 @@ def set_gripper(wire: MotionContext, opening_mm: float) -> TaskBody[Moved]:
     return report(wire, core.coordinates, began_s, requests)
 
 
-def grasp(wire: MotionContext, speeds: SpeedLimits, force_n: float) -> TaskBody[Grasped]:
-    """Close on whatever is there and press with about `force_n`."""
-    core = wire.core
+def check_grasp(core: Core, force_n: float) -> float:
+    """Return the motor's steps for each N of force. Raises `Refused` for an arm that cannot feel.
+
+    And `BadRequest` for a force that the gripper does not have.
+    """
+    require_gripper(core)
+    if not core.controller.abilities.grip_switch:
+        raise Refused(
+            "this arm has no grip switch: close the fingers to a width instead, with "
+            "gripper.close(WIDTH), in a program file with open_now WIDTH"
+        )
     require_finger_motor(core)
     settings = core.config.gripper
     if not 0.0 <= force_n <= settings.max_force_n:
@@ -106,6 +120,13 @@ def grasp(wire: MotionContext, speeds: SpeedLimits, force_n: float) -> TaskBody[
     steps_per_n = core.config.model.grip_steps_per_n
     if steps_per_n is None:
         raise Refused("no grip force is known of this arm: call `gripper.close()` with a width")
+    return steps_per_n
+
+
+def grasp(wire: MotionContext, speeds: SpeedLimits, force_n: float) -> TaskBody[Grasped]:
+    """Close on whatever is there and press with about `force_n`."""
+    core, settings = wire.core, wire.core.config.gripper
+    steps_per_n = check_grasp(core, force_n)
     depth_mm = settings.trip_force_n * steps_per_n / steps_per_mm(core)
     begin(wire)
     try:

@@ -25,7 +25,7 @@ from kinematics.guards.guards import GuardViolation, Violation
 from kinematics.guards.path import first_violation
 from kinematics.limits import LimitViolation
 from kinematics.paths.chords import line_path
-from kinematics.paths.parts import LineMove, Move, PoseMove
+from kinematics.paths.parts import LinePart, PathPart, PosePart
 from kinematics.paths.routes import PathSection, Route, route_sections
 from kinematics.spaces import Joints, Pose
 
@@ -53,14 +53,6 @@ class MotionPlan:
     def duration_s(self) -> float:
         """How long it takes, without the time that the wire needs between bursts."""
         return math.fsum(leg.duration_s for leg in self.legs)
-
-
-def speed_fraction(speed: float) -> float:
-    """Check the `speed=` of a public call: a fraction of the limits, above 0 and up to 1."""
-    fraction = finite("speed", speed)
-    if not 0.0 < fraction <= 1.0:
-        raise BadRequest(f"speed is a fraction of the limits, above 0 and up to 1, not {speed!r}")
-    return fraction
 
 
 def named_joints(start: Joints, named_deg: Mapping[str, float]) -> Joints:
@@ -105,12 +97,12 @@ def plan_route(
     config: ArmConfig,
     speeds: SpeedLimits,
     start: ArmCoordinates,
-    moves: Sequence[Move],
+    moves: Sequence[PathPart],
     fraction: float,
 ) -> MotionPlan:
     """Plan joint motions, lines and arcs one after another, with their blends, and audit it all."""
     for move in moves:
-        if isinstance(move, LineMove | PoseMove):
+        if isinstance(move, LinePart | PosePart):
             posture_for(config, move.goal, start.joints)
     route = Route(start.joints, tuple(moves))
     sections = route_sections(config.model.arm, route, tolerance_mm=config.motion.line_tolerance_mm)
@@ -121,7 +113,7 @@ def plan_route(
     return replace(made, note=_smaller_blends(moves, sections))
 
 
-def _smaller_blends(moves: Sequence[Move], sections: Sequence[PathSection]) -> str:
+def _smaller_blends(moves: Sequence[PathPart], sections: Sequence[PathSection]) -> str:
     """Say which blends are smaller than asked for; at the end of the last part there is none."""
     found = {
         part: radius_mm

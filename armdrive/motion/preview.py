@@ -17,7 +17,16 @@ from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.kinematic import refusal_of
 from armdrive.errors.table import error_view
 from armdrive.motion.plan import MotionPlan
-from armdrive.motion.resolve import Ground, JointGoal, LineGoal, PoseGoal, PostureGoal, ResolvedGoal
+from armdrive.motion.resolve import Ground, PlannedMove, pose_of, prepare, resolve
+from armdrive.moves import (
+    JointMove,
+    LineMove,
+    Move,
+    MoveSequence,
+    ParkMove,
+    PoseMove,
+    SingleMove,
+)
 from armdrive.registry import dialect
 from armdrive.runtime.position import MotionSegment
 from armdrive.runtime.stop_bounds import run_on, stretches
@@ -150,52 +159,53 @@ class Furthest:
     share: float = 1.0
 
 
-def instead_of(
-    ground: Ground, goal: ResolvedGoal, refusal: ArmError | None, fraction: float
-) -> Furthest | None:
-    """Return where a motion could lead instead; None where every way is barred.
+def instead_of(ground: Ground, move: SingleMove, refusal: ArmError | None) -> Furthest | None:
+    """Return where an absolute move could lead instead; None where every way is barred.
 
     The nearest pose that the refusal names, if it can be gone to, else as far along the way that
     was asked for as limits and guards leave it free.
     """
     near = getattr(refusal, "nearest", None)
+    speed = getattr(move, "speed", 1.0)
     if near is not None:
-        same_way = LineGoal(near) if isinstance(goal, LineGoal) else PoseGoal(near)
-        for each in (same_way, PoseGoal(near)):
-            plan = _plan(ground, each, fraction)
+        same_way = LineMove if isinstance(move, LineMove) else PoseMove
+        for each in (same_way(near, speed), PoseMove(near, speed)):
+            plan = _plan(ground, each)
             if plan is not None:
                 return _furthest(ground, plan.end.joints, 1.0)
-    part = _parts(ground, goal, near)
-    return None if part is None else _furthest_along(ground, part, fraction)
+    part = _parts(ground, move, near)
+    return None if part is None else _furthest_along(ground, part)
 
 
 def _parts(
-    ground: Ground, goal: ResolvedGoal, near: Pose | None
-) -> Callable[[float], ResolvedGoal] | None:
+    ground: Ground, move: SingleMove, near: Pose | None
+) -> Callable[[float], SingleMove] | None:
     """Return what leads to a share of the way that was asked for."""
-    arm, here = ground.config.model.arm, ground.here
-    if isinstance(goal, LineGoal):
-        try:
-            line = arm.line(here.joints, goal.pose(ground))
-        except KinematicsError:
+    arm, here, asked = ground.config.model.arm, ground.here, pose_of(move, ground)
+    match move:
+        case LineMove() if asked is not None:
+            try:
+                line = arm.line(here.joints, asked)
+            except KinematicsError:
+                return None
+            return lambda share: LineMove(line.pose(share), move.speed)
+        case JointMove(goal=Joints() as end):
+            pass
+        case PoseMove() if (pose := near or asked) is not None:
+            solved = arm.solve(pose, here.joints)
+            if solved is None:
+                return None
+            end = solved
+        case _:
             return None
-        return lambda share: LineGoal(line.pose(share))
-    end = goal.joints(ground) if isinstance(goal, JointGoal | PostureGoal) else None
-    if end is None:
-        pose = near or goal.pose(ground)
-        end = None if pose is None else arm.solve(pose, here.joints)
-    if end is None:
-        return None
-    return lambda share: PostureGoal(_between(here.joints, end, share))
+    return lambda share: JointMove(_between(here.joints, end, share), move.speed)
 
 
-def _furthest_along(
-    ground: Ground, part: Callable[[float], ResolvedGoal], fraction: float
-) -> Furthest | None:
+def _furthest_along(ground: Ground, part: Callable[[float], SingleMove]) -> Furthest | None:
     low, high, best = 0.0, 1.0, None
     for _ in range(HALVINGS):
         middle = (low + high) / 2.0
-        plan = _plan(ground, part(middle), fraction)
+        plan = _plan(ground, part(middle))
         if plan is None:
             high = middle
         else:
@@ -207,9 +217,9 @@ def _furthest_along(
     return found if max(abs(b - a) for a, b in moved) >= LEAST_TURN_RAD else None
 
 
-def _plan(ground: Ground, goal: ResolvedGoal, fraction: float) -> MotionPlan | None:
+def _plan(ground: Ground, move: SingleMove) -> MotionPlan | None:
     try:
-        return goal.plan(ground, fraction)
+        return prepare(move, ground).plan
     except (ArmError, KinematicsError):
         return None
 
@@ -247,7 +257,7 @@ class PostureOption:
 
 
 def ways_of(
-    ground: Ground, goal: ResolvedGoal, pose: Pose | None, end: Joints | None
+    ground: Ground, move: Move, pose: Pose | None, end: Joints | None
 ) -> tuple[PostureOption, ...]:
     """Return every posture for a pose, the taken one first; none where joints were asked for.
 
@@ -256,7 +266,7 @@ def ways_of(
     if pose is None or (pose.yaw_rad is not None and not ground.config.model.arm.has_yaw):
         return ()
     found = postures(ground.config.model.arm, pose, ground.here.joints)
-    line = isinstance(goal, LineGoal)
+    line = isinstance(move, LineMove)
     ways = [_way(ground, each, end, line) for each in _different(found)]
     if end is not None and not any(way.taken for way in ways):
         ways.append(
@@ -326,7 +336,8 @@ class Preview:
     The tip would run on by at most `stop_distance_mm` after a stop. `hindrance` is why the arm
     would go nowhere now, as while it is disabled or not referenced, which leaves the plan in
     place; `problem` is what is wrong with the goal or the way, and `nearest` where the arm could
-    go instead.
+    go instead. `resolved` is the move as it means the same from anywhere; of fingers that no motor
+    steps and of a grasp, it is all that can be foreseen.
     """
 
     start: Joints | None
@@ -344,6 +355,7 @@ class Preview:
     stop_distance_mm: float = 0.0
     nearest: Furthest | None = None
     goal: Pose | None = None
+    resolved: Move | None = None
 
     @property
     def refusal(self) -> ArmError | None:
@@ -374,25 +386,26 @@ class Preview:
         return "\n".join(preview_lines(self))
 
 
-def preview_goal(
-    ground: Ground,
-    controller: Controller,
-    goal: ResolvedGoal,
-    fraction: float,
-    hindrance: ArmError | None,
+def preview_move(
+    ground: Ground, controller: Controller, move: Move, hindrance: ArmError | None
 ) -> Preview:
-    """Plan a motion from where the arm stands, and measure it. Nothing is sent.
+    """Resolve a move where the arm stands, plan it, and measure it. Nothing is sent.
 
-    `hindrance` is why the arm would not move anywhere now. Raises `BadRequest` for a goal that is
-    none: a joint or a frame that nobody knows.
+    `hindrance` is why the arm would not move anywhere now. Raises `BadRequest` for a move that is
+    none: a joint or a frame that the arm does not have.
     """
-    asked = goal.pose(ground)
-    plan, problem = _planned(ground, goal, fraction)
+    absolute = move if isinstance(move, MoveSequence | ParkMove) else resolve(move, ground)
+    single = None if isinstance(absolute, MoveSequence) else absolute
+    asked = None if single is None else pose_of(single, ground)
+    planned, problem = _planned(ground, absolute)
     here = ground.here.joints
-    if plan is None:
-        ways = ways_of(ground, goal, asked, None)
-        instead = instead_of(ground, goal, problem, fraction)
+    if planned is None:
+        ways = ways_of(ground, absolute, asked, None)
+        instead = None if single is None else instead_of(ground, single, problem)
         return Preview(here, hindrance, problem, ways, nearest=instead, goal=asked)
+    plan = planned.plan
+    if plan is None:
+        return Preview(here, hindrance, resolved=planned.resolved)
     model = ground.config.model
     postures = postures_along(model.arm, plan)
     burst_s = ground.config.motion.planned_burst_s
@@ -404,7 +417,7 @@ def preview_goal(
         here,
         hindrance,
         None,
-        ways_of(ground, goal, asked, plan.end.joints),
+        ways_of(ground, absolute, asked, plan.end.joints),
         plan,
         postures,
         tuple(model.arm.points(each)[-1] for each in postures),
@@ -415,14 +428,13 @@ def preview_goal(
         bounds[0].time_s,
         max(bound.distance_mm for bound in bounds),
         goal=asked,
+        resolved=planned.resolved,
     )
 
 
-def _planned(
-    ground: Ground, goal: ResolvedGoal, fraction: float
-) -> tuple[MotionPlan | None, ArmError | None]:
+def _planned(ground: Ground, move: Move) -> tuple[PlannedMove | None, ArmError | None]:
     try:
-        return goal.plan(ground, fraction), None
+        return prepare(move, ground), None
     except BadRequest:
         raise
     except ArmError as refusal:

@@ -1,212 +1,306 @@
-"""What a planned motion leads to, in the words of the public calls, and the plan of each kind.
+"""From a request to an absolute move: resolved against where the arm stands, and planned.
 
-One piece of code plans what `move_*` carries out and what `preview` shows.
+`resolve` gives a move that means the same from anywhere: in the base frame, with all joints and no
+point's name. Only such moves are planned, previewed, carried out and written down, so a change from
+where the arm is can never be applied twice. `prepare` resolves and plans a move as a whole; a
+sequence step by step, each from where the one before it ends.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 from armdrive.config.arm import ArmConfig
-from armdrive.errors import BadRequest
-from armdrive.motion.plan import MotionPlan, named_joints, plan_joints, plan_line, posture_for
+from armdrive.errors import BadRequest, OutOfBounds, Refused
+from armdrive.motion.frames import BASE, goal_in_base
+from armdrive.motion.jog.course import stride
+from armdrive.motion.plan import (
+    MotionPlan,
+    named_joints,
+    plan_joints,
+    plan_line,
+    plan_route,
+    posture_for,
+)
 from armdrive.motion.segments import SpeedLimits
-from armdrive.moves import BASE_FRAME
+from armdrive.moves import (
+    ArcMove,
+    GraspMove,
+    GripperMove,
+    JogMove,
+    JointMove,
+    LineMove,
+    Move,
+    MoveSequence,
+    ParkMove,
+    PathMove,
+    PoseMove,
+    SingleMove,
+    Space,
+)
 from armdrive.runtime.position import ArmCoordinates
-from kinematics.frames.graph import UserFrame, moved_along
-from kinematics.frames.rotations import IDENTITY, Matrix3, columns
-from kinematics.frames.vectors import Vector
+from kinematics.paths.parts import ArcPart, JointPart, PathPart
 from kinematics.spaces import Joints, Pose
-
-# The frames in which goals and jogs are meant: the base, the tool, and those of the arm file.
-
-BASE, TOOL = BASE_FRAME, "tool"
-"""Frames that every arm has. The tool's x is up from the hand's back, y its side, z along it."""
-
-
-def frame_names(config: ArmConfig) -> tuple[str, ...]:
-    """Return the frames that an arm knows, in the order in which a person goes through them."""
-    return (BASE, TOOL, *config.frames)
-
-
-def axes_of(config: ArmConfig, joints: Joints, frame: str) -> tuple[Vector, Vector, Vector]:
-    """Return the unit vectors of a frame's x, y and z in the base, the arm in that posture.
-
-    Raises `BadRequest` for a frame that nobody knows.
-    """
-    x, y, z = columns(_rotation(config, joints, frame))
-    return x, y, z
-
-
-def goal_in_base(config: ArmConfig, joints: Joints, goal: Pose, frame: str) -> Pose:
-    """Return a goal as the base sees it. In the tool's frame a goal is a change from where it is.
-
-    So `Pose.of(x_mm=0, y_mm=0, z_mm=20, pitch_deg=0)` goes 20 mm on in the hand's direction.
-    """
-    if frame == BASE:
-        return goal
-    if frame == TOOL:
-        return moved_along(config.model.arm.fk(joints), _rotation(config, joints, TOOL), goal)
-    return _known(config.frames, frame).to_base(goal)
-
-
-def pose_in_frame(config: ArmConfig, pose: Pose, frame: str) -> Pose:
-    """Return a pose of the base as the base or a frame of the arm file sees it."""
-    if frame == BASE:
-        return pose
-    if frame == TOOL:
-        raise BadRequest("where the tool is, seen from the tool itself, is always 0: name a frame")
-    return _known(config.frames, frame).from_base(pose)
-
-
-def _rotation(config: ArmConfig, joints: Joints, frame: str) -> Matrix3:
-    if frame == BASE:
-        return IDENTITY
-    if frame == TOOL:
-        return config.model.arm.hand_axes(joints)
-    return _known(config.frames, frame).rotation
-
-
-def _known(frames: Mapping[str, UserFrame], name: str) -> UserFrame:
-    try:
-        return frames[name]
-    except KeyError:
-        known = ", ".join((BASE, TOOL, *frames))
-        raise BadRequest(
-            f"no frame is called {name!r}; known are {known}. Frames of your own belong into the "
-            "arm file, under [frames.NAME]"
-        ) from None
-
 
 ALIKE_RAD = math.radians(0.5)
 """A posture whose joints are all as near as this is the one that a point was taught in."""
 
 OTHER_POSTURE = "the point's pose, but not its posture: a straight line keeps the one it begins in"
 
+SAME_IN_EVERY_FRAME = "a point says its joints, which are the same in every frame"
+
+PARK_RISE_MM = 60.0
+"""How far `park` rises where a guard is in its way."""
+
+PARK_HEIGHT_MM = 30.0
+
 
 @dataclass(frozen=True, slots=True)
 class Ground:
-    """What a plan is made on: the arm, its limits of speed, and where it stands."""
+    """What a move is resolved against: the arm, its speeds, its points, and where it stands."""
 
     config: ArmConfig
     speeds: SpeedLimits
     here: ArmCoordinates
+    point: Callable[[str], Joints]
+    """Returns the joint angles of a named point; raises `UnknownPoint`."""
+    stepped_gripper: bool = True
+    """Whether a motor moves the fingers step by step, so that their way can be planned."""
 
-    def to_joints(self, joints: Joints, fraction: float) -> MotionPlan:
-        """Plan a motion straight in joint space; the fingers stay as they are."""
-        end = ArmCoordinates(joints, self.here.opening_mm)
-        return plan_joints(self.config, self.speeds, self.here, end, fraction)
+    def at(self, here: ArmCoordinates) -> Ground:
+        """Return the same ground with the arm elsewhere."""
+        return replace(self, here=here)
 
     def in_base(self, pose: Pose, frame: str) -> Pose:
         """Return a pose of a frame as the base sees it."""
         return goal_in_base(self.config, self.here.joints, pose, frame)
 
+    def posture(self, joints: Joints) -> Joints:
+        """Return the angles of all joints in the arm's order. Raises `BadRequest` for others."""
+        names = self.config.model.arm.joint_names
+        if joints.names == names:
+            return joints
+        if set(joints.names) != set(names):
+            raise BadRequest(
+                f"a place of this arm says {', '.join(names)}, not "
+                f"{', '.join(joints.names) or 'nothing'}"
+            )
+        return Joints(tuple(joints[name] for name in names), names)
 
-class ResolvedGoal(Protocol):
-    """Somewhere to go. All that it raises says why it is refused."""
 
-    @property
-    def cartesian(self) -> bool:
-        """Whether it means nothing before the arm's lengths are known."""
-        ...
+# Resolving.
 
-    def plan(self, ground: Ground, fraction: float) -> MotionPlan:
-        """Return the audited plan that leads there."""
-        ...
 
-    def pose(self, ground: Ground) -> Pose | None:
-        """Return the pose that is asked for, in the base; None where joint angles are."""
-        ...
+def resolve(move: SingleMove, ground: Ground) -> SingleMove:
+    """Return a move that means the same from anywhere. Resolving it again changes nothing.
+
+    Raises `BadRequest` for a joint or a frame that the arm does not have, `UnknownPoint`.
+    `ParkMove` and `JogMove` depend on what is in the way: `prepare` resolves them as it plans.
+    """
+    match move:
+        case JointMove(goal=Joints() as joints):
+            return replace(move, goal=ground.posture(joints))
+        case JointMove(goal=Mapping() as angles):
+            return replace(move, goal=named_joints(ground.here.joints, angles))
+        case PoseMove(goal=str() as name):
+            return JointMove(_point(name, move.frame, ground), move.speed)
+        case PoseMove(goal=Pose() as pose):
+            return PoseMove(ground.in_base(pose, move.frame), move.speed)
+        case LineMove(goal=str() as name):
+            return LineMove(_point(name, move.frame, ground), move.speed)
+        case LineMove(goal=Joints() as joints):
+            return LineMove(ground.posture(joints), move.speed)
+        case LineMove(goal=Pose() as pose):
+            return LineMove(ground.in_base(pose, move.frame), move.speed)
+        case ArcMove():
+            via, goal = (ground.in_base(pose, move.frame) for pose in (move.via, move.goal))
+            return ArcMove(via, goal, move.speed)
+        case PathMove():
+            parts = tuple(_part_in_base(part, move.frame, ground) for part in move.parts)
+            return PathMove(parts, move.speed)
+        case GripperMove(opening_mm=None):
+            return replace(move, opening_mm=ground.config.model.gripper_range_mm[1])
+        case _:
+            return move
+
+
+def _point(name: str, frame: str, ground: Ground) -> Joints:
+    if frame != BASE:
+        raise BadRequest(SAME_IN_EVERY_FRAME)
+    return ground.posture(ground.point(name))
+
+
+def _part_in_base(part: PathPart, frame: str, ground: Ground) -> PathPart:
+    if isinstance(part, JointPart):
+        return part
+    goal = ground.in_base(part.goal, frame)
+    if isinstance(part, ArcPart):
+        return replace(part, goal=goal, via=ground.in_base(part.via, frame))
+    return replace(part, goal=goal)
+
+
+def is_cartesian(move: Move) -> bool:
+    """Tell whether a move means nothing before the arm's lengths are known."""
+    match move:
+        case MoveSequence():
+            return any(map(is_cartesian, move.moves))
+        case PoseMove():
+            return isinstance(move.goal, Pose)
+        case JogMove():
+            return move.jog.space is Space.CARTESIAN
+        case _:
+            return isinstance(move, LineMove | ArcMove | PathMove | ParkMove)
+
+
+def pose_of(move: SingleMove, ground: Ground) -> Pose | None:
+    """Return the pose that an absolute move asks for; None where it asks for joint angles."""
+    match move:
+        case PoseMove(goal=Pose() as pose) | LineMove(goal=Pose() as pose) | ArcMove(goal=pose):
+            return pose
+        case LineMove(goal=Joints() as joints):
+            return ground.config.model.arm.fk(joints)
+        case _:
+            return None
+
+
+# Planning.
 
 
 @dataclass(frozen=True, slots=True)
-class JointGoal:
-    """Angles of the joints that are named, `shoulder_deg`; the others stay."""
+class PlannedStep:
+    """An absolute move and its audited plan.
 
-    named_deg: Mapping[str, float]
-    cartesian = False
-
-    def __post_init__(self) -> None:
-        if not self.named_deg:
-            raise BadRequest("name at least one joint, for example shoulder_deg=40")
-
-    def joints(self, ground: Ground) -> Joints:
-        """Return the angles of all joints."""
-        return named_joints(ground.here.joints, self.named_deg)
-
-    def plan(self, ground: Ground, fraction: float) -> MotionPlan:
-        """Return the joint motion there."""
-        return ground.to_joints(self.joints(ground), fraction)
-
-    def pose(self, ground: Ground) -> Pose | None:  # noqa: ARG002 - as every goal
-        """Ask for no pose."""
-        return None
-
-
-@dataclass(frozen=True, slots=True)
-class PostureGoal:
-    """A posture of all joints, such as a named point's."""
-
-    posture: Joints
-    cartesian = False
-
-    def joints(self, ground: Ground) -> Joints:  # noqa: ARG002 - as every goal of joints
-        """Return the angles of all joints."""
-        return self.posture
-
-    def plan(self, ground: Ground, fraction: float) -> MotionPlan:
-        """Return the joint motion there."""
-        return ground.to_joints(self.posture, fraction)
-
-    def pose(self, ground: Ground) -> Pose | None:  # noqa: ARG002 - as every goal
-        """Ask for no pose."""
-        return None
-
-
-@dataclass(frozen=True, slots=True)
-class PoseGoal:
-    """A pose of a frame, by a joint motion to the nearest posture."""
-
-    asked: Pose
-    frame: str = BASE
-    cartesian = True
-
-    def plan(self, ground: Ground, fraction: float) -> MotionPlan:
-        """Return the joint motion to the posture nearest to the present one."""
-        goal = self.pose(ground)
-        return ground.to_joints(posture_for(ground.config, goal, ground.here.joints), fraction)
-
-    def pose(self, ground: Ground) -> Pose:
-        """Return the pose in the base."""
-        return ground.in_base(self.asked, self.frame)
-
-
-@dataclass(frozen=True, slots=True)
-class LineGoal:
-    """A pose of a frame, along a straight line of the tip in the posture that the arm has.
-
-    `posture` is a point's: the note of the plan says so where the line ends in another one.
+    A grasp and fingers that no motor steps have none: where they stop, or how, the plan cannot say.
     """
 
-    asked: Pose
-    frame: str = BASE
-    posture: Joints | None = None
-    cartesian = True
+    move: SingleMove
+    plan: MotionPlan | None
 
-    def plan(self, ground: Ground, fraction: float) -> MotionPlan:
-        """Return the straight line there."""
-        made = plan_line(ground.config, ground.speeds, ground.here, self.pose(ground), fraction)
-        if self.posture is None or _alike(made.end.joints, self.posture):
-            return made
-        return replace(made, note=OTHER_POSTURE)
 
-    def pose(self, ground: Ground) -> Pose:
-        """Return the pose in the base."""
-        return ground.in_base(self.asked, self.frame)
+@dataclass(frozen=True, slots=True)
+class PlannedMove:
+    """A move, resolved and audited as a whole: nothing of it has been sent yet."""
+
+    steps: tuple[PlannedStep, ...]
+
+    @property
+    def resolved(self) -> Move:
+        """The move as it means the same from anywhere."""
+        moves = tuple(step.move for step in self.steps)
+        return moves[0] if len(moves) == 1 else MoveSequence(moves)
+
+    @property
+    def plans(self) -> tuple[MotionPlan, ...]:
+        """The plans of its steps, end to end."""
+        return tuple(step.plan for step in self.steps if step.plan is not None)
+
+    @property
+    def plan(self) -> MotionPlan | None:
+        """All its legs as one plan; None where nothing of it can be planned."""
+        if not self.plans:
+            return None
+        legs = tuple(leg for plan in self.plans for leg in plan.legs)
+        notes = "; ".join(filter(None, (plan.note for plan in self.plans)))
+        return MotionPlan(self.plans[0].start, legs, notes)
+
+    @property
+    def duration_s(self) -> float:
+        """How long its plans take together."""
+        return math.fsum(plan.duration_s for plan in self.plans)
+
+
+def prepare(move: Move, ground: Ground) -> PlannedMove:
+    """Resolve a move from where the arm stands, and plan and audit all of it.
+
+    What it raises says why nothing of it is carried out.
+    """
+    match move:
+        case MoveSequence():
+            steps: list[PlannedStep] = []
+            for each in move.moves:
+                made = prepare(each, ground)
+                steps += made.steps
+                ground = ground.at(made.plans[-1].end if made.plans else ground.here)
+            return PlannedMove(tuple(steps))
+        case ParkMove():
+            return _prepared_park(move, ground)
+        case JogMove():
+            return _prepared_jog(move, ground)
+        case _:
+            absolute = resolve(move, ground)
+            return PlannedMove((PlannedStep(absolute, plan_of(absolute, ground)),))
+
+
+def plan_of(move: SingleMove, ground: Ground) -> MotionPlan | None:
+    """Return the audited plan of an absolute move; None where it cannot be planned."""
+    config, speeds, here = ground.config, ground.speeds, ground.here
+    match move:
+        case JointMove(goal=Joints() as joints):
+            end = ArmCoordinates(joints, here.opening_mm)
+            return plan_joints(config, speeds, here, end, move.speed)
+        case PoseMove(goal=Pose() as pose):
+            end = ArmCoordinates(posture_for(config, pose, here.joints), here.opening_mm)
+            return plan_joints(config, speeds, here, end, move.speed)
+        case LineMove(goal=Pose() as pose):
+            return plan_line(config, speeds, here, pose, move.speed)
+        case LineMove(goal=Joints() as joints):
+            made = plan_line(config, speeds, here, config.model.arm.fk(joints), move.speed)
+            alike = _alike(made.end.joints, joints)
+            return made if alike else replace(made, note=OTHER_POSTURE)
+        case ArcMove():
+            return plan_route(config, speeds, here, [ArcPart(move.via, move.goal)], move.speed)
+        case PathMove():
+            return plan_route(config, speeds, here, move.parts, move.speed)
+        case GripperMove(opening_mm=float() as opening_mm) if ground.stepped_gripper:
+            end = ArmCoordinates(here.joints, opening_mm)
+            return plan_joints(config, speeds, here, end, move.speed)
+        case GripperMove() | GraspMove():
+            return None
+        case _:
+            raise BadRequest(f"{move} is not absolute yet: resolve it first")
+
+
+def _prepared_park(move: ParkMove, ground: Ground) -> PlannedMove:
+    """Plan the way to the park posture; where a guard is in the way, rise first."""
+    there = PoseMove(move.goal or park_pose(ground.config), move.speed)
+    try:
+        return prepare(there, ground)
+    except OutOfBounds:
+        above = raised(ground.config.model.arm.fk(ground.here.joints), PARK_RISE_MM)
+        return prepare(MoveSequence((LineMove(above, move.speed), there)), ground)
+
+
+def _prepared_jog(move: JogMove, ground: Ground) -> PlannedMove:
+    """Plan an increment as far as the bounds allow: where it ends is what it means."""
+    made = stride(ground.config, ground.speeds, move.jog, move.speed, ground.here, known=True)
+    plan = MotionPlan(ground.here, made.legs, made.ended.note)
+    joints = plan.end.joints
+    if move.jog.space is Space.CARTESIAN:
+        return PlannedMove((PlannedStep(LineMove(joints, move.speed), plan),))
+    return PlannedMove((PlannedStep(JointMove(joints, move.speed), plan),))
 
 
 def _alike(a: Joints, b: Joints) -> bool:
     return all(abs(x - y) <= ALIKE_RAD for x, y in zip(a, b, strict=True))
+
+
+# Where `park` and a verification lead.
+
+
+def raised(pose: Pose, by_mm: float) -> Pose:
+    """Return a pose straight above another."""
+    return replace(pose, z_mm=pose.z_mm + by_mm)
+
+
+def park_pose(config: ArmConfig) -> Pose:
+    """Return where `park` goes: as the arm file says, else a little above the reference mark."""
+    return config.park or above_mark(config)
+
+
+def above_mark(config: ArmConfig) -> Pose:
+    """Return the pose a little above the reference mark. Raises `Refused` where there is none."""
+    if config.model.reference is None:
+        raise Refused("this arm has no park posture: write [park] into its arm file")
+    return raised(config.model.reference.pose, PARK_HEIGHT_MM)

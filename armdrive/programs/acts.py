@@ -14,6 +14,16 @@ from types import MappingProxyType
 from typing import Protocol, TypeAlias
 
 from armdrive.errors import SourceMark
+from armdrive.moves import (
+    GraspMove,
+    GripperMove,
+    JointMove,
+    LineMove,
+    Motion,
+    MoveSequence,
+    ParkMove,
+    PoseMove,
+)
 from armdrive.programs.language.values import (
     ForwardKinematics,
     PlaceValue,
@@ -29,43 +39,19 @@ from armdrive.programs.language.values import (
     slot_of,
 )
 from armdrive.programs.language.words import WORDS
-from kinematics.spaces import Pose
+from kinematics.spaces import Joints, Pose
+
+ProgramMove = Motion | GraspMove | MoveSequence
+"""What a program moves by: no jog is in a program."""
 
 
 @dataclass(frozen=True, slots=True)
 class Go:
-    """Go to a place: a pose in the base frame, or the joint angles of all joints (deg, by name).
+    """Carry out a move. A grasp is answered with its width in mm, 0 for nothing."""
 
-    By a joint motion, or along a straight line. With `opening_mm` the fingers are brought there
-    first.
-    """
-
-    goal: Pose | Mapping[str, float]
-    line: bool = False
-    speed: float = 1.0
-    opening_mm: float | None = None
+    move: ProgramMove
     name: str = ""
     """What the program calls the place, for people."""
-
-
-@dataclass(frozen=True, slots=True)
-class Fingers:
-    """Bring the fingers to an opening in mm; None opens them all the way. 0 closes them."""
-
-    opening_mm: float | None
-    speed: float = 1.0
-
-
-@dataclass(frozen=True, slots=True)
-class Grasp:
-    """Close the fingers on what is between them; answered with its width in mm, 0 for nothing."""
-
-
-@dataclass(frozen=True, slots=True)
-class Ready:
-    """Go to the park posture of the arm file."""
-
-    speed: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,24 +131,22 @@ class Hold:
 
 
 Act: TypeAlias = (
-    Go
-    | Fingers
-    | Grasp
-    | Ready
-    | Home
-    | Delay
-    | Outputs
-    | AwaitInputs
-    | ReadInput
-    | Look
-    | Remember
-    | Say
-    | Hold
+    Go | Home | Delay | Outputs | AwaitInputs | ReadInput | Look | Remember | Say | Hold
 )
 Answer: TypeAlias = float | bool | SeenInput | None
 
-MOTIONS = (Go, Fingers, Grasp, Ready, Home)
+MOTIONS = (Go, Home)
 """The acts that move the arm."""
+
+
+_MOVE_NAMES = MappingProxyType({GripperMove: "Fingers", GraspMove: "Grasp", ParkMove: "Ready"})
+
+
+def act_name(act: Act) -> str:
+    """Return what people are told that an act is."""
+    if isinstance(act, Go):
+        return _MOVE_NAMES.get(type(act.move), "Go")
+    return type(act).__name__
 
 
 @dataclass(frozen=True, slots=True)
@@ -222,9 +206,18 @@ def bounded(word: str, index: int, value: object) -> float:
 
 
 def _go(word: str, goal: PlaceValue, setting: RunSetting, opening_mm: float | None = None) -> Go:
-    line = "_line" in word or word == "draw"
+    move = _move_to(goal.goal, setting.speed, line="_line" in word or word == "draw")
     opening = setting.opening_mm if opening_mm is None else opening_mm
-    return Go(goal.goal, line, setting.speed, opening, setting.about)
+    if opening is None:
+        return Go(move, setting.about)
+    return Go(MoveSequence((GripperMove(opening, setting.speed), move)), setting.about)
+
+
+def _move_to(goal: Pose | Mapping[str, float], speed: float, *, line: bool) -> Motion:
+    if isinstance(goal, Pose):
+        return LineMove(goal, speed) if line else PoseMove(goal, speed)
+    joints = Joints.of(*goal.values(), names=tuple(goal))
+    return LineMove(joints, speed) if line else JointMove(joints, speed)
 
 
 def _move(word: str, values: Values, setting: RunSetting) -> Act:
@@ -246,7 +239,7 @@ def _draw(word: str, values: Values, setting: RunSetting) -> Act:
 
 
 def _ready(word: str, values: Values, setting: RunSetting) -> Act:
-    return Ready(setting.speed)
+    return Go(ParkMove(setting.speed))
 
 
 def _home(word: str, values: Values, setting: RunSetting) -> Act:
@@ -254,15 +247,15 @@ def _home(word: str, values: Values, setting: RunSetting) -> Act:
 
 
 def _open_now(word: str, values: Values, setting: RunSetting) -> Act:
-    return Fingers(bounded(word, 0, values[0]) if values else None, setting.speed)
+    return Go(GripperMove(bounded(word, 0, values[0]) if values else None, setting.speed))
 
 
 def _close_now(word: str, values: Values, setting: RunSetting) -> Act:
-    return Fingers(0.0, setting.speed)
+    return Go(GripperMove(0.0, setting.speed))
 
 
 def _grasp(word: str, values: Values, setting: RunSetting) -> Act:
-    return Grasp()
+    return Go(GraspMove())
 
 
 def _delay(word: str, values: Values, setting: RunSetting) -> Act:

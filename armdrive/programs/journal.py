@@ -9,28 +9,25 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from armdrive.arm import Arm
-from armdrive.arm.moving import PARK_RISE_MM, raised
 from armdrive.errors import ArmError, Refused, StateFileError
-from armdrive.motion.plan import speed_fraction
+from armdrive.json_forms import move_from_json, move_to_json
 from armdrive.motion.preview import postures_along
-from armdrive.motion.resolve import Ground, LineGoal, PoseGoal, ResolvedGoal
+from armdrive.motion.resolve import prepare
+from armdrive.moves import GraspMove, MoveSequence, SingleMove
 from armdrive.programs.acts import (
     Act,
     Answer,
-    Fingers,
-    Go,
-    Grasp,
     Home,
     ProgramMachine,
-    Ready,
+    ProgramMove,
 )
-from armdrive.programs.performing import Performer, joints_of, place_of
+from armdrive.programs.performing import Performer, joints_of
 from armdrive.programs.running import RunStep
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.storage import files as places
@@ -38,7 +35,7 @@ from armdrive.storage.files import DISK, remove_durably, replace_file
 from kinematics.errors import KinematicsError
 from kinematics.spaces import Joints
 
-FORMAT = 1
+FORMAT = 2
 LONGEST = 8_000_000
 """Bytes. What is longer is not even read."""
 
@@ -58,8 +55,9 @@ class JournalEntry:
     """A program that was interrupted, or is under way.
 
     `snapshot` is its machine's, and gives the act that was under way once more; `began` is where
-    the arm stood when that act began, None where nobody knew. `loop` counts from 1, `loops` is how
-    many were asked for. `why` says what ended it, if anybody could still write that down.
+    the arm stood when that act began, None where nobody knew, and `move` the move that it was then
+    to make, resolved, None where it was none or refused. `loop` counts from 1, `loops` is how many
+    were asked for. `why` says what ended it, if anybody could still write that down.
     """
 
     arm: str
@@ -68,6 +66,7 @@ class JournalEntry:
     line: int
     snapshot: dict[str, Any]
     began: Standing | None
+    move: ProgramMove | None = None
     loop: int = 1
     loops: int = 1
     outputs: int = 0
@@ -98,6 +97,7 @@ class Journal:
                 step.stage.mark.line,
                 machine.snapshot(),
                 standing(self._arm),
+                step.move,
                 step.loop,
                 self._loops,
                 self._performer.outputs,
@@ -167,7 +167,8 @@ def interrupted(arm: str) -> JournalEntry:
 
 def to_text(entry: JournalEntry) -> str:
     """Return the text of an entry."""
-    entries = {"format": FORMAT, **asdict(entry)}
+    move = None if entry.move is None else move_to_json(entry.move)
+    entries = {"format": FORMAT, **asdict(replace(entry, move=None)), "move": move}
     return json.dumps({**entries, _CHECK: _check(entries)})
 
 
@@ -188,8 +189,12 @@ def from_text(text: bytes) -> JournalEntry:
     if entries.pop(_CHECK, None) != _check(entries):
         raise ValueError("its checksum is another one")
     del entries["format"]
-    began = entries.pop("began")
-    return JournalEntry(**entries, began=None if began is None else Standing(**began))
+    began, move = entries.pop("began"), entries.pop("move")
+    return JournalEntry(
+        **entries,
+        began=None if began is None else Standing(**began),
+        move=None if move is None else cast(ProgramMove, move_from_json(move)),
+    )
 
 
 def _check(entries: dict[str, Any]) -> str:
@@ -209,8 +214,8 @@ def _removed(path: Path) -> None:
 
 # Whether a program may be taken up where it was interrupted: only where the arm stands there.
 #
-# The interrupted act is done once more, from wherever it broke off. So the arm has to stand where
-# that act began, on its way, or at its end; and its position has to be one that can be trusted.
+# What is left of the interrupted act is done from wherever it broke off. So the arm has to stand
+# where that act began, on its way, or at its end; and its position has to be one to be trusted.
 
 NEAR_RAD = math.radians(3.0)
 """A posture whose joints are all as near as this is on the way: motors may stray between bursts."""
@@ -233,70 +238,82 @@ def require_same_program(entry: JournalEntry, sha256: str, path: str) -> None:
 
 def require_place(
     arm: Arm, entry: JournalEntry, act: Act, how: str, *, move: str = "armdrive move"
-) -> None:
-    """Raise `Refused` unless the arm stands where an interrupted act can be done once more.
+) -> ProgramMove | None:
+    """Return what is left of the interrupted move, None where the act is done once more.
 
-    `how` is the command that takes the program up, `move` the one that moves this arm.
-    Raises `NotReferenced` for a position that is not to be trusted. Sends nothing.
+    Raises `Refused` unless the arm stands where the act began, on its way or at its end, and
+    `NotReferenced` for a position that is not to be trusted. `how` is the command that takes the
+    program up, `move` the one that moves this arm. Sends nothing.
     """
     if isinstance(act, Home):
-        return
+        return None
     arm.core.require_reference()
     if entry.began is None:
-        return  # nobody knew, so nothing but looks and words can have come before
+        return None  # nobody knew, so nothing but looks and words can have come before
     with arm.pace.lock:
         here = arm.core.coordinates
     began = ArmCoordinates(joints_of(entry.began.joints_deg, arm), entry.began.opening_mm)
-    on_way = any(_near(here.joints, each) for each in _way(arm, began, act))
-    if not on_way or not _fingers_fit(arm, here, began, act):
+    moves = _single_moves(entry.move)
+    last = max(
+        (index for index, leg in enumerate(_legs(arm, began, moves)) if leg.passes(here)),
+        default=None,
+    )
+    if last is None:
         raise Refused(_elsewhere(here, entry.began, how, move))
+    return cast(ProgramMove, MoveSequence(moves[last:])) if len(moves) > 1 else entry.move
+
+
+def _single_moves(move: ProgramMove | None) -> tuple[SingleMove, ...]:
+    if move is None:
+        return ()
+    return move.moves if isinstance(move, MoveSequence) else (move,)
+
+
+@dataclass(frozen=True, slots=True)
+class _Leg:
+    """Where an arm may have come to in one of the moves: postures, and openings of the fingers."""
+
+    postures: tuple[Joints, ...]
+    openings_mm: tuple[float, ...]
+
+    def passes(self, here: ArmCoordinates) -> bool:
+        """Tell whether an arm that stands there may have come there by this move."""
+        fingers = not self.openings_mm or (
+            min(self.openings_mm) - NEAR_MM <= here.opening_mm <= max(self.openings_mm) + NEAR_MM
+        )
+        return fingers and any(_near(here.joints, posture) for posture in self.postures)
 
 
 def _near(here: Joints, there: Joints) -> bool:
     return all(abs(a - b) <= NEAR_RAD for a, b in zip(here, there, strict=True))
 
 
-def _way(arm: Arm, began: ArmCoordinates, act: Act) -> Iterator[Joints]:
-    """Give the postures that an act leads through, the one in which it began first."""
-    yield began.joints
-    for goals in _ways(arm, began, act):
-        here = began
-        for goal in goals:
-            ground = Ground(arm.config, arm.speeds, here)
-            try:
-                plan = goal.plan(ground, speed_fraction(1.0))
-            except (ArmError, KinematicsError):
-                break  # there is no such way: the act itself is refused then
-            yield from postures_along(arm.model.arm, plan)
-            here = plan.end
+def _legs(arm: Arm, began: ArmCoordinates, moves: Sequence[SingleMove]) -> Iterator[_Leg]:
+    """Give what each move leads through, the first one from where the act began."""
+    ground = arm.moving.ground(began)
+    if not moves:
+        yield _leg(arm, ground.here)
+    for move in moves:
+        here, end_mm = ground.here, ground.here.opening_mm
+        try:
+            plan = prepare(move, ground).plan
+        except (ArmError, KinematicsError):
+            yield _leg(arm, here)
+            return  # there is no such way: the act itself is refused then
+        if isinstance(move, GraspMove):
+            end_mm = 0.0
+        if plan is None:
+            yield _leg(arm, here, end_mm)
+            continue
+        yield _leg(arm, here, plan.end.opening_mm, *postures_along(arm.model.arm, plan))
+        ground = ground.at(plan.end)
 
 
-def _ways(arm: Arm, began: ArmCoordinates, act: Act) -> Iterator[tuple[ResolvedGoal, ...]]:
-    if isinstance(act, Go):
-        yield (arm.places.goal(place_of(act, arm), line=act.line),)
-    elif isinstance(act, Ready):
-        park = PoseGoal(arm.moving.park_pose)
-        yield (park,)
-        rise = LineGoal(raised(arm.model.arm.fk(began.joints), PARK_RISE_MM))
-        yield (rise, park)
-
-
-def _fingers_fit(arm: Arm, here: ArmCoordinates, began: ArmCoordinates, act: Act) -> bool:
-    """Tell whether the fingers are where they were, or on their way to where the act has them."""
+def _leg(arm: Arm, here: ArmCoordinates, end_mm: float | None = None, *way: Joints) -> _Leg:
     if not arm.core.transmission.has_gripper:
-        return True  # a servo goes where it is told
-    goal_mm = _goal_mm(arm, act)
-    ends = (began.opening_mm, began.opening_mm if goal_mm is None else goal_mm)
-    return min(ends) - NEAR_MM <= here.opening_mm <= max(ends) + NEAR_MM
-
-
-def _goal_mm(arm: Arm, act: Act) -> float | None:
-    """Return where an act brings the fingers; None where it leaves them as they are."""
-    if isinstance(act, Grasp):
-        return 0.0
-    if isinstance(act, Fingers):
-        return arm.model.gripper_range_mm[1] if act.opening_mm is None else act.opening_mm
-    return act.opening_mm if isinstance(act, Go) else None
+        return _Leg((here.joints, *way), ())  # a servo goes where it is told
+    end = here.opening_mm if end_mm is None else end_mm
+    return _Leg((here.joints, *way), (here.opening_mm, end))
 
 
 def _elsewhere(here: ArmCoordinates, began: Standing, how: str, move: str) -> str:

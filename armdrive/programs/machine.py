@@ -13,11 +13,12 @@ from types import MappingProxyType
 from typing import Protocol
 
 from armdrive.errors import ArmError, Problem, ProgramError, SourceMark
+from armdrive.moves import GripperMove
 from armdrive.programs.acts import (
     MOTIONS,
     Act,
     Answer,
-    Fingers,
+    Go,
     Home,
     Look,
     ReadInput,
@@ -364,9 +365,9 @@ def _opening(state: MachineState, row: Instruction, world: ProgramWorld) -> None
 
 def _fingers(state: MachineState, row: Instruction, world: ProgramWorld) -> Act | None:
     if state.opening == ALL_THE_WAY:
-        return Fingers(None, state.speed)
+        return Go(GripperMove(None, state.speed))
     if row.name == "ready" and isinstance(state.opening, float):
-        return Fingers(state.opening, state.speed)
+        return Go(GripperMove(state.opening, state.speed))
     _next(state)
     return None
 

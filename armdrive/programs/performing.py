@@ -10,24 +10,23 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 from armdrive.arm import Arm
-from armdrive.errors import BadRequest, Stopped
+from armdrive.errors import ArmError, BadRequest, Stopped
+from armdrive.motion.gripper import Grasped
 from armdrive.programs.acts import (
     Act,
     Answer,
     AwaitInputs,
     Delay,
-    Fingers,
     Go,
-    Grasp,
     Hold,
     Home,
     Look,
     Outputs,
+    ProgramMove,
     ReadInput,
-    Ready,
     Remember,
     Say,
     SeenInput,
@@ -35,7 +34,8 @@ from armdrive.programs.acts import (
 from armdrive.runtime.io_lines import input_bits, output_bits
 from armdrive.runtime.overrides import given_up
 from armdrive.storage.points import Point
-from kinematics.spaces import Joints, Pose
+from kinematics.errors import KinematicsError
+from kinematics.spaces import Joints
 
 SLICE_S = 0.05
 """Waits are cut into slices of this length, on the arm's clock, so that a stop ends them."""
@@ -74,9 +74,6 @@ class Performer:
         self._absences = self._absent()
         self._deeds: Mapping[type[Any], Callable[[Any], Answer]] = {
             Go: self._go,
-            Fingers: self._fingers,
-            Grasp: self._grasp,
-            Ready: self._ready,
             Home: self._home,
             Delay: self._delay,
             AwaitInputs: self._await_inputs,
@@ -142,27 +139,21 @@ class Performer:
 
     # -- what moves the arm -------------------------------------------------------------------
 
-    def _go(self, act: Go) -> None:
-        if act.opening_mm is not None:
-            self.arm.gripper.move(act.opening_mm, speed=act.speed)
-            self.require_no_stop()
-        how = "line" if act.line else "joint"
-        handle = self.arm.go(place_of(act, self.arm), how=how, speed=act.speed)
-        if self.arm.stops != self._stops:  # it came before there was anything to stop
-            handle.cancel()
-        handle.wait()
+    def resolved(self, act: Act) -> ProgramMove | None:
+        """Return the move of an act as it means the same from anywhere.
 
-    def _fingers(self, act: Fingers) -> None:
-        if act.opening_mm is None:
-            self.arm.gripper.open(speed=act.speed)
-        else:
-            self.arm.gripper.move(act.opening_mm, speed=act.speed)
+        None of an act that is no move, and of a move that will be refused.
+        """
+        if not isinstance(act, Go):
+            return None
+        try:
+            return cast(ProgramMove, self.arm.moving.resolved(act.move))
+        except (ArmError, KinematicsError):
+            return None
 
-    def _grasp(self, _: Grasp) -> float:
-        return self.arm.gripper.grasp()
-
-    def _ready(self, act: Ready) -> None:
-        self.arm.park(speed=act.speed)
+    def _go(self, act: Go) -> float | None:
+        done = self.arm.start(act.move, stops=self._stops).wait()
+        return done.width_mm if isinstance(done, Grasped) else None
 
     def _home(self, _: Home) -> None:
         if not self.arm.core.position_known:
@@ -221,11 +212,6 @@ class Performer:
 
     def _say(self, act: Say) -> None:
         self.person.say(act.text)
-
-
-def place_of(act: Go, arm: Arm) -> Pose | Point:
-    """Return where an act leads to, as the arm's own calls take it."""
-    return act.goal if isinstance(act.goal, Pose) else Point(joints_of(act.goal, arm))
 
 
 def joints_of(angles_deg: Mapping[str, float], arm: Arm) -> Joints:

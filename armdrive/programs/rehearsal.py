@@ -15,23 +15,24 @@ from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import connect_simulated
 from armdrive.errors import ArmError, NotReferenced, Refused, SourceMark
+from armdrive.moves import GraspMove
 from armdrive.programs.acts import (
     Act,
     Answer,
     AwaitInputs,
     Delay,
     Go,
-    Grasp,
     Hold,
     Home,
     Outputs,
     ProgramMachine,
+    ProgramMove,
     ReadInput,
-    Ready,
     Remember,
     Say,
+    act_name,
 )
-from armdrive.programs.performing import Performer, place_of
+from armdrive.programs.performing import Performer
 from armdrive.programs.running import (
     FOR_EVER,
     LOOPS_REHEARSED,
@@ -148,22 +149,12 @@ class Rehearser(Performer):
         self._things = things
         self._traced = traced
 
-    def _go(self, act: Go) -> None:
+    def _go(self, act: Go) -> float | None:
         if self._traced:
-            seen = self.arm.preview(place_of(act, self.arm), line=act.line, speed=act.speed)
-            self.path += seen.path
-        super()._go(act)
-
-    def _ready(self, act: Ready) -> None:
-        if self._traced:
-            self.path.append(tip_of(self.arm))
-        super()._ready(act)
-        if self._traced:
-            self.path.append(tip_of(self.arm))
-
-    def _grasp(self, act: Grasp) -> float:
-        self._things.before_grasp(self.arm)
-        return super()._grasp(act)
+            self.path += self.arm.preview(act.move).path
+        if isinstance(act.move, GraspMove):
+            self._things.before_grasp(self.arm)
+        return super()._go(act)
 
     def _read_input(self, act: ReadInput) -> bool:
         number = act.number
@@ -327,13 +318,15 @@ class RehearsedPlan:
 
     `inputs` say which inputs, counted from 1, are on and off; `width_mm` how wide is what the
     fingers find where no block is known, None for nothing. With `settle`, a position that nobody
-    knows is assumed. With `traced` the tip's path is kept.
+    knows is assumed. With `traced` the tip's path is kept. `left` is what is left of the first
+    move of a program that is taken up by `machine`.
     """
 
     source: MachineSource
     loops: int = 1
     loop: int = 1
     machine: Callable[[], ProgramMachine] | None = None
+    left: ProgramMove | None = None
     inputs: Mapping[int, bool] = field(default_factory=dict)
     width_mm: float | None = None
     outputs: int = 0
@@ -379,7 +372,7 @@ class _RehearsalWatch:
         took_s = _waited_s(step.stage.act, answer, took_s)
         self._took_s += took_s
         self.loops.setdefault(step.loop, []).append(
-            Took(step.stage.mark, type(step.stage.act).__name__, took_s)
+            Took(step.stage.mark, act_name(step.stage.act), took_s)
         )
 
 
@@ -414,7 +407,13 @@ def rehearse(config: ArmConfig, arm: Arm | None, plan: RehearsedPlan) -> Rehears
         loops = last if plan.loops == FOR_EVER else min(plan.loops, last)
         machine = None if plan.machine is None else plan.machine()
         run = ProgramRun(
-            plan.source, rehearser, [watch], loops=loops, loop=plan.loop, machine=machine
+            plan.source,
+            rehearser,
+            [watch],
+            loops=loops,
+            loop=plan.loop,
+            machine=machine,
+            left=plan.left,
         )
         refusal, whole = _carried_out(run)
         if isinstance(refusal, NotReferenced) and arm is not None:

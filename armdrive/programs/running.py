@@ -6,12 +6,19 @@ Whatever goes wrong is raised as it is; `at` is the step at which it did.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import accumulate, chain
 from typing import Protocol
 
 from armdrive.errors import SourceMark
-from armdrive.programs.acts import MOTIONS, Answer, ProgramMachine, RunStage
+from armdrive.programs.acts import (
+    MOTIONS,
+    Answer,
+    Go,
+    ProgramMachine,
+    ProgramMove,
+    RunStage,
+)
 from armdrive.programs.performing import Performer
 
 FOR_EVER = 0
@@ -28,11 +35,16 @@ class MachineSource(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class RunStep:
-    """One act of a run: `number` counts the acts of this run from 1, `loop` its loops."""
+    """One act of a run: `number` counts the acts of this run from 1, `loop` its loops.
+
+    `move` is what the arm is to do, resolved from where it stands; None where it does not move, or
+    will refuse to.
+    """
 
     stage: RunStage
     number: int
     loop: int
+    move: ProgramMove | None = None
 
     @property
     def moves(self) -> bool:
@@ -62,8 +74,12 @@ class ProgramRun:
         loops: int = 1,
         loop: int = 1,
         machine: ProgramMachine | None = None,
+        left: ProgramMove | None = None,
     ) -> None:
-        """Run `loops` times, `FOR_EVER` for no end; `machine` stands in loop number `loop`."""
+        """Run `loops` times, `FOR_EVER` for no end; `machine` stands in loop number `loop`.
+
+        `left` is what is left of its first move, where that was interrupted.
+        """
         self._source = source
         self._performer = performer
         self._onlookers = onlookers
@@ -72,20 +88,30 @@ class ProgramRun:
         self.done = 0
         self.at: RunStep | None = None
         self._machine = machine
+        self._left = left
 
     def carry_out(self) -> int:
         """Carry out everything that is left; return how many acts that was."""
         while self._loops == FOR_EVER or self.loop <= self._loops:
             machine, self._machine = self._machine or self._source.machine(), None
             while (stage := machine.next()) is not None:
-                self._carry_out(RunStep(stage, self.done + 1, self.loop), machine)
+                self._carry_out(self._step(stage), machine)
             self.loop += 1
         self.at = None
         return self.done
 
+    def _step(self, stage: RunStage) -> RunStep:
+        """Return the next step, its move resolved from where the arm stands."""
+        self._performer.require_no_stop()
+        left, self._left = self._left, None
+        act = stage.act
+        move = left if isinstance(act, Go) and left else self._performer.resolved(act)
+        if isinstance(act, Go) and move is not None:
+            stage = replace(stage, act=replace(act, move=move))
+        return RunStep(stage, self.done + 1, self.loop, move)
+
     def _carry_out(self, step: RunStep, machine: ProgramMachine) -> None:
         self.at = step
-        self._performer.require_no_stop()
         for onlooker in self._onlookers:
             onlooker.begins(step, machine)
         now_s = self._performer.arm.pace.now_s

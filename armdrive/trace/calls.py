@@ -165,8 +165,8 @@ R = TypeVar("R")
 
 CALLS = (
     "home", "confirm_reference", "confirm_restored", "declare_posture",
-    "go", "move_j", "move_to", "move_l", "move_c", "move_path", "move_motors", "move_gripper",
-    "park", "jog_j", "jog_l", "hold", "nudge", "release",
+    "run", "start", "move_j", "move_to", "move_l", "move_c", "move_path", "move_motors",
+    "move_gripper", "park", "jog_j", "jog_l", "hold", "nudge", "release",
     "enable", "disable", "reset", "estop", "mend_settings", "set_outputs", "read_inputs",
     "wait_inputs", "grasp", "feel", "verify", "pause", "resume",
     "read_pendant_program", "write_pendant_program",

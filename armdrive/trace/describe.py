@@ -5,10 +5,13 @@ How the bytes of a dialect are cut and worded is stated by its row of the regist
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, get_args
 
 from armdrive.dialects.words import AnswerLines, Describer, answer
+from armdrive.json_forms import move_to_json
+from armdrive.moves import Move
 from armdrive.registry import DIALECTS
 from armdrive.tasks import (
     Alert,
@@ -55,10 +58,14 @@ def event_words(event: Event) -> tuple[EntryKind, str]:
 
 
 def call_words(name: str, words: tuple[Any, ...], named: Mapping[str, Any]) -> str:
-    """Return a call as it would be written."""
-    shown = [repr(word) for word in words]
-    shown += [f"{key}={value!r}" for key, value in named.items()]
+    """Return a call as it would be written; a move in its JSON form."""
+    shown = [_argument(word) for word in words]
+    shown += [f"{key}={_argument(value)}" for key, value in named.items()]
     return f"{name}({', '.join(shown)})"
+
+
+def _argument(value: object) -> str:
+    return json.dumps(move_to_json(value)) if isinstance(value, get_args(Move)) else repr(value)
 
 
 def error_words(error: BaseException) -> str:

@@ -15,7 +15,7 @@ A_POSE = "Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)"
 
 
 @dataclass(frozen=True, slots=True)
-class JointMove:
+class JointPart:
     """Every joint turns in proportion, to a posture."""
 
     goal: Joints
@@ -27,7 +27,7 @@ class JointMove:
 
 
 @dataclass(frozen=True, slots=True)
-class PoseMove:
+class PosePart:
     """Every joint turns in proportion, to the posture for a pose that is nearest."""
 
     goal: Pose
@@ -39,7 +39,7 @@ class PoseMove:
 
 
 @dataclass(frozen=True, slots=True)
-class LineMove:
+class LinePart:
     """Straight to a pose, in x, y, z and the turn of the hand."""
 
     goal: Pose
@@ -51,7 +51,7 @@ class LineMove:
 
 
 @dataclass(frozen=True, slots=True)
-class ArcMove:
+class ArcPart:
     """About a circle through a via point, of which only x, y and z count, to a pose.
 
     With `sweep_rad` by that angle instead, and the goal is a third point of the circle and how
@@ -71,7 +71,7 @@ class ArcMove:
         object.__setattr__(self, "blend_mm", _radius(self.blend_mm))
 
 
-Move = JointMove | PoseMove | LineMove | ArcMove
+PathPart = JointPart | PosePart | LinePart | ArcPart
 """One part of a route."""
 
 

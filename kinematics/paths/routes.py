@@ -29,7 +29,7 @@ from kinematics.paths.chords import (
     trim,
 )
 from kinematics.paths.curves import HandCurve, JointCurve, Line, straight_between
-from kinematics.paths.parts import ArcMove, JointMove, LineMove, Move, PoseMove
+from kinematics.paths.parts import ArcPart, JointPart, LinePart, PathPart, PosePart
 from kinematics.paths.traces import Bezier, Blendable
 from kinematics.spaces import Joints
 
@@ -40,7 +40,7 @@ class Laid(NamedTuple):
     """A part of a route: its number, from 1, and the chords of the whole of its curve."""
 
     number: int
-    move: Move
+    move: PathPart
     chords: list[Chord]
 
 
@@ -52,7 +52,9 @@ class _Hold(NamedTuple):
     hand: Hand
 
 
-def lay(arm: ArmGeometry, start: Joints, moves: Sequence[Move], tolerance_mm: float) -> list[Laid]:
+def lay(
+    arm: ArmGeometry, start: Joints, moves: Sequence[PathPart], tolerance_mm: float
+) -> list[Laid]:
     """Return the parts of a route. Raises `PathBroken` and `NoArc` that name the part."""
     layer = _Layer(arm, tolerance_mm, start)
     found = []
@@ -74,9 +76,9 @@ class _Layer:
         self._hold: _Hold | None = None
         self._posture: tuple[str, int] | None = None
 
-    def chords(self, number: int, move: Move) -> list[Chord]:
+    def chords(self, number: int, move: PathPart) -> list[Chord]:
         """Return the chords of the next part."""
-        if isinstance(move, JointMove | PoseMove):
+        if isinstance(move, JointPart | PosePart):
             found = self._turn(self._goal(move))
             self._hold = None
         else:
@@ -95,8 +97,8 @@ class _Layer:
         curve = JointCurve(self._arm, (self._here, goal))
         return cut(self._arm, curve, self._here, self._tolerance_mm)
 
-    def _goal(self, move: JointMove | PoseMove) -> Joints:
-        if isinstance(move, JointMove):
+    def _goal(self, move: JointPart | PosePart) -> Joints:
+        if isinstance(move, JointPart):
             return move.goal
         try:
             return self._arm.ik(move.goal, self._here)
@@ -104,7 +106,7 @@ class _Layer:
             reason = f"{refusal.reason}; nearest pose that can be reached: {refusal.nearest}"
             raise PathBroken(1.0, move.goal, reason, shape="joint motion") from refusal
 
-    def _begin(self, number: int, move: LineMove | ArcMove) -> _Hold:
+    def _begin(self, number: int, move: LinePart | ArcPart) -> _Hold:
         """Take up the posture of the arm; the first one is that of the whole route."""
         follower, tip = beginning(self._arm, self._here)
         posture, part = self._posture = self._posture or (follower.posture, number)
@@ -113,14 +115,14 @@ class _Layer:
                 f"the arm would stand in another posture ({follower.posture}) than in part "
                 f"{part} ({posture})"
             )
-            shape = "arc" if isinstance(move, ArcMove) else "straight line"
+            shape = "arc" if isinstance(move, ArcPart) else "straight line"
             raise PathBroken(0.0, self._arm.fk(self._here), reason, shape=shape)
         return _Hold(follower, tip, follower.first)
 
 
-def _curve(hold: _Hold, move: LineMove | ArcMove) -> Line | Arc:
+def _curve(hold: _Hold, move: LinePart | ArcPart) -> Line | Arc:
     follower, tip, hand = hold
-    if isinstance(move, ArcMove):
+    if isinstance(move, ArcPart):
         return arc_between(follower, tip, hand, move.via, move.goal, move.sweep_rad)
     return straight_between(follower, tip, hand, move.goal)
 
@@ -297,7 +299,7 @@ class Route:
     """Where the arm begins, and what it does from there, in order."""
 
     start: Joints
-    parts: tuple[Move, ...]
+    parts: tuple[PathPart, ...]
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from program_acts import fingers, go, grasp, ready
+
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import SourceMark
-from armdrive.programs.acts import Fingers, Go, Grasp, Ready, RunStage
+from armdrive.programs.acts import RunStage
 from armdrive.programs.performing import Performer
 from armdrive.registry.simulate import simulate
 from armdrive.sim.world.table import TableBlock
@@ -87,19 +89,19 @@ def down(x, y, z):
 
 
 def up(x, y):
-    return Go(down(x, y, 80))
+    return go(down(x, y, 80))
 
 
 PICK_AND_PLACE = (
-    Go(down(250, 60, 80), opening_mm=60.0),
-    Go(down(250, 60, 15), line=True, speed=0.7),
-    Grasp(),
-    Go(down(250, 60, 80), line=True),
-    Go(down(250, -60, 80)),
-    Go(down(250, -60, 16), line=True),
-    Fingers(55.0),
-    Go(down(250, -60, 80), line=True),
-    Ready(),
+    go(down(250, 60, 80), opening_mm=60.0),
+    go(down(250, 60, 15), line=True, speed=0.7),
+    grasp(),
+    go(down(250, 60, 80), line=True),
+    go(down(250, -60, 80)),
+    go(down(250, -60, 16), line=True),
+    fingers(55.0),
+    go(down(250, -60, 80), line=True),
+    ready(),
 )
 """Carries block A from y 60 to y -60."""
 

@@ -16,7 +16,7 @@ from armdrive.motion.execute import Moved
 from armdrive.moves import Jog
 from armdrive.sim.world.table import TableBlock
 from armdrive.status import State, Status
-from kinematics import LineMove
+from kinematics import LinePart
 from tests.conformance.going import beside
 
 from .arrival import GraspAim, JointsAim, PostureAim
@@ -88,7 +88,7 @@ def move_l(stage: Stage) -> Typed | None:
 def move_path(stage: Stage) -> Typed | None:
     """Move around a corner to a pose."""
     corner, goal = pose_beside(stage), pose_beside(stage)
-    moves = [LineMove(corner, stage.draw.choice((0.0, 2.0))), LineMove(goal)]
+    moves = [LinePart(corner, stage.draw.choice((0.0, 2.0))), LinePart(goal)]
     command = command_of(stage, f"move_path({corner}, {goal})", pose_aim(stage, goal))
     return call(stage, lambda: arm_of(stage).move_path(moves), command, 10.0 + ANSWERS_S)
 

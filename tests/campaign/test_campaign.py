@@ -236,8 +236,7 @@ def test_a_driver_whose_joints_pass_their_limits_within_a_burst_is_found_out(mon
 
 
 def test_a_traceback_is_found_out(monkeypatch):
-    monkeypatch.setattr(planning, "speed_fraction", lambda _: 1 / 0)
-    monkeypatch.setattr("armdrive.arm.moving.speed_fraction", lambda _: 1 / 0)
+    monkeypatch.setattr("armdrive.arm.moving.prepare", lambda *_: 1 / 0)
     assert found_by_the_campaign()
 
 

@@ -12,7 +12,7 @@ import threading
 
 from armdrive.arm import Arm
 from armdrive.status import State
-from kinematics import LineMove, Motors
+from kinematics import LinePart, Motors
 
 from .going import begin_sweep, beside, first_jog
 
@@ -66,7 +66,7 @@ class Driver:
         """Begin a path of two lines with a blend between them."""
         corner = beside(self._arm.pose, y_mm=PATH_MM * direction)
         end = beside(corner, z_mm=PATH_MM * direction)
-        self._arm.move_path([LineMove(corner, BLEND_MM), LineMove(end)], wait=False)
+        self._arm.move_path([LinePart(corner, BLEND_MM), LinePart(end)], wait=False)
 
     def release(self) -> None:
         """Let go of the jog."""

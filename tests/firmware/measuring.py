@@ -11,7 +11,7 @@ from armdrive.errors import ArmError
 from armdrive.motion.execute import Moved
 from armdrive.moves import Jog
 from armdrive.status import State, Trust
-from kinematics import LineMove
+from kinematics import LinePart
 from tests.conformance.bench import Bench
 from tests.conformance.going import beside
 from tests.conformance.rows_moving import arrived
@@ -72,7 +72,7 @@ def blended_path(arm: Arm, speed: float) -> Handle[Moved]:
     """Begin two lines with a blend between them."""
     corner = beside(arm.pose, y_mm=LINE_MM)
     end = beside(corner, z_mm=-LINE_MM)
-    return arm.move_path([LineMove(corner, BLEND_MM), LineMove(end)], wait=False, speed=speed)
+    return arm.move_path([LinePart(corner, BLEND_MM), LinePart(end)], wait=False, speed=speed)
 
 
 MOTIONS = {

@@ -17,7 +17,7 @@ from armdrive.arm import Arm
 from armdrive.errors import ArmError
 from armdrive.moves import Jog
 from armdrive.status import State, Trust
-from kinematics import KinematicsError, LineMove
+from kinematics import KinematicsError, LinePart
 from tests.conformance.bench import Bench
 from tests.conformance.faults import FAULTS, Fault
 from tests.conformance.going import begin_sweep, beside, joints_from
@@ -61,7 +61,7 @@ def _move_l(arm: Arm, draw: random.Random) -> object:
 def _path(arm: Arm, draw: random.Random) -> object:
     corner = beside(arm.pose, y_mm=draw.choice((-20.0, 20.0)))
     end = beside(corner, z_mm=draw.choice((-15.0, 15.0)))
-    return arm.move_path([LineMove(corner, 5.0), LineMove(end)], speed=draw.choice(SPEEDS))
+    return arm.move_path([LinePart(corner, 5.0), LinePart(end)], speed=draw.choice(SPEEDS))
 
 
 def _jog(arm: Arm, draw: random.Random) -> object:

@@ -8,22 +8,16 @@ from waiting import until_seen
 from armdrive.arm import Arm
 from armdrive.connect.target import simulated_config
 from armdrive.errors import Stopped
-from armdrive.motion.preview import preview_goal
-from armdrive.motion.resolve import (
-    Ground,
-    JointGoal,
-    LineGoal,
-    PoseGoal,
-    PostureGoal,
-    pose_in_frame,
-)
+from armdrive.motion.frames import pose_in_frame
+from armdrive.motion.preview import preview_move
+from armdrive.motion.resolve import Ground, prepare
 from armdrive.motion.segments import SpeedLimits
 from armdrive.registry import dialect
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.status import State
 from armdrive.storage.point_file import points_of
 from armdrive.storage.points import Point
-from kinematics import Motors, Pose
+from kinematics import Motors
 
 CONFIG = simulated_config("teachmover")
 CONTROLLER = dialect("teachmover").controller(CONFIG)
@@ -77,25 +71,15 @@ class PlannerArm(FakeArm):
     def pose_in(self, frame):
         return pose_in_frame(CONFIG, self.status.pose, frame)
 
-    def preview(self, goal=None, *, line=False, frame="base", speed=1.0):
+    def preview(self, move):
         self.previews += 1
-        goal, joints_deg = (None, goal) if isinstance(goal, dict) else (goal, {})
-        return preview_goal(
-            self._ground(), CONTROLLER, self._goal(goal, line, frame, joints_deg), speed,
-            self.hindrance,
-        )  # fmt: skip
+        return preview_move(self._ground(), CONTROLLER, move, self.hindrance)
 
-    def move_j(self, angles_deg, *, speed, wait):
-        return self._begin(JointGoal(angles_deg), speed, wait)
-
-    def move_to(self, goal, *, speed, frame="base", wait=False):
-        return self._begin(self._goal(goal, False, frame, {}), speed, wait)
-
-    def move_l(self, goal, *, speed, frame="base", wait=False):
-        return self._begin(self._goal(goal, True, frame, {}), speed, wait)
-
-    def go(self, place, *, how="joint", speed=1.0):
-        return self._begin(self._goal(place, how == "line", "base", {}), speed, False)
+    def start(self, move, *, stops=None):
+        self.asked_for.append(move)
+        if stops is not None and stops != self.stops:
+            raise Stopped("a stop was asked for before the motion began")
+        return Going(self, prepare(move, self._ground()).plan.end.joints)
 
     def sleep(self, time_s):
         self.calls.append(("sleep", time_s))
@@ -109,23 +93,8 @@ class PlannerArm(FakeArm):
         self.set(paused=False)
 
     def _ground(self):
-        return Ground(CONFIG, _speeds(), ArmCoordinates(self.status.joints, 0.0))
-
-    def _goal(self, goal, line, frame, joints_deg):
-        if goal is None:
-            return JointGoal(joints_deg)
-        if isinstance(goal, str):
-            goal = self.points[goal]
-        if isinstance(goal, Pose):
-            return LineGoal(goal, frame) if line else PoseGoal(goal, frame)
-        if line:
-            return LineGoal(CONFIG.model.arm.fk(goal.joints), posture=goal.joints)
-        return PostureGoal(goal.joints)
-
-    def _begin(self, goal, speed, wait):
-        assert wait is False
-        self.asked_for.append((goal, speed))
-        return Going(self, goal.plan(self._ground(), speed).end.joints)
+        here = ArmCoordinates(self.status.joints, 0.0)
+        return Ground(CONFIG, _speeds(), here, lambda name: self.points[name].joints)
 
 
 POLLS = 4

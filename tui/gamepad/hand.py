@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import CancelledError
 from typing import Any, Protocol
 
-from armdrive.motion.resolve import BASE
+from armdrive.motion.frames import BASE
 from armdrive.moves import Jog
 from tui.gamepad.map import GRIPPER_ROWS, HOLD, PadMap
 from tui.gamepad.reader import Came, Gone, Pad, PadEvent, PadReader, Told

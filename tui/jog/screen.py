@@ -15,7 +15,7 @@ from textual.strip import Strip
 from textual.widget import Widget
 
 from armdrive.errors import ArmError
-from armdrive.motion.resolve import BASE, TOOL
+from armdrive.motion.frames import BASE, TOOL
 from armdrive.render.scene import Moment
 from armdrive.status import Status
 from kinematics.spaces import Pose

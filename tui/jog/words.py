@@ -8,7 +8,7 @@ from itertools import zip_longest
 
 from armdrive import Grasped
 from armdrive.abilities import OUTPUTS
-from armdrive.motion.resolve import BASE
+from armdrive.motion.frames import BASE
 from armdrive.registry import DIALECTS
 from armdrive.status import LinkStats, Status, Trust
 from kinematics.presets import ArmModel

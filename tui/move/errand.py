@@ -12,16 +12,15 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
-from armdrive import Handle, Moved, Preview
+from armdrive import Preview
 from armdrive.errors import ArmError
+from armdrive.moves import Motion
 from armdrive.render.scene import Moment
 from armdrive.status import State, Status
 from kinematics.errors import KinematicsError
 from kinematics.spaces import Joints
-from tui.arm_port import DeskArm
 from tui.arm_view import SpaceView
 from tui.move import words as move_words
-from tui.move.form import MoveQuestion
 from tui.screens import DeskScreen
 
 QUIET_S = 0.3
@@ -29,23 +28,6 @@ QUIET_S = 0.3
 
 ASKED_FOR_S = 10.0
 """A first press that is older has been forgotten."""
-
-
-def foreseen(arm: DeskArm, ask: MoveQuestion) -> Preview:
-    """Return what a goal's motion would be."""
-    place = ask.pose or ask.point
-    if place is None:
-        return arm.preview(dict(ask.joints_deg), speed=ask.speed)
-    return arm.preview(place, line=ask.line, frame=ask.frame, speed=ask.speed)
-
-
-def begun(arm: DeskArm, ask: MoveQuestion) -> Handle[Moved]:
-    """Begin a goal's motion."""
-    place = ask.pose or ask.point
-    if place is None:
-        return arm.move_j(dict(ask.joints_deg), speed=ask.speed, wait=False)
-    move = arm.move_l if ask.line else arm.move_to
-    return move(place, speed=ask.speed, frame=ask.frame, wait=False)
 
 
 @dataclass(slots=True)
@@ -87,14 +69,6 @@ class Twice:
         self._presses = []
 
 
-def carried_out(arm: DeskArm, begin: Callable[[], Handle[Moved]], stops: int) -> Moved:
-    """Begin a motion and wait for its end; a stop that was asked for since `stops` ends it too."""
-    handle = begin()
-    if arm.stops != stops:  # it came while this was on its way to the arm
-        handle.cancel()
-    return handle.wait()
-
-
 @dataclass(slots=True)
 class MoveProgress:
     """How far along a previewed way the arm has been seen; it only ever goes on."""
@@ -116,7 +90,7 @@ class MoveProgress:
 
 # The screens on which such a motion is asked for: move and points.
 
-Seen = tuple[MoveQuestion | None, Any, State, str]
+Seen = tuple[Motion | None, Any, State, str]
 """What a preview was made of: it holds as long as none of it has changed."""
 
 
@@ -132,7 +106,7 @@ class ErrandScreen(DeskScreen):
         self._working = False
         self._progress: MoveProgress | None = None
 
-    def goal(self, status: Status) -> MoveQuestion | None:
+    def goal(self, status: Status) -> Motion | None:
         """Return what is asked for now; None where nothing is."""
         raise NotImplementedError
 
@@ -197,7 +171,7 @@ class ErrandScreen(DeskScreen):
         preview: Preview | None = None
         try:
             if ask is not None:
-                preview = foreseen(self.desk.arm, ask)
+                preview = self.desk.arm.preview(ask)
         except (ArmError, KinematicsError) as error:
             said = str(error)
         finally:
@@ -240,8 +214,8 @@ class ErrandScreen(DeskScreen):
         desk.message = ""
         desk.call(partial(self._carry_out, ask, stops), move_words.arrived)
 
-    def _carry_out(self, ask: MoveQuestion, stops: int) -> None:
+    def _carry_out(self, ask: Motion, stops: int) -> None:
         try:
-            carried_out(self.desk.arm, partial(begun, self.desk.arm, ask), stops)
+            self.desk.arm.start(ask, stops=stops).wait()
         finally:
             self._progress = None

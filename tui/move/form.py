@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
-from armdrive.motion.resolve import BASE, TOOL
+from armdrive.motion.frames import BASE, TOOL
+from armdrive.moves import JointMove, LineMove, Motion, PoseMove
 from armdrive.status import Status
-from armdrive.storage.points import Point
 from kinematics.spaces import Joints, Pose
 from tui.settings import SPEEDS
 
@@ -51,18 +51,6 @@ class FormEntry:
 
 
 EMPTY = FormEntry()
-
-
-@dataclass(frozen=True, slots=True)
-class MoveQuestion:
-    """A goal that is complete: angles of some joints, a pose or a point, and how to go there."""
-
-    joints_deg: tuple[tuple[str, float], ...] = ()
-    pose: Pose | None = None
-    point: Point | None = None
-    line: bool = False
-    frame: str = BASE
-    speed: float = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,8 +167,8 @@ class GoalForm:
                 return f"{name} must be finite"
         return ""
 
-    def ask(self, present: Mapping[str, float]) -> MoveQuestion | None:
-        """Return the goal; None where nothing is asked for, or not all of it is known.
+    def ask(self, present: Mapping[str, float]) -> Motion | None:
+        """Return the move; None where nothing is asked for, or not all of it is known.
 
         `present` are the coordinates of the fields that stay empty: of the pose in the frame.
         """
@@ -191,12 +179,12 @@ class GoalForm:
         if not given:
             return None
         if not self.cartesian:
-            named = tuple((f"{name}_deg", value) for name, value in given.items())
-            return MoveQuestion(joints_deg=named, speed=self.speed)
+            return JointMove({f"{name}_deg": value for name, value in given.items()}, self.speed)
         whole = {**present, **given}
         if not set(self.names) <= set(whole):
             return None
-        return MoveQuestion(pose=pose_of(whole), line=self.line, frame=self.frame, speed=self.speed)
+        kind = LineMove if self.line else PoseMove
+        return kind(pose_of(whole), self.speed, self.frame)
 
 
 def of_pose(pose: Pose) -> dict[str, float]:

@@ -10,8 +10,9 @@ from textual.binding import BindingType
 from textual.containers import Horizontal, VerticalScroll
 
 from armdrive.errors import ArmError
+from armdrive.motion.frames import BASE, TOOL
 from armdrive.motion.preview import Preview
-from armdrive.motion.resolve import BASE, TOOL
+from armdrive.moves import Motion
 from armdrive.status import Status
 from kinematics.spaces import Pose
 from tui.arm_view import SpaceView
@@ -19,7 +20,7 @@ from tui.framework import PlainText
 from tui.keys.keyboard import bindings
 from tui.move import words as move_words
 from tui.move.errand import ErrandScreen
-from tui.move.form import DIGITS, GoalForm, MoveQuestion, present_of
+from tui.move.form import DIGITS, GoalForm, present_of
 from tui.settings import Manner
 
 
@@ -60,7 +61,7 @@ class MoveScreen(ErrandScreen):
                 for name in ("goal", "foreseen", "going"):
                     yield PlainText(id=name)
 
-    def goal(self, status: Status) -> MoveQuestion | None:
+    def goal(self, status: Status) -> Motion | None:
         """Return what the form asks for."""
         return self.form.ask(self.present(status))
 

@@ -6,8 +6,8 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 
+from armdrive.motion.frames import TOOL
 from armdrive.motion.preview import PostureOption, Preview, clearance_words, margin_words
-from armdrive.motion.resolve import TOOL
 from armdrive.status import Status
 from kinematics.guards.path import Clearance
 from kinematics.spaces import Pose

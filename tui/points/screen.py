@@ -9,13 +9,14 @@ from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, VerticalScroll
 
+from armdrive.moves import JointMove, LineMove, Motion
 from armdrive.programs.teaching.sequence import Stepper
 from armdrive.status import Status
 from tui.arm_view import SpaceView
 from tui.framework import PlainText
 from tui.keys.keyboard import bindings
 from tui.move import words as move_words
-from tui.move.form import MoveQuestion, neighbour
+from tui.move.form import neighbour
 from tui.points import list as point_words
 from tui.points.edit import PointEditor, other_speed, other_way
 from tui.settings import SPEEDS
@@ -60,14 +61,16 @@ class PointsScreen(PointEditor):
                 for name in ("list", "chosen", "how", "ahead", "begin"):
                     yield PlainText(id=name)
 
-    def goal(self, status: Status) -> MoveQuestion | None:  # noqa: ARG002 - as every screen
+    def goal(self, status: Status) -> Motion | None:  # noqa: ARG002 - as every screen
         """Return the chosen point, or that of the next step of the chosen sequence."""
         point, line, speed = self.listed.point, self.line, self.speed
         step = self.stepper.next if self.stepper is not None and not self.busy else None
         if step is not None and step.point:
             point = self.listed.taught.points[step.point]
             line, speed = step.how == "line", step.speed
-        return None if point is None else MoveQuestion(point=point, line=line, speed=speed)
+        if point is None:
+            return None
+        return (LineMove if line else JointMove)(point.joints, speed)
 
     def show_body(self, status: Status) -> None:
         """Show the list, what is chosen, and what the motion to it would be."""

@@ -15,6 +15,7 @@ from armdrive.cli.presenter import TerminalReporter, emit, say, say_which
 from armdrive.cli.questions import agreed
 from armdrive.cli.terminal_person import TerminalOperator
 from armdrive.errors import BadRequest, OperatorNeeded
+from armdrive.motion.resolve import park_pose
 from armdrive.moves import GRIPPER_AXIS
 from armdrive.status import State, status_view
 from kinematics.spaces import Joints
@@ -107,7 +108,7 @@ def _declare(arm: Arm, words: list[str]) -> None:
         if arm.config.park is None and arm.model.reference is None:
             raise BadRequest("this arm has no park posture: write [park] into its arm file")
         _switch_on(arm)
-        arm.declare_posture(arm.moving.park_pose)
+        arm.declare_posture(park_pose(arm.config))
         return
     names = arm.model.arm.joint_names
     given = dict(_named(word, (*names, GRIPPER_AXIS)) for word in words)

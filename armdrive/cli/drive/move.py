@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -13,8 +14,17 @@ from armdrive.cli.drive.preview_report import show_preview
 from armdrive.cli.presenter import emit, say, say_which
 from armdrive.cli.terminal_person import settle_trust
 from armdrive.errors import BadRequest
-from armdrive.motion.preview import Preview
-from armdrive.motion.resolve import BASE, TOOL
+from armdrive.motion.frames import BASE, TOOL
+from armdrive.moves import (
+    ArcMove,
+    GripperMove,
+    JointMove,
+    LineMove,
+    Motion,
+    MoveSequence,
+    ParkMove,
+    PoseMove,
+)
 from armdrive.status import status_view
 from kinematics.spaces import JOINT_NAMES, Pose
 
@@ -26,13 +36,14 @@ def run(options: argparse.Namespace) -> int:
         if not options.json:
             say_which(arm.status)
         settle_trust(arm)
+        move = _move(arm, options)
         if options.preview:
-            return show_preview(_preview(arm, options), as_json=options.json)
-        for moved in _moves(arm, options):
-            if not options.json:
-                say(str(moved))
+            return show_preview(arm.preview(move), as_json=options.json)
+        moved = arm.run(move)
         if options.json:
             emit(status_view(arm.status))
+        else:
+            say(str(moved))
     return 0
 
 
@@ -50,42 +61,36 @@ def _check(options: argparse.Namespace) -> None:
         raise BadRequest("--frame needs a pose, for example --frame tool --z -30 --line")
     if options.via is not None and (options.line or not pose):
         raise BadRequest("--via needs a pose to lead to and no --line, for example --via 250,0,120")
-    if options.preview and (options.via is not None or not (pose or joints)):
-        raise BadRequest("--preview is of a pose or of joints, without --via")
     if options.line and not pose:
         raise BadRequest("--line needs a pose to lead to, for example --y 80 --line")
 
 
-def _moves(arm: Arm, options: argparse.Namespace) -> list[object]:
-    done: list[object] = []
+def _move(arm: Arm, options: argparse.Namespace) -> Motion | MoveSequence:
+    """Return what is asked for as one move: the arm's, then the fingers'."""
+    moves = [*_arm_move(arm, options)]
+    if options.gripper is not None:
+        moves.append(GripperMove(options.gripper, options.speed))
+    return moves[0] if len(moves) == 1 else MoveSequence(tuple(moves))
+
+
+def _arm_move(arm: Arm, options: argparse.Namespace) -> Iterator[Motion]:
     named = _joints(options)
     if options.park:
-        done.append(arm.park(speed=options.speed))
+        yield ParkMove(options.speed)
     elif named:
-        done.append(arm.move_j(named, speed=options.speed))
+        yield JointMove(named, options.speed)
     elif any(getattr(options, axis) is not None for axis, _ in COORDINATES):
         goal = _goal(_here(arm, options.frame), options)
-        how = {"speed": options.speed, "frame": options.frame}
         if options.via is not None:
-            done.append(arm.move_c(_placed(goal, options.via), goal, **how))
+            yield ArcMove(_placed(goal, options.via), goal, options.speed, options.frame)
+        elif options.line:
+            yield LineMove(goal, options.speed, options.frame)
         else:
-            done.append((arm.move_l if options.line else arm.move_to)(goal, **how))
-    if options.gripper is not None:
-        done.append(arm.gripper.move(options.gripper, speed=options.speed))
-    return done
-
-
-def _preview(arm: Arm, options: argparse.Namespace) -> Preview:
-    """Return what the motion would be; fingers that are to be moved besides are not in it."""
-    named = _joints(options)
-    if named:
-        return arm.preview(named, speed=options.speed)
-    goal = _goal(_here(arm, options.frame), options)
-    return arm.preview(goal, line=options.line, frame=options.frame, speed=options.speed)
+            yield PoseMove(goal, options.speed, options.frame)
 
 
 def _joints(options: argparse.Namespace) -> dict[str, Any]:
-    """Return the joint angles asked for, by the words that `move_j` takes."""
+    """Return the joint angles asked for, by the words that `JointMove` takes."""
     known = ((name, getattr(options, name)) for name in JOINT_NAMES)
     given = [*((name, angle) for name, angle in known if angle is not None), *options.joint]
     return {f"{name}_deg": angle for name, angle in given}

@@ -14,6 +14,7 @@ from armdrive.cli.drive.preview_report import show_preview
 from armdrive.cli.options import Command
 from armdrive.cli.presenter import emit, say, say_lines, say_which
 from armdrive.cli.terminal_person import settle_trust
+from armdrive.moves import LineMove, PoseMove
 from armdrive.programs.teaching.sequence import Stepper
 from armdrive.status import joints_view, pose_view, status_view
 from armdrive.storage.point_file import Points, points_of
@@ -134,15 +135,15 @@ def _save(options: argparse.Namespace) -> int:
 
 
 def _go(options: argparse.Namespace) -> int:
-    how = "line" if options.line else "joint"
+    kind = LineMove if options.line else PoseMove
+    move = kind(options.name, options.speed)
     with _connected(options, allow_restored=options.allow_restored) as arm:
         if not options.json:
             say_which(arm.status)
         settle_trust(arm)
         if options.preview:
-            seen = arm.preview(options.name, line=options.line, speed=options.speed)
-            return show_preview(seen, as_json=options.json)
-        moved = arm.go(options.name, how=how, speed=options.speed).wait()
+            return show_preview(arm.preview(move), as_json=options.json)
+        moved = arm.run(move)
         if options.json:
             emit(status_view(arm.status))
         else:

@@ -18,7 +18,7 @@ from armdrive.arm import Arm
 from armdrive.cli.presenter import put
 from armdrive.errors import SourceMark, Stopped
 from armdrive.errors.printable import printable
-from armdrive.programs.acts import Answer, ProgramMachine
+from armdrive.programs.acts import Answer, ProgramMachine, act_name
 from armdrive.programs.running import Estimate, RunProgress, RunStep
 
 REDRAW_S = 0.2
@@ -83,7 +83,7 @@ class Display:
 
     def begins(self, step: RunStep, machine: ProgramMachine) -> None:  # noqa: ARG002 - as every onlooker
         """Show an act of a program file."""
-        act = type(step.stage.act).__name__
+        act = act_name(step.stage.act)
         self.at(None, step.stage.mark, act, loop=step.loop, loud=step.moves)
 
     def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
@@ -94,7 +94,7 @@ class Display:
                 {
                     "event": "done",
                     "line": step.stage.mark.line,
-                    "act": type(step.stage.act).__name__,
+                    "act": act_name(step.stage.act),
                     "answer": brought,
                     "took_s": round(took_s, 3),
                 }

@@ -6,6 +6,7 @@ import argparse
 import contextlib
 import shlex
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 from armdrive.arm import Arm
@@ -72,7 +73,8 @@ def _taken_up(
     require_same_program(entry, program.digest, str(options.program.resolve()))
     stage = source.restored(entry.snapshot).next()
     if arm is not None and stage is not None:
-        require_place(arm, entry, stage.act, resume_command(options), move=move_command(options))
+        how, move = resume_command(options), move_command(options)
+        return replace(entry, move=require_place(arm, entry, stage.act, how, move=move))
     return entry
 
 
@@ -87,6 +89,7 @@ def _plan(
         _loops(options, entry),
         1 if entry is None else entry.loop,
         machine,
+        None if entry is None else entry.move,
         dict(options.input),
         options.assume_width,
         0 if entry is None else entry.outputs,
@@ -187,6 +190,7 @@ class _RunningProgram:
             loops=plan.loops,
             loop=plan.loop,
             machine=machine,
+            left=plan.left,
         )
         began_s = self._arm.pace.now_s()
         try:

@@ -13,7 +13,8 @@ from armdrive.cli.presenter import put
 from armdrive.cli.program.run_display import Display
 from armdrive.cli.terminal_person import ask_operator
 from armdrive.dialog import PostureRequest
-from armdrive.programs.acts import Answer, Grasp, ProgramMachine, Say
+from armdrive.moves import GraspMove
+from armdrive.programs.acts import Answer, ProgramMachine, Say, act_name
 from armdrive.programs.running import RunStep
 from armdrive.programs.session import Typed
 from armdrive.setup.keyboard import raw_terminal
@@ -37,13 +38,14 @@ class ShellShown(Display):
 
     def begins(self, step: RunStep, machine: ProgramMachine) -> None:  # noqa: ARG002 - as every onlooker
         """Show an act, but not on a line of its own: the person has just typed it."""
-        act = type(step.stage.act).__name__
+        act = act_name(step.stage.act)
         self.at(None, step.stage.mark, act, loop=step.loop, loud=False)
 
     def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
         """Say what a grasp found; tell programs what every act brought."""
         super().ended(step, answer, took_s)
-        if isinstance(step.stage.act, Grasp) and isinstance(answer, float) and self._emit is None:
+        grasped = isinstance(step.move, GraspMove)
+        if grasped and isinstance(answer, float) and self._emit is None:
             self.say(f"grasped: {answer:.1f} mm wide" if answer else "grasped nothing")
 
 

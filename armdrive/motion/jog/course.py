@@ -12,6 +12,7 @@ import math
 from dataclasses import dataclass, replace
 
 from armdrive.config.arm import ArmConfig
+from armdrive.motion.frames import BASE, axes_of
 from armdrive.motion.jog.bounds import (
     Bounds,
     JogEnded,
@@ -27,7 +28,6 @@ from armdrive.motion.jog.bounds import (
     spans_of,
 )
 from armdrive.motion.jog.rates import Kind, Paced, Pacer, RateGoal, Scale, axis_names
-from armdrive.motion.resolve import BASE, axes_of
 from armdrive.motion.segments import SpeedLimits
 from armdrive.moves import GRIPPER_AXIS, Jog, Space
 from armdrive.runtime.position import ArmCoordinates, MotionSegment

@@ -9,12 +9,12 @@ from armdrive.abilities import Abort, segment_s
 from armdrive.errors import ArmError, BadRequest, NotReferenced, WrongState
 from armdrive.motion.context import MotionContext, Way
 from armdrive.motion.execute import begin, drive_legs, next_share, paced_move
+from armdrive.motion.frames import axes_of
 from armdrive.motion.gripper import require_finger_motor
 from armdrive.motion.jog.bounds import JogEnded
 from armdrive.motion.jog.course import JogCourse, JogProposal, Terms, Wish, stride
 from armdrive.motion.jog.rates import axis_names
 from armdrive.motion.plan import audit
-from armdrive.motion.resolve import axes_of
 from armdrive.motion.segments import SpeedLimits
 from armdrive.motion.streaming import stream_held
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS, ContinuousJog, IncrementalJog, Jog, Space

@@ -13,6 +13,7 @@ from typing import Protocol
 from armdrive.arm.handle import Handle
 from armdrive.errors import BadRequest, Refused, Stopped
 from armdrive.motion.execute import Moved
+from armdrive.moves import JointMove, LineMove, Motion
 from armdrive.storage.points import Point, Step, StepList
 
 SLICE_S = 0.05
@@ -49,8 +50,8 @@ class SequenceArm(Protocol):
         """The fingers."""
         ...
 
-    def go(self, place: Point, *, how: str, speed: float) -> Handle[Moved]:
-        """Begin to move to a point, by a joint motion or along a line."""
+    def start(self, move: Motion, *, stops: int | None = None) -> Handle[Moved]:
+        """Begin a move, unless a stop has come since that count of stops."""
         ...
 
     def sleep(self, time_s: float) -> None:
@@ -159,10 +160,9 @@ class Stepper:
         self.at += 1
 
     def _go(self, point: str, step: Step, stops: int) -> None:
-        handle = self._arm.go(self.points[point], how=step.how, speed=step.speed)
+        kind = LineMove if step.how == "line" else JointMove
+        handle = self._arm.start(kind(self.points[point].joints, step.speed), stops=stops)
         self._under_way = step if self._moves_done() else None
-        if self._arm.stops != stops:  # it came before there was anything to stop
-            handle.cancel()
         handle.wait()
         self._under_way = None
         self._require_no_stop(stops)

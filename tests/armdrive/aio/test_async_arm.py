@@ -9,6 +9,7 @@ from async_bench import PLACE, moving, still
 
 from armdrive import AsyncArm, LinkLost, OutOfBounds, Pose, SimulatedClock, State, Stopped
 from armdrive.errors import ArmFileError, OperatorNeeded, WrongState
+from armdrive.moves import JointMove
 
 
 async def test_the_calls_are_those_of_an_arm():
@@ -24,7 +25,7 @@ async def test_the_calls_are_those_of_an_arm():
         await arm.gripper.open(40.0)
         assert arm.gripper.opening_mm == pytest.approx(40.0, abs=0.1)
         await arm.jog_l(x_mm=5)
-        assert (await arm.preview(base_deg=10)).duration_s > 0.0
+        assert (await arm.preview(JointMove({"base_deg": 10}))).duration_s > 0.0
         assert arm.twin.world.pose.y_mm == pytest.approx(80, abs=1.0)
     assert arm.status.state is State.DISCONNECTED
 

@@ -10,6 +10,7 @@ from async_bench import LONG_S, PLACE, moving, still
 
 from armdrive import AsyncArm, State, Stopped
 from armdrive.connect.parts import TaskRunner
+from armdrive.moves import PoseMove
 
 
 @pytest.mark.parametrize("dialect", ["teachmover", "robko01", "grbl", "armdroid", "mks"])
@@ -122,7 +123,7 @@ async def test_a_cancelled_wait_of_a_handle_stops_the_motion():
             await task
         with pytest.raises(Stopped):
             await handle.wait()
-        handle = await arm.go(PLACE)
+        handle = await arm.start(PoseMove(PLACE))
         with pytest.raises(TimeoutError):
             await handle.wait(0.5)
         await handle.cancel()

@@ -18,7 +18,7 @@ import pytest
 from faults import ready_arm
 
 from armdrive import (
-    ArcMove,
+    ArcPart,
     Arm,
     AsyncArm,
     AsyncHandle,
@@ -26,9 +26,9 @@ from armdrive import (
     BadRequest,
     Handle,
     Jog,
-    JointMove,
+    JointPart,
     Joints,
-    LineMove,
+    LinePart,
     Point,
     Pose,
     UnknownPoint,
@@ -40,6 +40,7 @@ from armdrive.arm.arguments import RULES
 from armdrive.arm.gripper import Gripper
 from armdrive.errors import ArmError, arguments, kinematic
 from armdrive.errors.table import entry
+from armdrive.moves import JointMove, LineMove, PoseMove
 from armdrive.sim.faults.running import Faults
 from armdrive.sim.world.arm import World
 from armdrive.storage import point_file
@@ -52,6 +53,8 @@ RIGHT = MappingProxyType(
         "Callable[[], None]": print,
         "FaultRequest": None,
         "Jog": Jog.joint(shoulder=1),
+        "Motion": LineMove(A_POSE),
+        "Move": LineMove(A_POSE),
         "Joints | Pose": A_POSE,
         "Mapping[str, Point]": {},
         "Mapping[str, StepList]": {},
@@ -60,7 +63,7 @@ RIGHT = MappingProxyType(
         "Point": Point(Joints.of(0, 40, -60, -70, 0), None),
         "Point | None": None,
         "Pose": A_POSE,
-        "Sequence[Move]": [LineMove(A_POSE)],
+        "Sequence[PathPart]": [LinePart(A_POSE)],
         "StepList": None,
         "StepList | None": None,
         "T | None": None,
@@ -284,11 +287,15 @@ FAR = Pose.of(x_mm=1000, y_mm=0, z_mm=100, pitch_deg=0)
         (lambda arm: arm.move_j(base_deg=3, sped=0.5), "did you mean 'speed'"),
         (lambda arm: arm.move_j({"base_deg": 1}, base_deg=2), "base_deg is given twice"),
         (lambda arm: arm.move_j({1: 2}), "angles_deg must be"),
-        (lambda arm: arm.preview(sholder_deg=3), "did you mean 'shoulder_deg'"),
+        (lambda arm: arm.preview(JointMove({"sholder_deg": 3})), "did you mean 'shoulder_deg'"),
+        (
+            lambda arm: arm.preview(A_POSE),
+            r"^move must be a move, not Pose.*for example LineMove\(",
+        ),
         (lambda arm: arm.move_c([1], [2]), "^via must be a pose"),
-        (lambda arm: arm.move_path([]), "at least one move"),
-        (lambda arm: arm.move_path("abc"), "^moves must be a list of moves"),
-        (lambda arm: arm.move_path([A_POSE]), r"^moves\[0\] must be a move"),
+        (lambda arm: arm.move_path([]), "at least one part"),
+        (lambda arm: arm.move_path("abc"), "^parts must be a list of parts"),
+        (lambda arm: arm.move_path([A_POSE]), r"^parts\[0\] must be a part of a path"),
         (
             lambda arm: arm.move_to(A_POSE, sped=1),
             r"'sped'; did you mean 'speed'\?; it takes goal,",
@@ -297,7 +304,8 @@ FAR = Pose.of(x_mm=1000, y_mm=0, z_mm=100, pitch_deg=0)
         (lambda arm: arm.move_motors(1.5, 0, 0, 0, 0, 0), "steps must be a whole number, not 1.5"),
         (lambda arm: arm.jog_j(sholder_deg=1), "did you mean 'shoulder'"),
         (lambda arm: arm.jog_j(base_deg=1, sped=1), "did you mean 'speed'"),
-        (lambda arm: arm.go(A_POSE, how="round"), "how is 'joint' or 'line', not 'round'"),
+        (lambda arm: arm.run(LineMove("nowhere")), "nowhere"),
+        (lambda arm: arm.start(LineMove(A_POSE, frame="moon")), "no frame is called 'moon'"),
         (lambda arm: arm.set_output("a", 1), "number must be a"),
         (lambda arm: arm.set_output(99), "counted from 1 to"),
         (lambda arm: arm.wait_inputs(high="x"), "for example high=3, or high="),
@@ -352,9 +360,9 @@ def test_numbers_of_numpy_are_numbers():
     [
         (lambda arm: arm.move_to(FAR), kinematic.Unreachable, "E604"),
         (lambda arm: arm.move_l(FAR), kinematic.Unreachable, "E604"),
-        (lambda arm: arm.move_path([LineMove(FAR)]), kinematic.Unreachable, "E604"),
+        (lambda arm: arm.move_path([LinePart(FAR)]), kinematic.Unreachable, "E604"),
         (lambda arm: arm.move_c(FAR, FAR), kinematic.NoArc, "E618"),
-        (lambda arm: arm.move_path([ArcMove(FAR, FAR)]), kinematic.NoArc, "E618"),
+        (lambda arm: arm.move_path([ArcPart(FAR, FAR)]), kinematic.NoArc, "E618"),
         (lambda arm: arm.move_j(base_deg=math.nan), kinematic.BadNumber, "E602"),
         (lambda arm: arm.declare_posture(FAR), kinematic.Unreachable, "E604"),
         (
@@ -363,7 +371,7 @@ def test_numbers_of_numpy_are_numbers():
             "E603",
         ),
         (
-            lambda arm: arm.move_path([JointMove(Joints((1.0,), ("turret",)))]),
+            lambda arm: arm.move_path([JointPart(Joints((1.0,), ("turret",)))]),
             kinematic.KinematicsError,
             "E601",
         ),
@@ -389,7 +397,7 @@ def test_a_refusal_keeps_what_the_error_of_the_kinematics_tells():
     assert error.excess > 100
     assert error.exit_code == 3
     assert "out of reach" in str(error)
-    problem = bench().preview(FAR).refusal
+    problem = bench().preview(PoseMove(FAR)).refusal
     assert isinstance(problem, kinematic.Unreachable)
     assert problem.code == "E604"
 

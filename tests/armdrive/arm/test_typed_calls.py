@@ -8,9 +8,14 @@ from pathlib import Path
 import pytest
 
 PROGRAM = """\
-from armdrive import Arm, AsyncArm, Handle, Jogged, Moved, SimulatedClock
+from armdrive import (
+    Arm, AsyncArm, GraspMove, Grasped, Handle, Jog, Jogged, JointMove, LineMove, Moved, Pose,
+    SimulatedClock,
+)
+from armdrive.moves import ContinuousJog
 
 clock = SimulatedClock()
+goal = Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)
 arm: Arm = Arm.connect("bench", dialect="grbl", baud=115200, pace="real", reconnect=True)
 Arm.connect(pace=clock, allow_restored=True, operator=lambda request: True)
 Arm.connect("bench", baud="9600")  # wrong
@@ -27,9 +32,14 @@ arm.move_j(elbw_deg=1)  # wrong
 arm.move_j(elbow=1)  # wrong
 arm.move_j(elbow_deg="1")  # wrong
 arm.move_j(30)  # wrong
-arm.preview(shoulder_deg=40)
-arm.preview({"turret_deg": 40})
-arm.preview(sholder_deg=40)  # wrong
+arm.preview(JointMove({"shoulder_deg": 40}))
+arm.preview({"turret_deg": 40})  # wrong
+arm.preview(LineMove(goal))
+there: Moved = arm.run(LineMove(goal, speed=0.5))
+held: Grasped = arm.run(GraspMove())
+began: Handle[Moved] = arm.start(JointMove({"turret_deg": 30}))
+arm.run(LineMove(goal, sped=0.5))  # wrong
+arm.run(ContinuousJog(Jog.joint(shoulder=1), 0.5, 1.0))  # wrong
 arm.move_to((1, 2, 3))  # wrong
 arm.move_to("pick")
 

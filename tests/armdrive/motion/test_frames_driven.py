@@ -9,7 +9,7 @@ from faults import ready_arm
 from armdrive.config.write import complete
 from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmFileError, BadRequest
-from armdrive.motion.resolve import axes_of, frame_names
+from armdrive.motion.frames import axes_of, frame_names
 from armdrive.registry.arm_files import parse_arm
 from kinematics import Pose
 from kinematics.frames.graph import UserFrame

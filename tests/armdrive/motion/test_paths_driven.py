@@ -9,12 +9,12 @@ from faults import ready_arm, sim_config
 from armdrive import (
     Arm,
     BadRequest,
-    JointMove,
-    LineMove,
+    JointPart,
+    LinePart,
     NoArc,
     OutOfBounds,
     Pose,
-    PoseMove,
+    PosePart,
 )
 from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmFileError
@@ -75,7 +75,7 @@ def test_points_on_one_line_make_no_arc_and_nothing_moves():
 
 def test_a_blend_passes_its_corner_within_its_radius_and_without_a_stop():
     corner = (220.0, 60.0, 120.0)
-    moves = [LineMove(pose(*corner), blend_mm=20), LineMove(pose(280, 60, 120))]
+    moves = [LinePart(pose(*corner), blend_mm=20), LinePart(pose(280, 60, 120))]
     with ready_arm() as arm:
         arm.move_to(pose(220, -60, 120))
         tips = followed(arm, lambda: arm.move_path(moves))
@@ -85,7 +85,7 @@ def test_a_blend_passes_its_corner_within_its_radius_and_without_a_stop():
 
 
 def test_without_a_blend_the_corner_is_reached_exactly():
-    moves = [LineMove(pose(220, 60, 120)), PoseMove(pose(280, 60, 120))]
+    moves = [LinePart(pose(220, 60, 120)), PosePart(pose(280, 60, 120))]
     with ready_arm() as arm:
         arm.move_to(pose(220, -60, 120))
         tips = followed(arm, lambda: arm.move_path(moves))
@@ -93,16 +93,16 @@ def test_without_a_blend_the_corner_is_reached_exactly():
 
 
 def test_a_blend_that_is_too_large_is_made_smaller_and_says_so():
-    moves = [LineMove(pose(220, 0, 120), blend_mm=100), LineMove(pose(220, 60, 120))]
+    moves = [LinePart(pose(220, 0, 120), blend_mm=100), LinePart(pose(220, 60, 120))]
     with ready_arm() as arm:
         arm.move_to(pose(220, -60, 120))
-        moved = arm.move_path([*moves[:1], LineMove(pose(260, 40, 120))])
+        moved = arm.move_path([*moves[:1], LinePart(pose(260, 40, 120))])
         assert "the blend behind part 1 has" in moved.note
         assert "instead of 100.0" in moved.note
 
 
 def test_a_path_is_audited_whole_before_its_first_byte():
-    moves = [LineMove(pose(220, 60, 120), blend_mm=10), PoseMove(pose(220, 60, -40))]
+    moves = [LinePart(pose(220, 60, 120), blend_mm=10), PosePart(pose(220, 60, -40))]
     with ready_arm() as arm:
         arm.move_to(pose(220, -60, 120))
         before = arm.twin.world.pose
@@ -112,7 +112,7 @@ def test_a_path_is_audited_whole_before_its_first_byte():
 
 
 def test_a_path_is_audited_at_each_of_its_corners_and_not_at_its_end_alone():
-    moves = [JointMove(Joints.of(base, 60, -80, -40, 0)) for base in (100.0, 10.0)]
+    moves = [JointPart(Joints.of(base, 60, -80, -40, 0)) for base in (100.0, 10.0)]
     with ready_arm() as arm, pytest.raises(OutOfBounds, match="base would turn to 100"):
         arm.move_path(moves)
 
@@ -120,15 +120,15 @@ def test_a_path_is_audited_at_each_of_its_corners_and_not_at_its_end_alone():
 @pytest.mark.parametrize("frame", ["tool", "nowhere"])
 def test_a_path_has_a_frame_that_stays_where_it_is(frame):
     with ready_arm() as arm, pytest.raises(BadRequest):
-        arm.move_path([LineMove(pose(220, 60, 120))], frame=frame)
-    with ready_arm() as arm, pytest.raises(BadRequest, match="at least one move"):
+        arm.move_path([LinePart(pose(220, 60, 120))], frame=frame)
+    with ready_arm() as arm, pytest.raises(BadRequest, match="at least one part"):
         arm.move_path([])
 
 
 def test_a_joint_move_is_part_of_a_path_as_well():
     with ready_arm() as arm:
         there = Joints.of(10, 60, -80, -40, 0)
-        arm.move_path([JointMove(there), LineMove(pose(240, 40, 140))])
+        arm.move_path([JointPart(there), LinePart(pose(240, 40, 140))])
         assert math.dist(place(arm.twin.world.pose), (240, 40, 140)) < STEP_MM
 
 
@@ -191,7 +191,7 @@ def test_boards_that_queue_are_driven_with_ramps_and_others_are_not():
 def test_what_one_burst_can_drive_within_the_tolerance_is_one_burst():
     arm = preset("teachmover").arm
     config = sim_config()
-    made = plan_route(config, speeds(), START, [LineMove(pose(260, 60, 140))], 1.0)
+    made = plan_route(config, speeds(), START, [LinePart(pose(260, 60, 140))], 1.0)
     cut = legs_along(speeds(), [each.start for each in made.legs] + [made.end], 1.0, 0.5)
     assert fewer(arm, cut, 1e9, 1e9) == (
         type(cut[0])(made.start, made.end, pytest.approx(sum(leg.duration_s for leg in cut))),

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from armdrive.config.sections import MotionSettings
 from armdrive.errors import BadRequest, NotReferenced, OutOfBounds, Refused, WrongState
 from armdrive.motion.preview import Preview, clearance_words, preview_view
+from armdrive.moves import JointMove, LineMove, PoseMove
 from kinematics import JointRange, Joints, PathBroken, Pose, Unreachable
 from kinematics.guards.path import Clearance
 
@@ -33,8 +34,10 @@ def asked(arm, goal, **how):
     return arm.move_j(**goal, **how)
 
 
-def foreseen(arm, goal, **how):
-    return arm.preview(goal, **how) if isinstance(goal, Pose) else arm.preview(**goal, **how)
+def foreseen(arm, goal, *, line=False, **how):
+    if not isinstance(goal, Pose):
+        return arm.preview(JointMove(goal, **how))
+    return arm.preview(LineMove(goal, **how) if line else PoseMove(goal, **how))
 
 
 GOALS = [
@@ -92,23 +95,23 @@ def test_a_line_that_is_barred_on_its_way_leads_as_far_as_it_can(arm):
     start = Pose.of(x_mm=200, y_mm=-120, z_mm=200, pitch_deg=0)
     arm.move_to(start)
     through = Pose.of(x_mm=100, y_mm=180, z_mm=200, pitch_deg=0)
-    preview = arm.preview(through, line=True)
+    preview = arm.preview(LineMove(through))
     assert isinstance(preview.problem, PathBroken | OutOfBounds)
     assert 0.0 < preview.nearest.share < 1.0
     arm.move_l(preview.nearest.pose)
-    assert not arm.preview(through, line=True).possible
+    assert not arm.preview(LineMove(through)).possible
     way_mm = math.dist((200, -120, 200), (100, 180, 200)) * preview.nearest.share
     assert math.dist(arm.twin.world.tip, (200, -120, 200)) == pytest.approx(way_mm, abs=1.5)
 
 
 def test_every_posture_is_named_and_the_others_say_why_not(arm):
-    preview = arm.preview(GOAL)
+    preview = arm.preview(PoseMove(GOAL))
     first, *others = preview.ways
     assert first.taken
     assert first.name == "elbow up, base front"
     assert len(others) == 3
     assert all(way.against and not way.taken and not way.allowed for way in others)
-    assert not arm.preview(base_deg=10).ways
+    assert not arm.preview(JointMove({"base_deg": 10})).ways
 
 
 def test_an_allowed_posture_that_is_further_off_says_so_and_can_be_taken_by_its_joints():
@@ -116,21 +119,21 @@ def test_an_allowed_posture_that_is_further_off_says_so_and_can_be_taken_by_its_
     wide = tuple(JointRange.of(-180, 180) for _ in config.model.arm.limits)
     model = replace(config.model, arm=replace(config.model.arm, limits=wide))
     arm = ready_arm(replace(config, model=model))
-    preview = arm.preview(GOAL)
+    preview = arm.preview(PoseMove(GOAL))
     second = [way for way in preview.ways if way.allowed and not way.taken]
     assert second
     assert "further" in second[0].against
-    line = arm.preview(GOAL, line=True)
+    line = arm.preview(LineMove(GOAL))
     assert any("straight line keeps" in way.against for way in line.ways if not way.taken)
     named = {f"{name}_deg": angle for name, angle in second[0].joints.deg.items()}
     assert arm.model.arm.fk(second[0].joints).x_mm == pytest.approx(GOAL.x_mm)
-    assert arm.preview(**named).possible
+    assert arm.preview(JointMove(named)).possible
     arm.move_j(**named)
     assert math.dist(arm.twin.world.tip, (250, 100, 120)) < 1.5
 
 
 def test_margins_and_clearances_are_the_least_on_the_way(arm):
-    preview = arm.preview(Pose.of(x_mm=250, y_mm=60, z_mm=20, pitch_deg=-80), line=True)
+    preview = arm.preview(LineMove(Pose.of(x_mm=250, y_mm=60, z_mm=20, pitch_deg=-80)))
     table = next(each for each in preview.clearances if each.guard == "table")
     heights = [
         min(point[2] for point in arm.model.arm.points(joints)[-3:]) for joints in preview.postures
@@ -146,7 +149,7 @@ def test_margins_and_clearances_are_the_least_on_the_way(arm):
 
 
 def test_no_point_travels_far_between_two_postures_of_a_preview(arm):
-    preview = arm.preview(GOAL)
+    preview = arm.preview(PoseMove(GOAL))
     for before, behind in zip(preview.postures, preview.postures[1:], strict=False):
         ends = zip(arm.model.arm.points(before), arm.model.arm.points(behind), strict=True)
         assert max(math.dist(a, b) for a, b in ends) <= 2.0
@@ -154,7 +157,7 @@ def test_no_point_travels_far_between_two_postures_of_a_preview(arm):
 
 def test_an_arm_that_nobody_has_referenced_foresees_nothing():
     arm = sim_arm()
-    preview = arm.preview(GOAL)
+    preview = arm.preview(PoseMove(GOAL))
     assert isinstance(preview.refusal, NotReferenced)
     assert preview.start is None
     assert preview.path == ()
@@ -164,33 +167,33 @@ def test_an_arm_that_nobody_has_referenced_foresees_nothing():
 def test_an_arm_in_motion_shows_the_plan_and_the_reason_why_not_now(arm):
     handle = arm.move_j(base_deg=60, wait=False)
     arm.sleep(0.5)
-    preview = arm.preview(base_deg=0)
+    preview = arm.preview(JointMove({"base_deg": 0}))
     assert isinstance(preview.refusal, WrongState)
     assert preview.plan is not None
     handle.wait()
-    assert arm.preview(base_deg=0).possible
+    assert arm.preview(JointMove({"base_deg": 0})).possible
 
 
 def test_an_arm_of_a_template_refuses_poses_and_shows_joints(arm):
     arm.core.geometry_known = False
-    assert isinstance(arm.preview(GOAL).refusal, Refused)
-    assert arm.preview(base_deg=10).possible
+    assert isinstance(arm.preview(PoseMove(GOAL)).refusal, Refused)
+    assert arm.preview(JointMove({"base_deg": 10})).possible
 
 
 @pytest.mark.parametrize(
-    ("words", "named"),
+    ("kind", "words"),
     [
-        ((), {}),
-        ((), {"knee_deg": 3.0}),
-        ((), {"line": True, "base_deg": 3.0}),
-        ((GOAL,), {"base_deg": 3.0}),
-        ((GOAL,), {"frame": "moon"}),
-        ((GOAL,), {"speed": 2.0}),
+        (JointMove, ({},)),
+        (JointMove, ({"knee_deg": 3.0},)),
+        (JointMove, (GOAL,)),
+        (LineMove, ({"base_deg": 3.0},)),
+        (PoseMove, (GOAL, 1.0, "moon")),
+        (PoseMove, (GOAL, 2.0)),
     ],
 )
-def test_what_is_no_goal_is_a_bad_request(arm, words, named):
+def test_what_is_no_move_is_a_bad_request(arm, kind, words):
     with pytest.raises(BadRequest):
-        arm.preview(*words, **named)
+        arm.preview(kind(*words))
 
 
 def test_an_arm_of_a_model_file_is_foreseen_as_well(tmp_path):
@@ -198,7 +201,7 @@ def test_an_arm_of_a_model_file_is_foreseen_as_well(tmp_path):
     with connected(config) as arm:
         arm.home()
         goal = Pose.of(x_mm=250, y_mm=-60, z_mm=140, pitch_deg=-80)
-        preview = arm.preview(goal)
+        preview = arm.preview(PoseMove(goal))
         assert preview.possible
         assert [way.taken for way in preview.ways] == [True]
         assert preview.ways[0].name == ""
@@ -214,7 +217,7 @@ def test_an_arm_of_a_model_file_is_foreseen_as_well(tmp_path):
 def test_every_goal_is_foreseen_as_it_would_end(x, y, z, pitch, line):
     arm = ready_arm(sim_config(planned_burst_s=10.0))
     goal = Pose.of(x_mm=x, y_mm=y, z_mm=z, pitch_deg=pitch)
-    preview = arm.preview(goal, line=line)
+    preview = foreseen(arm, goal, line=line)
     if preview.possible:
         asked(arm, goal, line=line)
         assert preview.end == arm.core.coordinates.joints
@@ -229,14 +232,14 @@ def test_every_goal_is_foreseen_as_it_would_end(x, y, z, pitch, line):
 
 
 def test_a_preview_is_plain_data_too(arm):
-    view = preview_view(arm.preview(GOAL))
+    view = preview_view(arm.preview(PoseMove(GOAL)))
     assert view["possible"] is True
     assert view["refusal"] is None
     assert view["ways"][0]["taken"] is True
     assert view["path_mm"][0] == [
         round(each, 2) for each in arm.model.arm.points(OVER_THE_TABLE)[-1]
     ]
-    refused = preview_view(arm.preview(FAR))
+    refused = preview_view(arm.preview(PoseMove(FAR)))
     assert refused["possible"] is False
     assert refused["refusal"]["code"].startswith("E")
     assert refused["nearest"]["pose"]["x_mm"] < 450
@@ -263,15 +266,15 @@ def test_the_command_ends_with_the_code_of_the_refusal(call):
     assert "possible instead:" in call("move", *far, code=3).out
     view = call("move", "--shoulder", "900", "--preview", "--json", code=3).json
     assert view["refusal"]["code"] == "E205"
-    call("move", "--park", "--preview", code=2)
-    call("move", "--x", "250", "--via", "240,10,120", "--preview", code=2)
+    assert "leads to" in call("move", "--park", "--preview", code=0).out
+    assert "the arc" in call("move", "--x", "250", "--via", "240,10,120", "--preview", code=3).out
 
 
 def test_at_the_edge_of_reach_one_posture_is_taken_and_named_once(arm):
     """Elbow up and elbow down are the same where the arm is stretched out."""
     model = arm.model.arm
     stretched = model.fk(arm.core.coordinates.joints.replace(shoulder=0.5, elbow=0.0))
-    preview = arm.preview(stretched)
+    preview = arm.preview(PoseMove(stretched))
     assert [way.taken for way in preview.ways].count(True) <= 1
     for index, way in enumerate(preview.ways):
         for other in preview.ways[index + 1 :]:

@@ -11,6 +11,7 @@ import pytest
 from armdrive import Arm, MarkRequest, Verdict
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import NotReferenced, OperatorNeeded, Stopped
+from armdrive.motion.resolve import park_pose
 from armdrive.motion.verify import drift_between, judge
 from armdrive.registry import DIALECTS
 from armdrive.status import Evidence, State, Trust
@@ -27,7 +28,7 @@ def homed(dialect: str = "teachmover", **options) -> Arm:
     arm.enable()
     arm.twin.device.bring_to(arm.model.arm.ik(arm.model.reference.pose), 0.0)
     arm.confirm_reference()
-    arm.move_to(arm.moving.park_pose)
+    arm.move_to(park_pose(arm.config))
     return arm
 
 
@@ -76,7 +77,7 @@ def test_steps_that_a_drive_makes_up_for_are_no_drift(dialect):
     arm = Arm.connect(f"sim:{dialect}")
     arm.enable()
     arm.home()
-    arm.move_to(arm.moving.park_pose)
+    arm.move_to(park_pose(arm.config))
     arm.twin.faults.add("lose-steps", "2", "400")
     here = arm.joints.deg
     arm.move_j(base_deg=12.0, shoulder_deg=here["shoulder"] + 8.0)
@@ -227,7 +228,7 @@ def test_each_verification_is_written_down_with_its_date_and_a_repeated_one_is_n
     first = arm.verify(accept=True)
     assert first.note == ""
     for _ in range(2):
-        arm.move_to(arm.moving.park_pose)
+        arm.move_to(park_pose(arm.config))
         arm.move_j(base_deg=0.0)
         arm.twin.faults.add("lose-steps", "base", "12")
         arm.move_j(base_deg=20.0)

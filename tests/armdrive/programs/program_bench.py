@@ -5,18 +5,12 @@ from __future__ import annotations
 import json
 
 import pytest
+from program_acts import goal_of, travels
 
 from armdrive.errors import ProgramError
+from armdrive.moves import GraspMove
 from armdrive.programs import read_program
-from armdrive.programs.acts import (
-    AwaitInputs,
-    Go,
-    Grasp,
-    Look,
-    ReadInput,
-    Say,
-    SeenInput,
-)
+from armdrive.programs.acts import AwaitInputs, Go, Look, ReadInput, Say, SeenInput
 from kinematics import JOINT_NAMES, Joints, Pose, preset
 
 HERE_DEG = {"base": 0.0, "shoulder": 40.0, "elbow": -60.0, "wrist_pitch": -70.0, "wrist_roll": 0.0}
@@ -51,7 +45,7 @@ def reply(act, inputs=(), widths=None):
             return act.number in inputs
         case AwaitInputs():
             return set(act.high) <= set(inputs) and not set(act.low) & set(inputs)
-        case Grasp():
+        case Go(GraspMove()):
             return widths.pop(0) if widths else 30.0
     return None
 
@@ -80,7 +74,7 @@ def told(text, **more):
 
 
 def goals(text, **more):
-    return [act.goal for act in acts(text, **more) if isinstance(act, Go)]
+    return [goal_of(act) for act in acts(text, **more) if travels(act)]
 
 
 def refused(text, **more):

@@ -3,6 +3,7 @@
 import threading
 
 import pytest
+from program_acts import fingers, go, grasp, ready
 from running_bench import BLOCK, PICK_AND_PLACE, Listener, Script, down, performer, table_arm
 from waiting import until
 
@@ -12,15 +13,11 @@ from armdrive.programs import performing
 from armdrive.programs.acts import (
     AwaitInputs,
     Delay,
-    Fingers,
-    Go,
-    Grasp,
     Hold,
     Home,
     Look,
     Outputs,
     ReadInput,
-    Ready,
     Remember,
     Say,
     SeenInput,
@@ -43,13 +40,13 @@ def does(arm):
 
 
 def test_it_goes_to_poses_and_joints_by_either_way(arm, does):
-    assert does(Go(down(250, 0, 120), speed=0.5)) is None
+    assert does(go(down(250, 0, 120), speed=0.5)) is None
     assert arm.pose.z_mm == pytest.approx(120, abs=0.5)
-    does(Go(down(250, 40, 120), line=True))
+    does(go(down(250, 40, 120), line=True))
     assert arm.pose.y_mm == pytest.approx(40, abs=0.5)
-    does(Go(JOINTS))
+    does(go(JOINTS))
     assert arm.joints.deg == pytest.approx(JOINTS, abs=0.2)
-    does(Go({**JOINTS, "base": 0.0}, line=True, opening_mm=33.0))
+    does(go({**JOINTS, "base": 0.0}, line=True, opening_mm=33.0))
     assert arm.joints.deg["base"] == pytest.approx(0, abs=0.2)
     assert arm.gripper.opening_mm == pytest.approx(33, abs=0.2)
 
@@ -57,20 +54,20 @@ def test_it_goes_to_poses_and_joints_by_either_way(arm, does):
 def test_joints_that_are_not_the_arms_are_refused(arm, does):
     before = arm.joints
     with pytest.raises(BadRequest, match="a place of this arm says base, shoulder"):
-        does(Go({"base": 0.0, "knee": 3.0}))
+        does(go({"base": 0.0, "knee": 3.0}))
     assert arm.joints == before
 
 
 def test_fingers_grasp_and_let_go(arm, does):
-    does(Fingers(None))
+    does(fingers(None))
     assert arm.gripper.opening_mm == pytest.approx(76, abs=1)
-    does(Go(down(250, 60, 60)))
-    does(Go(down(250, 60, 15), line=True))
-    assert does(Grasp()) == pytest.approx(30, abs=0.5)
+    does(go(down(250, 60, 60)))
+    does(go(down(250, 60, 15), line=True))
+    assert does(grasp()) == pytest.approx(30, abs=0.5)
     assert arm.twin.world.scene.held == "A"
-    does(Fingers(60.0, speed=0.5))
+    does(fingers(60.0, speed=0.5))
     assert arm.twin.world.scene.held is None
-    does(Ready())
+    does(ready())
     assert arm.pose.z_mm == pytest.approx(30, abs=0.5)
 
 
@@ -91,8 +88,8 @@ def test_it_looks_and_remembers(arm, does):
     assert seen.pose == arm.pose
     does(Remember("here", seen.joints_deg, seen.opening_mm))
     assert arm.points["here"].joints.deg == pytest.approx(seen.joints_deg, abs=1e-3)
-    does(Go(down(250, 0, 120)))
-    does(Go(seen.joints_deg))
+    does(go(down(250, 0, 120)))
+    does(go(seen.joints_deg))
     assert arm.pose.z_mm == pytest.approx(seen.pose.z_mm, abs=0.5)
 
 
@@ -149,9 +146,9 @@ def test_it_says_and_holds(arm):
 
 
 LONG = {
-    "go": Go(down(250, -60, 80)),
-    "line": Go(down(250, 60, 15), line=True),
-    "fingers": Fingers(None),
+    "go": go(down(250, -60, 80)),
+    "line": go(down(250, 60, 15), line=True),
+    "fingers": fingers(None),
     "delay": Delay(60.0),
     "await": AwaitInputs(high=(4,)),
 }
@@ -159,14 +156,14 @@ LONG = {
 
 @pytest.mark.parametrize("name", LONG)
 def test_a_stop_in_an_act_ends_it(arm, does, name):
-    does(Go(down(250, 60, 80), opening_mm=20.0))
+    does(go(down(250, 60, 80), opening_mm=20.0))
     arm.twin.device.at(arm.twin.device.now_s + 0.4, arm.request_stop)
     began_s = arm.pace.now_s()
     with pytest.raises(Stopped):
         does(LONG[name])
     assert arm.pace.now_s() - began_s < 3.0
     with pytest.raises(Stopped):  # and nothing is begun after it
-        does(Go(down(250, 60, 100)))
+        does(go(down(250, 60, 100)))
 
 
 def test_a_stop_between_two_acts_ends_the_program_too(arm):
@@ -244,7 +241,7 @@ def test_it_runs_as_often_as_it_is_told(arm):
 
 
 def test_a_refused_act_is_told_with_its_place(arm):
-    script = Script((Go(down(250, 0, 120)), Go(down(900, 0, 120))))
+    script = Script((go(down(250, 0, 120)), go(down(900, 0, 120))))
     run = ProgramRun(script, performer(arm))
     with pytest.raises(Exception, match="reach"):
         run.carry_out()
@@ -254,7 +251,7 @@ def test_a_refused_act_is_told_with_its_place(arm):
 
 def test_an_arm_without_a_grip_switch_says_what_to_write_instead():
     with pytest.raises(Refused, match=r"no grip switch.*gripper\.close.*open_now"):
-        performer(table_arm("grbl")).perform(Grasp())
+        performer(table_arm("grbl")).perform(grasp())
 
 
 def test_another_thread_stops_a_run_in_real_time():

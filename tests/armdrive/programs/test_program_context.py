@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import pytest
+from program_acts import fingers, go, ready
 from program_bench import BOOK, fk, run
 
 from armdrive.errors import ProgramError
 from armdrive.programs import read_program
-from armdrive.programs.acts import Fingers, Go, Ready, Say
+from armdrive.programs.acts import Say
 
 
 def entered(*entries):
@@ -21,12 +22,12 @@ def entered(*entries):
 
 def test_values_and_subprograms_and_the_speed_stay():
     assert entered("n = 2", "define f(a)\ntype a, n\nend", "n = n + 1", "f(7)") == [Say("7 3")]
-    assert entered("speed 25%", "ready") == [Ready(0.25)]
-    assert entered("point p = joints(base 1)", "move p") == [Go({"base": 1.0}, name="p")]
+    assert entered("speed 25%", "ready") == [ready(0.25)]
+    assert entered("point p = joints(base 1)", "move p") == [go({"base": 1.0}, name="p")]
 
 
 def test_an_opening_waits_for_the_move_of_a_later_entry():
-    assert entered("open", "ready") == [Fingers(None), Ready()]
+    assert entered("open", "ready") == [fingers(None), ready()]
 
 
 def test_a_shifted_point_of_the_book_stays_shifted():

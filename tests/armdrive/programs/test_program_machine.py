@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 
 import pytest
+from program_acts import goal_of, ready, travels
 from program_bench import acts, fk, refused, reply, run, started, told
 
 from armdrive.errors import ProgramError
 from armdrive.programs import read_program
-from armdrive.programs.acts import Fingers, Go, Grasp, Look, Ready, Say
+from armdrive.programs.acts import Say, act_name
 from armdrive.programs.machine import DEEPEST_CALL
 
 STACK = """# Stack blocks until there is none left.
@@ -56,10 +57,10 @@ def test_values_come_out_as_in_mathematics(value, wanted):
 def test_stacking_ends_when_there_is_nothing_left():
     machine = started(STACK)
     found = run(machine, widths=[25.0, 24.0, 0.0])
-    assert [type(act) for act in found[:6]] == [Go, Fingers, Go, Grasp, Look, Go]
+    assert [act_name(act) for act in found[:6]] == ["Go", "Fingers", "Go", "Grasp", "Look", "Go"]
     assert [act.text for act in found if isinstance(act, Say)] == ["none left after 2"]
-    assert found[-1] == Ready(0.5)
-    places = [act.goal for act in found if isinstance(act, Go) and act.name.startswith("shifted")]
+    assert found[-1] == ready(0.5)
+    places = [goal_of(act) for act in found if travels(act) and act.name.startswith("shifted")]
     assert [place.z_mm for place in places] == [90.0, 110.0]
 
 
@@ -182,7 +183,7 @@ def test_a_run_goes_on_with_the_points_that_it_began_with():
     data = snapshot()
     again = read_program(STACK, "test.arm").restored(data, fk=fk)
     assert "pick" in data["points"]
-    assert [act for act in run(again) if isinstance(act, Ready)] == [Ready(0.5)]
+    assert [act for act in run(again) if act_name(act) == "Ready"] == [ready(0.5)]
 
 
 def test_another_program_does_not_take_it_up():
@@ -217,4 +218,4 @@ def test_a_damaged_part_of_the_state_is_refused(key, value):
 
 def test_jumps_out_of_loops_leave_nothing_behind():
     text = "again:\nrepeat 3 as n\nif n == 2\ntype n\ngoto out\nend\nend\nout:\nready"
-    assert acts(text) == [Say("2"), Ready()]
+    assert acts(text) == [Say("2"), ready()]

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import pytest
+from program_acts import fingers, go, grasp, ready
 from program_bench import BOOK, HERE, HERE_DEG, acts, at, fk, goals, refused, told
 
 from armdrive.programs.acts import (
     AwaitInputs,
     Delay,
-    Fingers,
-    Go,
-    Grasp,
     Hold,
     Home,
     Look,
     Outputs,
     ReadInput,
-    Ready,
     Remember,
     Say,
+    act_name,
 )
 from armdrive.programs.language.words import FIELDS, FORMS, FUNCTIONS, WORDS
 
@@ -27,35 +25,35 @@ P = "point p = at(250, 0, 60, -90)\n"
 LOOP = "repeat 2\n{}\ntype 1\nend"
 
 GOLDEN = {
-    "move": ("move pick", [Go(PICK, name="pick")]),
-    "move_line": ("move_line pick", [Go(PICK, line=True, name="pick")]),
-    "move_with": ("move_with pick, 40", [Go(PICK, opening_mm=40.0, name="pick")]),
+    "move": ("move pick", [go(PICK, name="pick")]),
+    "move_line": ("move_line pick", [go(PICK, line=True, name="pick")]),
+    "move_with": ("move_with pick, 40", [go(PICK, opening_mm=40.0, name="pick")]),
     "move_line_with": (
         "move_line_with pick, 40",
-        [Go(PICK, line=True, opening_mm=40.0, name="pick")],
+        [go(PICK, line=True, opening_mm=40.0, name="pick")],
     ),
-    "approach": (P + "approach p, 60", [Go(at(250, 0, 120), name="p")]),
-    "approach_line": (P + "approach_line p, 60", [Go(at(250, 0, 120), line=True, name="p")]),
-    "depart": ("depart 60", [Look(), Go(at(200, 0, 160))]),
-    "depart_line": ("depart_line 60", [Look(), Go(at(200, 0, 160), line=True)]),
-    "draw": ("draw 10, 0, -5", [Look(), Go(at(210, 0, 95), line=True)]),
-    "ready": ("ready", [Ready()]),
+    "approach": (P + "approach p, 60", [go(at(250, 0, 120), name="p")]),
+    "approach_line": (P + "approach_line p, 60", [go(at(250, 0, 120), line=True, name="p")]),
+    "depart": ("depart 60", [Look(), go(at(200, 0, 160))]),
+    "depart_line": ("depart_line 60", [Look(), go(at(200, 0, 160), line=True)]),
+    "draw": ("draw 10, 0, -5", [Look(), go(at(210, 0, 95), line=True)]),
+    "ready": ("ready", [ready()]),
     "home": ("home", [Home()]),
-    "speed": ("speed 50%\nready", [Ready(0.5)]),
-    "open": ("open 30\nmove pick", [Go(PICK, opening_mm=30.0, name="pick")]),
-    "close": ("close\nmove pick", [Go(PICK, opening_mm=0.0, name="pick")]),
-    "open_now": ("open_now", [Fingers(None)]),
-    "close_now": ("close_now", [Fingers(0.0)]),
-    "grasp": ("grasp into w\ntype w", [Grasp(), Say("30")]),
-    "here": ("here q\nmove q", [Look(), Go(HERE_DEG, name="q")]),
-    "shift": (P + "shift p by 10, 0, -5\nmove p", [Go(at(260, 0, 55), name="p")]),
+    "speed": ("speed 50%\nready", [ready(0.5)]),
+    "open": ("open 30\nmove pick", [go(PICK, opening_mm=30.0, name="pick")]),
+    "close": ("close\nmove pick", [go(PICK, opening_mm=0.0, name="pick")]),
+    "open_now": ("open_now", [fingers(None)]),
+    "close_now": ("close_now", [fingers(0.0)]),
+    "grasp": ("grasp into w\ntype w", [grasp(), Say("30")]),
+    "here": ("here q\nmove q", [Look(), go(HERE_DEG, name="q")]),
+    "shift": (P + "shift p by 10, 0, -5\nmove p", [go(at(260, 0, 55), name="p")]),
     "remember": ("remember spot", [Look(), Remember("spot", HERE_DEG, 40.0)]),
     "delay": ("delay 1.5", [Delay(1.5)]),
     "signal": ("signal 3, -4", [Outputs((3,), (4,))]),
     "wait": ("wait 1, -2", [AwaitInputs((1,), (2,))]),
     "hold": ('hold "turn it"', [Hold("turn it")]),
     "type": ('type "width", 2.5, on', [Say("width 2.5 on")]),
-    "expect": ("expect 3 > 2\nready", [Ready()]),
+    "expect": ("expect 3 > 2\nready", [ready()]),
     "stop": ('stop "enough"\nready', [Say("enough")]),
     "return": ("define f()\nreturn\nready\nend\nf()", []),
     "break": (LOOP.format("break"), []),
@@ -133,15 +131,15 @@ def test_every_part_of_a_place(name, wanted):
 
 
 FORMED = {
-    "point": ("point q = pick\nmove q", [Go(PICK, name="q")]),
+    "point": ("point q = pick\nmove q", [go(PICK, name="q")]),
     "=": ("n = 2\ntype n", [Say("2")]),
     "if": ("if 1 > 2\nready\nelse if 2 > 1\nhome\nelse\nready\nend", [Home()]),
     "while": ("n = 0\nwhile n < 2\nn = n + 1\ntype n\nend", [Say("1"), Say("2")]),
     "repeat": ("repeat 2 as n\ntype n\nend", [Say("1"), Say("2")]),
     "define": ("define f(a)\ntype a\nend\nf(7)", [Say("7")]),
-    "end": ("repeat 1\nend\nready", [Ready()]),
+    "end": ("repeat 1\nend\nready", [ready()]),
     "goto": ("goto there\nready\nthere:\nhome", [Home()]),
-    "#": ("# nothing\nready # something", [Ready()]),
+    "#": ("# nothing\nready # something", [ready()]),
 }
 
 
@@ -165,36 +163,36 @@ def test_a_program_of_the_old_days_runs_as_it_is():
         HOME
     30: READY
     """
-    kinds = [type(act) for act in acts(old)]
-    assert kinds == [Go, Go, Grasp, Look, Go] * 2 + [Ready]
+    kinds = [act_name(act) for act in acts(old)]
+    assert kinds == ["Go", "Go", "Grasp", "Look", "Go"] * 2 + ["Ready"]
 
 
 # -- the fingers with the next move ------------------------------------------------------------
 
 
 def test_open_all_the_way_comes_before_the_move():
-    assert acts("open\nmove pick\nmove tray")[:2] == [Fingers(None), Go(PICK, name="pick")]
+    assert acts("open\nmove pick\nmove tray")[:2] == [fingers(None), go(PICK, name="pick")]
     assert len(acts("open\nmove pick\nmove tray")) == 3
 
 
 def test_an_opening_before_ready_is_an_act_of_its_own():
-    assert acts("open 20\nready") == [Fingers(20.0), Ready()]
+    assert acts("open 20\nready") == [fingers(20.0), ready()]
 
 
 def test_an_opening_of_the_move_itself_is_the_one_that_counts():
     assert acts("open 20\nmove_with pick, 40\nmove tray") == [
-        Go(PICK, opening_mm=40.0, name="pick"),
-        Go(BOOK["tray"], name="tray"),
+        go(PICK, opening_mm=40.0, name="pick"),
+        go(BOOK["tray"], name="tray"),
     ]
 
 
 def test_what_is_done_at_once_is_not_done_again_with_the_next_move():
-    assert acts("close\nopen_now\nmove pick") == [Fingers(None), Go(PICK, name="pick")]
-    assert acts("open\ngrasp\nmove pick") == [Grasp(), Go(PICK, name="pick")]
+    assert acts("close\nopen_now\nmove pick") == [fingers(None), go(PICK, name="pick")]
+    assert acts("open\ngrasp\nmove pick") == [grasp(), go(PICK, name="pick")]
 
 
 def test_homing_leaves_it_to_the_next_move():
-    assert acts("close\nhome\nmove pick") == [Home(), Go(PICK, opening_mm=0.0, name="pick")]
+    assert acts("close\nhome\nmove pick") == [Home(), go(PICK, opening_mm=0.0, name="pick")]
 
 
 # -- places ------------------------------------------------------------------------------------
@@ -250,7 +248,7 @@ def test_a_point_may_be_called_as_a_word_is():
 
 
 def test_a_wait_that_takes_too_long_ends_the_program_or_says_so():
-    assert acts("wait 1 within 2\nready", inputs=(1,))[-1] == Ready()
+    assert acts("wait 1 within 2\nready", inputs=(1,))[-1] == ready()
     ((line, _, text),) = refused("wait 1, -2 within 2\nready")
     assert (line, text) == (1, "the inputs were not 1, -2 within 2 s")
     assert told("wait 1 within 2 into came\ntype came") == ["off"]

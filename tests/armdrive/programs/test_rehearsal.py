@@ -2,49 +2,38 @@
 
 import pytest
 from amounts import THOROUGH
+from program_acts import fingers, go, ready
 from running_bench import BLOCK, PICK_AND_PLACE, Script, down, performer, table_arm
 
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import ArmError, NotReferenced, Refused
 from armdrive.programs import rehearsal as rehearsals
-from armdrive.programs.acts import (
-    AwaitInputs,
-    Delay,
-    Fingers,
-    Go,
-    Hold,
-    Home,
-    Outputs,
-    ReadInput,
-    Ready,
-    Remember,
-    Say,
-)
+from armdrive.programs.acts import AwaitInputs, Delay, Hold, Home, Outputs, ReadInput, Remember, Say
 from armdrive.programs.rehearsal import RehearsedPlan, rehearse, require_rehearsed
 from armdrive.programs.running import FOR_EVER, ProgramRun
 from armdrive.registry import DIALECTS
 from kinematics.errors import KinematicsError
 
 TOUR = (
-    Go(down(170, 20, 50), opening_mm=20.0),
-    Go(down(170, 20, 25), line=True, speed=0.7),
-    Fingers(10.0),
-    Go(down(170, -10, 40)),
+    go(down(170, 20, 50), opening_mm=20.0),
+    go(down(170, 20, 25), line=True, speed=0.7),
+    fingers(10.0),
+    go(down(170, -10, 40)),
     Delay(2.0),
-    Fingers(25.0),
-    Ready(),
+    fingers(25.0),
+    ready(),
 )
 """Of an arm of any dialect: no grip switch is needed."""
 
 REFUSED = {
-    "out of reach": Go(down(900, 0, 120)),
-    "into the table": Go(down(250, 0, -40)),
-    "beyond a joint's limit": Go(
+    "out of reach": go(down(900, 0, 120)),
+    "into the table": go(down(250, 0, -40)),
+    "beyond a joint's limit": go(
         {"base": 0.0, "shoulder": 200.0, "elbow": 0.0, "wrist_pitch": 0.0, "wrist_roll": 0.0}
     ),
-    "a line that leaves the reach": Go(down(900, 20, 80), line=True),
-    "fingers too wide": Fingers(300.0),
+    "a line that leaves the reach": go(down(900, 20, 80), line=True),
+    "fingers too wide": fingers(300.0),
 }
 
 

@@ -1,12 +1,13 @@
 """Interrupted at every act, by a kill, a stop, a fault, a pulled cable: taken up again, or not."""
 
 import pytest
+from program_acts import grasp, travels
 from running_bench import BLOCK, PICK_AND_PLACE, Listener, Script
 
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config, state_file
 from armdrive.errors import ArmError, NotReferenced, Refused, StateFileError, Stopped
-from armdrive.programs.acts import Go, Grasp, Home
+from armdrive.programs.acts import Home
 from armdrive.programs.journal import (
     Journal,
     interrupted,
@@ -116,26 +117,26 @@ def test_killed_at_any_act_it_is_taken_up_and_ends_as_ever(arm, tmp_path, number
     assert machine.answers[2] == pytest.approx(30, abs=1)
 
 
-@pytest.mark.parametrize("number", [n for n in ACTS if isinstance(PICK_AND_PLACE[n - 1], Go)])
+@pytest.mark.parametrize("number", [n for n in ACTS if travels(PICK_AND_PLACE[n - 1])])
 def test_stopped_on_its_way_it_is_taken_up_from_there(arm, tmp_path, number):
     script = Script(PICK_AND_PLACE)
-    go = arm.go
+    start = arm.start
     count = 0
 
     def stopped_on_the_way(*words, **named):
         nonlocal count
-        handle = go(*words, **named)
+        handle = start(*words, **named)
         count += 1
-        if count == [n for n in ACTS if isinstance(PICK_AND_PLACE[n - 1], Go)].index(number) + 1:
+        if count == number:
             arm.sleep(0.8)
             assert not handle.done
             arm.request_stop()
         return handle
 
-    arm.go = stopped_on_the_way
+    arm.start = stopped_on_the_way
     with pytest.raises(Stopped):
         begin(arm, script, tmp_path)
-    arm.go = go
+    arm.start = start
     machine = resume(arm, script, tmp_path)
     assert placed(arm)
     assert machine.answers[2] == pytest.approx(30, abs=1)
@@ -157,14 +158,14 @@ def test_stopped_at_any_time_and_once_more_after_that_it_ends_as_ever(arm, tmp_p
 
 def test_killed_in_mid_motion_the_position_is_suspect_and_nothing_is_taken_up(arm, tmp_path):
     script = Script(PICK_AND_PLACE)
-    go = arm.go
+    start = arm.start
 
     def killed_on_the_way(*words, **named):
-        go(*words, **named)
+        start(*words, **named)
         arm.sleep(0.8)
         raise Killed
 
-    arm.go = killed_on_the_way
+    arm.start = killed_on_the_way
     with pytest.raises(Killed):
         begin(arm, script, tmp_path)
     again = reborn(arm)
@@ -174,18 +175,18 @@ def test_killed_in_mid_motion_the_position_is_suspect_and_nothing_is_taken_up(ar
 
 def test_a_pulled_cable_ends_it_and_after_a_reference_it_says_where_to_bring_the_arm(arm, tmp_path):
     script = Script(PICK_AND_PLACE)
-    go = arm.go
+    start = arm.start
     begun = []
 
     def unplugged_on_the_way(*words, **named):
-        handle = go(*words, **named)
+        handle = start(*words, **named)
         begun.append(handle)
-        if len(begun) == 4:
+        if len(begun) == 5:
             arm.sleep(0.8)
             arm.twin.link.unplug()
         return handle
 
-    arm.go = unplugged_on_the_way
+    arm.start = unplugged_on_the_way
     with pytest.raises(ArmError):
         begin(arm, script, tmp_path)
     again = reborn(arm)
@@ -228,7 +229,7 @@ def test_another_program_or_a_changed_one_is_not_taken_up(arm, tmp_path):
 
 
 def test_a_reference_that_was_interrupted_is_taken_again(arm, tmp_path):
-    script = Script((Home(), *PICK_AND_PLACE[:2], Grasp()))
+    script = Script((Home(), *PICK_AND_PLACE[:2], grasp()))
     with pytest.raises(Killed):
         begin(arm, script, tmp_path, Killer(1, "begins"))
     arm.move_j(base_deg=40)

@@ -10,7 +10,7 @@ from faults import Rule, late_by, ready_arm, sim_arm, sim_config, stand_still_s
 from armdrive import Jog
 from armdrive.errors import ArmError, OperatorNeeded, Stopped, WrongState
 from armdrive.motion.idle import set_outputs
-from armdrive.motion.plan import speed_fraction
+from armdrive.motion.resolve import prepare
 from armdrive.status import State, Trust
 from armdrive.tasks import MoveBy
 from firmware_protocol.teachmover import Key
@@ -310,11 +310,11 @@ def test_interrupting_the_wait_stops_the_arm_between_two_steps():
 def test_a_stop_between_a_call_and_its_plan_lets_nothing_begin(monkeypatch):
     arm = ready_arm()
 
-    def checked(speed):
+    def planned(move, ground):
         arm.stop()  # as from another thread: the engine has seen it before there is a motion
-        return speed_fraction(speed)
+        return prepare(move, ground)
 
-    monkeypatch.setattr("armdrive.arm.moving.speed_fraction", checked)
+    monkeypatch.setattr("armdrive.arm.moving.prepare", planned)
     with pytest.raises(Stopped):
         arm.move_j(base_deg=20.0)
     assert arm.twin.link.named(b"@STEP") == []

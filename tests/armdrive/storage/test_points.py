@@ -20,6 +20,7 @@ from armdrive.errors import (
     Refused,
     UnknownPoint,
 )
+from armdrive.moves import LineMove, PoseMove
 from armdrive.storage import files as places
 from armdrive.storage.files import StateFiles
 from armdrive.storage.point_file import Points, PointWriter, points_of, rounded
@@ -370,8 +371,8 @@ def test_a_preview_of_a_point_is_the_motion_to_it(arm):
     arm.move_j(base_deg=20)
     arm.points.teach("aside")
     arm.move_j(base_deg=-20)
-    assert arm.preview("aside").end == arm.points["aside"].joints
-    line = arm.preview("aside", line=True)
+    assert arm.preview(PoseMove("aside")).end == arm.points["aside"].joints
+    line = arm.preview(LineMove("aside"))
     arm.move_l("aside")
     assert line.end == arm.core.coordinates.joints
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from armdrive import Arm, LineMove, Pose
+from armdrive import Arm, LinePart, Pose
 from armdrive.cli.program.run_script import MOVING
 from armdrive.trace.calls import CALLS
 
@@ -22,7 +22,7 @@ def test_arcs_and_routes_are_in_the_recording(tmp_path):
         arm.home()
         arm.park()
         at = [Pose.of(x_mm=x, y_mm=y, z_mm=60, pitch_deg=-90) for x, y in ((200, 0), (220, 20))]
-        arm.move_path([LineMove(at[0])])
+        arm.move_path([LinePart(at[0])])
         arm.move_c(via=Pose.of(x_mm=206, y_mm=14, z_mm=60, pitch_deg=-90), goal=at[1])
         arm.save_recording(path)
     text = path.read_bytes()

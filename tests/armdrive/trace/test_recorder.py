@@ -64,7 +64,7 @@ def test_calls_are_noted_with_their_arguments_and_what_they_raised(arm, tmp_path
     entries = saved(arm, tmp_path).entries
     calls = of_kind(entries, EntryKind.CALL)
     assert "move_j(shoulder_deg=200)" in calls
-    assert "move_gripper(30.0, 1.0)" in calls
+    assert 'run({"move": "gripper", "opening_mm": 30.0, "speed": 1.0})' in calls
     (raised,) = of_kind(entries, EntryKind.RAISED)
     assert raised.startswith("OutOfBounds: ")
 

@@ -12,14 +12,14 @@ from route_cases import START, point, pose, poses, reached, sharpest_deg, tip
 from test_arcs import PUMA, PUMA_START
 
 from kinematics import (
-    ArcMove,
-    JointMove,
+    ArcPart,
+    JointPart,
     Joints,
     KinematicsError,
-    LineMove,
+    LinePart,
     NoArc,
     PathBroken,
-    PoseMove,
+    PosePart,
     Route,
     line_path,
     route_sections,
@@ -41,7 +41,7 @@ def test_a_route_of_one_line_is_that_line(first, goal):
         expected = line_path(TEACHMOVER, start, goal)
     except PathBroken:
         return
-    (section,) = sections(start, LineMove(goal, blend_mm=10.0))
+    (section,) = sections(start, LinePart(goal, blend_mm=10.0))
     assert section.corners == expected
     assert section.parts == (1,)
     assert section.blends_mm == (0.0,)
@@ -49,14 +49,14 @@ def test_a_route_of_one_line_is_that_line(first, goal):
 
 def test_a_line_to_where_the_arm_stands_is_a_section_too():
     here = TEACHMOVER.fk(START)
-    (section,) = sections(START, LineMove(here))
+    (section,) = sections(START, LinePart(here))
     assert section.corners == line_path(TEACHMOVER, START, here)
 
 
 def test_without_blends_every_part_is_a_section_that_ends_exactly():
-    arc = ArcMove(pose(200, 150, 120), GOAL)
+    arc = ArcPart(pose(200, 150, 120), GOAL)
     joints = Joints.of(10, 40, -80, -30, 20)
-    found = sections(START, LineMove(VIA), arc, JointMove(joints), PoseMove(VIA))
+    found = sections(START, LinePart(VIA), arc, JointPart(joints), PosePart(VIA))
     assert [section.parts for section in found] == [(1,), (2,), (3,), (4,)]
     ends = [section.corners[-1] for section in found]
     starts = [section.corners[0] for section in found]
@@ -70,7 +70,7 @@ def test_without_blends_every_part_is_a_section_that_ends_exactly():
 
 def test_a_blend_joins_parts_into_one_section_and_says_its_radius():
     found = sections(
-        START, LineMove(VIA, 20.0), LineMove(GOAL, 400.0), JointMove(START), PoseMove(VIA, 10.0)
+        START, LinePart(VIA, 20.0), LinePart(GOAL, 400.0), JointPart(START), PosePart(VIA, 10.0)
     )
     assert [section.parts for section in found] == [(1, 2, 3), (4,)]
     used = found[0].blends_mm
@@ -87,7 +87,7 @@ def test_a_blend_joins_parts_into_one_section_and_says_its_radius():
 def test_a_route_has_no_sharp_corners_and_breaks_by_name(first, one, two, three, near, far):
     start = TEACHMOVER.solve(first)
     assume(start is not None)
-    parts = (LineMove(one, near), ArcMove(two, three, far), PoseMove(one, near), LineMove(two))
+    parts = (LinePart(one, near), ArcPart(two, three, far), PosePart(one, near), LinePart(two))
     refused = None
     try:
         found = sections(start, *parts)
@@ -112,8 +112,8 @@ def test_a_route_backwards_has_the_same_points(first, one, two, radius):
     postures = reached(TEACHMOVER, start, (one, two))
     assume(postures is not None)
     last = postures[-1].replace(base=postures[-1]["base"] / 2.0, wrist_pitch=-0.5)
-    there = (LineMove(one, radius), LineMove(two, radius), JointMove(last))
-    back = (JointMove(postures[-1], radius), LineMove(one, radius), LineMove(TEACHMOVER.fk(start)))
+    there = (LinePart(one, radius), LinePart(two, radius), JointPart(last))
+    back = (JointPart(postures[-1], radius), LinePart(one, radius), LinePart(TEACHMOVER.fk(start)))
     try:
         forward = sections(start, *there)
     except PathBroken:
@@ -127,7 +127,7 @@ def test_a_route_backwards_has_the_same_points(first, one, two, radius):
 
 
 def test_a_line_and_back_is_turned_at_a_blend_without_reaching_the_point():
-    (section,) = sections(START, LineMove(VIA, 20.0), LineMove(TEACHMOVER.fk(START)))
+    (section,) = sections(START, LinePart(VIA, 20.0), LinePart(TEACHMOVER.fk(START)))
     ways = [tip(TEACHMOVER, joints)[1] for joints in section.corners]
     assert max(ways) == pytest.approx(90.0, abs=0.5)
     assert len(section.corners) < 60
@@ -136,7 +136,7 @@ def test_a_line_and_back_is_turned_at_a_blend_without_reaching_the_point():
 def test_a_broken_part_is_named_with_its_point():
     far = pose(600, 100, 120, -20)
     with pytest.raises(PathBroken, match="straight line of part 2 of the route breaks") as broken:
-        sections(START, LineMove(VIA), LineMove(far, 10.0), LineMove(VIA))
+        sections(START, LinePart(VIA), LinePart(far, 10.0), LinePart(VIA))
     assert broken.value.part == 2
     share = broken.value.fraction
     assert broken.value.point.x_mm == pytest.approx(250 + share * 350)
@@ -144,7 +144,7 @@ def test_a_broken_part_is_named_with_its_point():
 
 def test_a_pose_out_of_reach_names_its_part_and_a_pose_in_reach():
     with pytest.raises(PathBroken, match="nearest pose that can be reached") as broken:
-        sections(START, LineMove(VIA), PoseMove(pose(600, 100, 120, -20)))
+        sections(START, LinePart(VIA), PosePart(pose(600, 100, 120, -20)))
     assert broken.value.part == 2
     assert broken.value.shape == "joint motion"
     assert TEACHMOVER.ik(broken.value.__cause__.nearest, START)
@@ -152,7 +152,7 @@ def test_a_pose_out_of_reach_names_its_part_and_a_pose_in_reach():
 
 def test_an_arc_that_is_none_names_its_part():
     with pytest.raises(NoArc, match=r"the points of part 2 of the route: .* lie in a line") as no:
-        sections(START, LineMove(VIA), ArcMove(pose(250, 120, 120), pose(250, 150, 120)))
+        sections(START, LinePart(VIA), ArcPart(pose(250, 120, 120), pose(250, 150, 120)))
     assert no.value.part == 2
 
 
@@ -162,7 +162,7 @@ def test_lines_of_one_route_are_in_one_posture():
     goal = dataclasses.replace(begin, y_mm=30.0)
     words = r"part 3 of the route breaks at 0% .*\(elbow down, base front\) than in part 1"
     with pytest.raises(PathBroken, match=words) as broken:
-        sections(start, LineMove(goal), JointMove(other), LineMove(begin), arm=UNEVEN)
+        sections(start, LinePart(goal), JointPart(other), LinePart(begin), arm=UNEVEN)
     assert broken.value.part == 3
     assert same_pose(broken.value.point, UNEVEN.fk(other))
 
@@ -170,14 +170,14 @@ def test_lines_of_one_route_are_in_one_posture():
 def test_a_line_that_begins_on_the_base_axis_breaks_at_its_part():
     over = TEACHMOVER.ik(pose(0, 0, 470, 0))
     with pytest.raises(PathBroken, match="meets the base axis") as broken:
-        sections(over, LineMove(pose(0, 0, 490, 0)), LineMove(pose(0, 100, 480, 0)))
+        sections(over, LinePart(pose(0, 0, 490, 0)), LinePart(pose(0, 100, 480, 0)))
     assert broken.value.part == 2
 
 
 def test_a_joint_motion_needs_as_many_joints_as_the_arm():
     wrong = Joints.of(0, 0, names=("one", "two"))
     with pytest.raises(KinematicsError, match="has 5 joints, not the 2"):
-        sections(START, JointMove(wrong))
+        sections(START, JointPart(wrong))
 
 
 def test_no_parts_are_no_sections():
@@ -186,7 +186,7 @@ def test_no_parts_are_no_sections():
 
 def test_ordinary_routes_have_modest_numbers_of_corners():
     corners = [pose(x, y, 120) for x, y in ((250, 100), (150, 100), (150, -100), (250, -100))]
-    (square,) = sections(START, *(LineMove(corner, 20.0) for corner in corners))
+    (square,) = sections(START, *(LinePart(corner, 20.0) for corner in corners))
     assert len(square.corners) < 80
     assert sharpest_deg(square.corners) <= 15.0
 
@@ -194,7 +194,7 @@ def test_ordinary_routes_have_modest_numbers_of_corners():
 def test_past_the_base_axis_corners_stand_closely():
     """The base whirls round there: the chords show by how much the path bends."""
     start = UNEVEN.ik(pose(100, 4, 350, 30))
-    (section,) = sections(start, LineMove(pose(-100, 4, 350, 30)), arm=UNEVEN, tolerance_mm=5.0)
+    (section,) = sections(start, LinePart(pose(-100, 4, 350, 30)), arm=UNEVEN, tolerance_mm=5.0)
     assert sharpest_deg(section.corners) <= 15.0
     assert 15 < len(section.corners) < 100
 
@@ -207,7 +207,7 @@ def test_six_joints_follow_a_route(wide, radius):
     goal = dataclasses.replace(via, y_mm=here.y_mm - wide, pitch_rad=here.pitch_rad - 0.3)
     end = PUMA_START.replace(theta1=0.0)
     (section,) = sections(
-        PUMA_START, LineMove(via, radius), LineMove(goal, 10.0), JointMove(end), arm=PUMA
+        PUMA_START, LinePart(via, radius), LinePart(goal, 10.0), JointPart(end), arm=PUMA
     )
     assert section.blends_mm[0] == pytest.approx(min(radius, wide / 2.0))
     assert section.corners[-1] == end

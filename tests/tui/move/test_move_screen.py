@@ -5,7 +5,7 @@ from desk_planner import PlannerArm, settled
 from desk_session import Session
 
 from armdrive.errors import WrongState
-from armdrive.motion.resolve import JointGoal, LineGoal, PoseGoal
+from armdrive.moves import JointMove, LineMove, PoseMove
 from armdrive.status import State
 from kinematics import JOINT_NAMES
 from tui.keys.rows import MOVE_KEYS
@@ -53,10 +53,10 @@ async def test_a_pose_is_typed_foreseen_confirmed_and_gone_to():
         assert "table:" in session.text("foreseen")
         assert session.arm.asked_for == []
         await session.confirm()
-        ((goal, speed),) = session.arm.asked_for
-        assert isinstance(goal, PoseGoal)
-        assert goal.asked.x_mm == 250.0
-        assert speed == 0.5
+        (move,) = session.arm.asked_for
+        assert isinstance(move, PoseMove)
+        assert move.goal.x_mm == 250.0
+        assert move.speed == 0.5
         assert session.arm.status.pose.x_mm == pytest.approx(250.0)
         assert "arrived" in session.text("remarks")
 
@@ -135,9 +135,9 @@ async def test_joints_are_typed_in_the_other_mode_and_their_nearest_too():
         await session.press("delete")
         await session.typed("-15.5")
         await session.confirm()
-        ((goal, _),) = session.arm.asked_for
-        assert isinstance(goal, JointGoal)
-        assert goal.named_deg == {"base_deg": -15.5}
+        (move,) = session.arm.asked_for
+        assert isinstance(move, JointMove)
+        assert move.goal == {"base_deg": -15.5}
 
 
 async def test_lines_frames_and_speeds():
@@ -149,10 +149,10 @@ async def test_lines_frames_and_speeds():
         assert "straight line" in session.text("goal")
         assert "frame tool (a change)" in session.text("goal")
         await session.confirm()
-        ((goal, speed),) = session.arm.asked_for
-        assert isinstance(goal, LineGoal)
-        assert (goal.frame, goal.asked.z_mm, goal.asked.x_mm) == ("tool", -30.0, 0.0)
-        assert speed == 1.0
+        (move,) = session.arm.asked_for
+        assert isinstance(move, LineMove)
+        assert (move.frame, move.goal.z_mm, move.goal.x_mm) == ("tool", -30.0, 0.0)
+        assert move.speed == 1.0
 
 
 async def test_the_arrows_step_a_field_from_where_the_arm_is():
@@ -195,18 +195,18 @@ async def test_a_stop_on_the_way_to_the_arm_ends_the_motion():
     arm = PlannerArm()
     seen = []
     arm.during = seen.append
-    begin = arm.move_to
+    begin = arm.start
 
     def late(*words, **named):
         arm.request_stop()
         return begin(*words, **named)
 
-    arm.move_to = late
+    arm.start = late
     async with MoveSession(arm) as session:
         await session.typed("250")
         await session.confirm()
-        assert [going.cancelled for going in seen] == [True]
-        assert "stopped" in session.text("remarks")
+        assert seen == []
+        assert "a stop was asked for" in session.text("remarks")
 
 
 async def test_what_is_seen_is_what_moves_or_nothing_does():
@@ -323,7 +323,7 @@ def test_fields_go_round_and_a_yaw_is_one_where_the_arm_has_it():
 def test_an_empty_form_asks_for_nothing_and_an_unknown_place_for_no_pose():
     assert FORM.ask({}) is None
     assert FORM.typed("5").ask({}) is None
-    assert FORM.other_mode().typed("5").ask({}).joints_deg == (("base_deg", 5.0),)
+    assert FORM.other_mode().typed("5").ask({}) == JointMove({"base_deg": 5.0}, 0.5)
 
 
 def test_what_was_put_in_from_elsewhere_is_typed_over():
@@ -331,7 +331,7 @@ def test_what_was_put_in_from_elsewhere_is_typed_over():
     form = FORM.at_pose(status.pose)
     assert form.typed("7").entry("x").text == "7"
     assert form.erased().entry("x") == EMPTY
-    assert form.ask(present_of(form, status, status.pose)).pose == status.pose
+    assert form.ask(present_of(form, status, status.pose)).goal == status.pose
 
 
 def test_two_presses_far_apart_are_two_first_ones():

@@ -92,9 +92,9 @@ async def test_a_point_is_gone_to_after_two_presses_and_no_held_key():
         await session.settle()
         assert session.arm.asked_for == []
         await session.twice("enter")
-        ((goal, speed),) = session.arm.asked_for
-        assert goal.posture.names == RIGHT.joints.names
-        assert speed == 1.0
+        (move,) = session.arm.asked_for
+        assert move.goal.names == RIGHT.joints.names
+        assert move.speed == 1.0
         assert session.arm.status.pose.x_mm == pytest.approx(
             session.arm.model.arm.fk(session.point("right").joints).x_mm
         )
@@ -467,7 +467,7 @@ async def test_a_sequence_is_run_after_two_presses():
         await session.settle()
         assert session.stands_at(session.point("up"))
         assert "at its end" in session.text("remarks")
-        assert [speed for _, speed in session.arm.asked_for] == [1.0, 0.25, 1.0]
+        assert [move.speed for move in session.arm.asked_for] == [1.0, 0.25, 1.0]
 
 
 async def test_a_sequence_under_way_is_named_in_the_title_and_to_other_programs():

@@ -5,17 +5,18 @@ import sys
 import threading
 
 import pytest
+from program_acts import go
 from running_bench import table_arm
 
 from armdrive.cli.program.run_display import CLEAR_LINE, Display, duration
 from armdrive.cli.program.run_input import PromptLines, RunTerminal
 from armdrive.connect.control_socket import _lasting, _shown
 from armdrive.errors import SourceMark
-from armdrive.programs.acts import Go, RunStage
+from armdrive.programs.acts import RunStage
 from armdrive.programs.running import RunProgress, RunStep, Took
 from kinematics import Pose
 
-GO = Go(Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90))
+GO = go(Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90))
 LINES = ["# a program", "  move pick  ", "move put"]
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from armdrive import Jog
 from armdrive.config.arm import ArmConfig
-from armdrive.motion.resolve import axes_of
+from armdrive.motion.frames import axes_of
 from armdrive.moves import CARTESIAN_AXES, GRIPPER_AXIS, Space
 from armdrive.runtime.position import ArmCoordinates
 from kinematics import Joints, Pose

@@ -6,6 +6,7 @@ import pytest
 from faults import ready_arm, sim_config
 
 from armdrive.errors import BadRequest, OutOfBounds, Refused, Stopped
+from armdrive.moves import LineMove
 from armdrive.programs.teaching.sequence import Stepper
 from armdrive.sim.world.table import TableBlock
 from armdrive.storage.points import Point, Step, StepList
@@ -78,27 +79,27 @@ def test_the_way_back_is_of_the_kind_of_the_way_there(arm, stepper):
     for _ in range(3):
         stepper.forward()
     way = []
-    go = arm.go
-    arm.go = lambda place, **how: way.append(how) or go(place, **how)
+    start = arm.start
+    arm.start = lambda move, **how: way.append(move) or start(move, **how)
     stepper.backward()
-    assert way == [{"how": "line", "speed": 0.5}]
+    assert [(type(move), move.speed) for move in way] == [(LineMove, 0.5)]
 
 
 def test_a_stop_in_motion_leaves_the_step_to_be_done_again_or_taken_back(arm, stepper):
     stepper.forward()
     stepper.forward()
-    handle_of = arm.go
+    handle_of = arm.start
 
-    def stopping(place, **how):
-        handle = handle_of(place, **how)
+    def stopping(move, **how):
+        handle = handle_of(move, **how)
         arm.sleep(0.3)
         arm.request_stop()
         return handle
 
-    arm.go = stopping
+    arm.start = stopping
     with pytest.raises(Stopped):
         stepper.forward()
-    arm.go = handle_of
+    arm.start = handle_of
     assert stepper.at == 2
     assert not at(arm, "left")
     assert not at(arm, "right")
@@ -162,14 +163,14 @@ def test_a_stop_while_a_motion_is_planned_lets_it_not_begin(arm):
 
 
 def test_a_stop_before_the_motion_of_a_step_is_handed_over_stops_it(arm, stepper):
-    go = arm.go
+    start = arm.start
 
-    def late(place, **how):
+    def late(move, **how):
         arm.request_stop()
         arm.sleep(0.5)
-        return go(place, **how)
+        return start(move, **how)
 
-    arm.go = late
+    arm.start = late
     with pytest.raises(Stopped):
         stepper.run()
     assert stepper.at == 0
@@ -224,19 +225,19 @@ def test_steps_say_what_they_do():
 def test_a_stop_on_the_way_back_from_the_end_leads_back_to_where_that_began(arm, stepper):
     """What is before can be asked at any moment: a screen shows it while the arm moves."""
     stepper.run()
-    go, seen = arm.go, []
+    start, seen = arm.start, []
 
-    def stopping(place, **how):
-        handle = go(place, **how)
+    def stopping(move, **how):
+        handle = start(move, **how)
         arm.sleep(0.3)
         seen.append(stepper.before)
         arm.request_stop()
         return handle
 
-    arm.go = stopping
+    arm.start = stopping
     with pytest.raises(Stopped):
         stepper.backward()
-    arm.go = go
+    arm.start = start
     assert stepper.next is None
     assert stepper.before == (STEPS.steps[5], "up")
     assert stepper.backward() == "up"
@@ -246,15 +247,15 @@ def test_a_stop_on_the_way_back_from_the_end_leads_back_to_where_that_began(arm,
 
 
 def test_what_is_before_is_known_at_every_moment_of_every_step(arm, stepper):
-    handle_of, asked = arm.go, []
+    handle_of, asked = arm.start, []
 
-    def watched(place, **how):
-        handle = handle_of(place, **how)
+    def watched(move, **how):
+        handle = handle_of(move, **how)
         wait = handle.wait
         handle.wait = lambda: (asked.append(stepper.before), wait())[1]
         return handle
 
-    arm.go = watched
+    arm.start = watched
     stepper.run()
     stepper.backward()
     assert asked == [
