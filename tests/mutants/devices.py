@@ -79,7 +79,7 @@ MUTANTS = (
         name="jogs are sent before the line before is answered",
         promise="no more than one line of a jog is unanswered",
         path="armdrive/dialects/grbl/in_flight.py",
-        old="return self.road.unanswered > 0 and (self.jog or not self.road.oks)",
+        old="return self.lines.unanswered > 0 and (self.jog or not self.lines.oks)",
         new="return False",
         tests=tests_of(
             "tests/armdrive/dialects/grbl/test_grbl_controller.py",
@@ -101,7 +101,7 @@ MUTANTS = (
         name="a mute board is not noticed",
         promise="a board that gives no report in motion ends it",
         path="armdrive/dialects/grbl/exchange.py",
-        old="        return self.now_s >= self.mute_at_s",
+        old="        return self.context.now_s >= self.mute_at_s",
         new="        return False",
         tests=tests_of(
             "tests/armdrive/dialects/grbl/test_grbl_mute.py",
@@ -112,8 +112,8 @@ MUTANTS = (
         name="a reset after a feed hold is not waited for",
         promise="a feed hold, a wait for its end and then a reset keep the position",
         path="armdrive/dialects/grbl/stops.py",
-        old="                (self.state in HELD and not self.sub_state)\n",
-        new="                self.state in HELD\n",
+        old="                (state in HELD and not sub_state)\n",
+        new="                state in HELD\n",
         tests=tests_of(
             "tests/armdrive/dialects/grbl/test_grbl_controller.py",
             "test_a_stopped_arm_stands_in_time_and_keeps_its_position",
@@ -123,7 +123,7 @@ MUTANTS = (
         name="outputs are not restored behind a stop",
         promise="a stop drops no load",
         path="armdrive/dialects/grbl/stops.py",
-        old=("        if kept:\n            yield from self.restore()\n"),
+        old=("        if kept:\n            yield from self.outputs.restore()\n"),
         new="",
         tests=tests_of(
             "tests/armdrive/dialects/grbl/test_grbl_board.py",

@@ -43,7 +43,7 @@ MUTANTS = (
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/dialects/grbl/motion.py",
         old=(
-            "            if self.stop_asked or request.let_go():\n"
+            "            if self.context.stop_asked or request.let_go():\n"
             "                return (yield from self._halt(trip))"
         ),
         new=(
@@ -58,7 +58,7 @@ MUTANTS = (
         name="a GRBL stop sends no feed hold",
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/dialects/grbl/stops.py",
-        old=("                self.press(Realtime.FEED_HOLD)\n            seen = yield"),
+        old=("                self.exchange.press(Realtime.FEED_HOLD)\n            seen = yield"),
         new=("                pass\n            seen = yield"),
         tests=tests_of(
             "tests/armdrive/dialects/grbl/test_grbl_controller.py",
@@ -69,7 +69,7 @@ MUTANTS = (
         name="a GRBL jog is not cancelled",
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/dialects/grbl/stops.py",
-        old="        self.press(Realtime.JOG_CANCEL)\n",
+        old="        self.exchange.press(Realtime.JOG_CANCEL)\n",
         new="",
         tests=tests_of(
             "tests/armdrive/dialects/grbl/test_grbl_controller.py",
