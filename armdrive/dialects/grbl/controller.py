@@ -1,9 +1,10 @@
 """The driver's end of the GRBL dialect: neutral requests to lines, reports to replies.
 
-    bytes from the board -> Host (codec) -> `unasked`, or the running script -> BoardState.learn
-    a request            -> `script` -> GrblContact, GrblMotion, GrblHoming, GrblOutputs, ...
-    a stop               -> `stop_asked`: the script that moves the arm ends it by GrblStops
-    bytes to the board   <- GrblExchange <- all of these
+    a request   `script` picks the collaborator that carries it out, after contact was made
+    bytes       the codec reads events; the running script gets each from `GrblExchange.listen`, or
+                `unasked` where none runs or waits; both have `BoardState` learn from it first
+    a stop      `stop_asked` is set; the script that moves the arm sees it and asks `GrblStops`
+    time        the script goes on when what it waits for has not come by then
 
 Sources: gnea/grbl doc/markdown/interface.md, commands.md, jogging.md, settings.md.
 """

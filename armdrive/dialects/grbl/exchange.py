@@ -46,7 +46,7 @@ SPOILERS = 3
 
 
 class ScriptContext(Protocol):
-    """What a script may use of whatever runs it: the time, a stop that is asked for, the wire."""
+    """What a script sees of the `Scripted` that runs it: the time, stops, the wire, the engine."""
 
     now_s: float
     stop_asked: bool
