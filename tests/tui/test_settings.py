@@ -8,8 +8,9 @@ from desk_planner import PlannerArm
 from desk_session import Session
 
 from armdrive.moves import Jog, Space
+from tui.dialogs import safety
 from tui.keys.keyboard import DEFAULT_KEYS
-from tui.look import LOOKS, look_after, look_named, safety
+from tui.look import LOOKS, look_after, look_named
 from tui.settings import (
     INCREMENTS,
     SPEEDS,
@@ -90,11 +91,11 @@ async def test_a_desk_is_found_as_it_was_left_and_disarmed(memory):
         await session.press("m", "F", "right_square_bracket", "minus", "T")
         await session.arm_keys()
         left = session.text("conduct").splitlines()[2]
-        look = session.desk.look_name
+        look = session.desk.looks.name
         await session.press("ctrl+q")
     async with Session(memory=memory) as session:
         assert session.text("conduct").splitlines()[2] == left
-        assert session.desk.look_name == look
+        assert session.desk.looks.name == look
         assert not session.desk.armed
 
 
@@ -189,7 +190,7 @@ async def test_the_palette_opens_disarmed_and_does_what_is_chosen():
         await session.press("ctrl+p")
         assert len(session.desk.screen_stack) == 2
         assert not session.desk.armed
-        session.desk.close_dialogs()
+        session.desk.screens.close_dialogs()
         offered = session.desk.get_system_commands(session.desk.screen)
         chosen = next(each for each in offered if "Cartesian" in each.title)
         await chosen.callback()

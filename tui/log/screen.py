@@ -21,10 +21,10 @@ from armdrive.errors.table import CatalogueEntry, found
 from armdrive.status import Status
 from armdrive.trace.entries import Topic
 from armdrive.trace.log import LogBook, LogLine, LogReader, Sieve
-from tui.framework import PlainText
 from tui.keys.keyboard import Keyboard, bindings
-from tui.log import words as log_words
-from tui.log.words import Window
+from tui.log import text as log_text
+from tui.log.text import Window
+from tui.painting import PlainText
 from tui.screens import DeskScreen
 
 # The dialogs: a line in full, the text that lines must have, and every error there is.
@@ -59,7 +59,7 @@ class LineScreen(ModalScreen[None]):
     def _fill(self) -> None:
         text = self.query_one("#line-text", PlainText)
         close = f"{self._keys.label('line-close')} closes"
-        text.show(f"{log_words.whole(self._line, text.content_size.width, self._keys)}\n\n{close}")
+        text.show(f"{log_text.whole(self._line, text.content_size.width, self._keys)}\n\n{close}")
 
     def action_close(self) -> None:
         """Go back to the log."""
@@ -120,7 +120,7 @@ class FindScreen(Typing):
         """Show the text, and have the log follow it."""
         super().typed(text)
         done = f"{self._keys.label('find-done')}: done"
-        said = log_words.asked_text("only lines with", text)
+        said = log_text.asked_text("only lines with", text)
         self.query_one("#find-text", PlainText).show(f"{said}\n{done}")
         self._use(text)
 
@@ -165,10 +165,10 @@ class CatalogueScreen(Typing):
     def _fill(self) -> None:
         width, height = self.query_one("#catalogue").content_size
         close = self._keys.label("catalogue-close")
-        said = f"{log_words.asked_text('errors with', self.text)}\n{close}: close"
+        said = f"{log_text.asked_text('errors with', self.text)}\n{close}: close"
         self.query_one("#catalogue-find", PlainText).show(said)
         room = height - 1 - said.count("\n") - 1
-        listed = log_words.catalogue(self._rows, self._at, width, room, self._keys)
+        listed = log_text.catalogue(self._rows, self._at, width, room, self._keys)
         self.query_one("#catalogue-text", PlainText).show(f"\n{listed}")
 
 
@@ -263,20 +263,20 @@ class LogScreen(DeskScreen):
     def _paint(self) -> None:
         self._painted_s = self.desk.clock()
         following, keys = self.window.chosen is None, self.desk.keys
-        head = log_words.head(self.book, keys, following=following, held=self.held)
+        head = log_text.head(self.book, keys, following=following, held=self.held)
         self.text("log-head").show(head)
         listed = self.query_one(LogList)
         width, height = listed.content_size
         chosen = self.window.line(self._lines)
         rows = [
             (
-                log_words.row(line, width, chosen=line is chosen and not following),
+                log_text.row(line, width, chosen=line is chosen and not following),
                 STYLES.get(line.topic, ""),
             )
             for line in self.window.visible(self._lines, height)
         ]
         if not rows:
-            rows = [(log_words.nothing(self.book.sieve), "")]
+            rows = [(log_text.nothing(self.book.sieve), "")]
         listed.show(rows)
 
     def sieve(self, sieve: Sieve) -> None:

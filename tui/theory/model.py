@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, cast
 
@@ -19,12 +19,14 @@ from armdrive.render.canvas import can_braille
 from kinematics.textbook.stepping import axes_of, axis_unit, has_inverse, step_axis, step_joint
 from kinematics.textbook.study import Study, Subject, study
 from kinematics.textbook.worked_example import example_posture
+from tui.app import KeyApp
 from tui.arm_view import SpaceView
-from tui.framework import FirstKeys, PlainText
+from tui.dialogs import Dialogs
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings_of, label
 from tui.keys.rows import DeskKey
 from tui.keys.table import LETTERS, STOP, JogPair, words
-from tui.look import CSS, HelpScreen
+from tui.look import CSS
+from tui.painting import PlainText
 from tui.settings import INCREMENTS
 from tui.theory.panel import TheoryPanel, axis_rows, joint_rows
 
@@ -295,10 +297,9 @@ class ModelScreen(Screen[None]):
         self.panel.switch_symbols()
 
 
-class ModelDesk(FirstKeys):
+class ModelDesk(KeyApp):
     """One model, and no arm: nothing here can be stopped, for nothing moves."""
 
-    ENABLE_COMMAND_PALETTE = False
     TITLE = "armdrive"
     BINDINGS: ClassVar[list[BindingType]] = bindings_of(
         row for row in model_keys().rows if not row.place
@@ -310,6 +311,10 @@ class ModelDesk(FirstKeys):
         self.hand = ModelHand(subject)
         self.braille = braille
         self.keys = model_keys(keys)
+        self.stop_keys = self.keys.of(STOP)
+        self.dialogs = Dialogs(
+            self, self.keys, self.hand.pairs, place=lambda: PLACE, disarm=lambda _: None
+        )
         self.said = ""
 
     def get_default_screen(self) -> ModelScreen:
@@ -325,19 +330,11 @@ class ModelDesk(FirstKeys):
         self.said = message
         cast("ModelScreen", self.screen_stack[0]).show()
 
-    def first_keys(self) -> Mapping[str, Callable[[], None]]:
-        """Return what no widget may keep for itself, as on the desk of an arm."""
-        return dict.fromkeys(self.keys.of("stop"), self.action_stop_arm)
-
     def action_stop_arm(self) -> None:
         """Close what lies over the model, and say that nothing moves."""
         while len(self.screen_stack) > 1:
             self.pop_screen()
         self.say("there is nothing to stop: no arm is connected")
-
-    def action_help(self) -> None:
-        """Show all keys."""
-        self.push_screen(HelpScreen(self.keys, PLACE, self.hand.pairs))
 
     def action_leave(self) -> None:
         """End it."""

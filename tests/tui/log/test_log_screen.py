@@ -13,11 +13,11 @@ from armdrive.errors import WrongState
 from armdrive.trace.entries import EntryKind
 from armdrive.trace.log import LogLine, Topic
 from firmware_protocol.frames import Frame, pack
-from tui.framework import PlainText
 from tui.keys.keyboard import DEFAULT_KEYS
 from tui.keys.rows import LOG_DIALOG_KEYS, LOG_KEYS
 from tui.log.screen import GLANCE_S, PORTION, LogList
-from tui.log.words import Window, catalogue, cut, row, whole
+from tui.log.text import Window, catalogue, cut, row, whole
+from tui.painting import PlainText
 
 
 class LogSession(Session):
@@ -284,7 +284,7 @@ async def test_no_key_of_the_log_moves_the_arm():
     async with LogSession() as session:
         for each in LOG_KEYS:
             await session.press(each.keys[0])
-            session.desk.close_dialogs()
+            session.desk.screens.close_dialogs()
         assert {call[0] for call in session.arm.calls} <= {"release"}
 
 

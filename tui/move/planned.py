@@ -1,14 +1,10 @@
-"""One planned motion asked for at a screen: seen first, confirmed twice, begun, stopped with all.
-
-Two presses of a key confirm. A key that is held repeats, so that the second press counts only
-once no third one has followed it.
-"""
+"""One planned motion asked for at a screen: seen first, confirmed twice, and stopped with all."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -19,16 +15,10 @@ from armdrive.status import State, Status
 from kinematics.errors import KinematicsError
 from kinematics.spaces import Joints
 from tui.arm_port import DeskArm
-from tui.arm_view import SpaceView
-from tui.move import words as move_words
+from tui.keys.presses import DoublePress
+from tui.move import text as move_text
 from tui.move.form import MoveQuestion
-from tui.screens import DeskScreen
-
-QUIET_S = 0.3
-"""So long nothing may follow the second press: a key that is held repeats sooner."""
-
-ASKED_FOR_S = 10.0
-"""A first press that is older has been forgotten."""
+from tui.screens import ScreenHost
 
 
 def foreseen(arm: DeskArm, ask: MoveQuestion) -> Preview:
@@ -46,45 +36,6 @@ def begun(arm: DeskArm, ask: MoveQuestion) -> Handle[Moved]:
         return arm.move_j(dict(ask.joints_deg), speed=ask.speed, wait=False)
     move = arm.move_l if ask.line else arm.move_to
     return move(place, speed=ask.speed, frame=ask.frame, wait=False)
-
-
-@dataclass(slots=True)
-class Twice:
-    """Two presses of one key, with a pause behind them; a held key is none."""
-
-    clock: Callable[[], float]
-    _presses: list[float] = field(default_factory=list)
-
-    @property
-    def waiting(self) -> bool:
-        """Whether a first press waits for its second one."""
-        return len(self._presses) == 1
-
-    @property
-    def pressed(self) -> bool:
-        """Whether there is a press that may still count."""
-        return bool(self._presses)
-
-    def press(self) -> None:
-        """Take a press."""
-        now_s = self.clock()
-        if self._presses and now_s - self._presses[-1] > ASKED_FOR_S:
-            self._presses = []
-        self._presses.append(now_s)
-
-    def due(self) -> bool:
-        """Tell, once, whether two presses were meant; more of them were a held key."""
-        if self.waiting and self.clock() - self._presses[-1] > ASKED_FOR_S:
-            self.forget()
-        if len(self._presses) < 2 or self.clock() - self._presses[-1] < QUIET_S:
-            return False
-        meant = len(self._presses) == 2
-        self.forget()
-        return meant
-
-    def forget(self) -> None:
-        """Take everything back."""
-        self._presses = []
 
 
 def carried_out(arm: DeskArm, begin: Callable[[], Handle[Moved]], stops: int) -> Moved:
@@ -114,65 +65,79 @@ class MoveProgress:
         return self.index / max(len(ahead) - 1, 1)
 
 
-# The screens on which such a motion is asked for: move and points.
+Goal = Callable[[Status], MoveQuestion | None]
+"""Returns what is asked for now; None where nothing is."""
 
 Seen = tuple[MoveQuestion | None, Any, State, str]
 """What a preview was made of: it holds as long as none of it has changed."""
 
 
-class ErrandScreen(DeskScreen):
-    """Nothing here moves the arm but what was seen, and confirmed by two presses."""
+class PlannedMove:
+    """Moves the arm to the goal of a screen: as it was shown, and confirmed by two presses."""
 
-    def __init__(self) -> None:
-        super().__init__()
-        self.confirming = Twice(self.desk.clock)
+    def __init__(self, desk: ScreenHost, goal: Goal) -> None:
         self.preview: Preview | None = None
         """What the goal would lead to, as soon as that is worked out."""
+        self._desk = desk
+        self._goal = goal
+        self._presses = DoublePress(desk.clock)
         self._seen: Seen | None = None
         self._working = False
         self._progress: MoveProgress | None = None
 
-    def goal(self, status: Status) -> MoveQuestion | None:
-        """Return what is asked for now; None where nothing is."""
-        raise NotImplementedError
+    @property
+    def working(self) -> bool:
+        """Whether a preview is being worked out."""
+        return self._working
 
-    def disarm(self, reason: str) -> None:  # noqa: ARG002 - as every screen
+    @property
+    def under_way(self) -> bool:
+        """Whether the arm is on its way."""
+        return self._progress is not None
+
+    @property
+    def half_confirmed(self) -> bool:
+        """Whether a first press waits for its second one."""
+        return self._presses.waiting
+
+    def forget_press(self) -> None:
         """Take a first press back."""
-        self.confirming.forget()
+        self._presses.forget()
 
-    def look_ahead(self, status: Status) -> Preview | None:
-        """Work out what has changed, go where that was confirmed, and draw it.
+    def follow(self, status: Status) -> Preview | None:
+        """Work out what has changed, and move if that was confirmed.
 
         Return the preview, if it is that of the present goal and place.
         """
         self._foresee(status)
-        if self.confirming.due():
+        if self._presses.due():
             self._go()
-        fresh = self.preview if self._fresh(status) else None
-        shown = self.preview if self._progress is not None else fresh
-        self.query_one(SpaceView).show(
-            Moment(
-                status.joints,
-                status.gripper_mm,
-                goal=shown.end if shown else None,
-                goal_opening_mm=status.gripper_mm,
-                planned=shown.path if shown else (),
-            )
-        )
-        return fresh
+        return self.preview if self._fresh(status) else None
 
-    def going_text(self, status: Status, fresh: Preview | None) -> str:
+    def moment(self, status: Status, fresh: Preview | None) -> Moment:
+        """Return the arm as it stands, with the ghost of where it goes or would go."""
+        shown = self.preview if self.under_way else fresh
+        return Moment(
+            status.joints,
+            status.gripper_mm,
+            goal=shown.end if shown else None,
+            goal_opening_mm=status.gripper_mm,
+            planned=shown.path if shown else (),
+        )
+
+    def text(self, status: Status, fresh: Preview | None) -> str:
         """Say how the motion is begun, confirmed or stopped."""
+        keys = self._desk.keys
         if self._progress is not None:
-            return move_words.progress_text(self._progress.seen(status.joints), self.desk.keys)
-        if self.confirming.waiting:
-            return move_words.again_text(self.desk.keys)
-        return move_words.ready_text(fresh, self.desk.keys)
+            return move_text.progress_text(self._progress.seen(status.joints), keys)
+        if self.half_confirmed:
+            return move_text.again_text(keys)
+        return move_text.ready_text(fresh, keys)
 
     # -- the preview --------------------------------------------------------------------------
 
     def _asked(self, status: Status) -> Seen:
-        return self.goal(status), status.acknowledged, status.state, status.trust.value
+        return self._goal(status), status.acknowledged, status.state, status.trust.value
 
     def _fresh(self, status: Status) -> bool:
         return self._seen == self._asked(status) and not self._working
@@ -180,68 +145,66 @@ class ErrandScreen(DeskScreen):
     def _foresee(self, status: Status) -> None:
         """Have a preview worked out where something has changed, one at a time, not in motion."""
         asked = self._asked(status)
-        if self._working or self._progress is not None or asked == self._seen:
+        if self._working or self.under_way or asked == self._seen:
             return
         if status.state in (State.MOVING, State.HOMING, State.STOPPING):
             return
-        self.confirming.forget()
+        self.forget_press()
         if asked[0] is None:
             self._seen, self.preview = asked, None
             return
         self._working = True
-        work = partial(self._work_out, asked)
-        self.run_worker(work, thread=True, exit_on_error=False, group="preview")
+        self._desk.in_thread(partial(self._work_out, asked, asked[0]))
 
-    def _work_out(self, asked: Seen) -> None:
-        ask, said = asked[0], ""
+    def _work_out(self, asked: Seen, ask: MoveQuestion) -> None:
+        said = ""
         preview: Preview | None = None
         try:
-            if ask is not None:
-                preview = foreseen(self.desk.arm, ask)
+            preview = foreseen(self._desk.arm, ask)
         except (ArmError, KinematicsError) as error:
             said = str(error)
         finally:
-            self.app.call_from_thread(self._keep, asked, preview, said)
+            self._desk.call_from_thread(self._keep, asked, preview, said)
 
     def _keep(self, asked: Seen, preview: Preview | None, said: str) -> None:
         self._working, self._seen, self.preview = False, asked, preview
         if said:
-            self.desk.message = said
-        self.desk.show()
+            self._desk.message = said
+        self._desk.show()
 
     # -- going --------------------------------------------------------------------------------
 
-    def action_press_go(self) -> None:
+    def press(self) -> None:
         """Take one press of the two that move the arm."""
-        desk = self.desk
-        if desk.nobody_there():
+        desk = self._desk
+        if desk.link.says_lost():
             return
-        if self._progress is not None:
+        if self.under_way:
             desk.say("the arm is on its way: space stops it")
-        elif self.preview is None or not self._fresh(desk.status):
-            self.confirming.forget()
+        elif self.preview is None or not self._fresh(desk.link.status):
+            self.forget_press()
             desk.say("there is nothing to confirm yet: choose a goal, and look at what it would be")
         elif self.preview.refusal is not None:
-            self.confirming.forget()
+            self.forget_press()
             desk.say(str(self.preview.refusal))
         else:
-            self.confirming.press()
+            self._presses.press()
             desk.show()
 
     def _go(self) -> None:
         """Move as it is shown, unless what is shown is no longer so."""
-        preview, desk = self.preview, self.desk
+        preview, desk = self.preview, self._desk
         ask = self._seen[0] if self._seen is not None else None
-        if preview is None or ask is None or not self._fresh(desk.status):
+        if preview is None or ask is None or not self._fresh(desk.link.status):
             desk.message = "something has changed meanwhile: look at it, and confirm again"
             return
         self._progress = MoveProgress(preview)
         stops = desk.arm.stops
         desk.message = ""
-        desk.call(partial(self._carry_out, ask, stops), move_words.arrived)
+        desk.call(partial(self._carry_out, ask, stops), move_text.arrived)
 
     def _carry_out(self, ask: MoveQuestion, stops: int) -> None:
         try:
-            carried_out(self.desk.arm, partial(begun, self.desk.arm, ask), stops)
+            carried_out(self._desk.arm, partial(begun, self._desk.arm, ask), stops)
         finally:
             self._progress = None
