@@ -15,9 +15,7 @@ class Session:
         self.arm = arm or FakeArm()
         self.clock = Clock()
         self.desk = Desk(self.arm, braille=True, clock=self.clock, **more)
-        self.desk.input.key_age_s = lambda: (
-            0.0
-        )  # keys come when they are pressed
+        self.desk.input.key_age_s = lambda: 0.0  # keys come when they are pressed
         self.desk.input.suspended_s = self.desk.input.starved_s = math.inf  # however busy it is
         self._running = self.desk.run_test(size=size)
 

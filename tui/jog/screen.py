@@ -27,7 +27,7 @@ from tui.jog.jogging import DeskJogging
 from tui.jog.text import Load
 from tui.keys.keyboard import bindings
 from tui.painting import PlainText
-from tui.screens import DeskScreen
+from tui.screens import DeskScreen, ScreenHost
 from tui.settings import JogSettings
 
 # Buttons for the mouse that move an arm while they are held: a column of minus and plus.
@@ -138,6 +138,48 @@ class HoldButtons(Widget):
             self._lift()
 
 
+class Adjustments:
+    """The keys that change how jog keys move the arm."""
+
+    def __init__(self, desk: ScreenHost, hand: DeskJogging) -> None:
+        self._desk = desk
+        self._hand = hand
+
+    def _set(self, settings: JogSettings) -> None:
+        """Change settings. Whatever is held was meant with the old ones, so it ends."""
+        self._hand.release()
+        self._desk.settings = settings
+        self._desk.show()
+
+    def switch_mode(self) -> None:
+        """Switch between joint and Cartesian mode."""
+        self._set(self._desk.settings.other_mode())
+
+    def next_frame(self) -> None:
+        """Go on to the next frame in which the tip is jogged."""
+        if not self._desk.settings.cartesian:
+            mode = self._desk.keys.label("mode")
+            self._desk.say(f"frames are for Cartesian mode: press {mode} first")
+            return
+        self._set(self._desk.settings.with_next_frame())
+
+    def finer(self) -> None:
+        """Make the increment smaller."""
+        self._set(self._desk.settings.with_increment(-1))
+
+    def coarser(self) -> None:
+        """Make the increment larger."""
+        self._set(self._desk.settings.with_increment(1))
+
+    def slower(self) -> None:
+        """Jog more slowly."""
+        self._set(self._desk.settings.with_speed(-1))
+
+    def faster(self) -> None:
+        """Jog faster."""
+        self._set(self._desk.settings.with_speed(1))
+
+
 TABLES = ("joints", "tip")
 """What is jogged has buttons beside it: the joints, or the tip."""
 
@@ -166,6 +208,7 @@ class JogScreen(DeskScreen):
             age_s=app.input.key_age_s,
         )
         self.hand.alarm = HoldAlarm(app, self.hand.tick)
+        self.adjustments = Adjustments(desk, self.hand)
         self._load = Load()
         self._felt = ""
 
@@ -286,37 +329,3 @@ class JogScreen(DeskScreen):
             self._felt = jog_text.grasped(found)
 
         desk.call(grasp, lambda _: self._felt)
-
-    def _set(self, settings: JogSettings) -> None:
-        """Change settings. Whatever is held was meant with the old ones, so it ends."""
-        self.hand.release()
-        self.desk.settings = settings
-        self.desk.show()
-
-    def action_mode(self) -> None:
-        """Switch between joint and Cartesian mode."""
-        self._set(self.desk.settings.other_mode())
-
-    def action_frame(self) -> None:
-        """Go on to the next frame in which the tip is jogged."""
-        if not self.desk.settings.cartesian:
-            mode = self.desk.keys.label("mode")
-            self.desk.say(f"frames are for Cartesian mode: press {mode} first")
-            return
-        self._set(self.desk.settings.with_next_frame())
-
-    def action_finer(self) -> None:
-        """Make the increment smaller."""
-        self._set(self.desk.settings.with_increment(-1))
-
-    def action_coarser(self) -> None:
-        """Make the increment larger."""
-        self._set(self.desk.settings.with_increment(1))
-
-    def action_slower(self) -> None:
-        """Jog more slowly."""
-        self._set(self.desk.settings.with_speed(-1))
-
-    def action_faster(self) -> None:
-        """Jog faster."""
-        self._set(self.desk.settings.with_speed(1))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, cast
 
@@ -197,6 +197,29 @@ class ModelHand:
 NO_ARM = "MODEL ONLY: no arm is connected"
 
 
+class ModelAdjustments:
+    """The keys that change how jog keys move the model."""
+
+    def __init__(self, hand: ModelHand, say: Callable[[str], None]) -> None:
+        self._hand = hand
+        self._say = say
+
+    def switch_mode(self) -> None:
+        """Switch between joints and the hand."""
+        self._hand.cartesian = not self._hand.cartesian
+        self._say("")
+
+    def finer(self) -> None:
+        """Make the increment smaller."""
+        self._hand.coarser(-1)
+        self._say("")
+
+    def coarser(self) -> None:
+        """Make the increment larger."""
+        self._hand.coarser(1)
+        self._say("")
+
+
 class ModelScreen(Screen[None]):
     """A model, its theory, and the keys that move it."""
 
@@ -204,6 +227,10 @@ class ModelScreen(Screen[None]):
     BINDINGS: ClassVar[list[BindingType]] = bindings_of(
         row for row in model_keys().rows if row.place == PLACE
     )
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.adjustments = ModelAdjustments(self.desk.hand, self.desk.say)
 
     @property
     def desk(self) -> ModelDesk:
@@ -260,21 +287,6 @@ class ModelScreen(Screen[None]):
     def action_jog(self, key: str) -> None:
         """Make one step of the model."""
         self.desk.say(self.desk.hand.press(key))
-
-    def action_mode(self) -> None:
-        """Switch between joints and the hand."""
-        self.desk.hand.cartesian = not self.desk.hand.cartesian
-        self.desk.say("")
-
-    def action_finer(self) -> None:
-        """Make the increment smaller."""
-        self.desk.hand.coarser(-1)
-        self.desk.say("")
-
-    def action_coarser(self) -> None:
-        """Make the increment larger."""
-        self.desk.hand.coarser(1)
-        self.desk.say("")
 
     def action_solution(self) -> None:
         """Go on to the next solution for the same place of the hand."""
