@@ -30,12 +30,12 @@ def test_a_key_that_is_held_counts_once():
 def test_two_presses_of_one_key_are_done_once():
     hand = Hand()
     hand.press("deletes up")
-    hand.wait(QUIET_S)
+    hand.wait(QUIET_S + 0.1)
     assert hand.done == []
     assert hand.confirmation.effect == "deletes up"
     hand.press("deletes up")
-    hand.wait(QUIET_S)
-    hand.wait(QUIET_S)
+    hand.wait(QUIET_S + 0.1)
+    hand.wait(QUIET_S + 0.1)
     assert hand.done == ["deletes up"]
     assert hand.confirmation.effect == ""
 
@@ -48,7 +48,7 @@ def test_another_key_starts_over():
     assert hand.done == []
     assert hand.confirmation.effect == "moves up"
     hand.press("moves up")
-    hand.wait(QUIET_S)
+    hand.wait(QUIET_S + 0.1)
     assert hand.done == ["moves up"]
 
 
@@ -58,7 +58,7 @@ def test_a_first_press_is_forgotten_after_a_while():
     hand.wait(ASKED_FOR_S + 0.1)
     assert hand.confirmation.effect == ""
     hand.press("deletes up")
-    hand.wait(QUIET_S)
+    hand.wait(QUIET_S + 0.1)
     assert hand.done == []
 
 
