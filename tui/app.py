@@ -173,11 +173,10 @@ class KeyApp(App[int], inherit_bindings=False):
         namespaces: Mapping[str, DOMNode] | None = None,
     ) -> bool:
         """Perform an action of a node, or of one of its parts."""
-        part = (actions.parse(action) if isinstance(action, str) else action)[0]
-        call = None
-        if part and part not in NODES:
-            call = action_call(action, self if default_namespace is None else default_namespace)
-        if call is None:
+        part, *_ = actions.parse(action) if isinstance(action, str) else action
+        node = self if default_namespace is None else default_namespace
+        call = action_call(action, node) if part and part not in NODES else None
+        if call is None:  # the framework's, or a row that names nothing: it raises then
             return await super().run_action(action, default_namespace, namespaces)
         call()
         return True

@@ -19,8 +19,7 @@ from kinematics.spaces import Joints
 from tui.app import SUSPENDED_S, KeyApp
 from tui.arm_port import DeskArm, Done, outcome
 from tui.arm_view import move_cameras
-from tui.connection import ArmLink
-from tui.control import ArmControl
+from tui.control import ArmControl, ArmLink
 from tui.dialogs import Dialogs, FirstScreen, commands
 from tui.gamepad.jogging import PadDesk
 from tui.gamepad.reader import Pad

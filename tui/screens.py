@@ -19,8 +19,7 @@ from textual.screen import Screen
 from armdrive.status import Status
 from kinematics.spaces import Joints
 from tui.arm_port import DeskArm, Done
-from tui.connection import ArmLink
-from tui.control import ArmControl
+from tui.control import ArmControl, ArmLink
 from tui.jog.jogging import DeskJogging
 from tui.keys.keyboard import Keyboard
 from tui.keys.table import summary_of, titled

@@ -13,7 +13,7 @@ from typing import Any, Protocol
 from armdrive.motion.resolve import BASE
 from armdrive.moves import Jog
 from tui.app import InputFilter, action_call
-from tui.connection import ArmLink
+from tui.control import ArmLink
 from tui.gamepad.map import GRIPPER_ROWS, HOLD, STOP, PadMap
 from tui.gamepad.reader import Came, Gone, Pad, PadEvent, PadReader, Told
 from tui.jog.jogging import DeskJogging

@@ -9,15 +9,130 @@ from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, VerticalScroll
 
+from armdrive.errors import ArmError
 from armdrive.motion.preview import Preview
+from armdrive.motion.resolve import BASE, TOOL
 from armdrive.status import Status
+from kinematics.spaces import Joints, Pose
 from tui.arm_view import SpaceView
 from tui.keys.keyboard import bindings
 from tui.move import text as move_text
-from tui.move.entry import GoalEntry
-from tui.move.form import DIGITS
+from tui.move.form import DIGITS, GoalForm, MoveQuestion, present_of
+from tui.move.planned import PlannedMove
 from tui.painting import PlainText
-from tui.screens import DeskScreen
+from tui.screens import DeskScreen, ScreenHost
+from tui.settings import Manner
+
+
+class GoalEntry:
+    """The form as it is filled in. Every change takes the first press of a confirmation back."""
+
+    def __init__(self, desk: ScreenHost) -> None:
+        geometry, manner = desk.arm.model.arm, desk.manner
+        self.form = GoalForm(
+            geometry.joint_names,
+            geometry.has_yaw,
+            desk.arm.frames,
+            cartesian=manner.cartesian,
+            speed=manner.speed,
+        )
+        self.planned = PlannedMove(desk, self.goal)
+        """The motion to this goal."""
+        self._desk = desk
+
+    def goal(self, status: Status) -> MoveQuestion | None:
+        """Return what the form asks for."""
+        return self.form.ask(self.present(status))
+
+    def present(self, status: Status) -> dict[str, float]:
+        """Return where the arm is, in the form's mode and frame."""
+        pose: Pose | None = status.pose
+        if self.form.cartesian and self.form.frame not in (BASE, TOOL) and pose is not None:
+            try:
+                pose = self._desk.arm.pose_in(self.form.frame)
+            except ArmError:
+                pose = None
+        return present_of(self.form, status, pose)
+
+    def start_at(self, joints: Joints) -> None:
+        """Take up a goal that another screen has left for this one."""
+        self.form = self.form.at_joints(joints)
+
+    def _change(self, form: GoalForm) -> None:
+        """Take another form; a first press was meant for the one before."""
+        self.planned.forget_press()
+        self.form = form
+        self._desk.manner = Manner(form.cartesian, form.speed)
+        self._desk.show()
+
+    # -- keys ---------------------------------------------------------------------------------
+
+    def type(self, character: str) -> None:
+        """Type into the field."""
+        self._change(self.form.typed(character))
+
+    def erase(self) -> None:
+        """Take the last character of the field away."""
+        self._change(self.form.erased())
+
+    def clear(self) -> None:
+        """Empty all fields."""
+        self._change(self.form.cleared())
+
+    def move_to_field(self, by: int) -> None:
+        """Go to another field."""
+        self._change(self.form.moved(by))
+
+    def step(self, sign: int) -> None:
+        """Change the field by a step."""
+        present = self.present(self._desk.link.status)
+        self._change(self.form.stepped(sign, present.get(self.form.name)))
+
+    def change_step(self, by: int) -> None:
+        """Make the arrows' step smaller or larger."""
+        self._change(self.form.with_step(by))
+
+    def change_speed(self, by: int) -> None:
+        """Move faster or more slowly."""
+        self._change(self.form.with_speed(by))
+
+    def switch_mode(self) -> None:
+        """Switch between joint angles and poses."""
+        self._change(self.form.other_mode())
+
+    def switch_line(self) -> None:
+        """Switch between a straight line and a joint motion."""
+        if self.form.cartesian:
+            self._change(self.form.other_way())
+        else:
+            self._desk.say("a straight line is of a pose: switch the mode first")
+
+    def next_frame(self) -> None:
+        """Mean the pose in the next frame."""
+        if self.form.cartesian:
+            self._change(self.form.next_frame())
+        else:
+            self._desk.say("frames are of poses: switch the mode first")
+
+    def take_nearest(self) -> None:
+        """Ask for what is possible instead of a goal that was refused."""
+        preview = self.planned.preview
+        nearest = preview.nearest if preview is not None else None
+        if nearest is None:
+            self._desk.say("nothing was refused for which there is something nearer")
+        elif self.form.cartesian:
+            self._change(self.form.at_pose(nearest.pose))
+        else:
+            self._change(self.form.at_joints(nearest.joints))
+
+    def take_next_posture(self) -> None:
+        """Ask for the next posture at this goal that is allowed, by its joints."""
+        preview = self.planned.preview
+        others = [way for way in (preview.ways if preview else ()) if way.allowed and not way.taken]
+        if not others:
+            self._desk.say("no other posture that is allowed holds the hand there")
+        else:
+            self._change(self.form.at_joints(others[0].joints))
 
 
 class MoveScreen(DeskScreen):
