@@ -56,7 +56,7 @@ def _arm() -> Iterator[str]:
     for line in inspect.getsource(armdrive.Arm).splitlines():
         if heading := HEADING.fullmatch(line):
             yield f"### {heading[1].capitalize()}\n"
-        name = line.removeprefix("    def ").partition("(")[0]
+        name = line.replace("    async def ", "    def ").removeprefix("    def ").partition("(")[0]
         if name in calls and name not in seen:
             seen.add(name)
             yield from _call("arm", name, inspect.getattr_static(armdrive.Arm, name))

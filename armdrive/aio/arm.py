@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Coroutine, Generator, Sequence
-from functools import partial
+from dataclasses import replace
 from types import TracebackType
 from typing import (
     TYPE_CHECKING,
@@ -21,22 +21,21 @@ from typing import (
 )
 
 from armdrive.abilities import Abilities
-from armdrive.aio.loop import goes_in_turn, stage
-from armdrive.arm import Arm, anybody
+from armdrive.aio.loop import loop_context
+from armdrive.arm import Arm, anybody, connected
 from armdrive.arm.arguments import RULES
 from armdrive.arm.gripper import Gripper
-from armdrive.arm.handle import Handle
+from armdrive.arm.handle import Handle, finished
 from armdrive.arm.places import Place
+from armdrive.blocking import coroutine_of
 from armdrive.config.arm import ArmConfig
-from armdrive.connect.target import SIM, simulation_forced
+from armdrive.connect.target import SIM, ConnectOptions, simulation_forced
 from armdrive.dialog import Operator
 from armdrive.errors.arguments import BASIC, checked_calls
 from armdrive.motion.execute import Moved
-from armdrive.motion.jog.session import Jogged
-from armdrive.motion.preview import Preview
 from armdrive.motion.resolve import BASE
 from armdrive.motion.segments import SpeedLimits
-from armdrive.moves import BASE_FRAME, Angles, JointAngles, JointJog, TipJog
+from armdrive.moves import Angles, JointAngles
 from armdrive.runtime.drive import PaceChoice
 from armdrive.status import Status
 from armdrive.storage.point_file import Points
@@ -57,7 +56,7 @@ R = TypeVar("R")
 class Carry(Protocol):
     """Carries a call of an arm out for the event loop."""
 
-    def __call__(self, call: Callable[[], R], /) -> Coroutine[Any, Any, R]:
+    def __call__(self, call: Coroutine[Any, Any, R], /) -> Coroutine[Any, Any, R]:
         """Return what is to be awaited."""
         ...
 
@@ -81,11 +80,11 @@ class AsyncHandle(Generic[T]):
         Raises `WaitTimeout` after `timeout_s` of the arm's own time; the motion goes on. Who
         cancels this wait stops the arm.
         """
-        return await self._carry(lambda: self.sync.wait(timeout_s))
+        return await self._carry(coroutine_of(self.sync.wait)(timeout_s))
 
     async def cancel(self) -> None:
         """Stop the motion, and wait until the arm stands."""
-        await self._carry(self.sync.cancel)
+        await self._carry(coroutine_of(self.sync.cancel)())
 
 
 # How a call becomes its async twin, with the same name and the same typed signature.
@@ -101,19 +100,20 @@ class AsyncCalls(Generic[S]):
         self.sync = sync
         self._arm = arm
 
-    async def carry(self, call: Callable[[], R]) -> R:
-        """Carry out a call; cancelling it stops the arm."""
-        return await stage().carry(call, self._arm)
+    async def carry(self, call: Coroutine[Any, Any, R]) -> R:
+        """Run a call; cancelling it stops the arm."""
+        return await loop_context().carry(call, self._arm)
 
 
 def awaited(
     method: Callable[Concatenate[S, P], R],
 ) -> Callable[Concatenate[AsyncCalls[S], P], Coroutine[Any, Any, R]]:
     """Make the twin of a call that waits for the arm, or takes long to compute."""
+    function = coroutine_of(method)
 
     @functools.wraps(method)
     async def call(self: AsyncCalls[S], /, *words: P.args, **named: P.kwargs) -> R:
-        return await self.carry(functools.partial(method, self.sync, *words, **named))
+        return await self.carry(function(self.sync, *words, **named))
 
     return call
 
@@ -122,10 +122,11 @@ def begun(
     method: Callable[Concatenate[S, P], Handle[R]],
 ) -> Callable[Concatenate[AsyncCalls[S], P], Coroutine[Any, Any, AsyncHandle[R]]]:
     """Make the twin of a call that begins a motion and returns its handle."""
+    function = coroutine_of(method)
 
     @functools.wraps(method)
     async def call(self: AsyncCalls[S], /, *words: P.args, **named: P.kwargs) -> AsyncHandle[R]:
-        handle = await self.carry(functools.partial(method, self.sync, *words, **named))
+        handle = await self.carry(function(self.sync, *words, **named))
         return AsyncHandle(handle, self.carry)
 
     return call
@@ -281,58 +282,21 @@ class AsyncMoves(AsyncCalls[Arm]):
             lambda: self.sync.move_path(moves, speed=speed, frame=frame, wait=False), wait
         )
 
-    async def jog_j(
-        self,
-        amounts: Angles | None = None,
-        /,
-        *,
-        speed: float = 0.25,
-        duration_s: float | None = None,
-        **axes: Unpack[JointJog],
-    ) -> Jogged:
-        """Jog joints, by increments or for a time; see `Arm.jog_j`."""
-        return await self.carry(
-            lambda: self.sync.jog_j(amounts, speed=speed, duration_s=duration_s, **axes)
-        )
-
-    async def jog_l(
-        self,
-        amounts: Angles | None = None,
-        /,
-        *,
-        speed: float = 0.25,
-        duration_s: float | None = None,
-        frame: str = BASE_FRAME,
-        **axes: Unpack[TipJog],
-    ) -> Jogged:
-        """Jog the tip, by increments or for a time; see `Arm.jog_l`."""
-        return await self.carry(
-            lambda: self.sync.jog_l(
-                amounts, speed=speed, duration_s=duration_s, frame=frame, **axes
-            )
-        )
-
-    async def preview(
-        self,
-        goal: Place | Angles | None = None,
-        *,
-        line: bool = False,
-        frame: str = BASE,
-        speed: float = 1.0,
-        **joints_deg: Unpack[JointAngles],
-    ) -> Preview:
-        """Return what a motion would be, or why it is refused; see `Arm.preview`."""
-        return await self.carry(
-            lambda: self.sync.preview(goal, line=line, frame=frame, speed=speed, **joints_deg)
-        )
+    jog_j = awaited(Arm.jog_j)
+    jog_l = awaited(Arm.jog_l)
+    preview = awaited(Arm.preview)
 
     async def _go(
         self, begin: Callable[[], Handle[Moved]], wait: bool
     ) -> Moved | AsyncHandle[Moved]:
         """Begin a motion, and wait for its end where that is wanted."""
         if wait:
-            return await self.carry(lambda: begin().wait())
-        return AsyncHandle(await self.carry(begin), self.carry)
+            return await self.carry(_run_to_its_end(begin))
+        return AsyncHandle(await self.carry(coroutine_of(begin)()), self.carry)
+
+
+async def _run_to_its_end(begin: Callable[[], Handle[R]]) -> R:
+    return await finished(begin())
 
 
 @checked_calls(RULES)
@@ -365,9 +329,7 @@ class AsyncArm(AsyncMoves):
         Simulated arms of one event loop live on one clock, unless `pace` says otherwise. What
         simulated time an arm needs passes while its calls are awaited, and not in `asyncio.sleep`.
         """
-        connect = partial(
-            Arm.connect,
-            target,
+        options = ConnectOptions(
             dialect=dialect,
             baud=baud,
             pace=pace,
@@ -376,10 +338,10 @@ class AsyncArm(AsyncMoves):
             twin=twin,
             reconnect=reconnect,
         )
-        return Connecting(connect, in_turn=_in_simulated_time(target, pace))
+        return Connecting(target, options)
 
     async def __aenter__(self) -> Self:
-        await self.carry(self.sync.__enter__)
+        await self.carry(coroutine_of(self.sync.__enter__)())
         return self
 
     async def __aexit__(
@@ -392,7 +354,7 @@ class AsyncArm(AsyncMoves):
 
     async def close(self) -> None:
         """Stop, remember the position, and give the port back, whoever cancels that meanwhile."""
-        await stage().carry_to_its_end(self.sync.close, in_turn=goes_in_turn(self.sync))
+        await loop_context().close(self.sync)
 
     @property
     def gripper(self) -> AsyncGripper:
@@ -538,9 +500,9 @@ class AsyncArm(AsyncMoves):
 class Connecting:
     """A connection that is being made: awaited it is the arm, in `async with` it is closed too."""
 
-    def __init__(self, connect: Callable[[], Arm], *, in_turn: bool) -> None:
-        self._connect = connect
-        self._in_turn = in_turn
+    def __init__(self, target: str | None, options: ConnectOptions) -> None:
+        self._target = target
+        self._options = options
         self._arm: AsyncArm | None = None
 
     def __await__(self) -> Generator[Any, None, AsyncArm]:
@@ -564,7 +526,11 @@ class Connecting:
             await self._arm.close()
 
     async def _connected(self) -> AsyncArm:
-        return AsyncArm(await stage().connect(self._connect, in_turn=self._in_turn))
+        context = loop_context()
+        options = replace(self._options, clock=context.clock)
+        simulated = _in_simulated_time(self._target, options.pace)
+        call = connected(self._target, options)
+        return AsyncArm(await context.connect(call, simulated=simulated))
 
 
 def _in_simulated_time(target: str | None, pace: PaceChoice) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Protocol
 
 from armdrive.arm.connected import StatusView
+from armdrive.blocking import blocking, coroutine_of
 from armdrive.connect.parts import Parts
 from armdrive.errors import Refused
 from armdrive.errors.arguments import BASIC, checked_calls
@@ -55,28 +56,34 @@ class Gripper:
         """The force of the grasp, from the steps behind the touch; 0 when let go."""
         return self._parts.core.grip_force_n
 
-    def open(self, opening_mm: float | None = None, *, speed: float = 1.0) -> Moved:
+    @blocking
+    async def open(self, opening_mm: float | None = None, *, speed: float = 1.0) -> Moved:
         """Open to a width in mm, or all the way."""
         require_gripper(self._parts.core)
-        widest = self._parts.config.model.gripper_range_mm[1]
-        return self.move(widest if opening_mm is None else opening_mm, speed=speed)
+        if opening_mm is None:
+            opening_mm = self._parts.config.model.gripper_range_mm[1]
+        return await coroutine_of(self.move)(opening_mm, speed=speed)
 
-    def close(self, opening_mm: float = 0.0, *, speed: float = 1.0) -> Moved:
+    @blocking
+    async def close(self, opening_mm: float = 0.0, *, speed: float = 1.0) -> Moved:
         """Close to a width in mm without feeling for an object; see `grasp`."""
-        return self.move(opening_mm, speed=speed)
+        return await coroutine_of(self.move)(opening_mm, speed=speed)
 
-    def move(self, opening_mm: float, *, speed: float = 1.0) -> Moved:
+    @blocking
+    async def move(self, opening_mm: float, *, speed: float = 1.0) -> Moved:
         """Bring the fingers to an opening in mm."""
-        return self._arm.move_gripper(opening_mm, speed)
+        return await coroutine_of(self._arm.move_gripper)(opening_mm, speed)
 
-    def grasp(self, *, force_n: float = 8.9) -> float:
+    @blocking
+    async def grasp(self, *, force_n: float = 8.9) -> float:
         """Close on whatever is between the fingers; return its width in mm, 0.0 for nothing.
 
         `force_n` (about 2 lb by default) is pressed after the grip switch has tripped.
         """
-        return self.feel(force_n=force_n).width_mm
+        return (await coroutine_of(self.feel)(force_n=force_n)).width_mm
 
-    def feel(self, *, force_n: float = 8.9) -> Grasped:
+    @blocking
+    async def feel(self, *, force_n: float = 8.9) -> Grasped:
         """Like `grasp`, and also tell the force."""
         parts = self._parts
         require_gripper(parts.core)
@@ -90,4 +97,4 @@ class Gripper:
             parts.core.require_reference()
             after(parts.core.state, Event.MOVE)
             task = parts.runner.submit(grasp(parts.wire, self._view.speeds, force), alone=True)
-        return parts.runner.finish(task, GRASP_PATIENCE_S)
+        return await parts.runner.finish(task, GRASP_PATIENCE_S)

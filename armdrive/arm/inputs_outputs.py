@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from armdrive.blocking import Wait
 from armdrive.connect.parts import Parts
 from armdrive.errors import BadRequest, InputTimeout, Stopped
 from armdrive.motion import idle as idling
@@ -30,12 +31,12 @@ class InputsOutputs:
         self._parts = parts
         self._core = parts.core
 
-    def set_outputs(self, bits: int) -> None:
+    async def set_outputs(self, bits: int) -> None:
         """Write the output bits. Moves nothing."""
         after(self._core.state, Event.MOVE)
-        self._parts.runner.perform(idling.set_outputs(self._parts.wire, bits))
+        await self._parts.runner.perform(idling.set_outputs(self._parts.wire, bits))
 
-    def set_output(self, number: int, on: bool = True) -> None:
+    async def set_output(self, number: int, on: bool = True) -> None:
         """Switch one output, counted from 1; the others stay. Moves nothing.
 
         Outputs that this connection has not written yet are taken to be off, as they are when the
@@ -43,14 +44,14 @@ class InputsOutputs:
         """
         bit = output_bits(number)
         bits = self._core.outputs or 0
-        self.set_outputs(bits | bit if on else bits & ~bit)
+        await self.set_outputs(bits | bit if on else bits & ~bit)
 
-    def read_inputs(self) -> int:
+    async def read_inputs(self) -> int:
         """Read the input bits now."""
-        self._parts.runner.perform(referencing.poll(self._parts.wire))
+        await self._parts.runner.perform(referencing.poll(self._parts.wire))
         return self._core.inputs or 0
 
-    def wait_inputs(
+    async def wait_inputs(
         self, *, high: Lines = (), low: Lines = (), within_s: float | None = None
     ) -> int:
         """Wait until inputs, counted from 1, are high and low; return the input bits.
@@ -81,7 +82,7 @@ class InputsOutputs:
 
         self._parts.pace.wake()
         try:
-            met = self._parts.pace.wait(ended, patience_s)
+            met = await Wait(self._parts.pace, ended, patience_s)
         finally:
             with self._parts.pace.lock:
                 core.awaiting -= 1

@@ -31,7 +31,7 @@ class Jogging:
         self._view = view
         self._session: Task[Jogged] | None = None
 
-    def jog(self, jog: Jog, speed: float, duration_s: float | None) -> Jogged:
+    async def jog(self, jog: Jog, speed: float, duration_s: float | None) -> Jogged:
         """Jog by an increment, or for a time, and wait for the end."""
         core, pace = self._parts.core, self._parts.pace
         fraction = speed_fraction(speed)
@@ -51,7 +51,7 @@ class Jogging:
                 task = self._join_session()
                 core.hold = hold
                 core.holds += 1
-        return self._parts.runner.finish(task, (duration_s or 0.0) + PATIENCE_S * 10)
+        return await self._parts.runner.finish(task, (duration_s or 0.0) + PATIENCE_S * 10)
 
     def hold(self, jog: Jog, speed: float, for_s: float) -> None:
         """Jog for a time and no longer unless called again; never waits."""

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from armdrive.arm.connected import StatusView
-from armdrive.arm.handle import Handle
+from armdrive.arm.handle import Handle, finished
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import PATIENCE_S, Parts
 from armdrive.errors import BadRequest, OutOfBounds, Refused, Stopped
@@ -79,28 +79,28 @@ class Moving:
 
         return self._start(plan)
 
-    def move_fingers(self, opening_mm: float, speed: float) -> Moved:
+    async def move_fingers(self, opening_mm: float, speed: float) -> Moved:
         """Bring the fingers to an opening, and wait for the end."""
         opening_mm, fraction = finite("opening_mm", opening_mm), speed_fraction(speed)
         if not self._core.transmission.has_gripper:
-            return self._set_gripper(opening_mm)
+            return await self._set_gripper(opening_mm)
 
         def plan(here: ArmCoordinates) -> MotionPlan:
             there = ArmCoordinates(here.joints, opening_mm)
             return plan_joints(self._config, self._view.speeds, here, there, fraction)
 
-        return self._start(plan).wait()
+        return await finished(self._start(plan))
 
-    def _set_gripper(self, opening_mm: float) -> Moved:
+    async def _set_gripper(self, opening_mm: float) -> Moved:
         """Command a gripper that is no stepper; the fingers take their own time."""
         runner = self._parts.runner
         with self._parts.pace.lock:
             require_gripper(self._core)
             after(self._core.state, Event.MOVE)
             task = runner.submit(set_gripper(self._parts.wire, opening_mm), alone=True)
-        return runner.finish(task, PATIENCE_S)
+        return await runner.finish(task, PATIENCE_S)
 
-    def move_motors(self, steps: Sequence[int], speed: float, stops: int | None) -> Moved:
+    async def move_motors(self, steps: Sequence[int], speed: float, stops: int | None) -> Moved:
         """Move each motor by whole steps from where it is; see `Arm.move_motors`."""
         core, runner = self._core, self._parts.runner
         motors, needed = Motors(tuple(steps)), core.controller.abilities.motors
@@ -114,15 +114,15 @@ class Moving:
                 raise Stopped("a stop was asked for before the motors began to turn")
             body = motion.bench_move(self._parts.wire, self._view.speeds, motors, fraction)
             task = runner.submit(body, alone=True)
-        return runner.finish(task, PATIENCE_S * 10)
+        return await runner.finish(task, PATIENCE_S * 10)
 
-    def go_over(self, goal: Pose, speed: float) -> Moved:
+    async def go_over(self, goal: Pose, speed: float) -> Moved:
         """Go to a pose; where a guard is in the way, rise first, as a person would."""
         try:
-            return self.begin(PoseGoal(goal), speed).wait()
+            return await finished(self.begin(PoseGoal(goal), speed))
         except OutOfBounds:
-            self.begin(LineGoal(raised(self._view.pose, PARK_RISE_MM)), speed).wait()
-            return self.begin(PoseGoal(goal), speed).wait()
+            await finished(self.begin(LineGoal(raised(self._view.pose, PARK_RISE_MM)), speed))
+            return await finished(self.begin(PoseGoal(goal), speed))
 
     @property
     def park_pose(self) -> Pose:

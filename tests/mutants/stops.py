@@ -216,7 +216,7 @@ MUTANTS = (
         name="closing an arm does not stop it",
         promise="an arm that is closed stands",
         path="armdrive/arm/connected.py",
-        old=("                parts.runner.stop()\n                with parts.pace.lock:"),
+        old=("                await parts.runner.stop()\n                with parts.pace.lock:"),
         new="                with parts.pace.lock:",
         tests=tests_of(
             "tests/armdrive/runtime/test_stopping.py",

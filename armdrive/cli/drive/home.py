@@ -9,6 +9,7 @@ import sys
 
 import tui
 from armdrive.arm import Arm
+from armdrive.blocking import run_blocking
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.options import number
 from armdrive.cli.presenter import TerminalReporter, emit, say, say_which
@@ -84,7 +85,7 @@ def _guided(arm: Arm) -> None:
 
 def _in_the_desk(arm: Arm) -> None:
     tui.run_desk(arm, ascii_only=False)
-    arm.runner.stand_still()
+    run_blocking(arm.runner.stand_still())
 
 
 def _by_switches(arm: Arm, options: argparse.Namespace) -> None:

@@ -5,6 +5,7 @@ from faults import OVER_THE_TABLE, Rule, late_by, lost, ready_arm, sim_arm
 from hypothesis import given
 from hypothesis import strategies as st
 
+from armdrive.blocking import run_blocking
 from armdrive.errors import ArmError, DeviceFault, NotReferenced, PositionMismatch, Refused
 from armdrive.motion.reference import poll, take_reference, vouched
 from armdrive.runtime.position import ArmCoordinates
@@ -250,7 +251,7 @@ def test_a_posture_is_not_taken_when_the_look_before_has_seen_the_registers_fall
     word = vouched(arm.core, ArmCoordinates(here, 20.0), Evidence.DECLARED, arm.pace.now_s())
     device.power_off()
     device.power_on()
-    arm.runner.perform(poll(arm.wire))
+    run_blocking(arm.runner.perform(poll(arm.wire)))
     with pytest.raises(DeviceFault, match="vouch for its posture again"):
-        arm.runner.perform(take_reference(arm.wire, word))
+        run_blocking(arm.runner.perform(take_reference(arm.wire, word)))
     assert arm.status.trust is Trust.SUSPECT

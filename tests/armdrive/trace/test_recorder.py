@@ -8,6 +8,7 @@ import pytest
 from recorder_bench import of_kind, recorded_arm, saved, written
 
 from armdrive import Arm, Jog, LinkLost, OutOfBounds, Space
+from armdrive.blocking import run_blocking
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import StateFileError, WrongState
 from armdrive.moves import ContinuousJog
@@ -135,7 +136,7 @@ def test_a_flaw_of_the_driver_is_written(tmp_path):
         raise ZeroDivisionError("one of ours")
 
     with pytest.raises(ZeroDivisionError):
-        arm.runner.perform(flawed())
+        run_blocking(arm.runner.perform(flawed()))
     arm.close()
     (file,) = written(tmp_path / "records")
     assert "engine-failed" in file.name
