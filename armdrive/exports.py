@@ -1,6 +1,7 @@
 """The public names of armdrive, each from the module that defines it."""
 
-from armdrive.aio.arm import AsyncArm, AsyncHandle
+from armdrive.aio.arm import AsyncArm
+from armdrive.aio.calls import AsyncHandle
 from armdrive.arm import Arm
 from armdrive.arm.handle import Handle
 from armdrive.dialog import MarkRequest, PostureRequest
