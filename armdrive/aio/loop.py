@@ -141,6 +141,10 @@ SETTLING = 10
 through `gather` and tasks within tasks, asks for its next call at the same simulated moment."""
 
 
+STEPS = 4
+"""Steps of the clock in one turn. Fewer make the loop a cost; more keep its other tasks waiting."""
+
+
 class ClockDriver:
     """One clock, and the calls that wait on it in the order in which they came."""
 
@@ -189,11 +193,21 @@ class ClockDriver:
         return any_ready
 
     def _advance(self) -> None:
-        """Have every arm do what is due; if no wait is over, let time pass."""
-        with SignalsBetweenSteps(), self._clock.lock:
-            next_s = self._clock.advance()
-            if not any(call.ready() for call in self._waiting):
-                self._progress.jump(next_s, min(each.waits_until_s for each in self._waiting))
+        """Have every arm do what is due, and let time pass, until a wait is over."""
+        with SignalsBetweenSteps() as signals:
+            for _ in range(STEPS):
+                with self._clock.lock:
+                    next_s = self._clock.advance()
+                    if self._any_ready():
+                        return
+                    until_s = min(each.waits_until_s for each in self._waiting)
+                    self._progress.jump(next_s, until_s)
+                signals.deliver()
+                if self._any_ready():
+                    return
+
+    def _any_ready(self) -> bool:
+        return any(call.ready() for call in self._waiting)
 
 
 UNCERTAIN = "the arm did not confirm that it stands; look at it"
