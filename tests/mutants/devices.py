@@ -192,7 +192,7 @@ MUTANTS = (
         name="the Robko's watchdog is not fed",
         promise="a standing arm keeps its current",
         path="armdrive/dialects/robko01/controller.py",
-        old="        return data + self._host.send(self._token())",
+        old="        return data + self._exchange.feed()",
         new="        return data",
         tests=tests_of(
             "tests/armdrive/dialects/robko01/test_robko01_controller.py",
@@ -482,7 +482,7 @@ MUTANTS = (
         name="a late look makes a Robko 01 seem slow",
         promise="a program that is late learns nothing wrong about the arm",
         path="armdrive/dialects/robko01/motion.py",
-        old="        prompt = self.now_s <= due_s + PROMPT_S\n",
+        old="        prompt = self._io.now_s <= due_s + PROMPT_S\n",
         new="        prompt = True\n",
         tests=tests_of(
             "tests/armdrive/runtime/test_late_program.py",

@@ -80,8 +80,8 @@ MUTANTS = (
         name="a Robko is not sent its stop",
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/dialects/robko01/motion.py",
-        old='if (yield from self._ask(Stop(), text="STOP")) is None:',
-        new='if (yield from self._ask(IsMoving(), text="STOP")) is None:',
+        old='if (yield from self._exchange.ask(Stop(), text="STOP")) is None:',
+        new="if (yield from self._exchange.mask()) is None:",
         tests=tests_of(
             "tests/armdrive/dialects/robko01/test_robko01_stop.py",
             "test_a_stop_during_a_look_goes_out_as_soon_as_the_look_is_answered",
