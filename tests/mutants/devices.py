@@ -203,8 +203,8 @@ MUTANTS = (
         name="an Armdroid's numbers are not compared before its letter",
         promise="no byte that goes wrong makes a motion of another size",
         path="armdrive/dialects/armdroid/controller.py",
-        old="            if understood == drive.steps and self.has_speed(rpm):",
-        new="            if understood is not None and self.has_speed(rpm):",
+        old="            if understood == drive.steps and self._board.has_speed(rpm):",
+        new="            if understood is not None and self._board.has_speed(rpm):",
         tests=tests_of(
             "tests/armdrive/dialects/armdroid/test_armdroid_controller.py",
             (
@@ -228,10 +228,9 @@ MUTANTS = (
         name="Armdroid motors are taken in the wrong order",
         promise="each motor turns its own joint",
         path="armdrive/dialects/armdroid/controller.py",
-        old="        return tuple(by_channel[channel] for channel in sorted(by_channel))",
+        old="    return tuple(by_channel[channel] for channel in sorted(by_channel))",
         new=(
-            "        return tuple(by_channel[channel] for channel in "
-            "sorted(by_channel, reverse=True))"
+            "    return tuple(by_channel[channel] for channel in sorted(by_channel, reverse=True))"
         ),
         tests=tests_of(
             "tests/armdrive/dialects/armdroid/test_armdroid_controller.py",

@@ -113,8 +113,10 @@ MUTANTS = (
         name="an Armdroid's burst that was stopped before its letter goes on",
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/dialects/armdroid/controller.py",
-        old=("            if self.stop_asked or let_go():\n                self.give_up()"),
-        new=("            if let_go():\n                self.give_up()"),
+        old=(
+            "            if self._io.stop_asked or let_go():\n                self._board.give_up()"
+        ),
+        new=("            if let_go():\n                self._board.give_up()"),
         tests=tests_of(
             "tests/armdrive/dialects/armdroid/test_armdroid_controller.py",
             "TestConversation::test_a_stop_before_the_letter_lets_nothing_begin",
