@@ -46,14 +46,15 @@ class Gripper:
         """
         core = self._parts.core
         require_gripper(core)
-        if not core.transmission.has_gripper and core.gripper_share is None:
+        if not core.transmission.has_gripper and core.fingers.share is None:
             raise Refused("nobody knows how the gripper stands: open or close it first")
         return self._view.known(self._view.status.gripper_mm)
 
     @property
     def force_n(self) -> float:
         """The force of the grasp, from the steps behind the touch; 0 when let go."""
-        return self._parts.core.grip_force_n
+        core = self._parts.core
+        return core.fingers.force_n(core.position.coordinates.opening_mm)
 
     def open(self, opening_mm: float | None = None, *, speed: float = 1.0) -> Moved:
         """Open to a width in mm, or all the way."""

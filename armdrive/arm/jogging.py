@@ -88,7 +88,7 @@ class Jogging:
                 after(core.state, Event.MOVE)
             self._join_session()
         except Refused as refusal:
-            core.notify(str(refusal), refusal)
+            core.diagnostics.notify(str(refusal), refusal)
             return False
         return True
 

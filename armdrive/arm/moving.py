@@ -140,7 +140,7 @@ class Moving:
         """Return what a motion to a goal would be, or why it is refused."""
         fraction = speed_fraction(speed)
         with self._parts.pace.lock:
-            here, controller = self._core.coordinates, self._core.controller
+            here, controller = self._core.position.coordinates, self._core.controller
             hindrance = self._hindrance(goal)
             known = self._core.belief.trust is not Trust.UNKNOWN
         if not known:
@@ -172,7 +172,7 @@ class Moving:
         with self._parts.pace.lock:
             core.require_reference()
             after(core.state, Event.MOVE)
-            made = plan(core.coordinates)
+            made = plan(core.position.coordinates)
             if stops is not None and runner.stops != stops:
                 raise Stopped("a stop was asked for before the motion began")
             task = runner.submit(motion.follow(self._parts.wire, made), alone=True)

@@ -63,5 +63,5 @@ class PendantMemory:
     def _origin(self) -> tuple[int, ...] | None:
         """Return what the registers have to be added to now; None where nobody knows it."""
         if self._parts.core.belief.trust in (Trust.REFERENCED, Trust.RESTORED):
-            return tuple(self._parts.core.offset)
+            return tuple(self._parts.core.position.offset)
         return None

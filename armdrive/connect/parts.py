@@ -247,7 +247,7 @@ class _Driven:
 
     def _noticed(self, event: Alert | Progress) -> None:
         if isinstance(event, Progress):
-            self._core.progress(event.registers)
+            self._core.position.progress(event.registers)
         else:
             alerted(self._core, event, self.engine.now_s)
 

@@ -136,7 +136,7 @@ def journal_file(arm: str) -> Path:
 def standing(arm: Arm) -> Standing | None:
     """Return where an arm stands, None where nobody knows."""
     with arm.pace.lock:
-        there, known = arm.core.coordinates, arm.core.position_known
+        there, known = arm.core.position.coordinates, arm.core.position_known
     return Standing(dict(there.joints.deg), there.opening_mm) if known else None
 
 
@@ -245,7 +245,7 @@ def require_place(
     if entry.began is None:
         return  # nobody knew, so nothing but looks and words can have come before
     with arm.pace.lock:
-        here = arm.core.coordinates
+        here = arm.core.position.coordinates
     began = ArmCoordinates(joints_of(entry.began.joints_deg, arm), entry.began.opening_mm)
     on_way = any(_near(here.joints, each) for each in _way(arm, began, act))
     if not on_way or not _fingers_fit(arm, here, began, act):

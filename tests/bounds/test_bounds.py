@@ -50,7 +50,7 @@ def test_every_reason_is_given_somewhere_and_says_why() -> None:
 def test_what_is_announced_at_rest_holds_for_any_motion_that_follows(dialect: str) -> None:
     stand = Stand(simulated_config(dialect), start_of(dialect))
     motion = stand.arm.config.motion
-    stand.arm.core.burst_s = max(motion.planned_burst_s, motion.jog_burst_s)
+    stand.arm.core.stops.burst_s = max(motion.planned_burst_s, motion.jog_burst_s)
     at_rest = stand.arm.core.stop_bound()
     begin(stand, Begin.PLANNED, 1.0, 1.0)
     stand.arm.sleep(0.01)
@@ -78,7 +78,7 @@ def test_the_bound_of_a_planned_motion_ends_with_it(dialect: str) -> None:
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_a_motion_that_is_slowed_is_no_longer_the_planned_one(dialect: str) -> None:
     stand = Stand(simulated_config(dialect), start_of(dialect))
-    stand.arm.core.burst_s = stand.arm.config.motion.planned_burst_s
+    stand.arm.core.stops.burst_s = stand.arm.config.motion.planned_burst_s
     anything = stand.arm.core.stop_bound()
     begin(stand, Begin.PLANNED, 1.0, 1.0)
     stand.arm.sleep(0.05)

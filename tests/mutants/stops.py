@@ -151,7 +151,7 @@ MUTANTS = (
         promise="an emergency stop latches; only reset leaves it",
         path="armdrive/arm/__init__.py",
         old='self.core.fault("emergency stop: look',
-        new='self.core.notify("emergency stop: look',
+        new='self.core.diagnostics.notify("emergency stop: look',
         tests=tests_of(
             "tests/armdrive/runtime/test_stopping.py",
             "test_a_second_emergency_stop_during_the_reset_is_not_lost",
@@ -186,11 +186,11 @@ MUTANTS = (
         name="a reset moves the arm",
         promise="leaving an error moves nothing",
         path="armdrive/motion/reference.py",
-        old=('    core.error = core.notice = ""\n    weigh'),
+        old=('    core.diagnostics.error = core.diagnostics.notice = ""\n    weigh'),
         new=(
-            '    core.error = core.notice = ""\n'
-            "    yield from wire.move(core.acknowledged + "
-            "type(core.acknowledged)([40] * len(core.acknowledged)), 100.0, None)\n"
+            '    core.diagnostics.error = core.diagnostics.notice = ""\n'
+            "    at = core.position.acknowledged\n"
+            "    yield from wire.move(at + type(at)([40] * len(at)), 100.0, None)\n"
             "    weigh"
         ),
         tests=tests_of(
@@ -205,8 +205,8 @@ MUTANTS = (
         old="    core.memory.taken_up()  # from here on",
         new=(
             "    if not switched:\n"
-            "        yield from wire.move(core.acknowledged + "
-            "type(core.acknowledged)([40] * len(core.acknowledged)), 100.0, None)\n"
+            "        at = core.position.acknowledged\n"
+            "        yield from wire.move(at + type(at)([40] * len(at)), 100.0, None)\n"
             "    core.memory.taken_up()  # from here on"
         ),
         tests=tests_of(
@@ -263,10 +263,10 @@ MUTANTS = (
         promise="what was decided on before a stop is not begun",
         path="armdrive/arm/moving.py",
         old=(
-            "            made = plan(core.coordinates)\n"
+            "            made = plan(core.position.coordinates)\n"
             "            if stops is not None and runner.stops != stops:"
         ),
-        new=("            made = plan(core.coordinates)\n            if False:"),
+        new=("            made = plan(core.position.coordinates)\n            if False:"),
         tests=tests_of(
             "tests/armdrive/runtime/test_stopping.py",
             "test_a_stop_between_a_call_and_its_plan_lets_nothing_begin",

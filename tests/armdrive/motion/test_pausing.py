@@ -351,7 +351,7 @@ def test_an_arm_that_is_killed_in_a_pause_is_remembered_where_it_stands(tmp_path
     paused(arm)
     record = FileRecorder(tmp_path / "record.json").load()
     assert not record.in_motion
-    assert record.registers == arm.status.acknowledged - arm.core.offset
+    assert record.registers == arm.status.acknowledged - arm.core.position.offset
 
 
 ASKED = ("move", "pause", "pause", "resume", "slow", "jog", "nudge", "sleep", "stop", "estop")

@@ -64,7 +64,7 @@ def test_every_burst_fits_its_announced_length_and_once_measured_really_does(err
         begin(request, now_s)
         if isinstance(request, MoveBy):
             nominal_s = request.steps.largest / controller.usable_rate_hz(request.rate_hz)
-            lengths.append((nominal_s, nominal_s * (1.0 + error), arm.core.burst_s))
+            lengths.append((nominal_s, nominal_s * (1.0 + error), arm.core.stops.burst_s))
 
     controller.begin = spied
     arm.move_j(base_deg=50, shoulder_deg=60, wrist_roll_deg=70)

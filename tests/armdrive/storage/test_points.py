@@ -373,7 +373,7 @@ def test_a_preview_of_a_point_is_the_motion_to_it(arm):
     assert arm.preview("aside").end == arm.points["aside"].joints
     line = arm.preview("aside", line=True)
     arm.move_l("aside")
-    assert line.end == arm.core.coordinates.joints
+    assert line.end == arm.core.position.coordinates.joints
 
 
 def test_a_point_that_a_person_edited_beyond_a_limit_is_audited(arm):

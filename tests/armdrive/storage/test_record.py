@@ -57,11 +57,11 @@ def referenced(bench):
 
 def test_the_next_program_takes_up_where_the_last_one_ended(bench):
     arm = referenced(bench)
-    last = arm.core.coordinates
+    last = arm.core.position.coordinates
     arm.close()
     after = bench.connect()
     assert after.status.trust is Trust.RESTORED
-    assert after.core.coordinates == last
+    assert after.core.position.coordinates == last
     assert after.status.acknowledged == bench.twin.world.motors
     with pytest.raises(NotReferenced, match="confirm"):
         after.move_j(base_deg=0)
@@ -94,7 +94,7 @@ def test_counts_that_agree_by_chance_do_not_hide_an_end_in_mid_motion(bench):
     """The house lost its power: counts that were zero before are zero again."""
     arm = bench.connect()
     arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
-    assert not arm.core.counts.largest
+    assert not arm.core.position.counts.largest
     arm.move_j(base_deg=80, wait=False)
     arm.sleep(0.5)
     bench.twin.device.power_off()
