@@ -5,10 +5,13 @@ Each row of the table is measured on simulated time, against the physical arm.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from armdrive.connect.target import simulated_config
 from armdrive.registry import DIALECTS
+from armdrive.runtime.stop_bounds import StopForecast
 from armdrive.status import State
 
 from .rows import HALF, REASONS, ROWS, Begin, Cause, Row, begin, measure, start_of
@@ -44,6 +47,18 @@ def test_every_reason_is_given_somewhere_and_says_why() -> None:
     given = {name for row in ROWS for name in (row.time, row.way) if name}
     assert given == set(REASONS)
     assert all(reason.why and 0.0 < reason.least < HALF for reason in REASONS.values())
+
+
+def test_a_forecast_is_that_of_the_controller_that_drives_now() -> None:
+    config = simulated_config("teachmover")
+    slow = replace(config, device=replace(config.device, speed_doubt=8.0))
+    forecast = StopForecast(config, config.model.transmission)
+    bounds = [
+        forecast.bound(DIALECTS["teachmover"].controller(each), None, lost=False, slowed=False)
+        for each in (config, slow, config)
+    ]
+    assert bounds[0].time_s < bounds[1].time_s
+    assert bounds[2] == bounds[0]
 
 
 @pytest.mark.parametrize("dialect", DIALECTS)
