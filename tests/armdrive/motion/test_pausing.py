@@ -226,7 +226,7 @@ def test_a_controller_that_lost_its_power_in_a_pause_is_seen_and_nothing_goes_on
 def test_an_arm_that_the_pendant_moved_in_a_pause_does_not_go_on():
     arm = raised(BY_BURSTS)
     handle, _ = paused(arm)
-    arm.twin.device.pendant_move((50, 0, 0, 0, 0, 0))
+    arm.twin.device.jog((50, 0, 0, 0, 0, 0))
     moved = arm.twin.world.motors
     arm.resume()
     with pytest.raises(WrongState, match="no longer where it was paused"):

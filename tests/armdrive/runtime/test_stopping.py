@@ -238,7 +238,7 @@ def test_motors_that_a_stop_left_off_their_way_are_not_believed():
     def moves_it(data):
         if data.startswith(b"@READ"):
             link.on_write = lambda _: None
-            device.pendant_move((0, 0, 40, 0, 0, 0))
+            device.jog((0, 0, 40, 0, 0, 0))
 
     def press():
         device.press(Key.STOP)

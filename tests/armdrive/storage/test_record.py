@@ -107,7 +107,7 @@ def test_counts_that_agree_by_chance_do_not_hide_an_end_in_mid_motion(bench):
 def test_an_arm_that_was_moved_before_it_was_confirmed_is_not_confirmed(bench):
     referenced(bench).close()
     arm = bench.connect()
-    bench.twin.device.pendant_move((0, 25, 0, 0, 0, 0))
+    bench.twin.device.jog((0, 25, 0, 0, 0, 0))
     with pytest.raises(NotReferenced, match="no restored position"):
         arm.confirm_restored()
     assert arm.status.trust is Trust.SUSPECT
@@ -148,7 +148,7 @@ def test_the_mark_is_taken_away_two_seconds_after_the_arm_stands(bench):
 
 def test_a_pendant_move_between_programs_is_suspect(bench):
     referenced(bench).close()
-    bench.twin.device.pendant_move((0, 25, 0, 0, 0, 0))
+    bench.twin.device.jog((0, 25, 0, 0, 0, 0))
     arm = bench.connect()
     assert arm.status.trust is Trust.SUSPECT
     assert arm.status.acknowledged == bench.twin.world.motors

@@ -123,7 +123,7 @@ def test_what_happens_to_the_arm_meanwhile_is_seen_before_it_moves(bench):
     assert bench.disk.is_waited_for()
     bench.let_time_pass(1.0)
     with bench.arm.pace.lock:
-        bench.twin.device.pendant_move((300, 0, 0, 0, 0, 0))
+        bench.twin.device.jog((300, 0, 0, 0, 0, 0))
     bench.disk.free.set()
     with pytest.raises(Exception, match="pendant"):
         handle.wait()

@@ -503,7 +503,7 @@ class TestWatchdog:
         arm.sleep(10.0)
         arm.estop()
         arm.sleep(10.0)
-        assert arm.twin.device.enabled
+        assert arm.twin.device.box.enabled
         arm.reset()
         arm.move_j(base_deg=3)
         assert arm.status.trust is Trust.REFERENCED
@@ -514,8 +514,8 @@ class TestWatchdog:
         now_s = arm.status.time_s
         arm.close()
         device.transmit(now_s + 5.0)
-        assert not device.enabled
-        assert device.pose.z_mm < height_mm
+        assert not device.box.enabled
+        assert device.world.pose.z_mm < height_mm
 
     def test_a_wire_that_was_silent_for_too_long_makes_the_position_suspect(self):
         arm = ready_robko(WATCHED, **WATCHDOG)

@@ -208,7 +208,7 @@ def test_the_operator_may_use_the_pendant_between_his_jogs():
 
     def operator(request):
         request.arm.jog_j(shoulder_deg=2)
-        arm.twin.device.pendant_move((40, 0, -10, 0, 0, 0))
+        arm.twin.device.jog((40, 0, -10, 0, 0, 0))
         request.arm.sleep(1.0)
         request.arm.jog_j(shoulder_deg=1)
         return arm.operator(request)
