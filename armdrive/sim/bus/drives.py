@@ -10,7 +10,7 @@ from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
 from armdrive.sim.bus.line import Outbox
-from armdrive.sim.device import SimBase, SwitchState
+from armdrive.sim.device import BoxedDevice, DeviceBox, SwitchState
 from armdrive.sim.mechanics.motors import MotorDrive
 from armdrive.sim.mechanics.profiles import (
     AxisProfile,
@@ -471,7 +471,7 @@ class BusNode(Protocol):
 N = TypeVar("N", bound=BusNode)
 
 
-class DrivesBox(SimBase, Generic[N]):
+class DrivesBox(DeviceBox, BoxedDevice, Generic[N]):
     """The drives, the arm, and the person beside them. Input bit n is the switch of drive n."""
 
     register_range = (-COUNT_MOST, COUNT_MOST)
@@ -480,6 +480,7 @@ class DrivesBox(SimBase, Generic[N]):
         self, world: World, drive: ShaftDrive[Any], nodes: Sequence[N], bits_s: int
     ) -> None:
         super().__init__(world, drive, None)
+        self.box = self
         self.nodes = tuple(nodes)
         self._shafts = drive
         self._bits_s = bits_s
