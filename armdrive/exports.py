@@ -1,6 +1,7 @@
 """The public names of armdrive, each from the module that defines it."""
 
-from armdrive.aio.arm import AsyncArm, AsyncHandle
+from armdrive.aio.arm import AsyncArm
+from armdrive.aio.calls import AsyncHandle
 from armdrive.arm import Arm
 from armdrive.arm.handle import Handle
 from armdrive.dialog import MarkRequest, PostureRequest
@@ -33,7 +34,6 @@ from armdrive.errors import (
     WaitTimeout,
     WrongState,
 )
-from armdrive.json_forms import move_from_json, move_to_json
 from armdrive.motion.execute import Moved
 from armdrive.motion.gripper import Grasped
 from armdrive.motion.jog.session import Jogged
@@ -58,6 +58,7 @@ from armdrive.registry.pendant import PendantProgram
 from armdrive.runtime.clock import SimulatedClock
 from armdrive.status import Current, State, Status, Trust
 from armdrive.storage.points import Point, Step, StepList
+from armdrive.text.json_forms import move_from_json, move_to_json
 from kinematics.errors import KinematicsError, NoArc, PathBroken, Unreachable
 from kinematics.paths.parts import ArcPart, JointPart, LinePart, PosePart
 from kinematics.spaces import Joints, Motors, Pose

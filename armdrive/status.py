@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
 from enum import Enum
+from types import MappingProxyType
 from typing import Any
 
 from armdrive.abilities import Torque
@@ -343,47 +345,95 @@ def violation_text(violation: LimitViolation) -> str:
     return f"{name} {abs(value - bound):.1f}° beyond its limit of {bound:.1f}°"
 
 
+_NUMBER = {"type": "number"}
+_TEXT = {"type": "string"}
+_FLAG = {"type": "boolean"}
+_COUNT = {"type": "integer"}
+_STEPS = {"anyOf": [{"type": "array", "items": _COUNT}, {"type": "null"}]}
+
+_JITTER = {
+    "type": "object",
+    "properties": {
+        "deadlines": _COUNT,
+        "median_ms": _NUMBER,
+        "p99_ms": _NUMBER,
+        "worst_ms": _NUMBER,
+    },
+}
+
+
+def _maybe(schema: Mapping[str, Any]) -> dict[str, Any]:
+    return {"anyOf": [schema, {"type": "null"}]}
+
+
+def _choice(kind: type[Enum]) -> dict[str, Any]:
+    return {"enum": [each.value for each in kind]}
+
+
+def _jitter_view(jitter: SchedulingJitter) -> dict[str, float]:
+    return {
+        "deadlines": jitter.count,
+        "median_ms": round(jitter.median_s * 1e3, 3),
+        "p99_ms": round(jitter.p99_s * 1e3, 3),
+        "worst_ms": round(jitter.worst_s * 1e3, 3),
+    }
+
+
+def _trusted_for_s(status: Status) -> float:
+    return round(max(status.time_s - status.trust_since_s, 0.0), 1)
+
+
+def _gripper_mm(status: Status) -> float | None:
+    return None if status.gripper_mm is None else round(status.gripper_mm, 3)
+
+
+_Row = tuple[Callable[[Status], Any], Mapping[str, Any]]
+
+STATUS_FIELDS: Mapping[str, _Row] = MappingProxyType(
+    {
+        "arm": (lambda status: status.arm, _TEXT),
+        "title": (lambda status: status.title, _TEXT),
+        "link": (lambda status: status.link, _TEXT),
+        "dialect": (lambda status: status.dialect, _TEXT),
+        "simulated": (lambda status: status.simulated, _FLAG),
+        "state": (lambda status: status.state.value, _choice(State)),
+        "paused": (lambda status: status.paused, _FLAG),
+        "speed_override": (lambda status: round(status.speed_override, 4), _NUMBER),
+        "trust": (lambda status: status.trust.value, _choice(Trust)),
+        "trust_reason": (lambda status: status.trust_reason, _TEXT),
+        "trust_for_s": (_trusted_for_s, _NUMBER),
+        "current": (lambda status: status.current.value, _choice(Current)),
+        "joints": (lambda status: joints_view(status.joints), _maybe({"$ref": "#/$defs/joints"})),
+        "pose": (lambda status: pose_view(status.pose), _maybe({"$ref": "#/$defs/pose"})),
+        "gripper_mm": (_gripper_mm, _maybe(_NUMBER)),
+        "gripping": (lambda status: status.gripping, _maybe(_FLAG)),
+        "commanded_steps": (lambda status: status.commanded, _STEPS),
+        "acknowledged_steps": (lambda status: status.acknowledged, _STEPS),
+        "read_back_steps": (lambda status: status.read_back, _STEPS),
+        "inputs": (lambda status: status.inputs, _maybe(_COUNT)),
+        "outputs": (lambda status: status.outputs, _maybe(_COUNT)),
+        "stop_time_s": (lambda status: round(status.stop_time_s, 3), _NUMBER),
+        "stop_distance_mm": (lambda status: round(status.stop_distance_mm, 1), _NUMBER),
+        "silent_time_s": (lambda status: round(status.silent_time_s, 3), _NUMBER),
+        "silent_distance_mm": (lambda status: round(status.silent_distance_mm, 1), _NUMBER),
+        "pause_time_s": (lambda status: round(status.pause_time_s, 3), _NUMBER),
+        "pause_distance_mm": (lambda status: round(status.pause_distance_mm, 1), _NUMBER),
+        "wakes": (lambda status: _jitter_view(status.wakes), _JITTER),
+        "underruns": (lambda status: status.underruns, _COUNT),
+        "torque": (
+            lambda status: None if status.torque is None else asdict(status.torque),
+            _maybe({"type": "object"}),
+        ),
+        "notice": (lambda status: status.notice, _TEXT),
+        "error": (lambda status: status.error, _TEXT),
+        "trust_code": (lambda status: status.trust_code, _TEXT),
+        "notice_code": (lambda status: status.notice_code, _TEXT),
+        "error_code": (lambda status: status.error_code, _TEXT),
+    }
+)
+"""Each key of a status in JSON: what stands there, and its schema."""
+
+
 def status_view(status: Status) -> dict[str, Any]:
     """Return a status."""
-    return {
-        "arm": status.arm,
-        "title": status.title,
-        "link": status.link,
-        "dialect": status.dialect,
-        "simulated": status.simulated,
-        "state": status.state.value,
-        "paused": status.paused,
-        "speed_override": round(status.speed_override, 4),
-        "trust": status.trust.value,
-        "trust_reason": status.trust_reason,
-        "trust_for_s": round(max(status.time_s - status.trust_since_s, 0.0), 1),
-        "current": status.current.value,
-        "joints": joints_view(status.joints),
-        "pose": pose_view(status.pose),
-        "gripper_mm": None if status.gripper_mm is None else round(status.gripper_mm, 3),
-        "gripping": status.gripping,
-        "commanded_steps": status.commanded,
-        "acknowledged_steps": status.acknowledged,
-        "read_back_steps": status.read_back,
-        "inputs": status.inputs,
-        "outputs": status.outputs,
-        "stop_time_s": round(status.stop_time_s, 3),
-        "stop_distance_mm": round(status.stop_distance_mm, 1),
-        "silent_time_s": round(status.silent_time_s, 3),
-        "silent_distance_mm": round(status.silent_distance_mm, 1),
-        "pause_time_s": round(status.pause_time_s, 3),
-        "pause_distance_mm": round(status.pause_distance_mm, 1),
-        "wakes": {
-            "deadlines": status.wakes.count,
-            "median_ms": round(status.wakes.median_s * 1e3, 3),
-            "p99_ms": round(status.wakes.p99_s * 1e3, 3),
-            "worst_ms": round(status.wakes.worst_s * 1e3, 3),
-        },
-        "underruns": status.underruns,
-        "torque": None if status.torque is None else asdict(status.torque),
-        "notice": status.notice,
-        "error": status.error,
-        "trust_code": status.trust_code,
-        "notice_code": status.notice_code,
-        "error_code": status.error_code,
-    }
+    return {key: value(status) for key, (value, _) in STATUS_FIELDS.items()}

@@ -43,7 +43,7 @@ def run_case(case: str, seconds: float, report: int) -> None:
     from armdrive.render.scene import Moment
     from kinematics import Joints, preset
     from tui.arm_view import SpaceView
-    from tui.framework import send_spans_alone
+    from tui.painting import send_spans_alone
 
     model = preset("teachmover")
     goal = Joints.of(-40.0, 50.0, -70.0, -60.0, 0.0)

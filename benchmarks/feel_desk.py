@@ -93,11 +93,11 @@ class TappingDesk(Desk):
 
     def action_mode(self) -> None:
         """Switch between joint and Cartesian mode."""
-        self.jog.action_mode()
+        self.jog.adjustments.switch_mode()
 
     def action_faster(self) -> None:
         """Jog faster."""
-        self.jog.action_faster()
+        self.jog.adjustments.faster()
 
 
 class SimulatedDesk:

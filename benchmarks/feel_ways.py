@@ -55,7 +55,7 @@ class Way:
 
     def allowed(self, arm: Arm) -> bool:
         """Tell whether the driver would draw it."""
-        here = ArmCoordinates(self.start, arm.core.coordinates.opening_mm)
+        here = ArmCoordinates(self.start, arm.core.position.coordinates.opening_mm)
         try:
             if self.via is None:
                 plan_line(arm.config, arm.speeds, here, self.goal, 1.0)
@@ -122,7 +122,7 @@ def _posture(arm: Arm, chance: Random, **fixed_deg: float) -> Joints:
         low, high = max(limit.low_rad, -math.pi / 2), min(limit.high_rad, math.pi / 2)
         angles[name] = chance.uniform(low + ROUNDING_RAD, high - ROUNDING_RAD)
     angles |= {name: math.radians(angle) for name, angle in fixed_deg.items()}
-    here, steps = arm.core.coordinates, arm.core.transmission
+    here, steps = arm.core.position.coordinates, arm.core.transmission
     wanted = here.joints.replace(**angles)
     return steps.to_joints(steps.to_motors(wanted, here.opening_mm))[0]
 

@@ -26,6 +26,7 @@ from reporting import machine, show
 from sim_process import SimProcess
 
 from armdrive import Arm
+from armdrive.blocking import run_blocking
 from armdrive.tasks import Done, MoveAlong, MoveBy
 from firmware_protocol.grbl import (
     GRBLHAL,
@@ -218,7 +219,7 @@ def driver(count: int = 1_000) -> Section:
     pieces += [MoveBy(Motors((-steps, 0, 0, 0, 0, 0)), step_hz) for _ in range(count // 4)]
     with board("mega5x") as sim, Arm.connect(sim.port, dialect="grbl") as arm:
         began_s = time.perf_counter()
-        reply = arm.runner.perform(_along(arm, pieces), within_s=600.0)
+        reply = run_blocking(arm.runner.perform(_along(arm, pieces), within_s=600.0))
         lasted_s = time.perf_counter() - began_s
         if not isinstance(reply, Done):
             raise Failed(f"the driver's stream ended otherwise: {reply}")

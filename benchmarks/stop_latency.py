@@ -25,6 +25,7 @@ from tapping import tap
 
 from armdrive.abilities import Abort
 from armdrive.arm import Arm
+from armdrive.blocking import run_blocking
 from armdrive.dialects.cia402.master import RECEIVED
 from armdrive.errors import ArmError
 from armdrive.registry import DIALECTS
@@ -140,7 +141,7 @@ class Stream:
 
     def _run(self) -> None:
         with contextlib.suppress(ArmError):
-            self._arm.runner.perform(self._flow(), within_s=PATIENCE_S)
+            run_blocking(self._arm.runner.perform(self._flow(), within_s=PATIENCE_S))
 
     def _flow(self):
         ahead_s = self._arm.config.motion.planned_burst_s

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import enum
 import inspect
+import json
 import re
 from collections.abc import Iterator
 from functools import cached_property
@@ -13,10 +14,12 @@ from typing import Any
 
 import armdrive
 from armdrive.arm.gripper import Gripper
+from armdrive.text import json_forms
 
 PAGE = Path(__file__).parent / "reference.md"
+SCHEMA = Path(__file__).parent / "armdrive.schema.json"
 
-INNER = frozenset(("closed", "homes_by_switches", "homing_groups", "reference_request", "stops"))
+INNER = frozenset(("closed", "reference_request", "stops"))
 """Calls that the desk and the command line need, and a program has no use for."""
 
 TOLD = (armdrive.Arm, armdrive.AsyncArm, armdrive.AsyncHandle)
@@ -30,7 +33,9 @@ HEAD = """# The Python calls
 Made from the docstrings by `python docs/reference.py`; [python.md](python.md) is the page to begin
 with. Names with `_mm`, `_deg`, `_rad` and `_s` say their unit; `speed` is a fraction of the limits.
 `AsyncArm` and its gripper have every call of `Arm` and `arm.gripper` by the same name, awaited
-where it may wait. Errors are listed with their remedies in [errors.md](errors.md).
+where it may wait. Errors are listed with their remedies in [errors.md](errors.md). Moves, poses,
+joint angles, the status and errors have one JSON form wherever they are read or written:
+[armdrive.schema.json](armdrive.schema.json).
 """
 
 
@@ -56,7 +61,7 @@ def _arm() -> Iterator[str]:
     for line in inspect.getsource(armdrive.Arm).splitlines():
         if heading := HEADING.fullmatch(line):
             yield f"### {heading[1].capitalize()}\n"
-        name = line.removeprefix("    def ").partition("(")[0]
+        name = line.replace("    async def ", "    def ").removeprefix("    def ").partition("(")[0]
         if name in calls and name not in seen:
             seen.add(name)
             yield from _call("arm", name, inspect.getattr_static(armdrive.Arm, name))
@@ -145,5 +150,11 @@ def _is_slot(found: object) -> bool:
     return inspect.ismemberdescriptor(found)
 
 
+def schema() -> str:
+    """Return the JSON schema of moves, poses, joint angles, status and errors."""
+    return json.dumps(json_forms.schema(), indent=1) + "\n"
+
+
 if __name__ == "__main__":
     PAGE.write_text(page(), encoding="utf-8")
+    SCHEMA.write_text(schema(), encoding="utf-8")

@@ -152,7 +152,7 @@ async def of(arm: Arm, keys: tuple[str, ...], memory: Path | None = None) -> str
         arm.sleep(KEY_S)
 
     app = Desk(arm, braille=True, clock=clock, memory=memory)
-    app.ABSENT_S = app.STARVED_S = math.inf  # however busy this computer is
+    app.input.suspended_s = app.input.starved_s = math.inf  # however busy this computer is
     return await keyed(app, keys, pass_by)
 
 

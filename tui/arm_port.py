@@ -9,11 +9,13 @@ from typing import Any, Protocol
 from armdrive import Grasped, Handle, Moved, Preview
 from armdrive.config.arm import ArmConfig
 from armdrive.dialog import PostureRequest
+from armdrive.errors import ArmError
 from armdrive.moves import Jog, Motion, Move
 from armdrive.programs.teaching.sequence import FingerStep
 from armdrive.status import Status
 from armdrive.storage.point_file import Points
 from armdrive.trace.log import LogReader
+from kinematics.errors import KinematicsError
 from kinematics.presets import ArmModel
 from kinematics.spaces import Pose
 
@@ -27,6 +29,14 @@ class DeskGripper(FingerStep, Protocol):
 
     def feel(self) -> Grasped:
         """Close on whatever is between the fingers, which takes its time; raises `ArmError`."""
+
+
+class DeskReferencing(Protocol):
+    """How the arm is referenced."""
+
+    @property
+    def homes_by_switches(self) -> bool:
+        """Whether `home` has the controller seek its switches, which moves the arm."""
 
 
 class DeskArm(Protocol):
@@ -52,8 +62,8 @@ class DeskArm(Protocol):
         """The frames in which the tip can be jogged, the base first."""
 
     @property
-    def homes_by_switches(self) -> bool:
-        """Whether `home` has the controller seek its switches, which moves the arm."""
+    def referencing(self) -> DeskReferencing:
+        """How the arm is referenced."""
 
     @property
     def reconnects(self) -> bool:
@@ -147,3 +157,18 @@ class DeskArm(Protocol):
 
     def close(self) -> None:
         """Stop, and give the port back. Closing twice is no error."""
+
+
+Done = str | Callable[[Status], str] | None
+"""What is said when a call has gone well: a sentence, or one made from the status then."""
+
+
+def outcome(arm: DeskArm, call: Callable[[], object], done: Done) -> str | None:
+    """Make a call; return what is to be said of it, None where the status speaks for itself."""
+    try:
+        call()
+        return done(arm.status) if callable(done) else done
+    except (ArmError, KinematicsError) as error:
+        return str(error)
+    except Exception as flaw:  # said, not swallowed: the desk and its stop key live on
+        return f"a flaw of armdrive, please report it: {type(flaw).__name__}: {flaw}"

@@ -1,4 +1,4 @@
-"""What all screens of the desk have in common: title, banner, remarks, footer, and the desk.
+"""What all screens of the desk have in common, and which of them is shown.
 
 A screen of its own says what it is called in `place`, gives `BINDINGS = bindings(place)`, lays out
 its middle in `compose_body` and shows each status in `show_body`. It keeps nothing that moves the
@@ -9,24 +9,23 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import ClassVar, Protocol, cast
+from typing import Any, ClassVar, Protocol, cast
 
-from textual.app import ComposeResult
+from textual import events, on
+from textual.app import App, ComposeResult
 from textual.containers import Container
 from textual.screen import Screen
 
 from armdrive.status import Status
 from kinematics.spaces import Joints
-from tui.arm_port import DeskArm
-from tui.framework import PlainText, send_spans_alone
+from tui.arm_port import DeskArm, Done
+from tui.control import ArmControl, ArmLink
 from tui.jog.jogging import DeskJogging
 from tui.keys.keyboard import Keyboard
 from tui.keys.table import summary_of, titled
-from tui.panels import banner, remarks, title
+from tui.painting import PlainText, send_spans_alone
+from tui.panels import at_work, banner, remarks, title
 from tui.settings import JogSettings, Manner
-
-Done = str | Callable[[Status], str] | None
-"""What is said when a call has gone well: a sentence, or one made from the status then."""
 
 
 class ScreenHost(Protocol):
@@ -36,22 +35,18 @@ class ScreenHost(Protocol):
     braille: bool
     clock: Callable[[], float]
     keys: Keyboard
-    status: Status
-    """The latest one."""
+    link: ArmLink
+    """The latest status, and whether there is a link at all."""
+    control: ArmControl
+    screens: Screens
     message: str
-    """What was said last."""
+    """The last message."""
     settings: JogSettings
     manner: Manner
     goal: Joints | None
     """A posture that one screen has left for the move screen."""
-    paused_here: bool
-    """Whether the arm waits because of this desk."""
     reopens: bool
     """Whether another desk can be opened on an arm file."""
-
-    @property
-    def at_work(self) -> str:
-        """The program or sequence that the arm is at work on, in few words."""
 
     def poll(self) -> None:
         """Take the latest status and show what changed."""
@@ -65,23 +60,17 @@ class ScreenHost(Protocol):
     def spoken(self, text: str) -> str:
         """Return a text in the words of the desk."""
 
-    def nobody_there(self) -> bool:
-        """Return whether the link is lost, and say so."""
-
     def call(self, call: Callable[[], object], done: Done) -> None:
         """Make a call that takes a moment in a thread, then say `done`."""
 
-    def pause_or_go_on(self) -> None:
-        """Pause the arm, or let it go on."""
+    def in_thread(self, work: Callable[[], object]) -> None:
+        """Do work that takes a moment in a thread."""
 
-    def show_screen(self, screen: str) -> None:
-        """Go to another screen by its id."""
+    def call_from_thread(self, callback: Callable[..., Any], *args: Any) -> Any:
+        """Call in the desk's own thread, and wait until that is done."""
 
     def open_next(self, path: Path) -> None:
         """Leave this arm for a desk on an arm file."""
-
-    def action_reference(self) -> None:
-        """Ask whether the arm stands in its reference posture."""
 
 
 class DeskScreen(Screen[None]):
@@ -137,16 +126,14 @@ class DeskScreen(Screen[None]):
         yield from ()
 
     def on_mount(self) -> None:
-        """Show the arm as soon as there is room to show it in."""
+        """Note that there is room to show the arm in."""
         self._laid_out = True
-        self.call_after_refresh(self.desk.poll)
 
-    def on_resize(self) -> None:
-        """Fit the texts to the new width."""
-        self.call_after_refresh(self.desk.poll)
-
-    def on_screen_resume(self) -> None:
-        """Show what has happened meanwhile."""
+    @on(events.Mount)
+    @on(events.Resize)
+    @on(events.ScreenResume)
+    def _show_soon(self) -> None:
+        """Show what has happened meanwhile, fitted to the width."""
         self.call_after_refresh(self.desk.poll)
 
     def on_screen_suspend(self) -> None:
@@ -159,10 +146,11 @@ class DeskScreen(Screen[None]):
             return  # not laid out yet, or already being taken down
         desk = self.desk
         width = self.size.width
-        looked_for, paused_here = desk.arm.reconnects, desk.paused_here
+        looked_for, paused_here = desk.arm.reconnects, desk.link.paused_here
+        program = at_work(tells() if (tells := desk.arm.program) else {})
         forbids = banner(status, desk.keys, looked_for=looked_for, paused_here=paused_here)
         said = remarks(status, desk.message or self.hint, bannered=bool(forbids))
-        self.text("title").show(title(status, titled(self.place), width, desk.at_work))
+        self.text("title").show(title(status, titled(self.place), width, program))
         self.text("banner").show(desk.spoken(forbids))
         self.text("remarks").show(desk.spoken(said))
         self.text("footer").show(desk.keys.footer(self.place, width, self.idle))
@@ -176,3 +164,55 @@ class DeskScreen(Screen[None]):
     def text(self, name: str) -> PlainText:
         """Return one of the screen's texts."""
         return self.query_one(f"#{name}", PlainText)
+
+
+class Screens:
+    """The screen that the desk is at; dialogs may lie over it."""
+
+    def __init__(self, app: App[int]) -> None:
+        self._app = app
+
+    @property
+    def current(self) -> DeskScreen:
+        """The screen that the desk is at."""
+        return cast("DeskScreen", self._app.screen_stack[0])
+
+    @property
+    def uncovered(self) -> bool:
+        """Whether no dialog lies over the screen."""
+        return len(self._app.screen_stack) == 1
+
+    @property
+    def hand(self) -> DeskJogging | None:
+        """The hand on the jog keys, where the screen has those."""
+        return self.current.hand if self._app.screen_stack else None
+
+    def show(self, status: Status) -> None:
+        """Show a status on the current screen."""
+        if self._app.is_running and self._app.screen_stack:  # else they are being taken down
+            self.current.show(status)
+
+    def disarm(self, reason: str) -> None:
+        """Let go of what the current screen holds, and let no key of it move the arm."""
+        if self._app.screen_stack:  # else they are already being taken down
+            self.current.disarm(reason)
+
+    def resumed(self, time_s: float) -> None:
+        """Let no key move the arm that was typed while the desk was suspended for so long."""
+        self.disarm(f"this screen had stood still for {time_s:.1f} s")
+
+    def starved(self, time_s: float) -> None:
+        """Let no key move the arm that may have waited for the desk for so long."""
+        if self.hand is not None:
+            self.hand.doubt(time_s)
+
+    def close_dialogs(self) -> None:
+        """Close whatever lies over the current screen; no question in it is answered."""
+        while len(self._app.screen_stack) > 1:
+            self._app.pop_screen()
+
+    def go_to(self, screen: str) -> None:
+        """Go to a screen by its id. What the one before held ends first."""
+        self.disarm("another screen is shown")
+        self.close_dialogs()
+        self._app.switch_mode(screen)

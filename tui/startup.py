@@ -13,12 +13,12 @@ from pathlib import Path
 from armdrive.render.canvas import can_braille
 from tui.arm_port import DeskArm
 from tui.desk import Desk
-from tui.framework import forget_a_closed_terminal
 from tui.gamepad.evdev import check_gamepads, open_gamepad
 from tui.gamepad.reader import Pad
 from tui.keys.keyboard import Keyboard
 from tui.keys.remap import load_keys
 from tui.settings import memory_file
+from tui.terminal import forget_a_closed_terminal
 
 
 @dataclass(frozen=True, slots=True)

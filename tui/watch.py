@@ -10,7 +10,7 @@ import math
 import os
 import sys
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, Protocol, cast
@@ -27,12 +27,13 @@ from armdrive.render.scene import Moment
 from armdrive.storage.lock_client import ask_holder, follow_holder
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints
+from tui.app import SUSPENDED_S, KeyApp
 from tui.arm_view import SpaceView
-from tui.framework import FirstKeys, PlainText
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
 from tui.keys.remap import load_keys
 from tui.keys.table import STOP
-from tui.look import CSS, look_after, put_on
+from tui.look import CSS, Looks
+from tui.painting import PlainText
 from tui.panels import TITLE_GAP, UNKNOWN, View, at_work, number_text, parted
 from tui.settings import memory_file, recall
 
@@ -227,12 +228,10 @@ COMMON = (STOP, "quit", "look")
 """The rows of the desk that count here too."""
 
 
-class Watching(FirstKeys):
+class Watching(KeyApp):
     """An app that shows somebody else's arm."""
 
-    ENABLE_COMMAND_PALETTE = False
     TITLE = "armdrive"
-    ABSENT_S = 1.0
     CSS = CSS
     BINDINGS: ClassVar[list[BindingType]] = [
         *bindings("watch"),
@@ -257,7 +256,9 @@ class Watching(FirstKeys):
         self.view: Mapping[str, Any] = {}
         self.ended = ""
         self.message = "watching: nothing here moves the arm, and leaving does not stop it"
-        self.look_name = look
+        self.stop_keys = self.keys.of(STOP)
+        self.input.suspended_s = SUSPENDED_S
+        self.looks = Looks(self, look, lambda name: self.say(f"look: {name}"))
         self._holder = holder
 
     def get_default_screen(self) -> Screen[None]:
@@ -266,7 +267,7 @@ class Watching(FirstKeys):
 
     def on_mount(self) -> None:
         """Begin to hear, and to show what was heard."""
-        self.look_name = put_on(self, self.look_name)
+        self.looks.put_on(self.looks.name)
         self.set_keymap(self.keys.keymap())
         threading.Thread(target=self._hear, name="armdrive-watch", daemon=True).start()
         self.set_interval(POLL_S, self.poll)
@@ -285,7 +286,7 @@ class Watching(FirstKeys):
 
     def poll(self) -> None:
         """Show the latest view."""
-        self.alive()
+        self.input.alive()
         if self.is_running and self.screen_stack and isinstance(self.screen, WatchScreen):
             self.screen.show(self.view, self.ended, self.message)
 
@@ -301,10 +302,6 @@ class Watching(FirstKeys):
 
     # -- what may be asked --------------------------------------------------------------------
 
-    def first_keys(self) -> Mapping[str, Callable[[], None]]:
-        """Return what no widget may keep for itself: the stop."""
-        return dict.fromkeys(self.keys.of(STOP), self.action_stop_arm)
-
     def action_stop_arm(self) -> None:
         """Ask for a stop, which is legal at any time."""
         self.say("asking for a STOP ...")
@@ -318,11 +315,6 @@ class Watching(FirstKeys):
         """Ask for a slower tempo, or a less slow one."""
         wanted = tempo(percent(self.view), steps)
         self._ask("slow", f"asked to go at {wanted} % of the speed", percent=wanted)
-
-    def action_next_look(self) -> None:
-        """Put on the next colours."""
-        self.look_name = put_on(self, look_after(self.look_name).name)
-        self.say(f"look: {self.look_name}")
 
     def action_leave(self) -> None:
         """Stop watching, and nothing else."""

@@ -1,6 +1,5 @@
 """The async twin of an arm: every call of `Arm` and of its gripper, awaited.
 
-In real time each call runs in a thread of its own. On simulated time such a thread and the event
-loop hand one turn to and fro: only one of them runs at any moment, and the same program gives the
-same result each time.
+In simulated time the event loop resumes each call after its waits: everything runs on the loop's
+thread, and the same program gives the same result each time. In real time each call has a thread.
 """

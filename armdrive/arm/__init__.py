@@ -15,13 +15,14 @@ from armdrive.abilities import Abilities
 from armdrive.arm.arguments import RULES
 from armdrive.arm.connected import Connection, Recording, StatusView
 from armdrive.arm.gripper import Gripper
-from armdrive.arm.handle import Handle
+from armdrive.arm.handle import Handle, finished
 from armdrive.arm.inputs_outputs import InputsOutputs
 from armdrive.arm.jogging import Jogging
 from armdrive.arm.moving import Moving
 from armdrive.arm.pendant import PendantMemory
 from armdrive.arm.places import Place, Places, move_to_place
 from armdrive.arm.reference import Accept, Referencing, Told, unheard
+from armdrive.blocking import Wait, blocking, coroutine_of, run_blocking
 from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import PATIENCE_S, Parts
 from armdrive.connect.target import ConnectOptions, connect
@@ -104,7 +105,7 @@ class Arm:
         self.places = Places(parts, self._view)
         self._jogging = Jogging(parts, self._view)
         self.moving = Moving(parts, self._view, self.places, self._jogging)
-        self._referencing = Referencing(self, parts, self._view, self.moving)
+        self.referencing = Referencing(self, parts, self._view, self.moving)
         self._lines = InputsOutputs(parts)
         self._gripper = Gripper(self, parts, self._view)
         if parts.lock is not None:
@@ -144,12 +145,12 @@ class Arm:
             twin=twin,
             reconnect=reconnect,
         )
-        instead = stood_in(target, options)
-        return Arm(connect(target, options)) if instead is None else instead
+        return run_blocking(connected(target, options))
 
-    def __enter__(self) -> Self:
+    @blocking
+    async def __enter__(self) -> Self:
         if self.core.state is State.DISABLED:
-            self.enable()
+            await coroutine_of(self.enable)()
         return self
 
     def __exit__(
@@ -160,11 +161,13 @@ class Arm:
     ) -> None:
         self.close()
 
-    def close(self) -> None:
+    @blocking
+    async def close(self) -> None:
         """Stop, remember the position, and give the port back. Closing twice is no error."""
-        self.connection.close()
+        await self.connection.close()
 
-    def reconnect(self) -> None:
+    @blocking
+    async def reconnect(self) -> None:
         """Look for the lost wire once, by its USB serial number where it had one. Moves nothing.
 
         Ends in error-stop (`reset` leaves it), or disabled where the arm was disabled before.
@@ -172,7 +175,7 @@ class Arm:
         `PortUnavailable` while the wire is not there, `LinkLost` or `DeviceFault` where the arm
         does not answer over it, and `WrongState` while nothing is lost.
         """
-        self.connection.reconnect()
+        await self.connection.reconnect()
 
     @property
     def closed(self) -> bool:
@@ -186,30 +189,34 @@ class Arm:
 
     # -- switching on and off -------------------------------------------------------------------
 
-    def enable(self) -> None:
+    @blocking
+    async def enable(self) -> None:
         """Switch the motors on where that can be done, and allow motion. Moves nothing."""
-        self.runner.perform(reference_tasks.enable(self.wire))
+        await self.runner.perform(reference_tasks.enable(self.wire))
 
-    def disable(self) -> None:
+    @blocking
+    async def disable(self) -> None:
         """Switch the motor current off: **the arm can sag**, so `park` first.
 
         The position is suspect from then on. On a TeachMover this is `@RESET`.
         """
         after(self.core.state, Event.DISABLE)
-        self.runner.perform(reference_tasks.disable(self.wire))
+        await self.runner.perform(reference_tasks.disable(self.wire))
 
-    def reset(self) -> None:
+    @blocking
+    async def reset(self) -> None:
         """Leave error-stop: wait until the line is quiet and read the registers. Moves nothing.
 
         In standby, or while the motors are off, it unlocks a device that was locked before.
         """
         after(self.core.state, Event.RESET)
-        self.stop()
-        self.runner.perform(reference_tasks.reset(self.wire))
+        await self.runner.stop()
+        await self.runner.perform(reference_tasks.reset(self.wire))
 
     # -- referencing ----------------------------------------------------------------------------
 
-    def home(self, *, operator: Operator | None = None, told: Told = unheard) -> Pose:
+    @blocking
+    async def home(self, *, operator: Operator | None = None, told: Told = unheard) -> Pose:
         """Take the reference posture, which an operator has to confirm; return its pose.
 
         An arm whose file has a `[homing]` section, on a device that homes by its own switches,
@@ -219,35 +226,29 @@ class Arm:
         the engine's thread with the names of each group of motors that has found its switches; it
         must not wait for anything.
         """
-        return self._referencing.home(operator or self.operator, told)
+        return await self.referencing.home(operator or self.operator, told)
 
-    def confirm_reference(self) -> None:
+    @blocking
+    async def confirm_reference(self) -> None:
         """Say that the arm stands in its reference posture now."""
-        self._referencing.confirm_reference()
+        await self.referencing.confirm_reference()
 
-    def declare_posture(self, posture: Joints | Pose, *, opening_mm: float = 0.0) -> None:
+    @blocking
+    async def declare_posture(self, posture: Joints | Pose, *, opening_mm: float = 0.0) -> None:
         """Say that the arm stands in this posture now, by joints or by pose."""
-        self._referencing.declare_posture(posture, opening_mm)
+        await self.referencing.declare_posture(posture, opening_mm)
 
-    def confirm_restored(self) -> None:
+    @blocking
+    async def confirm_restored(self) -> None:
         """Say that the arm stands as its record shows it: planned motion is allowed again."""
-        self._referencing.confirm_restored()
+        await self.referencing.confirm_restored()
 
     def reference_request(self) -> PostureRequest:
         """Return the posture that a reference is taken in."""
-        return self._referencing.request()
+        return self.referencing.request()
 
-    @property
-    def homes_by_switches(self) -> bool:
-        """Whether `home` moves the arm: its file says where its controller's own homing ends."""
-        return self._referencing.homes_by_switches
-
-    @property
-    def homing_groups(self) -> tuple[tuple[str, ...], ...]:
-        """The names of the motors that home by switches, in their order; empty: the device's."""
-        return self._referencing.homing_groups
-
-    def verify(
+    @blocking
+    async def verify(
         self, *, operator: Operator | None = None, accept: Accept = False, speed: float = 0.5
     ) -> Verified:
         """Measure how far the registers are from what the reference posture should read.
@@ -259,7 +260,7 @@ class Arm:
         position to verify, and `OperatorNeeded` where nobody looks or confirms.
         """
         by = operator or self.operator
-        return self._referencing.verify(by, accept, speed, self.logbook)
+        return await self.referencing.verify(by, accept, speed, self.logbook)
 
     # -- moving ---------------------------------------------------------------------------------
 
@@ -271,14 +272,15 @@ class Arm:
     def run(self, move: JogMove) -> Jogged: ...
     @overload
     def run(self, move: MoveSequence) -> Moved | Grasped: ...
-    def run(self, move: Move) -> Moved | Grasped | Jogged:
+    @blocking
+    async def run(self, move: Move) -> Moved | Grasped | Jogged:
         """Carry out a move and wait for its end: `run(LineMove(pose, speed=0.5))`.
 
         The move is resolved from where the arm stands, planned and audited as a whole before the
         first byte: `OutOfBounds` names the joint or guard, and nothing has moved. Every call below
         that begins with `move_` or `jog_` is short for a move.
         """
-        return self.moving.start(move).wait()
+        return await finished(self.moving.start(move))
 
     @overload
     def start(self, move: Motion, *, stops: int | None = None) -> Handle[Moved]: ...
@@ -288,9 +290,7 @@ class Arm:
     def start(self, move: JogMove, *, stops: int | None = None) -> Handle[Jogged]: ...
     @overload
     def start(self, move: MoveSequence, *, stops: int | None = None) -> Handle[Moved | Grasped]: ...
-    def start(
-        self, move: Move, *, stops: int | None = None
-    ) -> Handle[Moved] | Handle[Grasped] | Handle[Jogged] | Handle[Moved | Grasped]:
+    def start(self, move: Move, *, stops: int | None = None) -> Handle[Moved | Grasped | Jogged]:
         """Begin a move, and return a `Handle` that waits for its end or cancels it.
 
         With `stops`, the count of stops when the move was decided on, one that came since then
@@ -464,21 +464,26 @@ class Arm:
         """
         return self.moving.go(PathMove(tuple(parts), speed, frame), wait)
 
-    def move_gripper(self, opening_mm: float, speed: float = 1.0) -> Moved:
+    @blocking
+    async def move_gripper(self, opening_mm: float, speed: float = 1.0) -> Moved:
         """Bring the fingers to an opening in mm; `arm.gripper` knows more of them."""
-        return self.moving.start(GripperMove(opening_mm, speed)).wait()
+        return await finished(self.moving.start(GripperMove(opening_mm, speed)))
 
-    def park(self, *, speed: float = 1.0) -> Moved:
+    @blocking
+    async def park(self, *, speed: float = 1.0) -> Moved:
         """Go to the park posture of the arm file; by default, 30 mm above the reference mark."""
-        return self.moving.start(ParkMove(speed)).wait()
+        return await finished(self.moving.start(ParkMove(speed)))
 
-    def move_motors(self, *steps: int, speed: float = 0.25, stops: int | None = None) -> Moved:
+    @blocking
+    async def move_motors(
+        self, *steps: int, speed: float = 0.25, stops: int | None = None
+    ) -> Moved:
         """Move each motor by whole steps from where it is, all together: for the bench.
 
         Knows neither limits nor guards and needs no reference. With `stops`, the count of stops
         when it was asked for, one that came since then keeps it from beginning: raises `Stopped`.
         """
-        return self.moving.move_motors(steps, speed, stops)
+        return await self.moving.move_motors(steps, speed, stops)
 
     @property
     def gripper(self) -> Gripper:
@@ -492,7 +497,8 @@ class Arm:
 
     # -- jogging --------------------------------------------------------------------------------
 
-    def jog_j(
+    @blocking
+    async def jog_j(
         self,
         amounts: Angles | None = None,
         /,
@@ -509,9 +515,10 @@ class Arm:
         given in a mapping, `{"turret_deg": 2}`.
         """
         named = jog_axes(by_name(amounts, axes), in_steps=duration_s is None)
-        return self._jogging.jog(Jog(Space.JOINT, named), speed, duration_s)
+        return await self._jogging.jog(Jog(Space.JOINT, named), speed, duration_s)
 
-    def jog_l(
+    @blocking
+    async def jog_l(
         self,
         amounts: Angles | None = None,
         /,
@@ -527,7 +534,7 @@ class Arm:
         of the arm file. `jog_l(frame="tool", z=1, duration_s=1)` goes where the hand points.
         """
         named = jog_axes(by_name(amounts, axes), in_steps=duration_s is None)
-        return self._jogging.jog(Jog(Space.CARTESIAN, named, frame), speed, duration_s)
+        return await self._jogging.jog(Jog(Space.CARTESIAN, named, frame), speed, duration_s)
 
     def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
         """Jog for `for_s` seconds and no longer unless called again; never waits.
@@ -549,12 +556,13 @@ class Arm:
 
     # -- stopping, waiting and slowing down -----------------------------------------------------
 
-    def stop(self) -> None:
+    @blocking
+    async def stop(self) -> None:
         """Stop, and wait until the arm stands. Legal in every state, from any thread.
 
         What a device cannot abort runs to its end; `status.stop_time_s` bounds it.
         """
-        self.runner.stop()
+        await self.runner.stop()
 
     def estop(self) -> None:
         """Stop and latch error-stop; does not wait. Only `reset` leaves it, and moves nothing.
@@ -575,14 +583,15 @@ class Arm:
         """How often a stop was asked for: what was decided on before the latest is not begun."""
         return self.runner.stops
 
-    def sleep(self, time_s: float) -> None:
+    @blocking
+    async def sleep(self, time_s: float) -> None:
         """Let time pass on the arm's own clock.
 
         Raises `Stopped` where this program or its computer was suspended meanwhile: who waited
         for something to pass is not to move an arm when nobody expects it any more.
         """
         absences = self.runner.absences()
-        self.pace.wait(never, max(finite("time_s", time_s), 0.0))
+        await Wait(self.pace, never, max(finite("time_s", time_s), 0.0))
         self.runner.require_present(absences)
 
     def pause(self) -> None:
@@ -662,11 +671,13 @@ class Arm:
 
     # -- inputs, outputs and the controller's memory --------------------------------------------
 
-    def read_inputs(self) -> int:
+    @blocking
+    async def read_inputs(self) -> int:
         """Read the input bits now."""
-        return self._lines.read_inputs()
+        return await self._lines.read_inputs()
 
-    def wait_inputs(
+    @blocking
+    async def wait_inputs(
         self, *, high: Lines = (), low: Lines = (), within_s: float | None = None
     ) -> int:
         """Wait until inputs, counted from 1, are high and low; return the input bits.
@@ -677,30 +688,34 @@ class Arm:
         or this program was suspended, what broke where its wire is lost, `WrongState` for an arm
         that nobody looks at, and `Refused` for one that has no inputs.
         """
-        return self._lines.wait_inputs(high=high, low=low, within_s=within_s)
+        return await self._lines.wait_inputs(high=high, low=low, within_s=within_s)
 
-    def set_output(self, number: int, on: bool = True) -> None:
+    @blocking
+    async def set_output(self, number: int, on: bool = True) -> None:
         """Switch one output, counted from 1; the others stay. Moves nothing.
 
         Outputs that this connection has not written yet are taken to be off, as they are when the
         controller is switched on: no such controller tells how they are.
         """
-        self._lines.set_output(number, on)
+        await self._lines.set_output(number, on)
 
-    def set_outputs(self, bits: int) -> None:
+    @blocking
+    async def set_outputs(self, bits: int) -> None:
         """Write the output bits. Moves nothing."""
-        self._lines.set_outputs(bits)
+        await self._lines.set_outputs(bits)
 
-    def read_pendant_program(self) -> PendantProgram:
+    @blocking
+    async def read_pendant_program(self) -> PendantProgram:
         """Read the program in the arm's own memory; takes some seconds, and moves nothing.
 
         It is read until two readings agree. Where the position is trusted, the program says as
         well what its rows mean (`origin`). Raises `Refused` for an arm that keeps no program, and
         `DeviceFault`.
         """
-        return PendantMemory(self._parts).read()
+        return await PendantMemory(self._parts).read()
 
-    def write_pendant_program(
+    @blocking
+    async def write_pendant_program(
         self,
         program: PendantProgram,
         *,
@@ -717,15 +732,17 @@ class Arm:
         that are in the arm.
         """
         memory = PendantMemory(self._parts)
-        return memory.write(program, leave_others=leave_others, told=told)
+        return await memory.write(program, leave_others=leave_others, told=told)
 
-    def mend_settings(self, lines: Sequence[str] | None = None) -> DeviceSettings:
+    @blocking
+    async def mend_settings(self, lines: Sequence[str] | None = None) -> DeviceSettings:
         """Write the lines that bring the device's settings to what the arm file says.
 
         Without `lines`, all that `status.notice` and `armdrive doctor` show. Moves nothing.
         """
         chosen = [each.mend for each in self.core.differences] if lines is None else lines
-        return self.runner.perform(device_tasks.mend_settings(self.wire, tuple(chosen)), PATIENCE_S)
+        flow = device_tasks.mend_settings(self.wire, tuple(chosen))
+        return await self.runner.perform(flow, PATIENCE_S)
 
     # -- the flight recorder --------------------------------------------------------------------
 
@@ -773,6 +790,12 @@ def standing_in(standin: Standin) -> Iterator[None]:
 def stood_in(target: str | None, options: ConnectOptions) -> Arm | None:
     """Return the arm that somebody gives instead; None where nobody stands in."""
     return _PRESENT[-1](target, options) if _PRESENT else None
+
+
+async def connected(target: str | None, options: ConnectOptions) -> Arm:
+    """Connect, unless somebody gives an arm instead."""
+    instead = stood_in(target, options)
+    return Arm(await coroutine_of(connect)(target, options)) if instead is None else instead
 
 
 def anybody() -> bool:

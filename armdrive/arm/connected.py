@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
+from armdrive.blocking import Wait
 from armdrive.connect.parts import PATIENCE_S, Parts
 from armdrive.errors import ArmError, NoAnswer, WrongState
 from armdrive.motion.segments import SpeedLimits
@@ -81,7 +82,7 @@ class Connection:
         """Whether a lost wire is looked for without anybody asking, until it is back."""
         return self._parts.reconnector is not None and self._parts.reconnector.automatic
 
-    def reconnect(self) -> None:
+    async def reconnect(self) -> None:
         """Look for the lost wire once. Raises as `Arm.reconnect` says."""
         parts, reconnector = self._parts, self._parts.reconnector
         with parts.pace.lock:
@@ -91,17 +92,17 @@ class Connection:
                 raise WrongState("this connection was closed for good: connect anew")
             before = reconnector.ask(parts.pace.now_s())
         parts.pace.wake()
-        if not parts.pace.wait(lambda: reconnector.tries > before, PATIENCE_S):
+        if not await Wait(parts.pace, lambda: reconnector.tries > before, PATIENCE_S):
             raise NoAnswer("nobody knows whether the wire is back: look for it again")
         if parts.core.state is State.DISCONNECTED and reconnector.trouble is not None:
             raise reconnector.trouble
 
-    def close(self) -> None:
+    async def close(self) -> None:
         """Stop, remember the position, and give the port back. Closing twice is no error."""
         parts = self._parts
         try:
             if parts.core.state is not State.DISCONNECTED:
-                parts.runner.stop()
+                await parts.runner.stop()
                 with parts.pace.lock:
                     if parts.engine.broken is None:  # else the mark of motion has to stay
                         parts.core.mark_still()

@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import Protocol, overload
 
 from armdrive.arm.connected import StatusView
+from armdrive.arm.handle import Handle, finished
+from armdrive.blocking import blocking, coroutine_of
 from armdrive.connect.parts import Parts
 from armdrive.errors import Refused
 from armdrive.errors.arguments import BASIC, checked_calls
@@ -20,11 +22,11 @@ class TracedArm(Protocol):
     tracer: Tracer
 
     @overload
-    def run(self, move: Motion) -> Moved: ...
+    def start(self, move: Motion) -> Handle[Moved]: ...
     @overload
-    def run(self, move: GraspMove) -> Grasped: ...
-    def run(self, move: Motion | GraspMove) -> Moved | Grasped:
-        """Carry out a move, and wait for its end."""
+    def start(self, move: GraspMove) -> Handle[Grasped]: ...
+    def start(self, move: Motion | GraspMove) -> Handle[Moved] | Handle[Grasped]:
+        """Begin a move."""
 
 
 @traced
@@ -46,34 +48,40 @@ class Gripper:
         """
         core = self._parts.core
         require_gripper(core)
-        if not core.transmission.has_gripper and core.gripper_share is None:
+        if not core.transmission.has_gripper and core.fingers.share is None:
             raise Refused("nobody knows how the gripper stands: open or close it first")
         return self._view.known(self._view.status.gripper_mm)
 
     @property
     def force_n(self) -> float:
         """The force of the grasp, from the steps behind the touch; 0 when let go."""
-        return self._parts.core.grip_force_n
+        core = self._parts.core
+        return core.fingers.force_n(core.position.coordinates.opening_mm)
 
-    def open(self, opening_mm: float | None = None, *, speed: float = 1.0) -> Moved:
+    @blocking
+    async def open(self, opening_mm: float | None = None, *, speed: float = 1.0) -> Moved:
         """Open to a width in mm, or all the way."""
-        return self._arm.run(GripperMove(opening_mm, speed))
+        return await finished(self._arm.start(GripperMove(opening_mm, speed)))
 
-    def close(self, opening_mm: float = 0.0, *, speed: float = 1.0) -> Moved:
+    @blocking
+    async def close(self, opening_mm: float = 0.0, *, speed: float = 1.0) -> Moved:
         """Close to a width in mm without feeling for an object; see `grasp`."""
-        return self.move(opening_mm, speed=speed)
+        return await coroutine_of(self.move)(opening_mm, speed=speed)
 
-    def move(self, opening_mm: float, *, speed: float = 1.0) -> Moved:
+    @blocking
+    async def move(self, opening_mm: float, *, speed: float = 1.0) -> Moved:
         """Bring the fingers to an opening in mm."""
-        return self._arm.run(GripperMove(opening_mm, speed))
+        return await finished(self._arm.start(GripperMove(opening_mm, speed)))
 
-    def grasp(self, *, force_n: float = 8.9) -> float:
+    @blocking
+    async def grasp(self, *, force_n: float = 8.9) -> float:
         """Close on whatever is between the fingers; return its width in mm, 0.0 for nothing.
 
         `force_n` (about 2 lb by default) is pressed after the grip switch has tripped.
         """
-        return self.feel(force_n=force_n).width_mm
+        return (await coroutine_of(self.feel)(force_n=force_n)).width_mm
 
-    def feel(self, *, force_n: float = 8.9) -> Grasped:
+    @blocking
+    async def feel(self, *, force_n: float = 8.9) -> Grasped:
         """Like `grasp`, and also tell the force."""
-        return self._arm.run(GraspMove(force_n))
+        return await finished(self._arm.start(GraspMove(force_n)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from armdrive.blocking import Wait
 from armdrive.connect.parts import Parts
 from armdrive.errors import BadRequest, InputTimeout, Stopped
 from armdrive.motion import idle as idling
@@ -30,27 +31,27 @@ class InputsOutputs:
         self._parts = parts
         self._core = parts.core
 
-    def set_outputs(self, bits: int) -> None:
+    async def set_outputs(self, bits: int) -> None:
         """Write the output bits. Moves nothing."""
         after(self._core.state, Event.MOVE)
-        self._parts.runner.perform(idling.set_outputs(self._parts.wire, bits))
+        await self._parts.runner.perform(idling.set_outputs(self._parts.wire, bits))
 
-    def set_output(self, number: int, on: bool = True) -> None:
+    async def set_output(self, number: int, on: bool = True) -> None:
         """Switch one output, counted from 1; the others stay. Moves nothing.
 
         Outputs that this connection has not written yet are taken to be off, as they are when the
         controller is switched on: no such controller tells how they are.
         """
         bit = output_bits(number)
-        bits = self._core.outputs or 0
-        self.set_outputs(bits | bit if on else bits & ~bit)
+        bits = self._core.readings.outputs or 0
+        await self.set_outputs(bits | bit if on else bits & ~bit)
 
-    def read_inputs(self) -> int:
+    async def read_inputs(self) -> int:
         """Read the input bits now."""
-        self._parts.runner.perform(referencing.poll(self._parts.wire))
-        return self._core.inputs or 0
+        await self._parts.runner.perform(referencing.poll(self._parts.wire))
+        return self._core.readings.inputs or 0
 
-    def wait_inputs(
+    async def wait_inputs(
         self, *, high: Lines = (), low: Lines = (), within_s: float | None = None
     ) -> int:
         """Wait until inputs, counted from 1, are high and low; return the input bits.
@@ -69,30 +70,30 @@ class InputsOutputs:
         with self._parts.pace.lock:
             if core.state in _ASLEEP:
                 after(core.state, Event.MOVE)
-            core.awaiting += 1
-            seen = core.sensed
+            core.readings.awaiting += 1
+            seen = core.readings.sensed
             absences = self._parts.engine.absences
 
         def ended() -> bool:
             if self._parts.runner.stops != stops or core.state in _ASLEEP:
                 return True
-            bits = core.inputs or 0
-            return core.sensed != seen and bits & want == want and not bits & shun
+            bits = core.readings.inputs or 0
+            return core.readings.sensed != seen and bits & want == want and not bits & shun
 
         self._parts.pace.wake()
         try:
-            met = self._parts.pace.wait(ended, patience_s)
+            met = await Wait(self._parts.pace, ended, patience_s)
         finally:
             with self._parts.pace.lock:
-                core.awaiting -= 1
+                core.readings.awaiting -= 1
         self._require_looking(self._parts.engine, stops)
         self._parts.runner.require_present(absences)
         if not met:
             raise InputTimeout(
                 f"after {patience_s:g} s {_words(want, shun)} is not so: the inputs read "
-                f"{core.inputs or 0:08b}, the last digit is input 1"
+                f"{core.readings.inputs or 0:08b}, the last digit is input 1"
             )
-        return core.inputs or 0
+        return core.readings.inputs or 0
 
     def _require_looking(self, engine: Engine, stops: int) -> None:
         """Raise what keeps anybody from seeing the inputs."""

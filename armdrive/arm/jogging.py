@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from armdrive.arm.connected import StatusView
-from armdrive.arm.handle import Handle
+from armdrive.arm.handle import Handle, finished
 from armdrive.connect.parts import PATIENCE_S, Parts
 from armdrive.errors import BadRequest, Refused, WrongState
 from armdrive.motion.jog.session import Jogged, check_jog, jog_session
@@ -28,11 +28,11 @@ class Jogging:
         self._view = view
         self._session: Task[Jogged] | None = None
 
-    def jog(self, jog: Jog, speed: float, duration_s: float | None) -> Jogged:
+    async def jog(self, jog: Jog, speed: float, duration_s: float | None) -> Jogged:
         """Jog by an increment, or for a time, and wait for the end."""
         if duration_s is None:
-            return self.start(JogMove(jog, speed)).wait()
-        return self.jog_for(jog, speed, duration_s)
+            return await finished(self.start(JogMove(jog, speed)))
+        return await self.jog_for(jog, speed, duration_s)
 
     def start(self, move: JogMove) -> Handle[Jogged]:
         """Begin an increment. Raises `WrongState` while another one waits."""
@@ -45,7 +45,7 @@ class Jogging:
             core.nudges.append(IncrementalJog(move.jog, move.speed))
         return Handle(self._parts.runner, task, PATIENCE_S * 10)
 
-    def jog_for(self, jog: Jog, speed: float, duration_s: float) -> Jogged:
+    async def jog_for(self, jog: Jog, speed: float, duration_s: float) -> Jogged:
         """Jog for a time, and wait for the end."""
         core, pace = self._parts.core, self._parts.pace
         fraction = speed_fraction(speed)
@@ -57,7 +57,7 @@ class Jogging:
             task = self._join_session()
             core.hold = hold
             core.holds += 1
-        return self._parts.runner.finish(task, duration_s + PATIENCE_S * 10)
+        return await self._parts.runner.finish(task, duration_s + PATIENCE_S * 10)
 
     def _require(self, jog: Jog) -> None:
         check_jog(self._parts.core, jog)
@@ -99,7 +99,7 @@ class Jogging:
                 after(core.state, Event.MOVE)
             self._join_session()
         except Refused as refusal:
-            core.notify(str(refusal), refusal)
+            core.diagnostics.notify(str(refusal), refusal)
             return False
         return True
 

@@ -99,7 +99,7 @@ class Moving:
             preview_move(ground, controller, move, hindrance) if known else Preview(None, hindrance)
         )
 
-    def move_motors(self, steps: Sequence[int], speed: float, stops: int | None) -> Moved:
+    async def move_motors(self, steps: Sequence[int], speed: float, stops: int | None) -> Moved:
         """Move each motor by whole steps from where it is; see `Arm.move_motors`."""
         core, runner = self._core, self._parts.runner
         motors, needed = Motors(tuple(steps)), core.controller.abilities.motors
@@ -113,7 +113,7 @@ class Moving:
                 raise Stopped("a stop was asked for before the motors began to turn")
             body = motion.bench_move(self._parts.wire, self._view.speeds, motors, fraction)
             task = runner.submit(body, alone=True)
-        return runner.finish(task, PATIENCE_S * 10)
+        return await runner.finish(task, PATIENCE_S * 10)
 
     # -- what a move needs --------------------------------------------------------------------
 
@@ -123,7 +123,7 @@ class Moving:
         return Ground(
             self._parts.config,
             self._view.speeds,
-            core.coordinates if here is None else here,
+            core.position.coordinates if here is None else here,
             self._places.joints,
             core.transmission.has_gripper,
         )

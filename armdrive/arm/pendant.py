@@ -19,7 +19,7 @@ class PendantMemory:
     def __init__(self, parts: Parts) -> None:
         self._parts = parts
 
-    def read(self) -> PendantProgram:
+    async def read(self) -> PendantProgram:
         """Read the program in the arm's own memory; takes some seconds, and moves nothing.
 
         It is read until two readings agree. Where the position is trusted, the program says as
@@ -27,10 +27,11 @@ class PendantMemory:
         `DeviceFault`.
         """
         memory = self._memory()
-        rows = self._parts.runner.perform(program_memory.read_program(self._parts.wire), PATIENCE_S)
+        flow = program_memory.read_program(self._parts.wire)
+        rows = await self._parts.runner.perform(flow, PATIENCE_S)
         return memory.from_words(rows, self._origin())
 
-    def write(
+    async def write(
         self,
         program: PendantProgram,
         *,
@@ -52,7 +53,7 @@ class PendantMemory:
         flow = program_memory.write_program(
             self._parts.wire, program.words, leave_others=leave_others, told=told
         )
-        return self._parts.runner.perform(flow, PATIENCE_S)
+        return await self._parts.runner.perform(flow, PATIENCE_S)
 
     def _memory(self) -> PendantTools[PendantProgram]:
         """Return how its memory is read; raises `Refused` for an arm that has none."""
@@ -63,5 +64,5 @@ class PendantMemory:
     def _origin(self) -> tuple[int, ...] | None:
         """Return what the registers have to be added to now; None where nobody knows it."""
         if self._parts.core.belief.trust in (Trust.REFERENCED, Trust.RESTORED):
-            return tuple(self._parts.core.offset)
+            return tuple(self._parts.core.position.offset)
         return None

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from armdrive.arm.connected import StatusView
+from armdrive.arm.handle import finished
 from armdrive.arm.moving import Moving
 from armdrive.config.sections import HomingSettings
 from armdrive.connect.parts import Parts
@@ -58,10 +59,10 @@ class Referencing:
 
     # -- homing ---------------------------------------------------------------------------------
 
-    def home(self, operator: Operator | None, told: Told) -> Pose:
+    async def home(self, operator: Operator | None, told: Told) -> Pose:
         """Take the reference posture, by switches or by an operator; see `Arm.home`."""
         if self._config.homing is not None and self.homes_by_switches:
-            return self._home_by_switches(self._config.homing, told)
+            return await self._home_by_switches(self._config.homing, told)
         request = self.request()
         if operator is None:
             raise OperatorNeeded(
@@ -70,12 +71,12 @@ class Referencing:
                 f"{request}"
             )
         after(self._core.state, Event.HOME)
-        self._parts.runner.perform(referencing.begin_home(self._parts.wire))
+        await self._parts.runner.perform(referencing.begin_home(self._parts.wire))
         try:
             self._have_confirmed(operator, request)
-            self._vouch(request.joints, request.opening_mm, Evidence.HOMED)
+            await self._vouch(request.joints, request.opening_mm, Evidence.HOMED)
         except BaseException:
-            self._leave_homing()
+            await self._leave_homing()
             raise
         return self._view.pose
 
@@ -91,14 +92,14 @@ class Referencing:
         groups = () if self._config.homing is None else self._config.homing.groups
         return tuple(tuple(names[motor - 1] for motor in group) for group in groups)
 
-    def _home_by_switches(self, homing: HomingSettings, told: Told) -> Pose:
+    async def _home_by_switches(self, homing: HomingSettings, told: Told) -> Pose:
         wire, runner = self._parts.wire, self._parts.runner
         with self._parts.pace.lock:
             after(self._core.state, Event.HOME)
             names = self.homing_groups
             body = referencing.home_device(wire, homing, lambda group: told(names[group]))
             task = runner.submit(body, alone=True)
-        runner.finish(task, HOMING_PATIENCE_S)
+        await runner.finish(task, HOMING_PATIENCE_S)
         return self._view.pose
 
     def _have_confirmed(self, operator: Operator, request: PostureRequest) -> None:
@@ -111,31 +112,31 @@ class Referencing:
                 f"the posture was not confirmed: nothing was referenced. {request}"
             )
 
-    def _leave_homing(self) -> None:
+    async def _leave_homing(self) -> None:
         """Stop what the operator may have left in motion, and go back to where homing began."""
         try:
-            self._parts.runner.stand_still()
+            await self._parts.runner.stand_still()
         finally:
             with self._parts.pace.lock:
                 self._core.settle()
 
     # -- declaring ------------------------------------------------------------------------------
 
-    def confirm_reference(self) -> None:
+    async def confirm_reference(self) -> None:
         """Say that the arm stands in its reference posture now."""
         request = self.request()
         after(self._core.state, Event.MOVE)
-        self._vouch(request.joints, request.opening_mm, Evidence.HOMED)
+        await self._vouch(request.joints, request.opening_mm, Evidence.HOMED)
 
-    def declare_posture(self, posture: Joints | Pose, opening_mm: float) -> None:
+    async def declare_posture(self, posture: Joints | Pose, opening_mm: float) -> None:
         """Say that the arm stands in this posture now, by joints or by pose."""
         geometry = self._config.model.arm
         joints = geometry.ik(posture) if isinstance(posture, Pose) else posture
         geometry.check(joints)
         after(self._core.state, Event.MOVE)
-        self._vouch(joints, finite("opening_mm", opening_mm), Evidence.DECLARED)
+        await self._vouch(joints, finite("opening_mm", opening_mm), Evidence.DECLARED)
 
-    def confirm_restored(self) -> None:
+    async def confirm_restored(self) -> None:
         """Say that the arm stands as its record shows it: planned motion is allowed again."""
         trust = self._view.status.trust
         if trust is not Trust.RESTORED:
@@ -143,7 +144,7 @@ class Referencing:
                 "there is no restored position to confirm, the position is "
                 f"{trust.value}: call `home()`"
             )
-        self._parts.runner.perform(referencing.confirm_record(self._parts.wire))
+        await self._parts.runner.perform(referencing.confirm_record(self._parts.wire))
 
     def request(self) -> PostureRequest:
         """Return the posture that a reference is taken in."""
@@ -158,15 +159,15 @@ class Referencing:
         joints = self._config.model.arm.ik(reference.pose)
         return PostureRequest(self._arm, reference.pose, joints, reference.opening_mm)
 
-    def _vouch(self, joints: Joints, opening_mm: float, evidence: Evidence) -> None:
+    async def _vouch(self, joints: Joints, opening_mm: float, evidence: Evidence) -> None:
         there = ArmCoordinates(joints, opening_mm)
         with self._parts.pace.lock:
             word = vouched(self._core, there, evidence, self._parts.pace.now_s())
-        self._parts.runner.perform(take_reference(self._parts.wire, word))
+        await self._parts.runner.perform(take_reference(self._parts.wire, word))
 
     # -- verifying ------------------------------------------------------------------------------
 
-    def verify(
+    async def verify(
         self, operator: Operator | None, accept: Accept, speed: float, logbook: Path | None
     ) -> Verified:
         """Measure how far the registers are from the reference; see `Arm.verify`.
@@ -181,22 +182,22 @@ class Referencing:
                 "operator"
             )
         reference = self._core.belief.reason
-        self._moving.start(ParkMove(speed, above_mark(self._config))).wait()
+        await finished(self._moving.start(ParkMove(speed, above_mark(self._config))))
         after(self._core.state, Event.HOME)
-        self._parts.runner.perform(referencing.begin_home(self._parts.wire))
+        await self._parts.runner.perform(referencing.begin_home(self._parts.wire))
         try:
             self._have_confirmed(operator, request)
-            verified = self._measured(request, reference, accept, logbook)
-            self._conclude(request, verified)
+            verified = await self._measured(request, reference, accept, logbook)
+            await self._conclude(request, verified)
         except BaseException:
-            self._leave_homing()
+            await self._leave_homing()
             raise
         return self._written(verified, reference, logbook)
 
-    def _measured(
+    async def _measured(
         self, request: MarkRequest, reference: str, accept: Accept, logbook: Path | None
     ) -> Verified:
-        position = self._parts.runner.perform(verifying.read_at_mark(self._parts.wire))
+        position = await self._parts.runner.perform(verifying.read_at_mark(self._parts.wire))
         transmission = self._core.transmission
         truth = transmission.to_motors(request.joints, request.opening_mm)
         drift = drift_between(self._config.model, position, truth)
@@ -214,13 +215,15 @@ class Referencing:
         last = last_entry(logbook, self._config.calibration) or {}
         return bool(last.get("accepted")) and last.get("steps") == list(drift.steps)
 
-    def _conclude(self, request: MarkRequest, verified: Verified) -> None:
+    async def _conclude(self, request: MarkRequest, verified: Verified) -> None:
         if verified.accepted:
-            self._vouch(request.joints, request.opening_mm, Evidence.HOMED)
+            await self._vouch(request.joints, request.opening_mm, Evidence.HOMED)
         elif verified.verdict is Verdict.ROUNDING:
-            self._parts.runner.perform(verifying.believe_mark(self._parts.wire))
+            await self._parts.runner.perform(verifying.believe_mark(self._parts.wire))
         else:
-            self._parts.runner.perform(verifying.doubt_position(self._parts.wire, verified.found))
+            await self._parts.runner.perform(
+                verifying.doubt_position(self._parts.wire, verified.found)
+            )
 
     def _written(self, verified: Verified, reference: str, logbook: Path | None) -> Verified:
         """Write it down; a disk that does not take it is a note, since the arm is measured."""

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from armdrive.blocking import Wait, blocking
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.reconnect import NewLink, Reconnector
 from armdrive.dialog import Operator
@@ -47,7 +48,10 @@ T = TypeVar("T")
 
 
 class TaskRunner:
-    """Hands tasks to one arm's engine, waits for their end, and stops what is at work."""
+    """Hands tasks to one arm's engine, waits for their end, and stops what is at work.
+
+    The methods that wait are coroutines of `Wait`: see blocking.py.
+    """
 
     def __init__(self, core: Core, engine: Engine, pace: Pace) -> None:
         self.core = core
@@ -66,16 +70,16 @@ class TaskRunner:
         self.engine.stop_asked = True
         self.pace.wake()
 
-    def stop(self) -> None:
+    async def stop(self) -> None:
         """Stop, and wait until the arm stands. Raises `NoAnswer` where that is not seen."""
-        if not self.stand_still():
+        if not await self.stand_still():
             raise NoAnswer("the arm did not confirm that it stands; look at it")
 
-    def stand_still(self) -> bool:
+    async def stand_still(self) -> bool:
         """Stop, and tell whether the arm was seen to stand."""
         self.request_stop()
         # a stop that the engine has not seen yet would be taken for one of the next motion
-        return self.pace.wait(lambda: self.engine.at_rest, PATIENCE_S)
+        return await Wait(self.pace, lambda: self.engine.at_rest, PATIENCE_S)
 
     # -- running ------------------------------------------------------------------------------
 
@@ -92,28 +96,28 @@ class TaskRunner:
         self.pace.wake()
         return task
 
-    def finish(self, task: Task[T], timeout_s: float) -> T:
+    async def finish(self, task: Task[T], timeout_s: float) -> T:
         """Wait for a task; whatever interrupts the wait stops the arm."""
         try:
-            ended = self._waited(task, timeout_s)
+            ended = await self._waited(task, timeout_s)
         except BaseException:
-            self.stand_still()
+            await self.stand_still()
             raise
         if not ended:
-            self.stand_still()
+            await self.stand_still()
             raise NoAnswer(f"the motion had not ended after {timeout_s:.0f} s and was stopped")
         return task.result()
 
-    def perform(self, flow: TaskBody[T], within_s: float | None = None) -> T:
+    async def perform(self, flow: TaskBody[T], within_s: float | None = None) -> T:
         """Hand a flow that moves nothing to the engine and wait for its end.
 
         It ends within `call_limit_s`, or `within_s` where that is given. A motion that is under
         way is waited for before that, for a minute at most.
         """
         limit_s = self.engine.call_limit_s if within_s is None else within_s
-        return self.finish(self.submit(flow, within_s=limit_s), limit_s + PATIENCE_S)
+        return await self.finish(self.submit(flow, within_s=limit_s), limit_s + PATIENCE_S)
 
-    def _waited(self, task: Task[Any], timeout_s: float) -> bool:
+    async def _waited(self, task: Task[Any], timeout_s: float) -> bool:
         """Wait for a task, and for as much longer as it is paused or slowed down."""
         tempo = self.core.tempo
         simulated, delay_s = not isinstance(self.pace, RealPace), tempo.delay_s
@@ -124,7 +128,7 @@ class TaskRunner:
                 tempo.breathe(waited_s + tempo.waited_s)
             return task.done
 
-        while not self.pace.wait(ended, timeout_s):
+        while not await Wait(self.pace, ended, timeout_s):
             timeout_s, delay_s = tempo.delay_s - delay_s, tempo.delay_s
             if timeout_s <= 0.0:
                 return False
@@ -177,7 +181,8 @@ class Parts:
         self.tracer.close()
 
 
-def assemble(
+@blocking
+async def assemble(
     config: ArmConfig,
     link: Link,
     pace: Pace,
@@ -207,7 +212,7 @@ def assemble(
     tracer.begin(config, link.description, pace.now_s, core.condition)
     pace.start(driven.engine)
     try:
-        runner.perform(connect(driven.wire))
+        await runner.perform(connect(driven.wire))
         with pace.lock:
             tracer.opened()
     except BaseException:
@@ -247,7 +252,7 @@ class _Driven:
 
     def _noticed(self, event: Alert | Progress) -> None:
         if isinstance(event, Progress):
-            self._core.progress(event.registers)
+            self._core.position.progress(event.registers)
         else:
             alerted(self._core, event, self.engine.now_s)
 

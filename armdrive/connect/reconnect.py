@@ -173,7 +173,7 @@ class Reconnector:
         core.controller = dialect(core.config.connection.dialect).controller(core.config)
         self._engine.take(link, core.controller)
         absent.close()
-        core.notice = f"found {link.description}: asking whether the arm answers"
+        core.diagnostics.notice = f"found {link.description}: asking whether the arm answers"
         # what was sent before the loss may still be running: that is waited for first
         runs_s = max(self._lost_s + core.stop_bound().silent_time_s - self._engine.now_s, 0.0)
         self._engine.start(self._resume(), within_s=runs_s + self._engine.call_limit_s)
@@ -197,7 +197,9 @@ class Reconnector:
         self.tries += 1
         self._failures += 1
         self.trouble = error
-        self._wire.core.notify(f"looked for the wire in vain: {without_reset(error)}", error)
+        self._wire.core.diagnostics.notify(
+            f"looked for the wire in vain: {without_reset(error)}", error
+        )
         if self._rewiring.automatic:
             self._due_s = now_s + self._pause_s()
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from armdrive.blocking import blocking, coroutine_of
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
 from armdrive.connect.parts import Parts, assemble
@@ -17,6 +18,7 @@ from armdrive.errors import ArmFileError, BadRequest, PortUnavailable
 from armdrive.registry import DEFAULT, DIALECTS, dialect
 from armdrive.registry.arm_files import load_arm, preset_arm
 from armdrive.registry.simulate import simulate
+from armdrive.runtime.clock import SimulatedClock
 from armdrive.runtime.drive import PaceChoice, RealPace, pace_of
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold
@@ -104,23 +106,31 @@ class ConnectOptions:
     operator: Operator | None = None
     twin: SimulatedArm | None = None
     reconnect: bool | None = None
+    clock: SimulatedClock | None = None
+    """The time that a simulated arm lives in where `pace` is None. None: a clock of its own."""
+
+    @property
+    def simulated_pace(self) -> PaceChoice:
+        """The pace of a simulated arm."""
+        return self.clock if self.pace is None else self.pace
 
 
-def connect(target: str | None, options: ConnectOptions) -> Parts:
+@blocking
+async def connect(target: str | None, options: ConnectOptions) -> Parts:
     """Connect as `Arm.connect` says."""
     found = find(target or DEFAULT_TARGET, dialect_name=options.dialect, baud=options.baud)
     if found.simulated:
-        return connect_simulated(
+        return await coroutine_of(connect_simulated)(
             found.config,
             twin=options.twin,
-            pace=options.pace,
+            pace=options.simulated_pace,
             operator=options.operator,
             allow_restored=options.allow_restored,
             reconnect=options.reconnect,
         )
     if options.pace not in (None, "real", 1.0):
         raise BadRequest("a real arm knows one pace: real time")
-    return connect_real(
+    return await coroutine_of(connect_real)(
         found.config,
         allow_restored=options.allow_restored,
         operator=options.operator,
@@ -128,7 +138,8 @@ def connect(target: str | None, options: ConnectOptions) -> Parts:
     )
 
 
-def connect_simulated(
+@blocking
+async def connect_simulated(
     config: ArmConfig,
     *,
     twin: SimulatedArm | None = None,
@@ -141,7 +152,7 @@ def connect_simulated(
 ) -> Parts:
     """Connect to a simulated twin in this process, on simulated time unless `pace` says real."""
     twin = twin or simulate(config)
-    parts = assemble(
+    parts = await coroutine_of(assemble)(
         config,
         twin.link,
         pace_of(pace),
@@ -155,7 +166,8 @@ def connect_simulated(
     return replace(parts, twin=twin)
 
 
-def connect_real(
+@blocking
+async def connect_real(
     config: ArmConfig,
     *,
     allow_restored: bool = False,
@@ -176,7 +188,7 @@ def connect_real(
     lock = hold(config.name, wiring.find())
     try:
         with overheard(wiring.open(), config.connection) as ears:
-            parts = assemble(
+            parts = await coroutine_of(assemble)(
                 config,
                 ears,
                 RealPace(),

@@ -2,6 +2,9 @@
 
 A script yields the time until which it waits, and is resumed with what the codec heard, or with
 None when the time is over or a stop was asked for. What it returns answers the request.
+
+A controller runs its scripts (`ScriptRunner`) and holds what they work with (`ScriptIO`), which it
+hands to its collaborators. One that needs no collaborators may be both: `Scripted`.
 """
 
 from __future__ import annotations
@@ -39,61 +42,38 @@ class Codec(Protocol[H_co]):
         """Return the next thing heard."""
 
 
-class Scripted(ABC, Generic[H]):
-    """Runs one script at a time over a codec. A dialect adds `script`, `unasked` and its numbers.
+class ScriptIO(Generic[H]):
+    """What a script works with: the wire, the engine's ear, the time, and whether to stop.
 
-    In a script: `say` puts bytes on the wire, `tell` an event to the engine; `now_s` is the time,
-    `stop_asked` and `stop_hard` whether somebody wants the motion to end.
+    `on_unasked` weighs what no script was waiting for: see `ScriptRunner.unasked`.
     """
 
     look_at = SWITCHED_ON
     """What a person does about a device that does not answer."""
 
-    def __init__(self, abilities: Abilities, codec: Codec[H]) -> None:
-        self.abilities = abilities
-        self.last_said = ""
+    def __init__(self, on_unasked: Callable[[H], None]) -> None:
+        self.on_unasked = on_unasked
+        self.said = ""
+        """The text of the message sent last, for people."""
         self.now_s = 0.0
-        self.underruns = 0
-        """How often a device that queues stood still although more of its motion was to come."""
         self.stop_asked = False
         self.stop_hard = False
         self.overdue = False
         """Whether what `hear` returned last came when it was waited for no longer: this program
         stood still meanwhile, and a time measured so says nothing about the device."""
-        self._codec = codec
-        self._script: Generator[float, H | None, Reply] | None = None
-        self._until_s = math.inf
-        self._out = bytearray()
-        self._events: deque[Event] = deque()
-
-    @property
-    def busy(self) -> bool:
-        """Tell whether a request is unanswered."""
-        return self._script is not None
-
-    # -- what a dialect says ------------------------------------------------------------------
-
-    @abstractmethod
-    def script(self, request: Request) -> Generator[float, H | None, Reply]:
-        """Return the script that carries out a request."""
-
-    @abstractmethod
-    def unasked(self, heard: H) -> None:
-        """Weigh what no script was waiting for: `tell` a `ProtocolWarning` or an `Alert`."""
-
-    def give_up(self) -> None:
-        """Have the codec forget what it waits for, and half a message."""
-
-    # -- what a script calls ------------------------------------------------------------------
+        self.out = bytearray()
+        """What is to be written when the controller is called next."""
+        self.events: deque[Event] = deque()
+        """What the engine has not fetched yet."""
 
     def say(self, data: bytes, text: str = "") -> None:
         """Put bytes on the wire; with a text for people where they are more than a poll."""
-        self._out += data
-        self.last_said = text or self.last_said
+        self.out += data
+        self.said = text or self.said
 
     def tell(self, event: Event) -> None:
         """Give an event to the engine."""
-        self._events.append(event)
+        self.events.append(event)
 
     def hear(
         self, until_s: float, wanted: Callable[[H], bool]
@@ -112,7 +92,7 @@ class Scripted(ABC, Generic[H]):
             if wanted(heard):
                 self.overdue = self.now_s > until_s
                 return heard
-            self.unasked(heard)
+            self.on_unasked(heard)
 
     def pause(self, until_s: float) -> Generator[float, H | None, None]:
         """Let time pass until a moment, or until a stop is asked for."""
@@ -120,11 +100,54 @@ class Scripted(ABC, Generic[H]):
         while self.now_s < until_s and self.stop_asked == asked:
             heard = yield until_s
             if heard is not None:
-                self.unasked(heard)
+                self.on_unasked(heard)
 
     def silence(self, since_s: float) -> Timeout:
         """Return the reply that says that nothing answered."""
-        return Timeout(self.last_said, self.now_s - since_s, self.look_at)
+        return Timeout(self.said, self.now_s - since_s, self.look_at)
+
+
+class ScriptRunner(ABC, Generic[H]):
+    """Runs one script at a time over a codec. A dialect adds `script`, `unasked` and numbers."""
+
+    look_at = SWITCHED_ON
+
+    def __init__(
+        self, abilities: Abilities, codec: Codec[H], io: ScriptIO[H] | None = None
+    ) -> None:
+        self.abilities = abilities
+        self.io = io or ScriptIO(self.unasked)
+        self._codec = codec
+        self._script: Generator[float, H | None, Reply] | None = None
+        self._until_s = math.inf
+
+    @property
+    def last_said(self) -> str:
+        """The text of the message sent last, for people."""
+        return self.io.said
+
+    @property
+    def underruns(self) -> int:
+        """How often a device that queues stood still although more of its motion was to come."""
+        return 0
+
+    @property
+    def busy(self) -> bool:
+        """Tell whether a request is unanswered."""
+        return self._script is not None
+
+    # -- what a dialect says ------------------------------------------------------------------
+
+    @abstractmethod
+    def script(self, request: Request) -> Generator[float, H | None, Reply]:
+        """Return the script that carries out a request."""
+
+    @abstractmethod
+    def unasked(self, heard: H) -> None:
+        """Weigh what no script was waiting for: tell a `ProtocolWarning` or an `Alert`."""
+
+    def give_up(self) -> None:
+        """Have the codec forget what it waits for, and half a message."""
 
     # -- what the engine calls ----------------------------------------------------------------
 
@@ -132,19 +155,19 @@ class Scripted(ABC, Generic[H]):
         """Take up a request; raises `ValueError` where the dialect cannot express it."""
         if self._script is not None:
             raise WrongState("a request is unanswered: wait for its answer, or forget it")
-        self.now_s = now_s
-        self.stop_asked = self.stop_hard = False
+        self.io.now_s = now_s
+        self.io.stop_asked = self.io.stop_hard = False
         self._script = self.script(request)
         try:
             self._run(None)
         except (ValueError, ArmError):
             self._script = None
-            self._out.clear()
+            self.io.out.clear()
             raise
 
     def receive(self, data: bytes, now_s: float) -> None:
         """Take bytes from the device."""
-        self.now_s = now_s
+        self.io.now_s = now_s
         self._codec.receive_data(data)
         while (heard := self._codec.next_event()) is not None:
             if self._script is None:
@@ -154,35 +177,35 @@ class Scripted(ABC, Generic[H]):
 
     def advance(self, now_s: float) -> bytes:
         """Do what is due by now, and return the bytes to be written."""
-        self.now_s = now_s
+        self.io.now_s = now_s
         turns = 0
         while self._script is not None and self._until_s <= now_s:
             self._step(None)
             turns += 1
             if turns > MOST_TURNS:
                 self._script = None
-                self.tell(
+                self.io.tell(
                     RequestRejected(f"the script of `{self.last_said}` waits for what is over")
                 )
-        data = bytes(self._out)
-        self._out.clear()
+        data = bytes(self.io.out)
+        self.io.out.clear()
         return data
 
     def next_s(self) -> float:
         """Tell when the script wants to go on even if nothing is heard."""
-        if self._out:
-            return self.now_s
+        if self.io.out:
+            return self.io.now_s
         return self._until_s if self._script is not None else math.inf
 
     def next_event(self) -> Event | None:
         """Return the next thing that the engine should know."""
-        return self._events.popleft() if self._events else None
+        return self.io.events.popleft() if self.io.events else None
 
     def stop(self, *, hard: bool) -> None:
         """Have the script know of a stop, at once."""
-        if self._script is None or (self.stop_asked and self.stop_hard >= hard):
+        if self._script is None or (self.io.stop_asked and self.io.stop_hard >= hard):
             return
-        self.stop_asked, self.stop_hard = True, hard
+        self.io.stop_asked, self.io.stop_hard = True, hard
         self._until_s = -math.inf
 
     def forget(self) -> None:
@@ -190,7 +213,7 @@ class Scripted(ABC, Generic[H]):
         if self._script is not None:
             self._script.close()
             self._script = None
-        self._out.clear()
+        self.io.out.clear()
         self.give_up()
 
     # -- what most dialects share -------------------------------------------------------------
@@ -198,10 +221,6 @@ class Scripted(ABC, Generic[H]):
     def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:  # noqa: ARG002
         """Return zeros: a device that coordinates its motors keeps to the straight way."""
         return (0.0,) * len(steps)
-
-    @abstractmethod
-    def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
-        """Bound how long motion goes on."""
 
     def farewell(self) -> bytes:
         """Return what the device should hear before its wire is given back: nothing, mostly."""
@@ -221,7 +240,7 @@ class Scripted(ABC, Generic[H]):
             self._run(heard)
         except ValueError as error:  # in mid-script: a message that the dialect cannot express
             self._script = None
-            self.tell(RequestRejected(str(error)))
+            self.io.tell(RequestRejected(str(error)))
 
     def _run(self, heard: H | None) -> None:
         script = self._script
@@ -231,4 +250,28 @@ class Scripted(ABC, Generic[H]):
             self._until_s = script.send(heard)
         except StopIteration as end:
             self._script, self._until_s = None, math.inf
-            self.tell(end.value)
+            self.io.tell(end.value)
+
+
+class Scripted(ScriptRunner[H], ScriptIO[H]):
+    """A controller whose scripts are its own methods: they call its `say`, `tell` and `hear`."""
+
+    underruns = 0
+
+    def __init__(self, abilities: Abilities, codec: Codec[H]) -> None:
+        ScriptIO.__init__(self, self.unasked)
+        ScriptRunner.__init__(self, abilities, codec, self)
+        self._out = self.out
+
+    @property
+    def last_said(self) -> str:
+        """The text of the message sent last, for people."""
+        return self.said
+
+    @last_said.setter
+    def last_said(self, text: str) -> None:
+        self.said = text
+
+    @abstractmethod
+    def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
+        """Bound how long motion goes on."""

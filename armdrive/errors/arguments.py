@@ -17,6 +17,7 @@ import operator
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, SupportsIndex, TypeVar
 
+from armdrive.blocking import blocking, waiting_part
 from armdrive.errors import BadArgument
 from armdrive.errors.kinematic import refusal_of
 from kinematics.errors import KinematicsError, finite, suggestion
@@ -177,6 +178,9 @@ def checked(rules: Mapping[str, Rule]) -> Callable[[Method], Method]:
     """Have the arguments of a call checked, and what the kinematics refuse be an `ArmError`."""
 
     def decorate(method: Method) -> Method:
+        if (waiting := waiting_part(method)) is not None:
+            return blocking(decorate(waiting))
+
         @functools.cache
         def arguments() -> Arguments:  # at the first call: a program makes few of all calls
             return Arguments(method, rules)
@@ -217,7 +221,9 @@ def checked_calls(rules: Mapping[str, Rule], *only: str) -> Callable[[C], C]:
     def decorate(kind: C) -> C:
         for name in only or (name for name in dir(kind) if _is_public(name)):
             found = inspect.getattr_static(kind, name)
-            if inspect.isfunction(found) and not hasattr(found, "__wrapped__"):
+            if inspect.isfunction(found) and not hasattr(
+                waiting_part(found) or found, "__wrapped__"
+            ):
                 setattr(kind, name, check(found))
             elif isinstance(found, classmethod):
                 setattr(kind, name, classmethod(check(found.__func__)))

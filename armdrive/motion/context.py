@@ -48,15 +48,15 @@ class StreamedCourse:
     """
 
     def __init__(self, core: Core, ways: Iterator[Way]) -> None:
-        self.end: ArmCoordinates | None = core.coordinates
+        self.end: ArmCoordinates | None = core.position.coordinates
         self.left: Way | None = None
         self.straying_mm = 0.0
         self.slow_s = self.total_s = 0.0
         self._core = core
         self._slowest_hz = core.controller.usable_rate_hz(0.0)
         self._ways = ways
-        self._low = self._high = self._at = core.acknowledged
-        self._before = core.commanded
+        self._low = self._high = self._at = core.position.acknowledged
+        self._before = core.position.commanded
         self._pending: Sequence[MoveBy] = ()
 
     def segments(self) -> Iterator[MoveBy]:
@@ -80,17 +80,17 @@ class StreamedCourse:
     def _drawn(self, steps: Motors, rate_hz: float) -> Iterator[MoveBy]:
         """Give the segment of some steps, with the backlash of motors that reverse in it."""
         core = self._core
-        longest_s = segment_s(core.burst_s)
+        longest_s = segment_s(core.stops.burst_s)
         found = pieces(core, steps, rate_hz, longest_s, lambda count, rate: count / rate)
         if len(found) == 1:
-            here, _ = core.transmission.to_joints(core.commanded)
+            here, _ = core.transmission.to_joints(core.position.commanded)
             beside_mm = straying_mm(core.config, here, lags(steps, found[0].steps))
             self.straying_mm = max(self.straying_mm, beside_mm)
         for index, piece in enumerate(found):
             self.total_s += piece.duration_s
             self.slow_s += piece.duration_s if piece.rate_hz < self._slowest_hz else 0.0
-            self._before, self._pending = core.commanded, found[index:]
-            core.sends(piece.steps)
+            self._before, self._pending = core.position.commanded, found[index:]
+            core.position.sends(piece.steps)
             yield piece
 
     def give_back(self, unsent: int) -> None:
@@ -99,7 +99,7 @@ class StreamedCourse:
         if not pending or self.end is None:
             return
         if unsent:
-            self._core.takes_back(self._before)
+            self._core.position.takes_back(self._before)
         self.left = self.end, math.fsum(piece.duration_s for piece in pending)
         self.end = None
 
@@ -141,16 +141,18 @@ class MotionContext(RegisterReader):
         A burst that has not begun to move when `let_go()` becomes true need not be made.
         """
         core = self.core
-        steps = target - core.acknowledged
+        steps = target - core.position.acknowledged
         if not steps.largest:
-            core.coordinates = there or core.coordinates
+            core.position.coordinates = there or core.position.coordinates
             return
         if not (yield from self._may_begin(let_go)):
             return
-        core.stands()
-        *first, last = pieces(core, steps, rate_hz, core.burst_s, core.controller.duration_s)
+        core.position.stands()
+        *first, last = pieces(core, steps, rate_hz, core.stops.burst_s, core.controller.duration_s)
         for piece in first:  # these move nothing but motors
-            arrived = yield from self._burst(replace(piece, let_go=let_go), core.coordinates)
+            arrived = yield from self._burst(
+                replace(piece, let_go=let_go), core.position.coordinates
+            )
             if not arrived or self.stopping or let_go():
                 return
             if not (yield from self._may_begin(let_go)):
@@ -161,7 +163,7 @@ class MotionContext(RegisterReader):
     def _burst(self, burst: MoveBy, there: ArmCoordinates | None) -> TaskBody[bool]:
         """Send one burst and wait until it has ended; False where a stop ended it early."""
         core = self.core
-        core.sends(burst.steps)
+        core.position.sends(burst.steps)
         try:
             reply = yield from self.request(burst, Evidence.ANSWER_LOST)
         except LinkLost:
@@ -169,14 +171,14 @@ class MotionContext(RegisterReader):
             raise
         if isinstance(reply, Halted | Interrupted):
             beyond = reply.beyond if isinstance(reply, Halted) else 0
-            farthest = core.commanded + Motors(
+            farthest = core.position.commanded + Motors(
                 (step > 0) * beyond - (step < 0) * beyond for step in burst.steps
             )
-            yield from self._ended(reply, way_between(core.acknowledged, farthest))
+            yield from self._ended(reply, way_between(core.position.acknowledged, farthest))
             return False
         if isinstance(reply, RequestRejected):
             yield from self._refusal(reply)
-        core.arrived(there)
+        core.position.arrived(there)
         timely = isinstance(reply, Done) and reply.timely
         if not timely or self.now_s > self.looked_s + BLIND_S:
             yield from self.verify()
@@ -184,7 +186,7 @@ class MotionContext(RegisterReader):
 
     def note_straying(self, steps: Sequence[float]) -> None:
         """Note that each motor may stray from its way by so many steps."""
-        here, _ = self.core.transmission.to_joints(self.core.acknowledged)
+        here, _ = self.core.transmission.to_joints(self.core.position.acknowledged)
         self.straying_mm = max(self.straying_mm, straying_mm(self.core.config, here, steps))
 
     def _may_begin(self, let_go: Callable[[], bool]) -> TaskBody[bool]:
@@ -196,7 +198,7 @@ class MotionContext(RegisterReader):
         core.require_settings()
         marked = yield from leave_standstill(self, let_go)
         if core.state is State.ERROR_STOP:  # the device has raised an alarm since the last burst
-            raise DeviceFault(core.error)
+            raise DeviceFault(core.diagnostics.error)
         return marked
 
     def stream(self, request: MoveAlong, course: StreamedCourse) -> TaskBody[bool]:
@@ -204,7 +206,7 @@ class MotionContext(RegisterReader):
         core = self.core
         if not (yield from self._may_begin(request.let_go)):
             return False
-        core.stands()
+        core.position.stands()
         try:
             reply = yield from self.request(request, Evidence.ANSWER_LOST)
         except LinkLost:
@@ -218,7 +220,7 @@ class MotionContext(RegisterReader):
         if isinstance(reply, RequestRejected):
             yield from self._refusal(reply)
         course.give_back(reply.unsent if isinstance(reply, Done) else 0)
-        core.arrived(course.end)
+        core.position.arrived(course.end)
         return True
 
     def _ended(
@@ -229,14 +231,14 @@ class MotionContext(RegisterReader):
         core = self.core
         if isinstance(reply, Halted) and not reply.kept:
             core.learn(Evidence.STOPPED_DEAD, self.now_s)
-        elif core.fell:
+        elif core.position.fell:
             core.learn(Evidence.CONTROLLER_RESTARTED, self.now_s)
-        elif core.read_back is None or not passes(core.read_back):
+        elif core.position.read_back is None or not passes(core.position.read_back):
             core.learn(Evidence.READ_BACK_DIFFERS, self.now_s)
-        elif core.slack.vague:
+        elif core.position.slack.vague:
             core.learn(Evidence.READ_BACK_DIFFERS, self.now_s, TURNING_ROUND)
-        core.believe_registers()
-        core.commanded = core.acknowledged  # also where nothing had moved yet
+        core.position.believe_registers()
+        core.position.commanded = core.position.acknowledged  # also where nothing had moved yet
         if isinstance(reply, Interrupted):
             raise self.fault(
                 PendantStop(
@@ -250,12 +252,12 @@ class MotionContext(RegisterReader):
         Where an alert has said already why the motion ended, its words are the error's.
         """
         core = self.core
-        told = core.error if core.state is State.ERROR_STOP else ""
+        told = core.diagnostics.error if core.state is State.ERROR_STOP else ""
         difference = yield from self.read()
         words = f": {reply.reason}" if reply.reason else ""
         if not reply.moved and not difference.largest:
-            core.believe_registers()
-            core.commanded = core.acknowledged
+            core.position.believe_registers()
+            core.position.commanded = core.position.acknowledged
             raise self.fault(DeviceFault(told or f"the controller refused the motion{words}"))
         core.learn(_evidence(reply), self.now_s, reply.reason)
         take_difference(core)

@@ -127,7 +127,7 @@ LOOKS = (0.25, 0.5, 0.75)
 
 def has_room(core: Core, target: Motors, rate_hz: float) -> bool:
     """Tell whether a burst from where the arm is may stray as far as it can."""
-    start = core.acknowledged
+    start = core.position.acknowledged
     largest = (target - start).largest
     if core.controller.abilities.coordinated or largest <= 1:
         return True
@@ -165,7 +165,7 @@ def _clear_of_guards(core: Core, here: Joints, there: Joints, stray_mm: float) -
 
 def strays_steps(core: Core, steps: Motors, rate_hz: float) -> tuple[float, ...]:
     """Bound how far what motors drive is beside its straight way, backlash included."""
-    sent = core.slack.to_send(steps)
+    sent = core.position.slack.to_send(steps)
     strays = core.controller.strays_steps(sent, rate_hz)
     if sent == steps:
         return strays
@@ -190,7 +190,7 @@ def may_lag(core: Core, steps: Motors, rate_hz: float) -> bool:
 
     Devices that coordinate their motors keep to `motion.line_tolerance_mm` there as everywhere.
     """
-    start, target = core.commanded, core.commanded + steps
+    start, target = core.position.commanded, core.position.commanded + steps
     strays = strays_steps(core, steps, rate_hz)
     here, there = (core.transmission.to_joints(each)[0] for each in (start, target))
     motion, able = core.config.motion, core.controller.abilities
@@ -209,7 +209,7 @@ def in_turn(core: Core, target: Motors, rate_hz: float) -> tuple[Motors, ...]:
     A small one beside a joint's limit is made of several, motor by motor, in an order in which no
     joint passes its limit; nothing is returned where there is no such order.
     """
-    start = core.acknowledged
+    start = core.position.acknowledged
     steps = target - start
     free = core.controller.abilities.coordinated or not core.position_known
     if free or not 1 < steps.largest <= SMALL_STEPS:
@@ -238,7 +238,7 @@ def pieces(
 
     None but that of the steps themselves lasts longer than `longest_s`, as `lasts` knows it.
     """
-    sent = core.slack.to_send(steps)
+    sent = core.position.slack.to_send(steps)
     if sent == steps:
         return (MoveBy(steps, rate_hz),)
     taken_up = sent - steps

@@ -44,7 +44,7 @@ def compare_settings(wire: MotionContext) -> TaskBody[DeviceSettings]:
         seen, reply = reply, (yield from _ask_settings(wire))
     core.differences = reply.differences
     if reply.differences:
-        core.notify(str(reply), SettingsDiffer(str(reply)))
+        core.diagnostics.notify(str(reply), SettingsDiffer(str(reply)))
     return reply
 
 
@@ -58,7 +58,7 @@ def _ask_settings(wire: MotionContext) -> TaskBody[DeviceSettings]:
     reply = yield from wire.request(ReadSettings())
     if not isinstance(reply, DeviceSettings):
         wire.core.fault(f"the controller did not tell its settings ({reply}): look at the wire")
-        raise DeviceFault(wire.core.error)
+        raise DeviceFault(wire.core.diagnostics.error)
     return reply
 
 
@@ -69,7 +69,7 @@ def mend_settings(wire: MotionContext, lines: tuple[str, ...]) -> TaskBody[Devic
         reply = yield from wire.request(MendSetting(line))
         if not isinstance(reply, Done):
             raise DeviceFault(f"the controller did not take `{line}`: {reply}")
-    core.notice = ""
+    core.diagnostics.notice = ""
     return (yield from compare_settings(wire))
 
 

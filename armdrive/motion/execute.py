@@ -66,14 +66,14 @@ def follow(wire: MotionContext, plan: MotionPlan) -> TaskBody[Moved]:
         core.plans(plan.legs, core.config.motion.planned_burst_s)
         yield from wire.look_before_motion()
         core.require_reference()
-        if core.coordinates != plan.start:
+        if core.position.coordinates != plan.start:
             raise WrongState("the arm is no longer where the motion was planned from: plan anew")
         yield from drive_legs(wire, plan.legs, core.config.motion.planned_burst_s)
         yield from wire.verify()
     finally:
         core.settle()
         core.still_since_s = wire.now_s
-    if wire.stopping and core.coordinates != plan.end:
+    if wire.stopping and core.position.coordinates != plan.end:
         raise wire.stopped("the motion was stopped before its goal")
     moved = report(wire, plan.end, began_s, bursts_before)
     return replace(moved, note="; ".join(filter(None, (plan.note, moved.note))))
@@ -92,7 +92,7 @@ def report(
 ) -> Moved:
     """Say where the arm is now, and how far that is from the goal."""
     core, arm = wire.core, wire.core.config.model.arm
-    joints, _ = core.transmission.to_joints(core.acknowledged)
+    joints, _ = core.transmission.to_joints(core.position.acknowledged)
     pose, wanted = arm.fk(joints), arm.fk(goal.joints)
     return Moved(
         joints,
@@ -162,11 +162,14 @@ def follow_leg(
         tempo.note_slowed(leg.duration_s * share)
         further = 1.0 if share >= 1.0 - done - 1e-9 else done + share
         there = leg.start.towards(leg.end, further)
-        on_the_way, believed = way_between(core.acknowledged, _motors(core, there)), core.belief
+        on_the_way = way_between(core.position.acknowledged, _motors(core, there))
+        believed = core.belief
         yield from paced_move(wire, there, slowed.duration_s * share, given_up)
-        if core.coordinates == there:
+        if core.position.coordinates == there:
             done = further
-        elif not wire.stopping and not (core.belief is believed and on_the_way(core.acknowledged)):
+        elif not wire.stopping and not (
+            core.belief is believed and on_the_way(core.position.acknowledged)
+        ):
             raise WrongState(NOT_THERE.format(core.belief.reason))  # a pause came before it began
 
 
@@ -182,7 +185,7 @@ def next_share(wire: MotionContext, leg: MotionSegment, burst_s: float, done: fl
     while count < MOST_BURSTS:
         share = left / count
         target = _motors(wire.core, leg.start.towards(leg.end, done + share))
-        steps = (target - wire.core.acknowledged).largest
+        steps = (target - wire.core.position.acknowledged).largest
         duration_s = leg.duration_s * share
         short = steps <= 1 or true_duration_s(wire, steps, duration_s) <= burst_s
         if short and has_room(wire.core, target, _rate_hz(steps, duration_s)):
@@ -214,11 +217,11 @@ def paced_move(
     Where the device's slowest setting is still faster than that, the rest of the time is waited.
     """
     target = _motors(wire.core, there)
-    steps = (target - wire.core.acknowledged).largest
+    steps = (target - wire.core.position.acknowledged).largest
     rate_hz, until_s = _rate_hz(steps, duration_s), wire.now_s + duration_s
     *first, last = in_turn(wire.core, target, rate_hz) or (target,)
     for corner in first:
-        wire.note_straying(target - wire.core.acknowledged)
+        wire.note_straying(target - wire.core.position.acknowledged)
         yield from wire.move(corner, rate_hz, None, let_go)
         if wire.stopping or let_go():
             return
@@ -247,8 +250,8 @@ def bench_move(
     began_s, before = wire.now_s, wire.engine.requests_sent
     try:
         yield from wire.look_before_motion()
-        start, goal = core.coordinates, core.coordinates_of(core.acknowledged + steps)
-        target = core.acknowledged + steps
+        target = core.position.acknowledged + steps
+        start, goal = core.position.coordinates, core.position.coordinates_of(target)
         leg = MotionSegment(start, goal, speeds.duration_s(start, goal, fraction))
         yield from drive_legs(wire, (leg,), core.config.motion.jog_burst_s)
         yield from wire.verify()
@@ -256,6 +259,6 @@ def bench_move(
         if not homing:
             core.settle()
         core.still_since_s = wire.now_s
-    if wire.stopping and core.acknowledged != target:
+    if wire.stopping and core.position.acknowledged != target:
         raise wire.stopped("the motion was stopped before its goal")
     return report(wire, goal, began_s, before)

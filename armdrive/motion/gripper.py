@@ -83,21 +83,21 @@ def set_gripper(wire: MotionContext, opening_mm: float) -> TaskBody[Moved]:
     check_opening(core, opening_mm)
     low, high = core.config.model.gripper_range_mm
     share = (opening_mm - low) / (high - low)
-    before = core.gripper_share
+    before = core.fingers.share
     begin(wire)
     began_s, requests = wire.now_s, wire.engine.requests_sent
     try:
-        core.gripper_share = None  # until it is acknowledged, nobody knows
+        core.fingers.share = None  # until it is acknowledged, nobody knows
         reply = yield from wire.request(SetGripper(share))
         if not isinstance(reply, Done):
             raise DeviceFault(f"the controller did not take the gripper's command: {reply}")
-        core.gripper_share = share
+        core.fingers.share = share
         way = 1.0 if before is None else abs(share - before)
         yield SleepUntil(wire.now_s + way * (high - low) / core.config.model.gripper_speed_mm_s)
     finally:
         core.settle()
         core.still_since_s = wire.now_s
-    return report(wire, core.coordinates, began_s, requests)
+    return report(wire, core.position.coordinates, began_s, requests)
 
 
 def check_grasp(core: Core, force_n: float) -> float:
@@ -135,8 +135,8 @@ def grasp(wire: MotionContext, speeds: SpeedLimits, force_n: float) -> TaskBody[
         yield from _close_until_grip(wire, speeds, settings.approach_steps, depth_mm)
         yield from _open_until_free(wire, speeds, settings.max_force_n * steps_per_n)
         yield from _close_until_grip(wire, speeds, FINE_STEPS, depth_mm)
-        width_mm = max(core.coordinates.opening_mm + depth_mm, 0.0)
-        core.touch_mm = width_mm = width_mm if width_mm > NOTHING_MM else 0.0
+        width_mm = max(core.position.coordinates.opening_mm + depth_mm, 0.0)
+        core.fingers.touch_mm = width_mm = width_mm if width_mm > NOTHING_MM else 0.0
         extra_n = max(force_n - settings.trip_force_n, 0.0)
         yield from _slide(wire, speeds, -round(extra_n * steps_per_n))
         yield from wire.verify()
@@ -144,7 +144,7 @@ def grasp(wire: MotionContext, speeds: SpeedLimits, force_n: float) -> TaskBody[
     finally:
         core.settle()
         core.still_since_s = wire.now_s
-    return Grasped(width_mm, core.grip_force_n)
+    return Grasped(width_mm, core.fingers.force_n(core.position.coordinates.opening_mm))
 
 
 def _close_until_grip(
@@ -153,9 +153,9 @@ def _close_until_grip(
     """Close in bursts of `steps` until the switch trips, `depth_mm` of cable behind the touch."""
     core = wire.core
     behind_mm = depth_mm + 2.0 * core.config.gripper.approach_steps / steps_per_mm(core)
-    while not core.gripping:
+    while not core.readings.gripping:
         _raise_if_stopped(wire)
-        if core.coordinates.opening_mm < -behind_mm:
+        if core.position.coordinates.opening_mm < -behind_mm:
             raise DeviceFault(
                 "the gripper is closed and its switch did not trip: check "
                 f"{core.config.connection.dialect}.grip_bit and "
@@ -171,10 +171,10 @@ def _open_until_free(
     """Open in fine bursts until the switch lets go, further than any grip is deep at most."""
     core = wire.core
     deepest_mm = (deepest_steps + core.config.gripper.approach_steps) / steps_per_mm(core)
-    furthest_mm = core.coordinates.opening_mm + deepest_mm
-    while core.gripping:
+    furthest_mm = core.position.coordinates.opening_mm + deepest_mm
+    while core.readings.gripping:
         _raise_if_stopped(wire)
-        if core.coordinates.opening_mm > furthest_mm:
+        if core.position.coordinates.opening_mm > furthest_mm:
             raise DeviceFault(
                 "the gripper was opened and its switch did not let go: look at the switch, and "
                 f"check {core.config.connection.dialect}.grip_bit in the arm file"
@@ -188,7 +188,7 @@ def _slide(wire: MotionContext, speeds: SpeedLimits, steps: int) -> TaskBody[Non
     if steps == 0:
         return
     core = wire.core
-    here = core.coordinates
+    here = core.position.coordinates
     there = ArmCoordinates(here.joints, here.opening_mm + steps / steps_per_mm(core))
     leg = MotionSegment(here, there, speeds.duration_s(here, there, 1.0))
     yield from drive_legs(wire, (leg,), core.config.motion.jog_burst_s)
@@ -201,7 +201,7 @@ def _raise_if_stopped(wire: MotionContext) -> None:
 
 def steps_per_mm(core: Core) -> float:
     """Return the gripper motor's steps for each mm of opening, without their sign."""
-    joints = core.coordinates.joints
+    joints = core.position.coordinates.joints
     closed = core.transmission.to_exact(joints, 0.0)
     opened = core.transmission.to_exact(joints, 1.0)
     return max(abs(b - a) for a, b in zip(closed, opened, strict=True))

@@ -45,7 +45,7 @@ class Idling:
             core.still_since_s = now_s  # where it could not be written, try again later
         mark_s = core.still_since_s + STILL_S if core.memory.owing else math.inf
         every_s = core.config.motion.idle_poll_s
-        if core.awaiting:
+        if core.readings.awaiting:
             every_s = min(every_s or INPUTS_POLL_S, INPUTS_POLL_S)
         if every_s == 0.0:
             return mark_s, None
@@ -63,7 +63,7 @@ def set_outputs(wire: MotionContext, bits: int) -> TaskBody[None]:
     reply = yield from wire.request(SetOutputs(bits))
     if not isinstance(reply, Done):
         raise DeviceFault(f"the controller did not take the output bits {bits}: look at the arm")
-    wire.core.outputs = bits
+    wire.core.readings.outputs = bits
 
 
 # Taking an arm up again over a wire that was lost: believes little, and moves nothing.
@@ -86,14 +86,14 @@ def resume(wire: MotionContext, lost_s: float, lost_link: str) -> TaskBody[None]
     while wire.now_s < stands_s and not wire.stopping:  # what was sent before runs on for so long
         yield SleepUntil(stands_s)
     registers = yield from wire.ask_registers()
-    core.cut_off_s = 0.0
+    core.stops.cut_off_s = 0.0
     was = core.before_loss
-    if was is not State.DISABLED or core.current is not Current.OFF:
-        core.current = Current.UNKNOWN
+    if was is not State.DISABLED or core.readings.current is not Current.OFF:
+        core.readings.current = Current.UNKNOWN
     _weigh(core, registers, wire.now_s)
-    core.outputs = None
+    core.readings.outputs = None
     core.happen(Event.OPENED_SWITCHED if was is State.DISABLED else Event.OPENED_HELD)
-    core.notice = ""
+    core.diagnostics.notice = ""
     yield from compare_settings(wire)
     link = wire.engine.link.description
     _latch(core, was, BACK.format(elsewhere="" if link == lost_link else f", now {link}"))
@@ -104,10 +104,10 @@ def resume(wire: MotionContext, lost_s: float, lost_link: str) -> TaskBody[None]
 def _weigh(core: Core, registers: Registers, now_s: float) -> None:
     """Compare the registers with what was known when the wire was lost."""
     if core.belief.trust is Trust.UNKNOWN:
-        core.found(registers)
+        core.position.found(registers)
         return
-    core.sense(registers)
-    same = core.restore(core.present_record(), registers.positions)
+    core.readings.sense(registers)
+    same = core.position.restore(core.record(in_motion=False), registers.positions)
     if not same:
         core.learn(Evidence.RECORD_DIFFERS, now_s)
     else:
@@ -120,6 +120,6 @@ def _latch(core: Core, was: State, back: str) -> None:
         earlier = earlier.partition(MEANWHILE)[0]  # of a wire that is lost often, the last time
         core.fault(f"{earlier}{MEANWHILE}{back}", code)
     elif was is State.DISABLED:
-        core.error = ""
+        core.diagnostics.error = ""
     else:
         core.fault(back, RECONNECTED)

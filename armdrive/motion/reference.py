@@ -61,7 +61,7 @@ def _connect(wire: MotionContext) -> TaskBody[None]:
 
 def _take_up_record(wire: MotionContext, registers: Registers) -> None:
     core = wire.core
-    core.found(registers)
+    core.position.found(registers)
     try:
         record = core.memory.load(
             core.config.name, core.config.calibration, len(registers.positions)
@@ -72,7 +72,7 @@ def _take_up_record(wire: MotionContext, registers: Registers) -> None:
     if record is None or record.trust == Trust.UNKNOWN.value:
         core.learn(Evidence.NO_RECORD, wire.now_s)
     else:
-        same = core.restore(record, registers.positions)
+        same = core.position.restore(record, registers.positions)
         core.learn(Evidence.RECORD_MATCHES, wire.now_s)
         if record.trust == Trust.SUSPECT.value:
             core.belief = Belief(Trust.SUSPECT, record.reason, wire.now_s)
@@ -88,8 +88,8 @@ def _heed_what_came_before(wire: MotionContext) -> None:
     if core.told_early is not None:
         evidence, words = core.told_early
         core.learn(evidence, wire.now_s, words)
-        core.error = ""  # nothing is latched by connecting
-        core.notify(f"{evidence.value} ({words})", evidence)
+        core.diagnostics.error = ""  # nothing is latched by connecting
+        core.diagnostics.notify(f"{evidence.value} ({words})", evidence)
 
 
 def begin_home(wire: MotionContext) -> TaskBody[None]:
@@ -110,7 +110,7 @@ def home_device(
     if not (yield from leave_standstill(wire)):
         raise wire.stopped("homing was stopped before it began")
     core.happen(Event.HOME)
-    core.current = Current.HELD
+    core.readings.current = Current.HELD
     groups = tuple(tuple(motor - 1 for motor in group) for group in homing.groups)
     try:
         for index, group in enumerate(groups):
@@ -122,8 +122,8 @@ def home_device(
         core.learn(Evidence.LOST_IN_MOTION, wire.now_s)
         raise
     registers = yield from wire.ask_registers()
-    core.slack.doubt()  # the device does not tell which way it came off its switches
-    core.refer(registers.positions, ArmCoordinates(homing.joints, homing.opening_mm))
+    core.position.slack.doubt()  # the device does not tell which way it came off its switches
+    core.position.refer(registers.positions, ArmCoordinates(homing.joints, homing.opening_mm))
     core.learn(Evidence.HOMED_BY_SWITCHES, wire.now_s)
     core.clear_remarks()
     core.settle()
@@ -144,7 +144,7 @@ def _home_group(wire: MotionContext, request: HomeDevice) -> TaskBody[None]:
     late = f"it had not ended after {wire.now_s - began_s:.0f} s, {wire.engine.received}"
     why = late if isinstance(reply, Halted) else reply  # nobody stopped it: its time was over
     core.fault(f"homing failed: {why}. Look at the switches and the arm, then call `reset()`")
-    raise DeviceFault(core.error)
+    raise DeviceFault(core.diagnostics.error)
 
 
 def confirm_record(wire: MotionContext) -> TaskBody[None]:
@@ -168,15 +168,15 @@ def disable(wire: MotionContext) -> TaskBody[None]:
     core.learn(Evidence.CURRENT_DROPPED, wire.now_s)  # whatever the answer will be
     yield from be_remembered(wire)  # no mark: a full disk does not keep the motors on
     core.happen(Event.DISABLE)
-    core.current = Current.UNKNOWN
+    core.readings.current = Current.UNKNOWN
     reply = yield from wire.request(DropCurrent())
     if not isinstance(reply, Done):
         core.fault("the controller did not say that it switched the motor current off: look at it")
-        raise DeviceFault(core.error)
-    core.current = Current.OFF
+        raise DeviceFault(core.diagnostics.error)
+    core.readings.current = Current.OFF
     registers = yield from wire.ask_registers()
-    core.count_anew(registers.positions)  # they may have been zeroed, which moves nothing
-    core.sense(registers)
+    core.position.count_anew(registers.positions)  # they may have been zeroed, which moves nothing
+    core.readings.sense(registers)
     core.mark_still()
     yield from be_remembered(wire)
 
@@ -186,15 +186,15 @@ def enable(wire: MotionContext) -> TaskBody[None]:
     core = wire.core
     after(core.state, Event.ENABLE)
     able = core.controller.abilities.current
-    if able is Switching.BOTH or (able is Switching.DROPS and core.current is Current.OFF):
+    if able is Switching.BOTH or (able is Switching.DROPS and core.readings.current is Current.OFF):
         reply = yield from wire.request(SwitchOn())
         if not isinstance(reply, Done):
             core.fault(f"the controller did not switch the motors on: {reply}")
-            raise DeviceFault(core.error)
+            raise DeviceFault(core.diagnostics.error)
         if core.state is State.ERROR_STOP:  # it has let the arm sag before it understood
-            raise DeviceFault(core.error)
+            raise DeviceFault(core.diagnostics.error)
         if able is Switching.BOTH:
-            core.current = Current.HELD
+            core.readings.current = Current.HELD
     yield from compare_again(wire)
     core.happen(Event.ENABLE)
 
@@ -212,11 +212,11 @@ def reset(wire: MotionContext) -> TaskBody[None]:
     registers = yield from wire.ask_registers()
     if wire.stopping:
         raise wire.stopped("a stop came during the reset: call `reset()` again")
-    core.error = core.notice = ""
-    weigh_difference(wire, core.compare(registers))
+    core.diagnostics.error = core.diagnostics.notice = ""
+    weigh_difference(wire, core.position.compare(registers))
     yield from compare_again(wire)
     switched = core.controller.abilities.current is Switching.BOTH
-    off = switched and core.current is not Current.HELD
+    off = switched and core.readings.current is not Current.HELD
     core.happen(Event.RESET_SWITCHED if off else Event.RESET)
     core.still_since_s = wire.now_s
 
@@ -248,7 +248,7 @@ class Vouched:
 
 def vouched(core: Core, there: ArmCoordinates, evidence: Evidence, now_s: float) -> Vouched:
     """Note that somebody vouches for a posture now."""
-    return Vouched(there, evidence, core.belief, core.expected, now_s)
+    return Vouched(there, evidence, core.belief, core.position.expected, now_s)
 
 
 def take_reference(wire: MotionContext, word: Vouched) -> TaskBody[None]:
@@ -263,7 +263,7 @@ def take_reference(wire: MotionContext, word: Vouched) -> TaskBody[None]:
     difference = yield from wire.read()
     if wire.stopping or core.state not in (State.STANDBY, State.HOMING):
         raise wire.stopped("a stop came between: nothing was referenced")
-    registers = core.counts
+    registers = core.position.counts
     changed = registers != word.registers
     late = wire.now_s > word.at_s + PROMPT_S
     doubted = core.belief is not word.belief and core.belief.trust is Trust.SUSPECT
@@ -274,7 +274,7 @@ def take_reference(wire: MotionContext, word: Vouched) -> TaskBody[None]:
             f"nothing was referenced, because of what was seen a moment ago: {why}. Look at the "
             "arm, and vouch for its posture again"
         )
-    core.refer(registers, word.there)
+    core.position.refer(registers, word.there)
     core.learn(word.evidence, wire.now_s)
     core.clear_remarks()
     core.settle()

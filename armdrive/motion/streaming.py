@@ -36,7 +36,8 @@ def wait_out_pause(wire: MotionContext) -> TaskBody[None]:
         return
     yield from wire.verify()
     core.mark_still()
-    stood, believed, poll_s = core.acknowledged, core.belief, core.config.motion.idle_poll_s
+    stood, believed = core.position.acknowledged, core.belief
+    poll_s = core.config.motion.idle_poll_s
     began_s = looked_s = wire.now_s
     tempo.waits, tempo.given_up = True, False
     try:
@@ -57,13 +58,13 @@ def wait_out_pause(wire: MotionContext) -> TaskBody[None]:
         return
     yield from wire.look()  # however fresh the last one is: somebody may be about at the arm
     _require_no_fault(wire)
-    if core.acknowledged != stood or core.belief is not believed:
+    if core.position.acknowledged != stood or core.belief is not believed:
         raise WrongState(NOT_THERE.format(core.belief.reason))
 
 
 def _require_no_fault(wire: MotionContext) -> None:
     if wire.core.state is State.ERROR_STOP:
-        raise DeviceFault(wire.core.error)
+        raise DeviceFault(wire.core.diagnostics.error)
 
 
 def stream_legs(

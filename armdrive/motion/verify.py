@@ -21,7 +21,7 @@ def read_at_mark(wire: MotionContext) -> TaskBody[Motors]:
     core = wire.core
     yield from wire.read()
     _require_homing(wire)
-    return core.read_back or core.acknowledged
+    return core.position.read_back or core.position.acknowledged
 
 
 def believe_mark(wire: MotionContext) -> TaskBody[None]:

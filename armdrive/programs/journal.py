@@ -16,7 +16,6 @@ from typing import Any, cast
 
 from armdrive.arm import Arm
 from armdrive.errors import ArmError, Refused, StateFileError
-from armdrive.json_forms import move_from_json, move_to_json
 from armdrive.motion.preview import postures_along
 from armdrive.motion.resolve import prepare
 from armdrive.moves import GraspMove, MoveSequence, SingleMove
@@ -32,6 +31,7 @@ from armdrive.programs.running import RunStep
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, remove_durably, replace_file
+from armdrive.text.json_forms import move_from_json, move_to_json
 from kinematics.errors import KinematicsError
 from kinematics.spaces import Joints
 
@@ -136,7 +136,7 @@ def journal_file(arm: str) -> Path:
 def standing(arm: Arm) -> Standing | None:
     """Return where an arm stands, None where nobody knows."""
     with arm.pace.lock:
-        there, known = arm.core.coordinates, arm.core.position_known
+        there, known = arm.core.position.coordinates, arm.core.position_known
     return Standing(dict(there.joints.deg), there.opening_mm) if known else None
 
 
@@ -251,7 +251,7 @@ def require_place(
     if entry.began is None:
         return None  # nobody knew, so nothing but looks and words can have come before
     with arm.pace.lock:
-        here = arm.core.coordinates
+        here = arm.core.position.coordinates
     began = ArmCoordinates(joints_of(entry.began.joints_deg, arm), entry.began.opening_mm)
     moves = _single_moves(entry.move)
     last = max(

@@ -256,14 +256,14 @@ def _known(arm: Arm | None) -> ArmCoordinates | None:
     if arm is None:
         return None
     with arm.pace.lock:
-        return arm.core.coordinates if arm.core.position_known else None
+        return arm.core.position.coordinates if arm.core.position_known else None
 
 
 def _supposed(config: ArmConfig, arm: Arm | None) -> tuple[ArmCoordinates | None, str]:
     """Return where an arm may be taken to stand, and what that place is called."""
     if arm is not None and arm.status.trust is not Trust.UNKNOWN:
         with arm.pace.lock:
-            return arm.core.coordinates, "the place where it was seen last"
+            return arm.core.position.coordinates, "the place where it was seen last"
     reference = config.model.reference
     if reference is not None:
         joints = config.model.arm.ik(reference.pose)

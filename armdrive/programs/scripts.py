@@ -410,4 +410,5 @@ def _plain(name: str) -> str:
 
 def _clock(options: ConnectOptions) -> PaceChoice:
     """Return the clock that several simulated arms of a script share; no real time passes."""
-    return None if isinstance(options.pace, str | int | float) else options.pace
+    real = isinstance(options.pace, str | int | float)
+    return options.clock if real else options.simulated_pace

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.controller import Controller, Stopping
+from armdrive.dialects.controller import Controller
 from armdrive.errors import ArmError, Refused, SettingsDiffer, StateFileError
 from armdrive.moves import ContinuousJog, IncrementalJog
 from armdrive.registry import dialect
@@ -18,20 +18,29 @@ from armdrive.runtime.diagnostics import FAULT, Diagnostics, code_of
 from armdrive.runtime.engine import Engine
 from armdrive.runtime.overrides import SpeedOverride
 from armdrive.runtime.persistence import Memory
-from armdrive.runtime.position import MotionSegment, PositionLedger
+from armdrive.runtime.position import (
+    DeviceReadings,
+    FingerState,
+    MotionSegment,
+    PositionLedger,
+    motors_of,
+)
 from armdrive.runtime.states import Event, after
-from armdrive.runtime.stop_bounds import RunOn, StopBound, run_on, stretches
+from armdrive.runtime.stop_bounds import StopBound, StopForecast
 from armdrive.runtime.trust import FIRST_BELIEF, Belief, require_reference
 from armdrive.status import Evidence, LinkStats, SchedulingJitter, State, Status, Trust, coded
 from armdrive.storage.record import PositionRecorder, Record
 from armdrive.tasks import Difference
 from armdrive.trace.calls import NO_TRACER, Tracer
 from armdrive.trace.entries import EntryCondition
-from kinematics.spaces import Joints, Motors
+from kinematics.spaces import Motors
 
 
-class Core(PositionLedger, Diagnostics):
-    """One arm's state. Touched under the pace's lock, by the engine's flows."""
+class Core:
+    """One arm's state. Touched under the pace's lock, by the engine's flows.
+
+    Raises `Refused` for an arm whose motors do not fit its controller.
+    """
 
     def __init__(
         self,
@@ -40,10 +49,23 @@ class Core(PositionLedger, Diagnostics):
         recorder: PositionRecorder | None = None,
         wake: Callable[[], None] | None = None,
     ) -> None:
-        Diagnostics.__init__(self)
-        PositionLedger.__init__(self, config, controller)
+        self.config = config
+        self.controller = controller
+        self.transmission = motors_of(config, controller)
+        self.diagnostics = Diagnostics()
+        self.readings = DeviceReadings(grip_switch=controller.abilities.grip_switch)
+        self.fingers = FingerState(config, self.transmission)
+        self.position = PositionLedger(
+            self.transmission,
+            config.backlash_steps,
+            self._unwrap,
+            self.readings,
+            self.fingers,
+        )
+        self.stops = StopForecast(config, self.transmission)
+        self.tempo = SpeedOverride()
+        self.memory = Memory(recorder, self.record, wake)
         self.tracer: Tracer = NO_TRACER
-        self.memory = Memory(recorder, self._record, wake)
         self.allow_restored = False
         self.geometry_known = config.model.verified
         self.state = State.DISCONNECTED
@@ -57,17 +79,11 @@ class Core(PositionLedger, Diagnostics):
         """How often somebody has asked for a held jog, or for it to go on."""
         self.nudges: list[IncrementalJog] = []
         self.still_since_s = 0.0
-        self.tempo = SpeedOverride()
-        self.burst_s = config.motion.jog_burst_s
-        self._planned: RunOn | None = None
-        """How the planned motion under way goes on when it is stopped."""
-        self._unplanned: tuple[tuple[float, Stopping], RunOn] | None = None
-        """The same for whatever may be commanded next, and what that was computed from."""
-        self._bound: tuple[RunOn, Joints | None, StopBound] | None = None
-        """The bound that was announced last: most looks find the arm where it was."""
-        self.cut_off_s = 0.0
-        """The longest that what was under way may last when the wire was lost."""
         self.differences: tuple[Difference, ...] = ()
+
+    def _unwrap(self, registers: Motors, near: Motors) -> Motors:
+        """Undo the registers' wrap by the controller of now: a mended wire brings another one."""
+        return self.controller.unwrap(registers, near)
 
     # -- what happens -------------------------------------------------------------------------
 
@@ -78,17 +94,17 @@ class Core(PositionLedger, Diagnostics):
 
     def settle(self) -> None:
         """End a motion, unless a fault or a loss has taken the state elsewhere meanwhile."""
-        self.burst_s = self.config.motion.jog_burst_s
-        self._planned = None
+        self.stops.end()
         if self.state in (State.MOVING, State.HOMING, State.STOPPING):
             self.happen(Event.DONE)
 
     def fault(self, cause: str | ArmError, code: str = FAULT) -> None:
         """Latch error-stop and say why; what was asked for and not begun is forgotten."""
-        self.say_error(str(cause), code_of(cause) if isinstance(cause, ArmError) else code)
+        code = code_of(cause) if isinstance(cause, ArmError) else code
+        self.diagnostics.say_error(str(cause), code)
         self._forget_what_waits()
         if self.state is State.DISCONNECTED:
-            self.latched = (self.error, self.error_code)
+            self.latched = (self.diagnostics.error, self.diagnostics.error_code)
         else:
             self.happen(Event.FAULT)
 
@@ -97,14 +113,15 @@ class Core(PositionLedger, Diagnostics):
         if self.state is not State.DISCONNECTED:
             self.before_loss = self.state
             faulty = self.state is State.ERROR_STOP
-            self.latched = (self.error, self.error_code) if faulty else ("", "")
-        self.say_error(str(lost), code_of(lost))
+            said = self.diagnostics
+            self.latched = (said.error, said.error_code) if faulty else ("", "")
+        self.diagnostics.say_error(str(lost), code_of(lost))
         self._forget_what_waits()
         self.happen(Event.LOST)
 
     def lost_in_motion(self, now_s: float) -> None:
         """Note that the wire was lost while the arm moved: what it was sent runs on."""
-        self.cut_off_s = max(self.cut_off_s, self.burst_s)
+        self.stops.cut_off()
         self.learn(Evidence.LOST_IN_MOTION, now_s)
 
     def _forget_what_waits(self) -> None:
@@ -158,13 +175,15 @@ class Core(PositionLedger, Diagnostics):
         """Where the motors are to be shown: as reported in motion, else as acknowledged."""
         moving = self.state in (State.MOVING, State.HOMING, State.STOPPING)
         reporting = moving and self.controller.abilities.reports_while_moving
-        return self.read_back if reporting and self.read_back is not None else self.acknowledged
+        if reporting and self.position.read_back is not None:
+            return self.position.read_back
+        return self.position.acknowledged
 
     def clear_remarks(self) -> None:
         """Forget what was remarked before a reference; a doubt about it is a remark of its own."""
-        self.error = ""
+        self.diagnostics.error = ""
         names = [motor.name for motor in self.transmission.motors]
-        self.notice = doubt_words(names, self.slack)
+        self.diagnostics.notice = doubt_words(names, self.position.slack)
 
     # -- what is remembered -------------------------------------------------------------------
 
@@ -181,21 +200,19 @@ class Core(PositionLedger, Diagnostics):
     def hear_memory(self) -> None:
         """Show what went wrong with writing since this was last asked."""
         if trouble := self.memory.trouble():
-            self.notify(trouble, StateFileError(trouble))
+            self.diagnostics.notify(trouble, StateFileError(trouble))
 
-    def present_record(self) -> Record:
-        """Return what there is to be remembered of an arm that stands."""
-        return self._record(in_motion=False)
-
-    def _record(self, in_motion: bool) -> Record:
+    def record(self, in_motion: bool) -> Record:
+        """Return what there is to be remembered of this moment."""
+        position = self.position
         return Record(
             arm=self.config.name,
             calibration=self.config.calibration,
-            offset=self.offset,
-            registers=self.expected,
-            taken=self.slack.taken if self.slack.any else (),
-            unsure=self.slack.unsure,
-            coordinates=(*self.coordinates.joints, self.coordinates.opening_mm),
+            offset=position.offset,
+            registers=position.expected,
+            taken=position.slack.taken if position.slack.any else (),
+            unsure=position.slack.unsure,
+            coordinates=(*position.coordinates.joints, position.coordinates.opening_mm),
             trust=self.belief.trust.value,
             reason=self.belief.reason,
             in_motion=in_motion,
@@ -206,38 +223,28 @@ class Core(PositionLedger, Diagnostics):
     def condition(self) -> EntryCondition:
         """Return what a flight recorder notes whenever it has changed."""
         return EntryCondition(
-            self.shift,
+            self.position.shift,
             self.state,
             (self.belief.trust, self.belief.reason, self.belief.since_s),
-            self.current,
-            coded(self.notice, self.notice_code),
-            coded(self.error, self.error_code),
+            self.readings.current,
+            coded(self.diagnostics.notice, self.diagnostics.notice_code),
+            coded(self.diagnostics.error, self.diagnostics.error_code),
         )
 
     def stop_bound(self) -> StopBound:
         """Return how long and how far the tip goes on if a stop is asked for now."""
-        joints = self.coordinates.joints if self.belief.trust is not Trust.UNKNOWN else None
+        known = self.belief.trust is not Trust.UNKNOWN
+        joints = self.position.coordinates.joints if known else None
         lost = self.state is State.DISCONNECTED
-        burst_s = max(self.burst_s, self.cut_off_s) if lost else self.burst_s
-        planned = None if lost or self.tempo.was_slowed else self._planned
-        if planned is None:
-            key = burst_s, self.controller.stopping(burst_s)
-            if self._unplanned is None or self._unplanned[0] != key:
-                self._unplanned = key, run_on(self.config, self.controller, burst_s)
-            planned = self._unplanned[1]
-        if self._bound is None or self._bound[0] is not planned or self._bound[1] != joints:
-            self._bound = planned, joints, planned.bound(self.config, joints)
-        return self._bound[2]
+        return self.stops.bound(self.controller, joints, lost=lost, slowed=self.tempo.was_slowed)
 
     def plans(self, legs: Iterable[MotionSegment], burst_s: float) -> None:
         """Announce from now on how a planned motion ends, until `settle`.
 
         Where it is slowed meanwhile, it is no longer the motion that was planned.
         """
-        self.burst_s = burst_s
         self.tempo.begin()
-        found = stretches(self.transmission, legs)
-        self._planned = run_on(self.config, self.controller, burst_s, found) if found else None
+        self.stops.plan(self.controller, legs, burst_s)
 
     def status(self, engine: Engine, *, simulated: bool, wakes: SchedulingJitter) -> Status:
         """Return a frozen picture of this moment."""
@@ -254,26 +261,26 @@ class Core(PositionLedger, Diagnostics):
             trust=self.belief.trust,
             trust_reason=self.belief.reason,
             trust_since_s=self.belief.since_s,
-            current=self.current,
+            current=self.readings.current,
             joints=joints if known else None,
             pose=self.config.model.arm.fk(joints) if known else None,
-            gripper_mm=self.opening_seen_mm(opening_mm) if known else None,
-            gripping=self.gripping,
-            commanded=self.commanded,
-            acknowledged=self.acknowledged,
-            read_back=self.read_back,
-            inputs=self.inputs,
-            outputs=self.outputs,
+            gripper_mm=self.fingers.seen_mm(opening_mm) if known else None,
+            gripping=self.readings.gripping,
+            commanded=self.position.commanded,
+            acknowledged=self.position.acknowledged,
+            read_back=self.position.read_back,
+            inputs=self.readings.inputs,
+            outputs=self.readings.outputs,
             stop_time_s=bound.time_s,
             stop_distance_mm=bound.distance_mm,
             silent_time_s=bound.silent_time_s,
             silent_distance_mm=bound.silent_distance_mm,
             last_sent=engine.last_sent,
             last_answer=engine.last_answer,
-            notice=self.notice,
-            error=self.error,
-            error_code=self.error_code,
-            notice_code=self.notice_code,
+            notice=self.diagnostics.notice,
+            error=self.diagnostics.error,
+            error_code=self.diagnostics.error_code,
+            notice_code=self.diagnostics.notice_code,
             torque=dialect(self.config.connection.dialect).torque,
             time_s=engine.now_s,
             paused=self.tempo.paused,

@@ -16,7 +16,6 @@ from typing import Protocol
 from armdrive.errors import ArmError, BadRequest
 from armdrive.runtime.clock import SimulatedClock
 from armdrive.runtime.engine import Engine
-from armdrive.runtime.workers import present
 from armdrive.status import Lateness
 
 LONGEST_SLEEP_S = 0.25
@@ -86,12 +85,7 @@ class SimulatedPace:
     def wait(self, done: Callable[[], bool], timeout_s: float) -> bool:
         """Jump from deadline to deadline until `done()` or the time is over."""
         end_s = self.clock.now_s + timeout_s
-        strand = present()
-        if strand is not None:
-            ended = strand.park(self.clock, lambda: done() or not self._there(), end_s)
-            if ended is not None:
-                return ended and (self._there() or done())
-        return self.clock.wait(done, end_s, self._there)
+        return self.clock.wait(done, end_s, self.driving)
 
     def wake(self) -> None:
         """Nothing sleeps on simulated time."""
@@ -102,7 +96,8 @@ class SimulatedPace:
         if engine is not None:
             self.clock.remove(engine)
 
-    def _there(self) -> bool:
+    def driving(self) -> bool:
+        """Return whether it has an engine to drive: False before `start` and after `close`."""
         return self._engine is not None
 
 
@@ -159,11 +154,9 @@ class RealPace:
 
     def wait(self, done: Callable[[], bool], timeout_s: float) -> bool:
         """Sleep until `done()` or the time is over."""
-        end_s, strand = self.now_s() + timeout_s, present()
+        end_s = self.now_s() + timeout_s
         with self._turn:
             while not done():
-                if strand is not None:
-                    strand.check()
                 if self._failure is not None:
                     raise ArmError(f"the engine's thread ended: {self._failure}")
                 left_s = (end_s - self.now_s()) / self._speed
@@ -242,7 +235,7 @@ class RealPace:
 PaceChoice = str | float | SimulatedClock | SimulatedPace | None
 """What `pace` may be: "simulated", "real", a factor of real time, a clock, or another arm's pace.
 
-Without any, simulated time of the arm's own; in a coroutine, that of its event loop.
+Without any, simulated time of the arm's own; of an `AsyncArm`, that of its event loop.
 """
 
 
@@ -250,12 +243,9 @@ def pace_of(choice: PaceChoice) -> Pace:
     """Return the pace of a simulated arm. Raises `BadRequest`."""
     if isinstance(choice, SimulatedClock):
         return SimulatedPace(choice)
-    if choice is None:
-        strand = present()
-        return SimulatedPace(None if strand is None else strand.clock)
     if isinstance(choice, SimulatedPace):
         return SimulatedPace(choice.clock)
-    if choice == "simulated":
+    if choice is None or choice == "simulated":
         return SimulatedPace()
     if choice == "real":
         return RealPace()

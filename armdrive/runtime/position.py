@@ -1,5 +1,7 @@
 """Where one arm is: commanded, acknowledged and read back, in motor steps and in joint angles.
 
+`DeviceReadings` and `FingerState` are what is known besides: current, inputs and outputs, fingers.
+
 Positions are motor steps of the model: registers plus the reference offset, less what is taken up
 of each motor's backlash (backlash.py). A reference is that offset: nothing here ever asks the
 controller to zero its registers.
@@ -7,6 +9,7 @@ controller to zero its registers.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from armdrive.config.arm import ArmConfig
@@ -45,28 +48,100 @@ class MotionSegment:
     duration_s: float
 
 
-class PositionLedger:
-    """The position of one arm. Raises `Refused` for one whose motors do not fit its controller."""
+class DeviceReadings:
+    """What the device says of itself apart from its registers: current, inputs, outputs, grip."""
 
-    def __init__(self, config: ArmConfig, controller: Controller) -> None:
-        if config.model.transmission is None:
-            raise Refused(
-                f"no motor steps are known of the {config.model.title}: give steps_per_turn in "
-                "an arm file of a model that has motors"
-            )
-        motors = len(config.model.transmission.motors)
-        if motors != controller.abilities.motors:
-            raise Refused(
-                f"the {config.title} has {motors} motors, but its controller drives "
-                f"{controller.abilities.motors}: list every motor of the controller in the arm "
-                "file, or correct gripper.kind"
-            )
-        self.config = config
-        self.controller = controller
-        self.transmission: Transmission = config.model.transmission
+    def __init__(self, *, grip_switch: bool) -> None:
+        self._grip_switch = grip_switch
         self.current = Current.UNKNOWN
-        still = Motors([0] * motors)
-        self.slack = Slack(config.backlash_steps or still)
+        self.inputs: int | None = None
+        self.sensed = 0
+        """How often the inputs have been read."""
+        self.awaiting = 0
+        """How many calls wait for inputs: a standing arm is looked at more often then."""
+        self.outputs: int | None = None
+        self.gripping: bool | None = None
+
+    def sense(self, registers: Registers) -> None:
+        """Take the inputs and the current; without a grip switch nothing tells whether it grips."""
+        if registers.held is not None:
+            self.current = Current.HELD if registers.held else Current.OFF
+        self.inputs = registers.inputs
+        self.sensed += 1
+        if self._grip_switch:
+            self.gripping = registers.gripping
+
+
+class FingerState:
+    """Where the fingers touched something, or the share that a servo was told to open."""
+
+    def __init__(self, config: ArmConfig, transmission: Transmission) -> None:
+        self._config = config
+        self._transmission = transmission
+        self.touch_mm: float | None = None
+        self.share: float | None = None
+
+    def arrive(self, opening_mm: float) -> None:
+        """Note how far the gripper is open by its motor: fingers opened past the touch let go."""
+        if self.touch_mm is not None and opening_mm >= self.touch_mm:
+            self.touch_mm = None
+
+    def force_n(self, opening_mm: float) -> float:
+        """Return the force with which they press, from the cable pulled in behind the touch."""
+        steps_per_n = self._config.model.grip_steps_per_n
+        if self.touch_mm is None or steps_per_n is None:
+            return 0.0
+        steps_per_mm = abs(self._transmission.motors[-1].steps_per_unit)
+        return (self.touch_mm - opening_mm) * steps_per_mm / steps_per_n
+
+    def seen_mm(self, pulled_mm: float) -> float | None:
+        """Return how far apart the fingers are, from where their motor or servo has them."""
+        if self._transmission.has_gripper:
+            return max(pulled_mm, self.touch_mm or 0.0)
+        if self.share is None:
+            return None
+        low, high = self._config.model.gripper_range_mm
+        return low + self.share * (high - low)
+
+
+def motors_of(config: ArmConfig, controller: Controller) -> Transmission:
+    """Return an arm's motors. Raises `Refused` where they do not fit its controller."""
+    transmission = config.model.transmission
+    if transmission is None:
+        raise Refused(
+            f"no motor steps are known of the {config.model.title}: give steps_per_turn in "
+            "an arm file of a model that has motors"
+        )
+    motors = len(transmission.motors)
+    if motors != controller.abilities.motors:
+        raise Refused(
+            f"the {config.title} has {motors} motors, but its controller drives "
+            f"{controller.abilities.motors}: list every motor of the controller in the arm "
+            "file, or correct gripper.kind"
+        )
+    return transmission
+
+
+class PositionLedger:
+    """Where the motors of one arm are, as commanded, as acknowledged and as read back.
+
+    `unwrap` undoes the wrap of registers near a position, as `Controller.unwrap` does.
+    """
+
+    def __init__(
+        self,
+        transmission: Transmission,
+        backlash_steps: Sequence[int],
+        unwrap: Callable[[Motors, Motors], Motors],
+        readings: DeviceReadings,
+        fingers: FingerState,
+    ) -> None:
+        self._transmission = transmission
+        self._unwrap = unwrap
+        self._readings = readings
+        self._fingers = fingers
+        still = Motors([0] * len(transmission.motors))
+        self.slack = Slack(backlash_steps or still)
         self.offset = still
         self.counts = still
         self.commanded = still
@@ -75,15 +150,6 @@ class PositionLedger:
         self.fell = False
         """Whether registers fell to zero in the present motion, which does not lead there."""
         self.coordinates = self.coordinates_of(still)
-        self.inputs: int | None = None
-        self.sensed = 0
-        """How often the inputs have been read."""
-        self.awaiting = 0
-        """How many calls wait for inputs: a standing arm is looked at more often then."""
-        self.outputs: int | None = None
-        self.gripping: bool | None = None
-        self.touch_mm: float | None = None
-        self.gripper_share: float | None = None
 
     @property
     def shift(self) -> Motors:
@@ -104,7 +170,7 @@ class PositionLedger:
     def sends(self, steps: Motors) -> None:
         """Note what motors are about to be sent, backlash included."""
         self.commanded = self.commanded + self.slack.sends(steps)
-        self.current = Current.HELD
+        self._readings.current = Current.HELD
 
     def takes_back(self, commanded: Motors) -> None:
         """Note that what was to be sent last was not: so far it is commanded, as it was before."""
@@ -116,47 +182,28 @@ class PositionLedger:
         self.acknowledged = self.commanded
         self.slack.arrive()
         self.coordinates = coordinates or self.coordinates_of(self.acknowledged)
-        if self.touch_mm is not None and self.coordinates.opening_mm >= self.touch_mm:
-            self.touch_mm = None  # the fingers have let go
-
-    @property
-    def grip_force_n(self) -> float:
-        """The force with which the fingers press, from the cable pulled in behind the touch."""
-        steps_per_n = self.config.model.grip_steps_per_n
-        if self.touch_mm is None or steps_per_n is None:
-            return 0.0
-        steps_per_mm = abs(self.transmission.motors[-1].steps_per_unit)
-        return (self.touch_mm - self.coordinates.opening_mm) * steps_per_mm / steps_per_n
+        self._fingers.arrive(self.coordinates.opening_mm)
 
     def found(self, registers: Registers) -> None:
         """Take the registers for the position of an arm of which nothing else is known."""
-        self.sense(registers)
+        self._readings.sense(registers)
         self.counts = registers.positions
         self.commanded = self.acknowledged = self.read_back = registers.positions
         self.slack.doubt()
         self.offset = self.slack.taken
         self.coordinates = self.coordinates_of(registers.positions)
 
-    def sense(self, registers: Registers) -> None:
-        """Take the inputs and the current; without a grip switch nothing tells whether it grips."""
-        if registers.held is not None:
-            self.current = Current.HELD if registers.held else Current.OFF
-        self.inputs = registers.inputs
-        self.sensed += 1
-        if self.controller.abilities.grip_switch:
-            self.gripping = registers.gripping
-
     def compare(self, registers: Registers) -> Motors:
         """Take a read-back; return its difference from the acknowledged registers, in steps."""
-        self.sense(registers)
+        self._readings.sense(registers)
         expected = self.expected
-        self._see(self.controller.unwrap(registers.positions, expected))
+        self._see(self._unwrap(registers.positions, expected))
         return self.counts - expected
 
     def progress(self, registers: Registers) -> None:
         """Note where the motors are while they move."""
         there = self.commanded - self.offset + self.slack.ahead
-        self._see(self.controller.unwrap(registers.positions, there))
+        self._see(self._unwrap(registers.positions, there))
 
     def _see(self, counts: Motors) -> None:
         before = self.read_back if self.counts.largest and not counts.largest else None
@@ -182,7 +229,7 @@ class PositionLedger:
 
     def refer(self, registers: Motors, there: ArmCoordinates) -> None:
         """Make the present registers mean a known posture."""
-        position = self.transmission.to_motors(there.joints, there.opening_mm)
+        position = self._transmission.to_motors(there.joints, there.opening_mm)
         self.slack.refer()
         self.offset = position - registers + self.slack.taken
         self.counts = registers
@@ -194,7 +241,7 @@ class PositionLedger:
         self.offset = Motors(record.offset)
         recorded = Motors(record.registers)
         fits = self.slack.restore(record.taken, record.unsure)
-        counts = self.counts = self.controller.unwrap(registers, recorded)
+        counts = self.counts = self._unwrap(registers, recorded)
         self.commanded = self.acknowledged = self.read_back = recorded + self.shift
         self.coordinates = self._recorded_point(record) or self.coordinates_of(self.acknowledged)
         if counts != recorded and not registers.largest:  # the counters lost the power, not the arm
@@ -211,19 +258,10 @@ class PositionLedger:
             return None
         *angles, opening_mm = record.coordinates
         there = ArmCoordinates(Joints(tuple(angles), names), opening_mm)
-        same = self.transmission.to_motors(there.joints, opening_mm) == self.acknowledged
+        same = self._transmission.to_motors(there.joints, opening_mm) == self.acknowledged
         return there if same else None
-
-    def opening_seen_mm(self, pulled_mm: float) -> float | None:
-        """Return how far apart the fingers are, from where their motor or servo has them."""
-        if self.transmission.has_gripper:
-            return max(pulled_mm, self.touch_mm or 0.0)
-        if self.gripper_share is None:
-            return None
-        low, high = self.config.model.gripper_range_mm
-        return low + self.gripper_share * (high - low)
 
     def coordinates_of(self, position: Motors) -> ArmCoordinates:
         """Return the point that whole motor steps stand for."""
-        joints, opening_mm = self.transmission.to_joints(position)
+        joints, opening_mm = self._transmission.to_joints(position)
         return ArmCoordinates(joints, opening_mm)

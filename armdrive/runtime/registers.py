@@ -147,7 +147,7 @@ class RegisterReader:
             self.core.learn(Evidence.SILENT, self.now_s)
             self.core.fault(fault)
             raise
-        return self.core.compare(registers)
+        return self.core.position.compare(registers)
 
     def look(self) -> TaskBody[None]:
         """Weigh what the registers show of an arm that stands: somebody else may move it."""
@@ -188,18 +188,18 @@ def weigh_difference(wire: RegisterReader, difference: Motors) -> None:
     zeroed = take_difference(core)
     evidence = Evidence.CONTROLLER_RESTARTED if zeroed else Evidence.MOVED_BY_OTHERS
     core.learn(evidence, wire.now_s)
-    core.notify(core.belief.reason, evidence)
+    core.diagnostics.notify(core.belief.reason, evidence)
 
 
 def take_difference(core: Core) -> bool:
     """Take the registers for where the arm is; True where they were zeroed, which moves nothing."""
-    registers = core.counts
+    registers = core.position.counts
     zeroed = not registers.largest
     if zeroed and core.belief.trust is not Trust.UNKNOWN:
-        core.count_anew(registers)
-        core.current = Current.UNKNOWN
+        core.position.count_anew(registers)
+        core.readings.current = Current.UNKNOWN
     else:
-        core.believe_registers()
+        core.position.believe_registers()
     return zeroed
 
 
@@ -263,6 +263,6 @@ def alerted(core: Core, alert: Alert, now_s: float) -> None:
         core.learn(evidence, now_s, alert.text)
         core.told_early = core.told_early or (evidence, alert.text)
     if alert.kind in (AlertKind.RESTARTED, AlertKind.SWITCHED_OFF):
-        core.current = Current.UNKNOWN
+        core.readings.current = Current.UNKNOWN
     code = ALARM_VOUCHED if evidence is None else code_of(evidence)
     core.fault(f"{alert.text}. Look at the arm, then call `reset()`", code)

@@ -99,6 +99,56 @@ def stop_bound(
     return run_on(config, controller, burst_s).bound(config, joints)
 
 
+class StopForecast:
+    """How one arm goes on if it is stopped now: by the motion that is planned, or by any other."""
+
+    def __init__(self, config: ArmConfig, transmission: Transmission) -> None:
+        self._config = config
+        self._transmission = transmission
+        self.burst_s = config.motion.jog_burst_s
+        """How much motion is sent ahead at most."""
+        self.cut_off_s = 0.0
+        """The longest that what was under way may last when the wire was lost."""
+        self._planned: RunOn | None = None
+        self._unplanned: tuple[tuple[float, Stopping], RunOn] | None = None
+        """How whatever may be commanded next goes on, and what that was computed from."""
+        self._bound: tuple[RunOn, Joints | None, StopBound] | None = None
+        """The bound that was announced last: most looks find the arm where it was."""
+
+    def plan(self, controller: Controller, legs: Iterable[MotionSegment], burst_s: float) -> None:
+        """Forecast the stop of a planned motion, until `end`."""
+        self.burst_s = burst_s
+        found = stretches(self._transmission, legs)
+        self._planned = run_on(self._config, controller, burst_s, found) if found else None
+
+    def end(self) -> None:
+        """Forecast the stop of whatever may be commanded next."""
+        self.burst_s = self._config.motion.jog_burst_s
+        self._planned = None
+
+    def cut_off(self) -> None:
+        """Note that the wire is lost in motion: what was sent ahead runs on."""
+        self.cut_off_s = max(self.cut_off_s, self.burst_s)
+
+    def bound(
+        self, controller: Controller, joints: Joints | None, *, lost: bool, slowed: bool
+    ) -> StopBound:
+        """Return how long and how far the tip goes on; without a known posture, from anywhere.
+
+        A motion that was `slowed`, or whose wire is `lost`, is not the planned one any more.
+        """
+        burst_s = max(self.burst_s, self.cut_off_s) if lost else self.burst_s
+        planned = None if lost or slowed else self._planned
+        if planned is None:
+            key = burst_s, controller.stopping(burst_s)
+            if self._unplanned is None or self._unplanned[0] != key:
+                self._unplanned = key, run_on(self._config, controller, burst_s)
+            planned = self._unplanned[1]
+        if self._bound is None or self._bound[0] is not planned or self._bound[1] != joints:
+            self._bound = planned, joints, planned.bound(self._config, joints)
+        return self._bound[2]
+
+
 def stretches(
     transmission: Transmission | None, legs: Iterable[MotionSegment]
 ) -> tuple[StopStretch, ...]:

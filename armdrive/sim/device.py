@@ -22,7 +22,7 @@ from armdrive.sim.mechanics.motors import MotorDrive
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import Json, Saved, block_to_json, incident_to_json, world_to_json
 from kinematics.errors import did_you_mean
-from kinematics.spaces import Joints, Motors, Pose
+from kinematics.spaces import Joints, Motors
 
 
 class WireDevice(Protocol):
@@ -43,7 +43,7 @@ class WireDevice(Protocol):
 
 
 class SimDevice(WireDevice, Protocol):
-    """A controller with its arm; `SimBase` holds what all of them do alike."""
+    """A controller with its arm; `BoxedDevice` holds what all of them do alike."""
 
     @property
     def title(self) -> str:
@@ -201,34 +201,28 @@ class Agenda:
         return heapq.heappop(self._entries)[2]
 
 
-# --- The base of every device, so that a dialect adds its controller alone -----------------------
+# --- What every device is made of, so that a dialect adds its controller alone -------------------
 #
-# It keeps the clock, the agenda, power, inputs, the person at the arm, and the saved world. Times
-# are in seconds on the clock that is handed in. What a person does happens at the device's present
-# time, or through `at` at a stated one; where a thread drives the device, call these methods on
-# that thread or under its lock.
+# A `BoxedDevice` keeps the clock, the agenda, power, inputs, the person at the arm, and the saved
+# world; its `DeviceBox` is the dialect's controller. Times are in seconds on the clock that is
+# handed in. What a person does happens at the device's present time, or through `at` at a stated
+# one; where a thread drives the device, call these methods on that thread or under its lock.
 
 
-class SimBase(abc.ABC):
-    """A simulated controller on a physical arm; a dialect fills in the methods below `The box`.
+@dataclass(slots=True)
+class DeviceClock:
+    """The present time of a device: it keeps it, and its box reads it."""
 
-    `said` is what waits to be sent: the box appends to it, and never replaces it.
-    """
+    now_s: float = 0.0
 
-    title: ClassVar[str]
-    input_bits: ClassVar[int] = 8
 
-    def __init__(self, world: World, drive: MotorDrive[Any], baud: int | None) -> None:
-        self.world = world
-        self.baud = baud
-        self.powered = True
-        self.now_s = 0.0
-        self.inputs_set = 0
-        self.said = bytearray()
-        self._drive = drive
-        self._agenda = Agenda()
+class DeviceBox(abc.ABC):
+    """What a dialect's controller does with bytes and with time: its electronics and firmware."""
 
-    # The box: what a dialect's device says of itself.
+    register_range: ClassVar[tuple[int, int]] = (-(1 << 15), (1 << 15) - 1)
+    """The least and the greatest number that a register can hold."""
+    clock: DeviceClock
+    _drive: MotorDrive[Any]
 
     @property
     @abc.abstractmethod
@@ -241,40 +235,57 @@ class SimBase(abc.ABC):
         """The positions that it would tell its host."""
 
     @abc.abstractmethod
-    def _hear(self, data: bytes) -> None:
-        """Take bytes that have arrived, at `now_s`; called only with power."""
+    def hear(self, data: bytes) -> None:
+        """Take bytes that have arrived now; called only with power."""
 
     @abc.abstractmethod
-    def _motion_ended(self) -> None:
-        """Act on the end of a motion, at `now_s`."""
+    def motion_ended(self) -> None:
+        """Act on the end of a motion, now."""
 
     @abc.abstractmethod
-    def _forget(self) -> None:
+    def forget(self) -> None:
         """Lose what is lost with the power; registers, motion and current are gone already."""
 
     @abc.abstractmethod
-    def _known(self) -> dict[str, Json]:
+    def known(self) -> dict[str, Json]:
         """Return what the controller knows, to be saved beside the world."""
 
     @abc.abstractmethod
-    def _recall_known(self, saved: Saved) -> None:
-        """Take all that `_known` wrote out of `saved`. Raises `StateFileError`."""
+    def recall_known(self, saved: Saved) -> None:
+        """Take all that `known` wrote out of `saved`. Raises `StateFileError`."""
 
-    def _boot(self) -> None:  # noqa: B027 - most boards have nothing to say
+    def boot(self) -> None:  # noqa: B027 - most boards have nothing to say
         """Do what the firmware does when power comes, a banner say."""
 
-    def _due_s(self) -> float:
-        """Tell when the device next acts by itself: by default when the motion ends."""
+    def due_s(self) -> float:
+        """Tell when the controller next acts by itself: by default when the motion ends."""
         return self._drive.done_s
 
-    def _happen(self) -> None:
-        """Do what is due at `now_s`; afterwards `_due_s` must be later, or this comes again."""
-        self._drive.settle(self.now_s)
-        self._motion_ended()
+    def happen(self) -> None:
+        """Do what is due now; afterwards `due_s` must be later, or this comes again."""
+        self._drive.settle(self.clock.now_s)
+        self.motion_ended()
 
-    def details(self) -> dict[str, Json]:
-        """Return what only this kind of device has to show."""
-        return {}
+
+class BoxedDevice:
+    """A simulated device on a physical arm: a controller, `box`, and the person beside them.
+
+    `said` is what waits to be sent: the box appends to it, and never replaces it.
+    """
+
+    title: ClassVar[str]
+    input_bits: ClassVar[int] = 8
+    box: DeviceBox
+
+    def __init__(self, world: World, drive: MotorDrive[Any], baud: int | None) -> None:
+        self.world = world
+        self.baud = baud
+        self.powered = True
+        self.clock = DeviceClock()
+        self.inputs_set = 0
+        self.said = bytearray()
+        self._drive = drive
+        self._agenda = Agenda()
 
     # The wire's side.
 
@@ -287,7 +298,7 @@ class SimBase(abc.ABC):
         """Take bytes that have arrived by now; without power nobody hears them."""
         self._advance(now_s)
         if self.powered:
-            self._hear(data)
+            self.box.hear(data)
 
     def transmit(self, now_s: float) -> bytes:
         """Advance the arm to now and return what the box has said since the last call."""
@@ -303,6 +314,25 @@ class SimBase(abc.ABC):
     # What can be seen.
 
     @property
+    def now_s(self) -> float:
+        """The device's present time."""
+        return self.clock.now_s
+
+    @property
+    def busy(self) -> bool:
+        """Whether it is at work on something that the host has asked for."""
+        return self.box.busy
+
+    @property
+    def registers(self) -> Motors:
+        """The positions that it would tell its host: they know only what was commanded."""
+        return self.box.registers
+
+    def details(self) -> dict[str, Json]:
+        """Return what only this kind of device has to show."""
+        return {}
+
+    @property
     def moving(self) -> bool:
         """Whether motors turn."""
         return self._drive.moving
@@ -311,26 +341,6 @@ class SimBase(abc.ABC):
     def inputs(self) -> int:
         """The input bits as the host would read them."""
         return self.inputs_set
-
-    @property
-    def joints(self) -> Joints:
-        """The physical joint angles."""
-        return self.world.joints
-
-    @property
-    def pose(self) -> Pose:
-        """The physical pose."""
-        return self.world.pose
-
-    @property
-    def opening_mm(self) -> float:
-        """The physical width between the fingers."""
-        return self.world.opening_mm
-
-    @property
-    def grip_force_n(self) -> float:
-        """The physical grip force."""
-        return self.world.grip_force_n
 
     # What a person can do.
 
@@ -369,12 +379,12 @@ class SimBase(abc.ABC):
         self.world.cut_current(self.now_s)
         self.powered = False
         self.said.clear()
-        self._forget()
+        self.box.forget()
 
     def power_on(self) -> None:
         """Switch on: registers at zero, as one finds the controller in the morning."""
         self.powered = True
-        self._boot()
+        self.box.boot()
 
     # The saved world.
 
@@ -388,38 +398,42 @@ class SimBase(abc.ABC):
             "powered": self.powered,
             "registers": list(self.registers),
             "inputs": self.inputs_set,
-            **self._known(),
+            **self.box.known(),
         }
 
     def recall(self, saved: Saved) -> None:
         """Know again what `to_json` wrote, apart from the world. Raises `StateFileError`."""
-        low, high = self._register_range()
+        low, high = self.box.register_range
         self.count_from(saved.wholes("registers", len(self.world.motors), low, high))
         self.inputs_set = saved.whole("inputs", 0, (1 << self.input_bits) - 1)
         self.powered = saved.flag("powered")
-        self._recall_known(saved)
-
-    def _register_range(self) -> tuple[int, int]:
-        """Return the least and the greatest number that a register can hold: 16 bits."""
-        return -(1 << 15), (1 << 15) - 1
+        self.box.recall_known(saved)
 
     # Time.
 
     def _next_event_s(self) -> float:
-        own_s = self._due_s() if self.powered else math.inf
+        own_s = self.box.due_s() if self.powered else math.inf
         return min(own_s, self._agenda.next_s)
 
     def _advance(self, now_s: float) -> None:
         """Live through everything up to now, each thing at its own time."""
         while (due_s := self._next_event_s()) <= now_s:
-            self.now_s = max(self.now_s, due_s)
+            self.clock.now_s = max(self.now_s, due_s)
             self._drive.follow(self.now_s)
-            if self.powered and self._due_s() <= due_s:
-                self._happen()
+            if self.powered and self.box.due_s() <= due_s:
+                self.box.happen()
             else:
                 self._agenda.pop()()
-        self.now_s = max(self.now_s, now_s)
+        self.clock.now_s = max(self.now_s, now_s)
         self._drive.follow(self.now_s)
+
+
+class SimBase(DeviceBox, BoxedDevice):
+    """A device that is its own box, where the controller does little that the rest does not."""
+
+    def __init__(self, world: World, drive: MotorDrive[Any], baud: int | None) -> None:
+        super().__init__(world, drive, baud)
+        self.box = self
 
 
 # --- Options that a person or a test may choose by name ------------------------------------------

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
+from armdrive.blocking import blocking, waiting_part
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import WrongState
 from armdrive.tasks import Event, Request
@@ -161,7 +162,6 @@ NO_TRACER = NoTracer()
 # The calls of a program or a person.
 
 C = TypeVar("C", bound=type)
-R = TypeVar("R")
 
 CALLS = (
     "home", "confirm_reference", "confirm_restored", "declare_posture",
@@ -183,16 +183,35 @@ def traced(kind: C) -> C:
     return kind
 
 
-def _noted(name: str, method: Callable[..., R]) -> Callable[..., R]:
-    @functools.wraps(method)
-    def call(self: Any, /, *words: Any, **named: Any) -> R:
-        arm = getattr(self, "_arm", self)
-        tracer = arm.tracer  # no lock: an emergency stop waits for nobody
+def _noted(name: str, method: Callable[..., Any]) -> Callable[..., Any]:
+    waiting = waiting_part(method)
+    if waiting is None:
+
+        @functools.wraps(method)
+        def call(self: Any, /, *words: Any, **named: Any) -> Any:
+            tracer = _tracer_of(self)
+            tracer.called(name, words, named)
+            try:
+                return method(self, *words, **named)
+            except BaseException as error:
+                tracer.raised(error)
+                raise
+
+        return call
+
+    @functools.wraps(waiting)
+    async def waiting_call(self: Any, /, *words: Any, **named: Any) -> Any:
+        tracer = _tracer_of(self)
         tracer.called(name, words, named)
         try:
-            return method(self, *words, **named)
+            return await waiting(self, *words, **named)
         except BaseException as error:
             tracer.raised(error)
             raise
 
-    return call
+    return blocking(waiting_call)
+
+
+def _tracer_of(owner: Any) -> Tracer:
+    tracer: Tracer = getattr(owner, "_arm", owner).tracer  # no lock: an emergency stop never waits
+    return tracer

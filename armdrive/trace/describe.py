@@ -10,7 +10,6 @@ from collections.abc import Mapping
 from typing import Any, get_args
 
 from armdrive.dialects.words import AnswerLines, Describer, answer
-from armdrive.json_forms import move_to_json
 from armdrive.moves import Move
 from armdrive.registry import DIALECTS
 from armdrive.tasks import (
@@ -23,6 +22,7 @@ from armdrive.tasks import (
     Request,
     Timeout,
 )
+from armdrive.text.json_forms import move_to_json
 from armdrive.trace.entries import EntryKind
 
 _PLAIN = Describer(lambda: AnswerLines(b"\r\n", answer), None)

@@ -5,10 +5,13 @@ Each row of the table is measured on simulated time, against the physical arm.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from armdrive.connect.target import simulated_config
 from armdrive.registry import DIALECTS
+from armdrive.runtime.stop_bounds import StopForecast
 from armdrive.status import State
 
 from .rows import HALF, REASONS, ROWS, Begin, Cause, Row, begin, measure, start_of
@@ -46,11 +49,23 @@ def test_every_reason_is_given_somewhere_and_says_why() -> None:
     assert all(reason.why and 0.0 < reason.least < HALF for reason in REASONS.values())
 
 
+def test_a_forecast_is_that_of_the_controller_that_drives_now() -> None:
+    config = simulated_config("teachmover")
+    slow = replace(config, device=replace(config.device, speed_doubt=8.0))
+    forecast = StopForecast(config, config.model.transmission)
+    bounds = [
+        forecast.bound(DIALECTS["teachmover"].controller(each), None, lost=False, slowed=False)
+        for each in (config, slow, config)
+    ]
+    assert bounds[0].time_s < bounds[1].time_s
+    assert bounds[2] == bounds[0]
+
+
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_what_is_announced_at_rest_holds_for_any_motion_that_follows(dialect: str) -> None:
     stand = Stand(simulated_config(dialect), start_of(dialect))
     motion = stand.arm.config.motion
-    stand.arm.core.burst_s = max(motion.planned_burst_s, motion.jog_burst_s)
+    stand.arm.core.stops.burst_s = max(motion.planned_burst_s, motion.jog_burst_s)
     at_rest = stand.arm.core.stop_bound()
     begin(stand, Begin.PLANNED, 1.0, 1.0)
     stand.arm.sleep(0.01)
@@ -78,7 +93,7 @@ def test_the_bound_of_a_planned_motion_ends_with_it(dialect: str) -> None:
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_a_motion_that_is_slowed_is_no_longer_the_planned_one(dialect: str) -> None:
     stand = Stand(simulated_config(dialect), start_of(dialect))
-    stand.arm.core.burst_s = stand.arm.config.motion.planned_burst_s
+    stand.arm.core.stops.burst_s = stand.arm.config.motion.planned_burst_s
     anything = stand.arm.core.stop_bound()
     begin(stand, Begin.PLANNED, 1.0, 1.0)
     stand.arm.sleep(0.05)

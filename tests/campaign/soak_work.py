@@ -62,12 +62,12 @@ class Soak:
         self._last: Census | None = None
         self._begin()
         self.start_deg = {f"{name}_deg": deg for name, deg in self.arm_deg().items()}
-        self._opening_mm = self.stage.arm.core.coordinates.opening_mm
+        self._opening_mm = self.stage.arm.core.position.coordinates.opening_mm
         self.start = self._go_home()
 
     def arm_deg(self) -> dict[str, float]:
         """Return the angles at present."""
-        joints = self.stage.arm.core.coordinates.joints
+        joints = self.stage.arm.core.position.coordinates.joints
         return {name: math.degrees(rad) for name, rad in zip(joints.names, joints, strict=True)}
 
     def work(self, hours: float) -> Iterator[Figures]:

@@ -268,7 +268,9 @@ class Stage:
         if self.arm is None:
             return self._left_at_zeros
         core = self.arm.core
-        return not ((core.read_back or core.acknowledged) - core.offset).largest
+        return not (
+            (core.position.read_back or core.position.acknowledged) - core.position.offset
+        ).largest
 
     def turn_by_hand(self, steps: Motors) -> bool:
         """Have somebody move the arm at its pendant; False where it is busy."""

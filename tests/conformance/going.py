@@ -31,7 +31,7 @@ def joints_from(
     here = arm.joints.deg
     named = {first: math.radians(here[first] + first_deg)}
     named[second] = math.radians(here[second] + second_deg)
-    start = arm.core.coordinates
+    start = arm.core.position.coordinates
     end = ArmCoordinates(start.joints.replace(**named), start.opening_mm)
     share = min(LONGEST_S / arm.speeds.duration_s(start, end, 1.0), 1.0)
     return {
@@ -52,7 +52,9 @@ def motors_at_end(arm: Arm) -> Motors:
     }
     transmission = arm.model.transmission
     assert transmission is not None
-    return transmission.to_motors(arm.joints.replace(**turned), arm.core.coordinates.opening_mm)
+    return transmission.to_motors(
+        arm.joints.replace(**turned), arm.core.position.coordinates.opening_mm
+    )
 
 
 def begin_sweep(arm: Arm, turn_deg: float = 60.0, speed: float = 1.0) -> Handle[Moved]:
@@ -65,7 +67,7 @@ def begin_sweep(arm: Arm, turn_deg: float = 60.0, speed: float = 1.0) -> Handle[
 def sweep_plan(arm: Arm, turn_deg: float = 60.0) -> tuple[Motors, Motors, float]:
     """Return where such a sweep begins and ends, and how long it takes at full speed."""
     first = arm.model.arm.joint_names[0]
-    start = arm.core.coordinates
+    start = arm.core.position.coordinates
     angle_rad = math.radians(arm.joints.deg[first] + turn_deg)
     end = ArmCoordinates(start.joints.replace(**{first: angle_rad}), start.opening_mm)
     transmission = arm.model.transmission
@@ -106,7 +108,7 @@ def refused(call: Callable[[], object], kind: type[ArmError], what: str) -> ArmE
 def planned(arm: Arm) -> dict[str, Callable[[], object]]:
     """Return the planned motions that need a reference."""
     first = arm.model.arm.joint_names[0]
-    goal = arm.model.arm.fk(arm.core.coordinates.joints)
+    goal = arm.model.arm.fk(arm.core.position.coordinates.joints)
     return {
         "move_j": lambda: arm.move_j(**{f"{first}_deg": 1.0}),
         "move_to": lambda: arm.move_to(goal),

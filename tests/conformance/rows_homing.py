@@ -99,9 +99,10 @@ def the_switches_are_sought_in_order(bench: Bench) -> None:
     told: list[tuple[tuple[str, ...], Seen]] = []
     check(bench.look().motors == start, "connecting moved an arm that homes")
     arm.home(told=lambda group: told.append((group, bench.look())))
-    names = [group for group, _ in told]
+    names, expected = [group for group, _ in told], arm.referencing.homing_groups
     check(
-        names == list(arm.homing_groups), f"it homed {names}, and was to home {arm.homing_groups}"
+        names == list(expected),
+        f"it homed {names}, and was to home {expected}",
     )
     for count, (_, seen) in enumerate(told, 1):
         done = [motor - 1 for group in ORDER[:count] for motor in group]

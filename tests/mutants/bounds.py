@@ -69,7 +69,7 @@ DERIVATIONS = {
     "robko01": Derivation("armdrive/dialects/robko01/controller.py", BURSTS),
     "armdroid": Derivation("armdrive/dialects/armdroid/controller.py", BURSTS),
     "grbl": Derivation(
-        "armdrive/dialects/grbl/controller.py",
+        "armdrive/dialects/grbl/planner.py",
         (
             "max(stands_s, heard_s + KILLED_S)",
             "heard_s + held_way_s + brakes_s / 2.0",

@@ -79,7 +79,7 @@ MUTANTS = (
         name="jogs are sent before the line before is answered",
         promise="no more than one line of a jog is unanswered",
         path="armdrive/dialects/grbl/in_flight.py",
-        old="return self.road.unanswered > 0 and (self.jog or not self.road.oks)",
+        old="return self.lines.unanswered > 0 and (self.jog or not self.lines.oks)",
         new="return False",
         tests=tests_of(
             "tests/armdrive/dialects/grbl/test_grbl_controller.py",
@@ -101,7 +101,7 @@ MUTANTS = (
         name="a mute board is not noticed",
         promise="a board that gives no report in motion ends it",
         path="armdrive/dialects/grbl/exchange.py",
-        old="        return self.now_s >= self.mute_at_s",
+        old="        return self.io.now_s >= self.mute_at_s",
         new="        return False",
         tests=tests_of(
             "tests/armdrive/dialects/grbl/test_grbl_mute.py",
@@ -112,8 +112,8 @@ MUTANTS = (
         name="a reset after a feed hold is not waited for",
         promise="a feed hold, a wait for its end and then a reset keep the position",
         path="armdrive/dialects/grbl/stops.py",
-        old="                (self.state in HELD and not self.sub_state)\n",
-        new="                self.state in HELD\n",
+        old="                (state in HELD and not sub_state)\n",
+        new="                state in HELD\n",
         tests=tests_of(
             "tests/armdrive/dialects/grbl/test_grbl_controller.py",
             "test_a_stopped_arm_stands_in_time_and_keeps_its_position",
@@ -123,7 +123,7 @@ MUTANTS = (
         name="outputs are not restored behind a stop",
         promise="a stop drops no load",
         path="armdrive/dialects/grbl/stops.py",
-        old=("        if kept:\n            yield from self.restore()\n"),
+        old=("        if kept:\n            yield from self.outputs.restore()\n"),
         new="",
         tests=tests_of(
             "tests/armdrive/dialects/grbl/test_grbl_board.py",
@@ -192,7 +192,7 @@ MUTANTS = (
         name="the Robko's watchdog is not fed",
         promise="a standing arm keeps its current",
         path="armdrive/dialects/robko01/controller.py",
-        old="        return data + self._host.send(self._token())",
+        old="        return data + self._exchange.feed()",
         new="        return data",
         tests=tests_of(
             "tests/armdrive/dialects/robko01/test_robko01_controller.py",
@@ -203,8 +203,8 @@ MUTANTS = (
         name="an Armdroid's numbers are not compared before its letter",
         promise="no byte that goes wrong makes a motion of another size",
         path="armdrive/dialects/armdroid/controller.py",
-        old="            if understood == drive.steps and self.has_speed(rpm):",
-        new="            if understood is not None and self.has_speed(rpm):",
+        old="            if understood == drive.steps and self._board.has_speed(rpm):",
+        new="            if understood is not None and self._board.has_speed(rpm):",
         tests=tests_of(
             "tests/armdrive/dialects/armdroid/test_armdroid_controller.py",
             (
@@ -228,10 +228,9 @@ MUTANTS = (
         name="Armdroid motors are taken in the wrong order",
         promise="each motor turns its own joint",
         path="armdrive/dialects/armdroid/controller.py",
-        old="        return tuple(by_channel[channel] for channel in sorted(by_channel))",
+        old="    return tuple(by_channel[channel] for channel in sorted(by_channel))",
         new=(
-            "        return tuple(by_channel[channel] for channel in "
-            "sorted(by_channel, reverse=True))"
+            "    return tuple(by_channel[channel] for channel in sorted(by_channel, reverse=True))"
         ),
         tests=tests_of(
             "tests/armdrive/dialects/armdroid/test_armdroid_controller.py",
@@ -482,7 +481,7 @@ MUTANTS = (
         name="a late look makes a Robko 01 seem slow",
         promise="a program that is late learns nothing wrong about the arm",
         path="armdrive/dialects/robko01/motion.py",
-        old="        prompt = self.now_s <= due_s + PROMPT_S\n",
+        old="        prompt = self._io.now_s <= due_s + PROMPT_S\n",
         new="        prompt = True\n",
         tests=tests_of(
             "tests/armdrive/runtime/test_late_program.py",

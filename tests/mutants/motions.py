@@ -31,7 +31,10 @@ MUTANTS = (
         name="motions end wherever, and the goal is reported",
         promise="a call reports what was done",
         path="armdrive/motion/execute.py",
-        old=("    joints, _ = core.transmission.to_joints(core.acknowledged)\n    pose, wanted"),
+        old=(
+            "    joints, _ = core.transmission.to_joints(core.position.acknowledged)\n"
+            "    pose, wanted"
+        ),
         new=("    joints = goal.joints\n    pose, wanted"),
         tests=tests_of(
             "tests/armdrive/motion/test_motion.py",
@@ -42,7 +45,7 @@ MUTANTS = (
         name="a stopped motion reports success",
         promise="a motion that was stopped says so",
         path="armdrive/motion/execute.py",
-        old="    if wire.stopping and core.coordinates != plan.end:",
+        old="    if wire.stopping and core.position.coordinates != plan.end:",
         new="    if False:",
         tests=tests_of(
             "tests/armdrive/runtime/test_stopping.py",
@@ -225,11 +228,11 @@ MUTANTS = (
         old=(
             "        self.coordinates = coordinates or "
             "self.coordinates_of(self.acknowledged)\n"
-            "        if self.touch"
+            "        self._fingers"
         ),
         new=(
             "        self.coordinates = self.coordinates_of(self.acknowledged)\n"
-            "        if self.touch"
+            "        self._fingers"
         ),
         tests=tests_of(
             "tests/armdrive/motion/test_motion.py",
@@ -333,8 +336,11 @@ MUTANTS = (
         name="a burst that was paused is taken for made",
         promise="pausing again and again loses no step",
         path="armdrive/motion/execute.py",
-        old=("        if core.coordinates == there:\n            done = further"),
-        new=("        if core.coordinates == there or tempo.paused:\n            done = further"),
+        old=("        if core.position.coordinates == there:\n            done = further"),
+        new=(
+            "        if core.position.coordinates == there or tempo.paused:\n"
+            "            done = further"
+        ),
         tests=tests_of(
             "tests/armdrive/motion/test_pausing.py",
             "test_a_pause_ends_the_way_within_the_time_and_way_that_were_announced",
@@ -344,7 +350,7 @@ MUTANTS = (
         name="a segment that was not sent counts as commanded",
         promise="pausing again and again loses no step",
         path="armdrive/motion/context.py",
-        old=("        if unsent:\n            self._core.takes_back(self._before)\n"),
+        old=("        if unsent:\n            self._core.position.takes_back(self._before)\n"),
         new="",
         tests=tests_of(
             "tests/armdrive/dialects/grbl/test_grbl_pausing.py",
@@ -403,7 +409,7 @@ MUTANTS = (
         promise="homing gives the posture of the arm file",
         path="armdrive/motion/reference.py",
         old=(
-            "    core.refer(registers.positions, "
+            "    core.position.refer(registers.positions, "
             "ArmCoordinates(homing.joints, homing.opening_mm))\n"
         ),
         new="",

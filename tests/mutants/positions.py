@@ -50,7 +50,7 @@ MUTANTS = (
         promise="a position is not trusted after evidence against it",
         path="armdrive/motion/context.py",
         old=(
-            "        elif core.read_back is None or not passes(core.read_back):\n"
+            "        elif core.position.read_back is None or not passes(core.position.read_back):\n"
             "            core.learn(Evidence.READ_BACK_DIFFERS, self.now_s)\n"
         ),
         new="",
@@ -63,8 +63,11 @@ MUTANTS = (
         name="trust is kept of an arm that others have moved",
         promise="a position is not trusted after evidence against it",
         path="armdrive/runtime/registers.py",
-        old=("    core.learn(evidence, wire.now_s)\n    core.notify(core.belief.reason, evidence)"),
-        new="    core.notify(core.belief.reason, evidence)",
+        old=(
+            "    core.learn(evidence, wire.now_s)\n"
+            "    core.diagnostics.notify(core.belief.reason, evidence)"
+        ),
+        new="    core.diagnostics.notify(core.belief.reason, evidence)",
         tests=tests_of(
             "tests/armdrive/runtime/test_trust.py",
             "test_the_pendant_makes_a_standing_arm_suspect_within_seconds",
@@ -176,9 +179,9 @@ MUTANTS = (
         old=(
             "        if isinstance(reply, Halted) and not reply.kept:\n"
             "            core.learn(Evidence.STOPPED_DEAD, self.now_s)\n"
-            "        elif core.fell:"
+            "        elif core.position.fell:"
         ),
-        new="        if core.fell:",
+        new="        if core.position.fell:",
         tests=tests_of(
             "tests/armdrive/dialects/grbl/test_grbl_controller.py",
             "test_an_emergency_stop_loses_the_position_and_reset_brings_the_board_back",
@@ -341,7 +344,7 @@ MUTANTS = (
         name="a motion goes on from where a pause left it whatever happened there",
         promise="a paused motion does not go on where something changed",
         path="armdrive/motion/streaming.py",
-        old="    if core.acknowledged != stood or core.belief is not believed:",
+        old="    if core.position.acknowledged != stood or core.belief is not believed:",
         new="    if False:",
         tests=tests_of(
             "tests/armdrive/motion/test_pausing.py",
@@ -366,8 +369,8 @@ MUTANTS = (
         old="    _weigh(core, registers, wire.now_s)\n",
         new=(
             "    _weigh(core, registers, wire.now_s)\n"
-            "    yield from wire.move(core.acknowledged + "
-            "type(core.acknowledged)([40] * len(core.acknowledged)), 100.0, None)\n"
+            "    at = core.position.acknowledged\n"
+            "    yield from wire.move(at + type(at)([40] * len(at)), 100.0, None)\n"
         ),
         tests=tests_of(
             "tests/armdrive/connect/test_reconnecting.py",
@@ -379,7 +382,7 @@ MUTANTS = (
         promise="a lost wire ends in error-stop",
         path="armdrive/motion/idle.py",
         old="        core.fault(back, RECONNECTED)",
-        new="        core.notify(back)",
+        new="        core.diagnostics.notify(back)",
         tests=tests_of(
             "tests/armdrive/connect/test_reconnecting.py",
             "test_a_wire_that_comes_back_ends_in_error_stop_and_moves_nothing",

@@ -43,7 +43,7 @@ MUTANTS = (
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/dialects/grbl/motion.py",
         old=(
-            "            if self.stop_asked or request.let_go():\n"
+            "            if self.io.stop_asked or request.let_go():\n"
             "                return (yield from self._halt(trip))"
         ),
         new=(
@@ -58,7 +58,7 @@ MUTANTS = (
         name="a GRBL stop sends no feed hold",
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/dialects/grbl/stops.py",
-        old=("                self.press(Realtime.FEED_HOLD)\n            seen = yield"),
+        old=("                self.exchange.press(Realtime.FEED_HOLD)\n            seen = yield"),
         new=("                pass\n            seen = yield"),
         tests=tests_of(
             "tests/armdrive/dialects/grbl/test_grbl_controller.py",
@@ -69,7 +69,7 @@ MUTANTS = (
         name="a GRBL jog is not cancelled",
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/dialects/grbl/stops.py",
-        old="        self.press(Realtime.JOG_CANCEL)\n",
+        old="        self.exchange.press(Realtime.JOG_CANCEL)\n",
         new="",
         tests=tests_of(
             "tests/armdrive/dialects/grbl/test_grbl_controller.py",
@@ -80,8 +80,8 @@ MUTANTS = (
         name="a Robko is not sent its stop",
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/dialects/robko01/motion.py",
-        old='if (yield from self._ask(Stop(), text="STOP")) is None:',
-        new='if (yield from self._ask(IsMoving(), text="STOP")) is None:',
+        old='if (yield from self._exchange.ask(Stop(), text="STOP")) is None:',
+        new="if (yield from self._exchange.mask()) is None:",
         tests=tests_of(
             "tests/armdrive/dialects/robko01/test_robko01_stop.py",
             "test_a_stop_during_a_look_goes_out_as_soon_as_the_look_is_answered",
@@ -113,8 +113,10 @@ MUTANTS = (
         name="an Armdroid's burst that was stopped before its letter goes on",
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/dialects/armdroid/controller.py",
-        old=("            if self.stop_asked or let_go():\n                self.give_up()"),
-        new=("            if let_go():\n                self.give_up()"),
+        old=(
+            "            if self._io.stop_asked or let_go():\n                self._board.give_up()"
+        ),
+        new=("            if let_go():\n                self._board.give_up()"),
         tests=tests_of(
             "tests/armdrive/dialects/armdroid/test_armdroid_controller.py",
             "TestConversation::test_a_stop_before_the_letter_lets_nothing_begin",
@@ -149,7 +151,7 @@ MUTANTS = (
         promise="an emergency stop latches; only reset leaves it",
         path="armdrive/arm/__init__.py",
         old='self.core.fault("emergency stop: look',
-        new='self.core.notify("emergency stop: look',
+        new='self.core.diagnostics.notify("emergency stop: look',
         tests=tests_of(
             "tests/armdrive/runtime/test_stopping.py",
             "test_a_second_emergency_stop_during_the_reset_is_not_lost",
@@ -184,11 +186,11 @@ MUTANTS = (
         name="a reset moves the arm",
         promise="leaving an error moves nothing",
         path="armdrive/motion/reference.py",
-        old=('    core.error = core.notice = ""\n    weigh'),
+        old=('    core.diagnostics.error = core.diagnostics.notice = ""\n    weigh'),
         new=(
-            '    core.error = core.notice = ""\n'
-            "    yield from wire.move(core.acknowledged + "
-            "type(core.acknowledged)([40] * len(core.acknowledged)), 100.0, None)\n"
+            '    core.diagnostics.error = core.diagnostics.notice = ""\n'
+            "    at = core.position.acknowledged\n"
+            "    yield from wire.move(at + type(at)([40] * len(at)), 100.0, None)\n"
             "    weigh"
         ),
         tests=tests_of(
@@ -203,8 +205,8 @@ MUTANTS = (
         old="    core.memory.taken_up()  # from here on",
         new=(
             "    if not switched:\n"
-            "        yield from wire.move(core.acknowledged + "
-            "type(core.acknowledged)([40] * len(core.acknowledged)), 100.0, None)\n"
+            "        at = core.position.acknowledged\n"
+            "        yield from wire.move(at + type(at)([40] * len(at)), 100.0, None)\n"
             "    core.memory.taken_up()  # from here on"
         ),
         tests=tests_of(
@@ -216,7 +218,7 @@ MUTANTS = (
         name="closing an arm does not stop it",
         promise="an arm that is closed stands",
         path="armdrive/arm/connected.py",
-        old=("                parts.runner.stop()\n                with parts.pace.lock:"),
+        old=("                await parts.runner.stop()\n                with parts.pace.lock:"),
         new="                with parts.pace.lock:",
         tests=tests_of(
             "tests/armdrive/runtime/test_stopping.py",
@@ -261,13 +263,56 @@ MUTANTS = (
         promise="what was decided on before a stop is not begun",
         path="armdrive/arm/moving.py",
         old=(
-            "            made = plan(core.coordinates)\n"
-            "            if stops is not None and runner.stops != stops:"
+            "            made = prepare(move, self.ground())\n            if runner.stops != asked:"
         ),
-        new=("            made = plan(core.coordinates)\n            if False:"),
+        new=("            made = prepare(move, self.ground())\n            if False:"),
         tests=tests_of(
             "tests/armdrive/runtime/test_stopping.py",
             "test_a_stop_between_a_call_and_its_plan_lets_nothing_begin",
+        ),
+    ),
+    Mutant(
+        name="a stop that came since a move was decided on is forgotten",
+        promise="what was decided on before a stop is not begun",
+        path="armdrive/arm/moving.py",
+        old="        asked = runner.stops if stops is None else stops",
+        new="        asked = runner.stops",
+        tests=tests_of(
+            "tests/armdrive/test_moves.py",
+            "test_a_stop_that_came_since_a_move_was_decided_on_keeps_it_from_beginning",
+        ),
+    ),
+    Mutant(
+        name="every move of a sequence is planned from where the arm stands",
+        promise="a sequence is audited as a whole, each move from where the one before ends",
+        path="armdrive/motion/resolve.py",
+        old="                ground = ground.at(made.plans[-1].end if made.plans else ground.here)",
+        new="                ground = ground.at(ground.here)",
+        tests=tests_of(
+            "tests/armdrive/test_moves.py",
+            "test_a_sequence_does_what_its_moves_do_one_after_another",
+        ),
+    ),
+    Mutant(
+        name="a change in the tool's frame stays one when it is resolved",
+        promise="a relative move is never made twice",
+        path="armdrive/motion/resolve.py",
+        old="            return LineMove(ground.in_base(pose, move.frame), move.speed)",
+        new="            return move",
+        tests=tests_of(
+            "tests/armdrive/test_moves.py",
+            "test_a_change_that_is_resolved_is_made_once_however_often_it_is_run",
+        ),
+    ),
+    Mutant(
+        name="an interrupted sequence is done again from its beginning",
+        promise="an interrupted program goes on with what is left of its move",
+        path="armdrive/programs/journal.py",
+        old="MoveSequence(moves[last:])",
+        new="MoveSequence(moves)",
+        tests=tests_of(
+            "tests/armdrive/programs/test_resuming.py",
+            "test_what_is_left_of_a_sequence_is_what_was_not_yet_done",
         ),
     ),
     Mutant(

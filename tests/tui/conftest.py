@@ -10,7 +10,7 @@ from desk_planner import at_rest
 from textual.css.stylesheet import Stylesheet
 
 from armdrive.storage import files as places
-from tui import framework
+from tui import app as app_module
 
 QUIET_TURNS = 3
 MOST_TURNS = 100_000
@@ -43,7 +43,7 @@ def _time_stands_still(monkeypatch):
 
     A test that is about old keys or about a suspension gives its app a clock of its own.
     """
-    monkeypatch.setattr(framework, "_time", SimpleNamespace(get_time=lambda: 0.0))
+    monkeypatch.setattr(app_module, "_time", SimpleNamespace(get_time=lambda: 0.0))
 
 
 @pytest.fixture

@@ -1,6 +1,7 @@
 """An arm that moves nothing and writes down what the desk asked of it; and a clock to set."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 from armdrive.dialog import PostureRequest
 from armdrive.errors import Refused
@@ -75,7 +76,7 @@ class FakeArm:
         pose = MODEL.reference.pose
         return PostureRequest(self, pose, MODEL.arm.ik(pose), 0.0)
 
-    homes_by_switches = False
+    referencing = SimpleNamespace(homes_by_switches=False)
     program = None
     frames = ("base", "tool", "board")
     reconnects = False

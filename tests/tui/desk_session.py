@@ -5,7 +5,7 @@ import math
 from desk_fake import Clock, FakeArm
 
 from tui.desk import Desk
-from tui.framework import PlainText
+from tui.painting import PlainText
 
 
 class Session:
@@ -15,8 +15,8 @@ class Session:
         self.arm = arm or FakeArm()
         self.clock = Clock()
         self.desk = Desk(self.arm, braille=True, clock=self.clock, **more)
-        self.desk.key_age_s = lambda: 0.0  # keys come when they are pressed, by the test's clock
-        self.desk.ABSENT_S = self.desk.STARVED_S = math.inf  # however busy this computer is
+        self.desk.input.key_age_s = lambda: 0.0  # keys come when they are pressed
+        self.desk.input.suspended_s = self.desk.input.starved_s = math.inf  # however busy it is
         self._running = self.desk.run_test(size=size)
 
     async def __aenter__(self):

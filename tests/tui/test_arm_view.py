@@ -22,9 +22,9 @@ from armdrive.render.scene import Moment
 from kinematics import Joints
 from kinematics.guards.shapes import Box
 from tui.arm_view import CLEAR, REST_S, SpaceView, move_cameras
-from tui.framework import SpansUpdate, _cut, send_spans_alone
 from tui.keys.keyboard import label
 from tui.keys.rows import VIEW_KEYS
+from tui.painting import SpansUpdate, _cut, send_spans_alone
 
 TRAY = Box("tray", (200.0, -150.0, 0.0), (320.0, -60.0, 60.0))
 GUARDED = replace(

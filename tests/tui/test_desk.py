@@ -3,6 +3,7 @@
 import asyncio
 import signal
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from desk_fake import MODEL, FakeArm, StubbornArm, UnplaceableArm, unknown_position
@@ -16,9 +17,9 @@ from armdrive.status import State, Trust
 from kinematics import Joints, system
 from kinematics.chains.arm import ChainArm
 from tui import panels
-from tui.framework import ENDING_SIGNALS
 from tui.jog.jogging import IDLE_DISARMS_S
 from tui.keys.table import DESK_KEYS, JOG_KEYS, JOG_PAIRS, SCREENS, spoken
+from tui.terminal import ENDING_SIGNALS
 
 
 async def test_the_screen_says_which_arm_this_is_and_starts_disarmed():
@@ -138,7 +139,7 @@ async def test_every_other_key_of_the_table_does_what_it_says():
             await session.press(key)
             await session.desk.workers.wait_for_complete()
             deeds[key] = session.arm.calls[:1] or [len(session.desk.screen_stack)]
-            session.desk.close_dialogs()
+            session.desk.screens.close_dialogs()
         before = session.desk.theme
         await session.press("T")
         deeds["T"] = session.desk.theme != before
@@ -433,7 +434,7 @@ async def test_a_signal_stops_and_closes_the_arm_and_ends_the_desk(number):
 class SixJointArm(FakeArm):
     """An arm of six joints without a gripper's motor, with switches of its own."""
 
-    homes_by_switches = True
+    referencing = SimpleNamespace(homes_by_switches=True)
 
     def __init__(self, **more):
         super().__init__(**more)

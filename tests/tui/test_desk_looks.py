@@ -9,7 +9,7 @@ from waiting import until_seen
 
 from armdrive.status import status_view
 from tui.desk import Desk
-from tui.jog import words as tables
+from tui.jog import text as tables
 from tui.keys.keyboard import DEFAULT_KEYS
 from tui.settings import JogSettings
 from tui.watch import Watching

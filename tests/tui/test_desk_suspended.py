@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 from textual import events
 from textual._xterm_parser import XTermParser
 
-from tui.desk import POLL_S, Desk
-from tui.framework import SILENCE_S, Waking
+from tui.app import SUSPENDED_S
+from tui.desk import POLL_S, STARVED_S
 from tui.jog.screen import HoldButtons
+from tui.keys.presses import SILENCE_S, StaleInput, SuspensionDetector
 from tui.watch import Watching
 
 RIGHT = "\x1b[C"
@@ -49,9 +50,9 @@ class Suspended(Session):
     def __init__(self, arm=None, **more):
         super().__init__(arm or FakeArm(), **more)
         desk = self.desk
-        desk.monotonic_s, desk.busy_s = self.clock, lambda: 0.0
-        desk.ABSENT_S, desk.STARVED_S = Desk.ABSENT_S, Desk.STARVED_S
-        del desk.key_age_s  # it follows from when a key came, here too
+        desk.input.monotonic_s, desk.input.busy_s = self.clock, lambda: 0.0
+        desk.input.suspended_s, desk.input.starved_s = SUSPENDED_S, STARVED_S
+        del desk.input.key_age_s  # it follows from when a key came, here too
         self._parser = XTermParser()
 
     async def type(self, text):
@@ -65,7 +66,7 @@ class Suspended(Session):
         end_s = self.clock.now_s + time_s
         while self.clock.now_s < end_s:
             self.clock.now_s = min(self.clock.now_s + POLL_S, end_s)
-            self.desk.alive()
+            self.desk.input.alive()
             if self.desk.place.hand is not None:
                 self.tick()
         if self.desk.place.place != "jog":
@@ -88,7 +89,7 @@ class Suspended(Session):
     async def suspend(self, time_s, *, told):
         self.clock.now_s += time_s
         if told:
-            self.desk.was_suspended()
+            self.desk.input.was_suspended()
         self.arm.calls.clear()
 
     @property
@@ -157,8 +158,8 @@ async def test_a_desk_that_was_suspended_says_so_and_is_armed_again_as_ever():
 async def test_what_a_busy_desk_works_is_no_absence():
     async with Suspended() as session:
         await session.arm_again()
-        worked_s = session.desk.busy_s() + 3.0
-        session.desk.busy_s = lambda: worked_s
+        worked_s = session.desk.input.busy_s() + 3.0
+        session.desk.input.busy_s = lambda: worked_s
         await session.suspend(3.1, told=False)
         await session.type("w")
         assert len(session.arm.asked("nudge")) == 1
@@ -274,10 +275,10 @@ class Silent:
 async def test_a_watched_arm_is_not_resumed_by_what_was_typed_meanwhile():
     holder = Silent()
     app = Watching("sim", FakeArm().model, holder, braille=True)
-    app.ABSENT_S = math.inf
+    app.input.suspended_s = math.inf
     async with app.run_test() as pilot:
         await pilot.pause()
-        app.was_suspended()
+        app.input.was_suspended()
         await pilot.press("r", "space")
         await app.workers.wait_for_complete()
         assert holder.asked == ["stop"]
@@ -288,21 +289,21 @@ GAPS = st.lists(st.floats(0.0, SILENCE_S * 0.99), max_size=20)
 
 @given(st.floats(0.0, 1e6), GAPS)
 def test_all_is_old_until_there_is_a_silence(now_s, gaps_s):
-    waking = Waking()
-    waking.wake(now_s)
+    stale = StaleInput()
+    stale.begin(now_s)
     came_s = now_s
     for gap_s in gaps_s:
         came_s += gap_s
-        assert waking.is_old(came_s)
-    assert not waking.is_old(came_s + SILENCE_S + 0.01)
+        assert stale.is_stale(came_s)
+    assert not stale.is_stale(came_s + SILENCE_S + 0.01)
 
 
 @given(st.lists(st.tuples(st.floats(0.0, 10.0), st.floats(0.0, 10.0)), max_size=20))
 def test_nobody_was_absent_for_longer_than_there_was_time(looks):
-    waking, now_s, busy_s = Waking(), 5.0, 1.0
-    waking.look(now_s, busy_s)
+    detector, now_s, busy_s = SuspensionDetector(), 5.0, 1.0
+    detector.look(now_s, busy_s)
     for gap_s, worked_s in looks:
         now_s, busy_s = now_s + gap_s, busy_s + min(worked_s, gap_s)
-        absent_s, told = waking.look(now_s, busy_s)
+        absent_s, told = detector.look(now_s, busy_s)
         assert 0.0 <= absent_s <= gap_s + 1e-9
         assert not told

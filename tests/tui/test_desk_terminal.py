@@ -14,7 +14,7 @@ import pytest
 from textual.drivers._writer_thread import MAX_QUEUED_WRITES, WriterThread
 from waiting import LONG_S, looks
 
-from tui.framework import LastingFile
+from tui.terminal import LastingFile
 
 pty = pytest.importorskip("pty", reason="pseudo-terminals are a Unix matter")
 termios = pytest.importorskip("termios")

@@ -7,8 +7,9 @@ from hostile import HOSTILE_TEXT, unprintable
 from textual.app import App
 
 from armdrive.status import State
-from tui.framework import FirstKeys, PlainText
+from tui.app import KeyApp
 from tui.log.screen import LogList
+from tui.painting import PlainText
 
 
 def painted(app):
@@ -61,7 +62,7 @@ async def test_text_and_rows_are_painted_without_control_characters_and_without_
             assert seen.count(text) == 2  # markup too is text
 
 
-class Failing(FirstKeys):
+class Failing(KeyApp):
     """An app with a fault."""
 
     def on_mount(self):
@@ -70,7 +71,7 @@ class Failing(FirstKeys):
 
 def test_a_fault_of_the_desk_is_raised_and_not_printed(capsys, monkeypatch):
     app = Failing()
-    monkeypatch.setattr(app, "run", lambda: FirstKeys.run(app, headless=True))
+    monkeypatch.setattr(app, "run", lambda: KeyApp.run(app, headless=True))
     with pytest.raises(LookupError, match="nobody foresaw this"):
         app.run_or_raise()
     said = capsys.readouterr()

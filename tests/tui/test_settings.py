@@ -8,8 +8,9 @@ from desk_planner import PlannerArm
 from desk_session import Session
 
 from armdrive.moves import Jog, Space
+from tui.dialogs import safety
 from tui.keys.keyboard import DEFAULT_KEYS
-from tui.look import LOOKS, look_after, look_named, safety
+from tui.look import LOOKS, look_after, look_named
 from tui.settings import (
     INCREMENTS,
     SPEEDS,
@@ -90,23 +91,23 @@ async def test_a_desk_is_found_as_it_was_left_and_disarmed(memory):
         await session.press("m", "F", "right_square_bracket", "minus", "T")
         await session.arm_keys()
         left = session.text("conduct").splitlines()[2]
-        look = session.desk.look_name
+        look = session.desk.looks.name
         await session.press("ctrl+q")
     async with Session(memory=memory) as session:
         assert session.text("conduct").splitlines()[2] == left
-        assert session.desk.look_name == look
+        assert session.desk.looks.name == look
         assert not session.desk.armed
 
 
 async def test_the_move_screen_is_found_in_the_mode_and_at_the_speed_that_it_was_left(memory):
     async with Session(PlannerArm(), memory=memory) as session:
         await session.press("f3", "m", "less_than_sign", "4", "0")
-        left = session.desk.place.form
+        left = session.desk.place.entry.form
         assert (left.cartesian, left.speed) == (False, 0.25)
         await session.press("f2", "ctrl+q")
     async with Session(PlannerArm(), memory=memory) as session:
         await session.press("f3")
-        form = session.desk.place.form
+        form = session.desk.place.entry.form
         assert (form.cartesian, form.speed) == (False, 0.25)
         assert form.entries == {}, "a goal is not kept: whoever comes next has not seen it"
 
@@ -189,7 +190,7 @@ async def test_the_palette_opens_disarmed_and_does_what_is_chosen():
         await session.press("ctrl+p")
         assert len(session.desk.screen_stack) == 2
         assert not session.desk.armed
-        session.desk.close_dialogs()
+        session.desk.screens.close_dialogs()
         offered = session.desk.get_system_commands(session.desk.screen)
         chosen = next(each for each in offered if "Cartesian" in each.title)
         await chosen.callback()

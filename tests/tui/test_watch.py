@@ -12,8 +12,8 @@ from armdrive.connect.target import find
 from armdrive.errors import ArmError
 from armdrive.status import status_view
 from tui import watch as watch_words
-from tui.framework import PlainText
 from tui.keys.remap import load_keys
+from tui.painting import PlainText
 from tui.watch import HeldArm, Watching, WatchScreen
 
 END = object()

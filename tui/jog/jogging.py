@@ -15,7 +15,7 @@ from armdrive.errors import ArmError
 from armdrive.motion.dead_man import GATE_S, Action, DeadMan, Disarm, HeldKey, Increment
 from armdrive.moves import Jog
 from tui.arm_port import DeskArm
-from tui.framework import Waking
+from tui.keys.presses import StaleInput
 from tui.settings import JogSettings
 
 IDLE_DISARMS_S = 60.0
@@ -68,7 +68,7 @@ class DeskJogging:
         self._heard_s = -math.inf
         self._renew_s = math.inf
         self._renewed_s = -math.inf
-        self._doubts = Waking()
+        self._stale = StaleInput()
         self._kept_s = 0.0
         self.alarm: Rings | None = None
 
@@ -94,7 +94,7 @@ class DeskJogging:
         came_s = self._clock() - self._age_s()
         if self.armed:
             self._active_s = came_s
-        if self.armed and self._doubts.is_old(came_s):
+        if self.armed and self._stale.is_stale(came_s):
             self.disarm(f"keys may be old: the desk was kept waiting for {self._kept_s:.1f} s")
             return
         self.lift()
@@ -107,7 +107,7 @@ class DeskJogging:
         """
         self.release()
         self._kept_s = time_s
-        self._doubts.wake(self._clock())
+        self._stale.begin(self._clock())
 
     def tick(self) -> None:
         """Let the dead-man's time pass, and the mouse's."""
@@ -122,7 +122,7 @@ class DeskJogging:
         if not self.armed:
             self._say("the buttons are dead, as the keys are, until they are armed")
             return
-        if self._doubts.is_old(self._clock(), of_keyboard=False):
+        if self._stale.is_stale(self._clock(), of_keyboard=False):
             return
         self.take(key, lambda: self._settings().direction_of(key))
 
@@ -175,7 +175,7 @@ class DeskJogging:
     def arm_keys(self) -> bool:
         """Let the jog keys have effect; refused while keys are still pouring in."""
         self._active_s = self._clock()
-        may = self.armed or not self._doubts.is_old(self._active_s - self._age_s())
+        may = self.armed or not self._stale.is_stale(self._active_s - self._age_s())
         return may and self._deadman.arm(self._active_s)
 
     def disarm(self, reason: str) -> None:

@@ -19,14 +19,15 @@ from armdrive.motion.frames import BASE, TOOL
 from armdrive.render.scene import Moment
 from armdrive.status import Status
 from kinematics.spaces import Pose
+from tui.app import HoldAlarm, KeyApp
 from tui.arm_view import SpaceView
-from tui.framework import FirstKeys, HoldAlarm, PlainText
-from tui.gamepad.hand import PAD
-from tui.jog import words as tables
+from tui.gamepad.jogging import PAD
+from tui.jog import text as jog_text
 from tui.jog.jogging import DeskJogging
-from tui.jog.words import Load
+from tui.jog.text import Load
 from tui.keys.keyboard import bindings
-from tui.screens import DeskScreen
+from tui.painting import PlainText
+from tui.screens import DeskScreen, ScreenHost
 from tui.settings import JogSettings
 
 # Buttons for the mouse that move an arm while they are held: a column of minus and plus.
@@ -137,6 +138,48 @@ class HoldButtons(Widget):
             self._lift()
 
 
+class Adjustments:
+    """The keys that change how jog keys move the arm."""
+
+    def __init__(self, desk: ScreenHost, hand: DeskJogging) -> None:
+        self._desk = desk
+        self._hand = hand
+
+    def _set(self, settings: JogSettings) -> None:
+        """Change settings. Whatever is held was meant with the old ones, so it ends."""
+        self._hand.release()
+        self._desk.settings = settings
+        self._desk.show()
+
+    def switch_mode(self) -> None:
+        """Switch between joint and Cartesian mode."""
+        self._set(self._desk.settings.other_mode())
+
+    def next_frame(self) -> None:
+        """Go on to the next frame in which the tip is jogged."""
+        if not self._desk.settings.cartesian:
+            mode = self._desk.keys.label("mode")
+            self._desk.say(f"frames are for Cartesian mode: press {mode} first")
+            return
+        self._set(self._desk.settings.with_next_frame())
+
+    def finer(self) -> None:
+        """Make the increment smaller."""
+        self._set(self._desk.settings.with_increment(-1))
+
+    def coarser(self) -> None:
+        """Make the increment larger."""
+        self._set(self._desk.settings.with_increment(1))
+
+    def slower(self) -> None:
+        """Jog more slowly."""
+        self._set(self._desk.settings.with_speed(-1))
+
+    def faster(self) -> None:
+        """Jog faster."""
+        self._set(self._desk.settings.with_speed(1))
+
+
 TABLES = ("joints", "tip")
 """What is jogged has buttons beside it: the joints, or the tip."""
 
@@ -149,22 +192,23 @@ class JogScreen(DeskScreen):
     CSS = f"""
     #panel {{ width: 1fr; min-width: 49; padding: 0 0 0 1; scrollbar-size: 0 0; }}
     #conduct, #joints, #tip, #bottom, .table {{ height: auto; }}
-    #joints, #tip {{ width: 1fr; max-width: {tables.WIDEST_ROW}; }}
+    #joints, #tip {{ width: 1fr; max-width: {jog_text.WIDEST_ROW}; }}
     #conduct.-armed {{ color: $warning; text-style: bold; }}
     JogScreen.-wide .table, JogScreen.-wide #bottom {{ margin: 1 0 0 0; }}
     """
 
     def __init__(self) -> None:
         super().__init__()
-        desk, app = self.desk, cast("FirstKeys", self.app)
+        desk, app = self.desk, cast("KeyApp", self.app)
         self.hand: DeskJogging = DeskJogging(
             desk.arm,
             clock=desk.clock,
             say=desk.say,
             settings=lambda: self.desk.settings,
-            age_s=app.key_age_s,
+            age_s=app.input.key_age_s,
         )
         self.hand.alarm = HoldAlarm(app, self.hand.tick)
+        self.adjustments = Adjustments(desk, self.hand)
         self._load = Load()
         self._felt = ""
 
@@ -217,12 +261,12 @@ class JogScreen(DeskScreen):
         width = max(self.query_one("#panel").content_size.width - BUTTONS_WIDTH, 1)
         keys, pose = self.desk.keys, self._pose(status)
         self._show_buttons(settings, pose_known=pose is not None)
-        self.text("conduct").show(tables.conduct(status, settings, keys, armed=self.armed))
-        self.text("joints").show(tables.joint_table(status, model, settings, keys, width))
-        self.text("tip").show(tables.tip_lines(status, model, settings, keys, width, pose))
+        self.text("conduct").show(jog_text.conduct(status, settings, keys, armed=self.armed))
+        self.text("joints").show(jog_text.joint_table(status, model, settings, keys, width))
+        self.text("tip").show(jog_text.tip_lines(status, model, settings, keys, width, pose))
         load = self._load.of(status.carried, self.desk.clock())
         force_n = self.desk.arm.gripper.force_n
-        self.text("bottom").show(tables.bottom_lines(status, width, force_n, load))
+        self.text("bottom").show(jog_text.bottom_lines(status, width, force_n, load))
         self.text("conduct").set_class(self.armed, "-armed")
         self.query_one(SpaceView).show(Moment(status.joints, status.gripper_mm))
 
@@ -249,7 +293,7 @@ class JogScreen(DeskScreen):
 
     def _push(self, row: int, plus: bool) -> None:
         """Hold the button of a row."""
-        if not self.desk.nobody_there():
+        if not self.desk.link.says_lost():
             pair = self.desk.settings.rows[row]
             self.hand.push(pair.plus if plus else pair.minus)
 
@@ -257,12 +301,12 @@ class JogScreen(DeskScreen):
 
     def action_jog(self, key: str) -> None:
         """Hand a jog key to the dead-man."""
-        if not self.desk.nobody_there():
+        if not self.desk.link.says_lost():
             self.hand.press(key)
 
     def action_arm_keys(self) -> None:
         """Let the jog keys have effect."""
-        if self.desk.nobody_there():
+        if self.desk.link.says_lost():
             return
         if self.hand.arm_keys():
             self.desk.say("armed: tap a key for one increment, hold it to keep moving")
@@ -273,7 +317,7 @@ class JogScreen(DeskScreen):
     def action_grasp(self) -> None:
         """Close the fingers on what is between them; they do that by themselves, so it is armed."""
         desk, arm = self.desk, self.desk.arm
-        if desk.nobody_there():
+        if desk.link.says_lost():
             return
         if not self.armed:
             desk.say(f"grasping moves the fingers: {desk.keys.label('arm')} arms it first")
@@ -282,40 +326,6 @@ class JogScreen(DeskScreen):
 
         def grasp() -> None:
             found = arm.gripper.feel()
-            self._felt = tables.grasped(found)
+            self._felt = jog_text.grasped(found)
 
         desk.call(grasp, lambda _: self._felt)
-
-    def _set(self, settings: JogSettings) -> None:
-        """Change settings. Whatever is held was meant with the old ones, so it ends."""
-        self.hand.release()
-        self.desk.settings = settings
-        self.desk.show()
-
-    def action_mode(self) -> None:
-        """Switch between joint and Cartesian mode."""
-        self._set(self.desk.settings.other_mode())
-
-    def action_frame(self) -> None:
-        """Go on to the next frame in which the tip is jogged."""
-        if not self.desk.settings.cartesian:
-            mode = self.desk.keys.label("mode")
-            self.desk.say(f"frames are for Cartesian mode: press {mode} first")
-            return
-        self._set(self.desk.settings.with_next_frame())
-
-    def action_finer(self) -> None:
-        """Make the increment smaller."""
-        self._set(self.desk.settings.with_increment(-1))
-
-    def action_coarser(self) -> None:
-        """Make the increment larger."""
-        self._set(self.desk.settings.with_increment(1))
-
-    def action_slower(self) -> None:
-        """Jog more slowly."""
-        self._set(self.desk.settings.with_speed(-1))
-
-    def action_faster(self) -> None:
-        """Jog faster."""
-        self._set(self.desk.settings.with_speed(1))

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from types import MappingProxyType
 from typing import Any
 
 from textual.binding import Binding, BindingType
+from textual.keys import KEY_NAME_REPLACEMENTS, Keys, _character_to_key, key_to_character
 
 from armdrive.errors.actions import desk_words, presented
-from tui.framework import printed
+from kinematics.errors import suggestion
 from tui.gamepad.map import DEFAULT_PAD, PadMap
 from tui.keys.rows import DeskKey
 from tui.keys.table import STOP, TABLE, JogPair, titled, words
@@ -182,3 +184,38 @@ def bindings_of(rows: Iterable[DeskKey]) -> list[BindingType]:
         )
         for row in rows
     ]
+
+
+# The framework's names of keys.
+
+
+def key_named(word: str) -> str:
+    """Return the framework's name of a key that is given by it, or as it is printed on the key.
+
+    Raises `ValueError` for what is neither. The framework itself takes any word for a key.
+    """
+    if len(word) == 1:
+        return _character_to_key(word)
+    *modifiers, key = word.split("+")
+    known = len(key) == 1 or key in _key_names() or key_to_character(key) is not None
+    if known and all(each in _MODIFIERS for each in modifiers):
+        return word
+    raise ValueError(f"{word!r} is no key{suggestion(word, _key_names())}")
+
+
+_MODIFIERS = ("ctrl", "shift", "alt")
+
+
+_UNICODE_NAMES = {name: unicode for unicode, name in KEY_NAME_REPLACEMENTS.items()}
+
+
+@cache
+def _key_names() -> frozenset[str]:
+    names = {key.value for key in Keys if not key.value.startswith("<")}
+    return frozenset(names | set(KEY_NAME_REPLACEMENTS.values()) | {"space"})
+
+
+def printed(key: str) -> str:
+    """Return what is printed on a key, by the framework's name of it."""
+    character = key_to_character(_UNICODE_NAMES.get(key, key))
+    return character if character and character.isprintable() and character != " " else key

@@ -19,9 +19,8 @@ from armdrive.errors import KeyFileError
 from armdrive.storage import files as places
 from armdrive.text.reading import is_there, read_toml
 from kinematics.errors import suggestion
-from tui.framework import key_named
 from tui.gamepad.map import read_pad
-from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, label
+from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, key_named, label
 from tui.keys.rows import DeskKey
 from tui.keys.table import SCREENS, STOP, TABLE
 

@@ -73,20 +73,34 @@ JOG_KEYS = (
         "Arm the jog keys; they disarm after 60 s idle.",
         "jog",
     ),
-    DeskKey("mode", ("m",), "mode", "mode", "Switch between joint and Cartesian mode.", "jog"),
     DeskKey(
-        "finer", ("left_square_bracket",), "finer", "finer", "Make the increment smaller.", "jog"
+        "mode",
+        ("m",),
+        "adjustments.switch_mode",
+        "mode",
+        "Switch between joint and Cartesian mode.",
+        "jog",
+    ),
+    DeskKey(
+        "finer",
+        ("left_square_bracket",),
+        "adjustments.finer",
+        "finer",
+        "Make the increment smaller.",
+        "jog",
     ),
     DeskKey(
         "coarser",
         ("right_square_bracket",),
-        "coarser",
+        "adjustments.coarser",
         "coarser",
         "Make the increment larger.",
         "jog",
     ),
-    DeskKey("slower", ("minus",), "slower", "slower", "Jog more slowly.", "jog"),
-    DeskKey("faster", ("plus", "equals_sign"), "faster", "faster", "Jog faster.", "jog"),
+    DeskKey("slower", ("minus",), "adjustments.slower", "slower", "Jog more slowly.", "jog"),
+    DeskKey(
+        "faster", ("plus", "equals_sign"), "adjustments.faster", "faster", "Jog faster.", "jog"
+    ),
     DeskKey(
         "grasp",
         ("G",),
@@ -98,7 +112,7 @@ JOG_KEYS = (
     DeskKey(
         "frame",
         ("F",),
-        "frame",
+        "adjustments.next_frame",
         "frame",
         "In Cartesian mode, whose x, y and z are meant: the base's, the tool's, or those of a "
         "frame of the arm file.",

@@ -15,16 +15,15 @@ from textual.content import Content
 from textual.screen import ModalScreen
 from textual.widgets import Static
 
-from armdrive.errors import ArmError
 from armdrive.errors.printable import printable
 from armdrive.errors.table import CatalogueEntry, found
 from armdrive.status import Status
 from armdrive.trace.entries import Topic
-from armdrive.trace.log import LogBook, LogLine, LogReader, Sieve
-from tui.framework import PlainText
+from armdrive.trace.log import LogLine
 from tui.keys.keyboard import Keyboard, bindings
-from tui.log import words as log_words
-from tui.log.words import Window
+from tui.log import text as log_text
+from tui.log.view import LogView
+from tui.painting import PlainText
 from tui.screens import DeskScreen
 
 # The dialogs: a line in full, the text that lines must have, and every error there is.
@@ -59,7 +58,7 @@ class LineScreen(ModalScreen[None]):
     def _fill(self) -> None:
         text = self.query_one("#line-text", PlainText)
         close = f"{self._keys.label('line-close')} closes"
-        text.show(f"{log_words.whole(self._line, text.content_size.width, self._keys)}\n\n{close}")
+        text.show(f"{log_text.whole(self._line, text.content_size.width, self._keys)}\n\n{close}")
 
     def action_close(self) -> None:
         """Go back to the log."""
@@ -120,7 +119,7 @@ class FindScreen(Typing):
         """Show the text, and have the log follow it."""
         super().typed(text)
         done = f"{self._keys.label('find-done')}: done"
-        said = log_words.asked_text("only lines with", text)
+        said = log_text.asked_text("only lines with", text)
         self.query_one("#find-text", PlainText).show(f"{said}\n{done}")
         self._use(text)
 
@@ -165,10 +164,10 @@ class CatalogueScreen(Typing):
     def _fill(self) -> None:
         width, height = self.query_one("#catalogue").content_size
         close = self._keys.label("catalogue-close")
-        said = f"{log_words.asked_text('errors with', self.text)}\n{close}: close"
+        said = f"{log_text.asked_text('errors with', self.text)}\n{close}: close"
         self.query_one("#catalogue-find", PlainText).show(said)
         room = height - 1 - said.count("\n") - 1
-        listed = log_words.catalogue(self._rows, self._at, width, room, self._keys)
+        listed = log_text.catalogue(self._rows, self._at, width, room, self._keys)
         self.query_one("#catalogue-text", PlainText).show(f"\n{listed}")
 
 
@@ -200,9 +199,6 @@ class LogList(Static):
             self.update(Content("\n").join(lines))
 
 
-PORTION = 100
-"""So many lines are made at a poll, which is 2000 a second, and keeps a stop waiting some 5 ms."""
-
 GLANCE_S = 0.2
 """Lines that keep coming are painted so often: nobody reads faster, and each time all of them move.
 
@@ -224,11 +220,7 @@ class LogScreen(DeskScreen):
 
     def __init__(self) -> None:
         super().__init__()
-        self.book = LogBook()
-        self.window = Window()
-        self.held = False
-        self._reader: LogReader | None = None
-        self._lines: Sequence[LogLine] = ()
+        self.log_view = LogView(self.desk, self._show_now)
         self._saved: Path | None = None
         self._painted_s = -math.inf
 
@@ -238,112 +230,52 @@ class LogScreen(DeskScreen):
             yield PlainText(id="log-head")
             yield LogList(id="log-lines")
 
-    # -- what is shown ------------------------------------------------------------------------
-
     def show_body(self, status: Status) -> None:  # noqa: ARG002 - the log says it itself
         """Take what has come, and show it."""
-        hurried = not self.held and self._take()
+        hurried = self.log_view.read()
         if not hurried or self.desk.clock() >= self._painted_s + GLANCE_S:
             self._paint()
 
-    def _take(self) -> bool:
-        """Read what is new, and tell whether there was anything."""
-        try:
-            if self._reader is None:
-                self._reader = self.desk.arm.log()
-            new = self._reader.read(PORTION)
-        except ArmError as error:
-            self.desk.message = str(error)
-            return False
-        if new:
-            self.book.take(new)
-            self._lines = tuple(self.book.lines)
-        return bool(new)
-
-    def _paint(self) -> None:
-        self._painted_s = self.desk.clock()
-        following, keys = self.window.chosen is None, self.desk.keys
-        head = log_words.head(self.book, keys, following=following, held=self.held)
-        self.text("log-head").show(head)
-        listed = self.query_one(LogList)
-        width, height = listed.content_size
-        chosen = self.window.line(self._lines)
-        rows = [
-            (
-                log_words.row(line, width, chosen=line is chosen and not following),
-                STYLES.get(line.topic, ""),
-            )
-            for line in self.window.visible(self._lines, height)
-        ]
-        if not rows:
-            rows = [(log_words.nothing(self.book.sieve), "")]
-        listed.show(rows)
-
-    def sieve(self, sieve: Sieve) -> None:
-        """Have other lines in sight."""
-        self.book.choose(sieve)
-        self._lines = tuple(self.book.lines)
-        self._answer()
-
-    # -- keys ---------------------------------------------------------------------------------
-
-    def _answer(self) -> None:
+    def _show_now(self) -> None:
         """Show what a key has done, whatever keeps coming."""
         self._painted_s = -math.inf
         self.desk.show()
 
-    def action_topic(self, topic: str) -> None:
-        """Show a topic, or leave it out."""
-        self.sieve(self.book.sieve.turned(Topic(topic)))
+    def _paint(self) -> None:
+        self._painted_s = self.desk.clock()
+        view, keys = self.log_view, self.desk.keys
+        head = log_text.head(view.book, keys, following=view.following, held=view.held)
+        self.text("log-head").show(head)
+        listed = self.query_one(LogList)
+        width, height = listed.content_size
+        chosen = None if view.following else view.line
+        rows = [
+            (log_text.row(line, width, chosen=line is chosen), STYLES.get(line.topic, ""))
+            for line in view.visible(height)
+        ]
+        if not rows:
+            rows = [(log_text.nothing(view.book.sieve), "")]
+        listed.show(rows)
 
-    def action_all(self) -> None:
-        """Show everything again, and follow it."""
-        self.held = False
-        self.window = Window()
-        self.sieve(Sieve())
+    # -- keys ---------------------------------------------------------------------------------
 
     def action_find(self) -> None:
         """Type what all lines must have."""
-        self.app.push_screen(FindScreen(self.desk.keys, self.book.sieve.text, self._find))
-
-    def _find(self, text: str) -> None:
-        self.sieve(Sieve(self.book.sieve.topics, text))
-
-    def action_pause(self) -> None:
-        """Hold the lines still, or let them come again."""
-        self.held = not self.held
-        self._answer()
-
-    def action_go(self, by: int) -> None:
-        """Choose another line."""
-        self.window.go(self._lines, by)
-        self._answer()
-
-    def action_page(self, by: int) -> None:
-        """Choose a line a page away."""
-        self.action_go(by * max(self.query_one(LogList).content_size.height - 1, 1))
-
-    def action_first(self) -> None:
-        """Choose the oldest line."""
-        self.action_go(-len(self._lines))
-
-    def action_last(self) -> None:
-        """Follow the newest line again."""
-        self.window = Window()
-        self._answer()
+        view = self.log_view
+        self.app.push_screen(FindScreen(self.desk.keys, view.book.sieve.text, view.find))
 
     def action_open_line(self) -> None:
         """Show all of the chosen line, or of the newest one."""
-        line = self.window.line(self._lines)
+        line = self.log_view.line
         if line is None:
             self.desk.say("there is no line to be opened")
         else:
-            self.window.chosen = line.number
+            self.log_view.choose(line)
             self.app.push_screen(LineScreen(self.desk.keys, line))
 
     def action_catalogue(self) -> None:
         """Show all errors."""
-        line = self.window.line(self._lines)
+        line = self.log_view.line
         code = line.code if line is not None else ""
         self.app.push_screen(CatalogueScreen(self.desk.keys, code))
 

@@ -14,20 +14,132 @@ from armdrive.motion.frames import BASE, TOOL
 from armdrive.motion.preview import Preview
 from armdrive.moves import Motion
 from armdrive.status import Status
-from kinematics.spaces import Pose
+from kinematics.spaces import Joints, Pose
 from tui.arm_view import SpaceView
-from tui.framework import PlainText
 from tui.keys.keyboard import bindings
-from tui.move import words as move_words
-from tui.move.errand import ErrandScreen
+from tui.move import text as move_text
 from tui.move.form import DIGITS, GoalForm, present_of
+from tui.move.planned import PlannedMove
+from tui.painting import PlainText
+from tui.screens import DeskScreen, ScreenHost
 from tui.settings import Manner
 
 
-class MoveScreen(ErrandScreen):
+class GoalEntry:
+    """The form as it is filled in. Every change takes the first press of a confirmation back."""
+
+    def __init__(self, desk: ScreenHost) -> None:
+        geometry, manner = desk.arm.model.arm, desk.manner
+        self.form = GoalForm(
+            geometry.joint_names,
+            geometry.has_yaw,
+            desk.arm.frames,
+            cartesian=manner.cartesian,
+            speed=manner.speed,
+        )
+        self.planned = PlannedMove(desk, self.goal)
+        """The motion to this goal."""
+        self._desk = desk
+
+    def goal(self, status: Status) -> Motion | None:
+        """Return what the form asks for."""
+        return self.form.ask(self.present(status))
+
+    def present(self, status: Status) -> dict[str, float]:
+        """Return where the arm is, in the form's mode and frame."""
+        pose: Pose | None = status.pose
+        if self.form.cartesian and self.form.frame not in (BASE, TOOL) and pose is not None:
+            try:
+                pose = self._desk.arm.pose_in(self.form.frame)
+            except ArmError:
+                pose = None
+        return present_of(self.form, status, pose)
+
+    def start_at(self, joints: Joints) -> None:
+        """Take up a goal that another screen has left for this one."""
+        self.form = self.form.at_joints(joints)
+
+    def _change(self, form: GoalForm) -> None:
+        """Take another form; a first press was meant for the one before."""
+        self.planned.forget_press()
+        self.form = form
+        self._desk.manner = Manner(form.cartesian, form.speed)
+        self._desk.show()
+
+    # -- keys ---------------------------------------------------------------------------------
+
+    def type(self, character: str) -> None:
+        """Type into the field."""
+        self._change(self.form.typed(character))
+
+    def erase(self) -> None:
+        """Take the last character of the field away."""
+        self._change(self.form.erased())
+
+    def clear(self) -> None:
+        """Empty all fields."""
+        self._change(self.form.cleared())
+
+    def move_to_field(self, by: int) -> None:
+        """Go to another field."""
+        self._change(self.form.moved(by))
+
+    def step(self, sign: int) -> None:
+        """Change the field by a step."""
+        present = self.present(self._desk.link.status)
+        self._change(self.form.stepped(sign, present.get(self.form.name)))
+
+    def change_step(self, by: int) -> None:
+        """Make the arrows' step smaller or larger."""
+        self._change(self.form.with_step(by))
+
+    def change_speed(self, by: int) -> None:
+        """Move faster or more slowly."""
+        self._change(self.form.with_speed(by))
+
+    def switch_mode(self) -> None:
+        """Switch between joint angles and poses."""
+        self._change(self.form.other_mode())
+
+    def switch_line(self) -> None:
+        """Switch between a straight line and a joint motion."""
+        if self.form.cartesian:
+            self._change(self.form.other_way())
+        else:
+            self._desk.say("a straight line is of a pose: switch the mode first")
+
+    def next_frame(self) -> None:
+        """Mean the pose in the next frame."""
+        if self.form.cartesian:
+            self._change(self.form.next_frame())
+        else:
+            self._desk.say("frames are of poses: switch the mode first")
+
+    def take_nearest(self) -> None:
+        """Ask for what is possible instead of a goal that was refused."""
+        preview = self.planned.preview
+        nearest = preview.nearest if preview is not None else None
+        if nearest is None:
+            self._desk.say("nothing was refused for which there is something nearer")
+        elif self.form.cartesian:
+            self._change(self.form.at_pose(nearest.pose))
+        else:
+            self._change(self.form.at_joints(nearest.joints))
+
+    def take_next_posture(self) -> None:
+        """Ask for the next posture at this goal that is allowed, by its joints."""
+        preview = self.planned.preview
+        others = [way for way in (preview.ways if preview else ()) if way.allowed and not way.taken]
+        if not others:
+            self._desk.say("no other posture that is allowed holds the hand there")
+        else:
+            self._change(self.form.at_joints(others[0].joints))
+
+
+class MoveScreen(DeskScreen):
     """A form, and beside it the arm with the ghost of where it would go.
 
-    Every change of the form takes a first press of a confirmation back.
+    Nothing here moves the arm but what was seen, and confirmed by two presses.
     """
 
     place = "move"
@@ -41,16 +153,12 @@ class MoveScreen(ErrandScreen):
 
     def __init__(self) -> None:
         super().__init__()
-        arm = self.desk.arm
-        geometry = arm.model.arm
-        manner = self.desk.manner
-        self.form = GoalForm(
-            geometry.joint_names,
-            geometry.has_yaw,
-            arm.frames,
-            cartesian=manner.cartesian,
-            speed=manner.speed,
-        )
+        self.entry = GoalEntry(self.desk)
+        self.planned = self.entry.planned
+
+    def disarm(self, reason: str) -> None:  # noqa: ARG002 - as every screen
+        """Take a first press back."""
+        self.planned.forget_press()
 
     def compose_body(self) -> ComposeResult:
         """Lay the middle out: the arm with its ghost on the left, the goal on the right."""
@@ -61,118 +169,33 @@ class MoveScreen(ErrandScreen):
                 for name in ("goal", "foreseen", "going"):
                     yield PlainText(id=name)
 
-    def goal(self, status: Status) -> Motion | None:
-        """Return what the form asks for."""
-        return self.form.ask(self.present(status))
-
     def show_body(self, status: Status) -> None:
         """Show the goal, and what its motion would be as soon as that is worked out."""
-        fresh = self.look_ahead(status)
-        present = self.present(status)
-        self.text("goal").show(move_words.form_text(self.form, present, self.desk.keys))
+        fresh = self.planned.follow(status)
+        self.query_one(SpaceView).show(self.planned.moment(status, fresh))
+        form, present = self.entry.form, self.entry.present(status)
+        self.text("goal").show(move_text.form_text(form, present, self.desk.keys))
         self.text("foreseen").show(self.desk.spoken(self._foreseen_text(fresh)))
-        self.text("going").show(self.going_text(status, fresh))
+        self.text("going").show(self.planned.text(status, fresh))
 
     def _foreseen_text(self, fresh: Preview | None) -> str:
-        if self._progress is not None:
+        if self.planned.under_way:
             return ""
-        if wrong := self.form.wrong():
+        if wrong := self.entry.form.wrong():
             return wrong
         if fresh is not None:
-            return move_words.preview_text(fresh, self.desk.keys)
-        return "working it out ..." if self._working else move_words.NOTHING_ASKED
-
-    def present(self, status: Status) -> dict[str, float]:
-        """Return where the arm is, in the form's mode and frame."""
-        pose: Pose | None = status.pose
-        if self.form.cartesian and self.form.frame not in (BASE, TOOL) and pose is not None:
-            try:
-                pose = self.desk.arm.pose_in(self.form.frame)
-            except ArmError:
-                pose = None
-        return present_of(self.form, status, pose)
-
-    # -- the keys that fill in the goal -------------------------------------------------------
+            return move_text.preview_text(fresh, self.desk.keys)
+        return "working it out ..." if self.planned.working else move_text.NOTHING_ASKED
 
     def on_key(self, event: events.Key) -> None:
         """Type into the field; other keys go on to the table of keys."""
         if event.character is not None and event.character in DIGITS:
             event.stop()
             event.prevent_default()
-            self._change(self.form.typed(event.character))
-
-    def _change(self, form: GoalForm) -> None:
-        """Take another form; a first press was meant for the one before."""
-        self.confirming.forget()
-        self.form = form
-        self.desk.manner = Manner(form.cartesian, form.speed)
-        self.desk.show()
-
-    def action_field(self, by: int) -> None:
-        """Go to another field."""
-        self._change(self.form.moved(by))
-
-    def action_step(self, sign: int) -> None:
-        """Change the field by a step."""
-        present = self.present(self.desk.status)
-        self._change(self.form.stepped(sign, present.get(self.form.name)))
-
-    def action_erase(self) -> None:
-        """Take the last character of the field away."""
-        self._change(self.form.erased())
-
-    def action_clear(self) -> None:
-        """Empty all fields."""
-        self._change(self.form.cleared())
-
-    def action_mode(self) -> None:
-        """Switch between joint angles and poses."""
-        self._change(self.form.other_mode())
-
-    def action_line(self) -> None:
-        """Switch between a straight line and a joint motion."""
-        if self.form.cartesian:
-            self._change(self.form.other_way())
-        else:
-            self.desk.say("a straight line is of a pose: switch the mode first")
-
-    def action_frame(self) -> None:
-        """Mean the pose in the next frame."""
-        if self.form.cartesian:
-            self._change(self.form.next_frame())
-        else:
-            self.desk.say("frames are of poses: switch the mode first")
-
-    def action_speed(self, by: int) -> None:
-        """Move faster or more slowly."""
-        self._change(self.form.with_speed(by))
-
-    def action_step_size(self, by: int) -> None:
-        """Make the arrows' step smaller or larger."""
-        self._change(self.form.with_step(by))
-
-    def action_nearest(self) -> None:
-        """Ask for what is possible instead of a goal that was refused."""
-        nearest = self.preview.nearest if self.preview is not None else None
-        if nearest is None:
-            self.desk.say("nothing was refused for which there is something nearer")
-        elif self.form.cartesian:
-            self._change(self.form.at_pose(nearest.pose))
-        else:
-            self._change(self.form.at_joints(nearest.joints))
-
-    def action_posture(self) -> None:
-        """Ask for the next posture at this goal that is allowed, by its joints."""
-        ways = [way for way in (self.preview.ways if self.preview else ()) if way.allowed]
-        others = [way for way in ways if not way.taken]
-        if not others:
-            self.desk.say("no other posture that is allowed holds the hand there")
-        else:
-            self._change(self.form.at_joints(others[0].joints))
+            self.entry.type(event.character)
 
     def on_screen_resume(self) -> None:
         """Take up a goal that another screen has left for this one."""
         left, self.desk.goal = self.desk.goal, None
         if left is not None:
-            self.form = self.form.at_joints(left)
-        super().on_screen_resume()
+            self.entry.start_at(left)

@@ -1,16 +1,13 @@
-"""The list of points and sequences as a person goes through it, and the name being typed. Pure."""
+"""The list of points and sequences as a person goes through it, and the name being typed."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
-from armdrive.errors import BadRequest
-from armdrive.programs.teaching.sequence import Stepper
+from armdrive.errors import ArmError, BadRequest
 from armdrive.storage.points import GRIPPER_WORDS, NAME, Point, Step, StepList, Taught, parse_step
-from kinematics.geometry import ArmGeometry
-from tui.keys.keyboard import Keyboard
-from tui.keys.table import words
+from tui.screens import ScreenHost
 
 LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-")
 """What a name is typed with; a space is never one of them."""
@@ -151,105 +148,89 @@ class PointList:
         return f"p{number}"
 
 
-# What the points screen says: the list, the chosen point or sequence, the name being typed.
+class PointSelection:
+    """The chosen row and the marked step, which follow the file as it changes around them."""
 
-NAME_WIDTH = 16
-STEPS_SHOWN = 9
-"""Steps of a sequence that are shown about the next one."""
+    def __init__(self, desk: ScreenHost, changed: Callable[[PointList], None]) -> None:
+        """`changed` is called with the list as it was before, when another one is shown."""
+        self.listed = PointList()
+        self.written: StepList | None = None
+        """The sequence as this desk last wrote it: its steps keep their marks."""
+        self._desk = desk
+        self._changed = changed
+        self._stamp: object = ()
+        self._marked: int | None = None
 
-_PURPOSES = {
-    "teach": "name of this place",
-    "rename": "new name",
-    "append": "sequence to put it at the end of",
-    "to": "point to go to",
-    "gripper": "fingers: open, close, grasp, here, point, or mm",
-    "wait": "seconds to wait",
-}
-_WRONG = {
-    "to": "no name of a point",
-    "gripper": "none of these",
-    "wait": "no time",
-}
-_WRONG_NAME = "a letter first, then letters, digits, - _"
+    @property
+    def marked(self) -> int | None:
+        """The marked step, from 0; None while none is."""
+        steps = self.listed.sequence
+        if self._marked is None or steps is None or not steps.steps:
+            return None
+        return min(self._marked, len(steps.steps) - 1)
 
+    def mark(self, step: int | None) -> None:
+        """Mark a step, or none."""
+        self._marked = step
 
-def list_text(listed: PointList, arm: ArmGeometry, height: int, keys: Keyboard) -> str:
-    """Lay the list out, as many rows as there is room for about the chosen one."""
-    rows = listed.rows
-    if not rows:
-        return f"no points yet: {keys.label('points-teach')} names the place where the arm stands"
-    first = max(min(listed.at - height // 2, len(rows) - height), 0)
-    lines = []
-    for index, (is_sequence, name) in enumerate(rows[first : first + height], first):
-        mark = ">" if index == listed.at else " "
-        if is_sequence:
-            said = f"sequence, {len(listed.taught.sequences[name].steps)} steps"
-        else:
-            said = _tip(listed.taught.points[name], arm)
-        lines.append(f"{mark} {name[:NAME_WIDTH]:<{NAME_WIDTH}} {said}")
-    return "\n".join(lines)
+    def reread(self) -> None:
+        """Show what stands in the file, when it has changed."""
+        points = self._desk.arm.points
+        if (stamp := points.stamp) == self._stamp:
+            return
+        self._stamp = stamp
+        try:
+            self.show(self.listed.with_taught(points.read()))
+        except ArmError as error:
+            self._desk.message = str(error)
 
+    def show(self, listed: PointList) -> None:
+        """Show another row, or the same one of another file."""
+        known = (self.listed.sequence, self.written)
+        if listed.name != self.listed.name or listed.sequence not in known:
+            self._marked = None  # what was marked is another step by now
+        before, self.listed = self.listed, listed
+        self._changed(before)
 
-def _tip(point: Point, arm: ArmGeometry) -> str:
-    x, y, z = arm.points(point.joints)[-1]
-    return f"x {x:.0f}  y {y:.0f}  z {z:.0f}"
-
-
-def point_text(point: Point) -> str:
-    """Say all that is known of a point."""
-    lines = [
-        "  ".join(f"{words(name)} {angle:.1f}°" for name, angle in point.joints.deg.items()),
-    ]
-    if point.opening_mm is not None:
-        lines.append(f"fingers {point.opening_mm:.1f} mm, which stay as they are")
-    taught = "" if point.taught is None else f"taught {point.taught:%Y-%m-%d %H:%M}"
-    lines += [part for part in (taught, point.note) if part]
-    return "\n".join(lines)
+    def choose_name(self, name: str) -> None:
+        """Choose a point that was just written."""
+        self.listed = self.listed.choosing(name)
 
 
-def sequence_text(
-    stepper: Stepper, keys: Keyboard, *, stepping: bool, marked: int | None = None
-) -> str:
-    """Lay the steps out about the next or the marked one, and say what the keys would do."""
-    return "\n".join(_sequence_lines(stepper, keys, stepping=stepping, marked=marked))
+class NameEntry:
+    """The name or number that is being typed, and what is done with it."""
 
+    def __init__(self, desk: ScreenHost, disarm: Callable[[str], None]) -> None:
+        self.naming: PointNaming | None = None
+        self._desk = desk
+        self._disarm = disarm
+        self._take: Callable[[PointNaming], None] | None = None
 
-def _sequence_lines(
-    stepper: Stepper, keys: Keyboard, *, stepping: bool, marked: int | None
-) -> Iterator[str]:
-    total, middle = len(stepper.steps), stepper.at if marked is None else marked
-    first = max(min(middle - STEPS_SHOWN // 2, total - STEPS_SHOWN), 0)
-    for index, step in enumerate(stepper.steps[first : first + STEPS_SHOWN], first):
-        mark = (">" if index == stepper.at else " ") + ("*" if index == marked else " ")
-        yield f"{mark}{index + 1:>3} {'done ' * (index < stepper.at)}{step}"
-    if marked is not None:
-        drop, sooner = keys.label("points-step-drop"), keys.label("points-step-sooner")
-        later, change = keys.label("points-step-later"), keys.label("points-step-change")
-        yield f"* {change} changes it, {drop} twice: out; {sooner} {later}: sooner, later"
-    grip, wait = keys.label("points-grip"), keys.label("points-wait")
-    yield f"{grip} adds fingers, {wait} a wait"
-    if stepper.at == total:
-        yield f"at its end: {keys.label('points-rewind')} begins anew"
-    switch = keys.label("points-stepping")
-    if not stepping:
-        yield f"{switch} lets single steps be made"
-        return
-    yield f"STEPPING [{switch}]  {keys.label('points-forward')} next step"
-    if stepper.before is not None:
-        yield f"{keys.label('points-backward')} back to {stepper.before[1]}"
+    def ask(self, naming: PointNaming, take: Callable[[PointNaming], None]) -> None:
+        """Ask for a name; once it is entered, `take` uses it, and clears it if it will do."""
+        self._disarm("a name is asked for")
+        self.naming, self._take = naming, take
+        self._desk.show()
 
+    def clear(self) -> None:
+        """Ask for no name any more."""
+        self.naming = None
 
-def how_text(*, line: bool, speed: float, keys: Keyboard) -> str:
-    """Say how a point is gone to."""
-    way = "straight line" if line else "joint motion"
-    slower, faster = keys.label("points-slower"), keys.label("points-faster")
-    return f"{way} [{keys.label('points-line')}]  speed {speed:.0%} [{slower} {faster}]"
+    def type(self, letter: str) -> bool:
+        """Type a letter; return whether a name is asked for that is typed with it."""
+        if self.naming is None or not self.naming.takes(letter):
+            return False
+        self.naming = self.naming.typed(letter)
+        self._desk.show()
+        return True
 
+    def erase(self) -> None:
+        """Take away the last letter."""
+        if self.naming is not None:
+            self.naming = self.naming.erased()
+            self._desk.show()
 
-def naming_text(naming: PointNaming, keys: Keyboard) -> str:
-    """Show the name as it is typed."""
-    enter, stop = keys.label("points-go"), keys.label("stop")
-    reason = _WRONG.get(naming.purpose, _WRONG_NAME)
-    wrong = "" if naming.good or not naming.text else f"  ({reason})"
-    said = "  (or type another)" if naming.offered else wrong
-    return f"{_PURPOSES[naming.purpose]}: {naming.text}_{said}\n{enter} takes it, {stop} drops it"
+    def enter(self) -> None:
+        """Use the name as it stands."""
+        if self.naming is not None and self._take is not None:
+            self._take(self.naming)

@@ -2,45 +2,35 @@
 
 from __future__ import annotations
 
-from functools import partial
-from typing import ClassVar, Protocol
+from typing import ClassVar
 
+from textual import events
 from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, VerticalScroll
 
 from armdrive.moves import JointMove, LineMove, Motion
-from armdrive.programs.teaching.sequence import Stepper
 from armdrive.status import Status
+from armdrive.storage.points import Point, StepList
 from tui.arm_view import SpaceView
-from tui.framework import PlainText
 from tui.keys.keyboard import bindings
-from tui.move import words as move_words
-from tui.move.form import neighbour
-from tui.points import list as point_words
-from tui.points.edit import PointEditor, other_speed, other_way
-from tui.settings import SPEEDS
+from tui.keys.presses import Confirmation
+from tui.move import text as move_text
+from tui.move.planned import PlannedMove
+from tui.painting import PlainText
+from tui.points import text as point_text
+from tui.points.edit import PointEdits, PointMotion, StepEdits
+from tui.points.list import NameEntry, PointList, PointSelection
+from tui.points.run import SequenceRun
+from tui.screens import DeskScreen
 
 OF_POINTS = ("again", "rename", "edit", "line", "slower", "faster", "append")
 OF_SEQUENCES = ("step-next", "grip", "wait", "stepping", "forward", "backward", "rewind")
 """Rows of the table of keys that are about the one alone, or mostly."""
 
-STEP_QUIET_S = 0.7
-"""A step key counts after so long without one: a key that is held repeats sooner."""
 
-
-class Deed(Protocol):
-    """What a stepper can do, unless a stop was asked for since it was decided on."""
-
-    def __call__(self, *, since: int) -> object:
-        """Do it."""
-
-
-class PointsScreen(PointEditor):
-    """The list and what is chosen of it, beside the arm with the ghost of where it would go.
-
-    One step or run at a time; a stop that comes first lets it not begin.
-    """
+class PointsScreen(DeskScreen):
+    """The list and what is chosen of it, beside the arm with the ghost of where it would go."""
 
     place = "points"
     BINDINGS: ClassVar[list[BindingType]] = bindings(place)
@@ -50,7 +40,35 @@ class PointsScreen(PointEditor):
     #begin { text-style: bold; }
     #chosen { margin: 1 0 0 0; }
     """
-    _step_s = -STEP_QUIET_S
+
+    def __init__(self) -> None:
+        super().__init__()
+        desk = self.desk
+        self.confirmation = Confirmation(desk.clock)
+        self.planned = PlannedMove(desk, self.goal)
+        self.sequence = SequenceRun(desk)
+        self.selection = PointSelection(desk, self._selection_changed)
+        self.names = NameEntry(desk, self.disarm)
+        self.steps = StepEdits(
+            desk, self.selection, self.names, self.confirmation, self.sequence.says_busy
+        )
+        self.motion = PointMotion(desk, self.steps, self.planned.forget_press)
+        self.points = PointEdits(desk, self.selection, self.names, self.confirmation, self.motion)
+
+    def disarm(self, reason: str) -> None:  # noqa: ARG002 - as every screen
+        """Let nothing go on that is not under way; a sequence ends after its step."""
+        self.planned.forget_press()
+        self.names.clear()
+        self.confirmation.forget()
+        self.sequence.disarm()
+
+    def _selection_changed(self, before: PointList) -> None:
+        """Take back what was asked for while something else was seen to be chosen."""
+        listed = self.selection.listed
+        if _shown(before) != _shown(listed):
+            self.planned.forget_press()
+            self.confirmation.forget()
+        self.sequence.follow(listed, same_row=before.name == listed.name)
 
     def compose_body(self) -> ComposeResult:
         """Lay the middle out."""
@@ -61,12 +79,13 @@ class PointsScreen(PointEditor):
                 for name in ("list", "chosen", "how", "ahead", "begin"):
                     yield PlainText(id=name)
 
-    def goal(self, status: Status) -> Motion | None:  # noqa: ARG002 - as every screen
+    def goal(self, status: Status) -> Motion | None:  # noqa: ARG002 - as of every goal
         """Return the chosen point, or that of the next step of the chosen sequence."""
-        point, line, speed = self.listed.point, self.line, self.speed
-        step = self.stepper.next if self.stepper is not None and not self.busy else None
+        listed, stepper = self.selection.listed, self.sequence.stepper
+        point, line, speed = listed.point, self.motion.line, self.motion.speed
+        step = stepper.next if stepper is not None and not self.sequence.busy else None
         if step is not None and step.point:
-            point = self.listed.taught.points[step.point]
+            point = listed.taught.points[step.point]
             line, speed = step.how == "line", step.speed
         if point is None:
             return None
@@ -74,42 +93,46 @@ class PointsScreen(PointEditor):
 
     def show_body(self, status: Status) -> None:
         """Show the list, what is chosen, and what the motion to it would be."""
-        self.reread()
-        fresh = self.look_ahead(status)
+        self.selection.reread()
+        self.confirmation.act_if_due()
+        fresh = self.planned.follow(status)
+        self.query_one(SpaceView).show(self.planned.moment(status, fresh))
         keys, arm = self.desk.keys, self.desk.arm.model.arm
         height = max(self.size.height // 4, 4)
-        self.text("list").show(point_words.list_text(self.listed, arm, height, keys))
+        self.text("list").show(point_text.list_text(self.selection.listed, arm, height, keys))
         self.text("chosen").show(self._chosen_text())
         self.text("how").show(self._how_text())
-        ahead = move_words.short_text(fresh) if fresh is not None else ""
+        ahead = move_text.short_text(fresh) if fresh is not None else ""
         self.text("ahead").show(self.desk.spoken(ahead))
         self.text("begin").show(self._begin_text(status, fresh is not None))
 
     def _chosen_text(self) -> str:
-        if self.stepper is not None:
-            return point_words.sequence_text(
-                self.stepper, self.desk.keys, stepping=self.stepping, marked=self.marked
+        sequence, point = self.sequence, self.selection.listed.point
+        if sequence.stepper is not None:
+            marked = self.selection.marked
+            return point_text.sequence_text(
+                sequence.stepper, self.desk.keys, stepping=sequence.stepping, marked=marked
             )
-        point = self.listed.point
-        return "" if point is None else point_words.point_text(point)
+        return "" if point is None else point_text.point_text(point)
 
     def _how_text(self) -> str:
-        if self.listed.point is None:
+        if self.selection.listed.point is None:
             return ""
-        return point_words.how_text(line=self.line, speed=self.speed, keys=self.desk.keys)
+        motion = self.motion
+        return point_text.how_text(line=motion.line, speed=motion.speed, keys=self.desk.keys)
 
     def _begin_text(self, status: Status, fresh: bool) -> str:
         keys = self.desk.keys
-        if self.naming is not None:
-            return point_words.naming_text(self.naming, keys)
-        if self.busy:
+        if self.names.naming is not None:
+            return point_text.naming_text(self.names.naming, keys)
+        if self.sequence.busy:
             paused = "PAUSED: " * status.paused
             return f"{paused}UNDER WAY, {keys.label('points-pause')} pauses or goes on, space stops"
-        if self.sure_of:
-            return f"AGAIN {self.sure_of}"
-        if self.stepper is not None and not self.confirming.waiting:
+        if self.confirmation.effect:
+            return f"AGAIN {self.confirmation.effect}"
+        if self.sequence.stepper is not None and not self.planned.half_confirmed:
             return f"{keys.label('points-go')} twice carries out what is left"
-        return self.going_text(status, self.preview if fresh else None)
+        return self.planned.text(status, self.planned.preview if fresh else None)
 
     @property
     def idle(self) -> tuple[str, ...]:
@@ -117,132 +140,40 @@ class PointsScreen(PointEditor):
 
         While a name is typed, the keys are its letters.
         """
-        if self.naming is not None:
+        if self.names.naming is not None:
             return tuple(row.id for row in self.desk.keys.rows if row.place == self.place)
-        others = OF_SEQUENCES if self.listed.sequence is None else OF_POINTS
+        others = OF_SEQUENCES if self.selection.listed.sequence is None else OF_POINTS
         return tuple(f"points-{name}" for name in others)
 
-    # -- the keys that move the arm -----------------------------------------------------------
+    # -- keys ---------------------------------------------------------------------------------
+
+    def on_key(self, event: events.Key) -> None:
+        """Type the name that is asked for; other keys go on to the table of keys."""
+        if event.character is not None and self.names.type(event.character):
+            event.stop()
+            event.prevent_default()
 
     def action_choose(self, by: int) -> None:
         """Go to another row."""
-        if self.busy:
-            self.desk.say("the arm is under way: space stops it")
-            return
-        self._take(self.listed.moved(by))
-        self.desk.show()
-
-    # -- going --------------------------------------------------------------------------------
+        if not self.sequence.says_busy():
+            self.selection.show(self.selection.listed.moved(by))
+            self.desk.show()
 
     def action_press_go(self) -> None:
         """Take the name, or one press of the two that move the arm."""
-        if self.naming is not None:
-            self._named(self.naming)
-        elif self.stepper is None:
-            super().action_press_go()
-        elif not self.desk.nobody_there() and not self._is_busy():
-            self._make_sure("CARRIES OUT WHAT IS LEFT", self._run)
-
-    def _run(self) -> None:
-        if self.stepper is not None:
-            self._begin(self.stepper.run)
-
-    def action_stepping(self) -> None:
-        """Let the step keys move the arm, or no longer."""
-        if self.stepper is None:
-            self.desk.say("choose a sequence to step through")
-            return
-        self.stepping = not self.stepping
-        self.desk.show()
-
-    def action_forward(self) -> None:
-        """Carry out the next step."""
-        if self.stepper is not None and self._may_step():
-            self._begin(self.stepper.forward)
-
-    def action_backward(self) -> None:
-        """Go back to the point before."""
-        if self.stepper is not None and self._may_step():
-            self._begin(self.stepper.backward)
-
-    def action_rewind(self) -> None:
-        """Begin the sequence anew. Moves nothing."""
-        if self.stepper is not None and not self._is_busy():
-            self.stepper.rewind()
+        if self.names.naming is not None:
+            self.names.enter()
+        elif self.sequence.stepper is None:
+            self.planned.press()
+        elif not self.desk.link.says_lost() and not self.sequence.says_busy():
+            self.confirmation.press("CARRIES OUT WHAT IS LEFT", self.sequence.finish)
             self.desk.show()
 
-    def _may_step(self) -> bool:
-        """Tell whether a step key counts: while stepping, and not as the repeat of a held key."""
-        now_s = self.desk.clock()
-        quiet_s, self._step_s = now_s - self._step_s, now_s
-        if self.desk.nobody_there() or self._is_busy():
-            return False
-        if not self.stepping:
-            self.desk.say(f"{self.desk.keys.label('points-stepping')} lets this key move the arm")
-            return False
-        return quiet_s >= STEP_QUIET_S
-
-    def _is_busy(self) -> bool:
-        if self.busy:
-            self.desk.say("the arm is under way: space stops it")
-        return self.busy
-
-    def _begin(self, deed: Deed) -> None:
-        self.busy = True
-        self.desk.message = ""
-        if self.stepper is not None:
-            self.desk.arm.program = partial(_program, self.listed.name, self.stepper)
-        self.desk.call(partial(self._done, deed, self.desk.arm.stops), self._said)
-
-    def _done(self, deed: Deed, stops: int) -> None:
-        try:
-            deed(since=stops)  # a stop may come while this is on its way to the arm
-        finally:
-            self.busy = False
-            self.desk.arm.program = None
-
-    def _said(self, status: Status) -> str:  # noqa: ARG002 - as the desk calls it
-        stepper = self.stepper
-        if stepper is None:
-            return ""
-        return "the sequence is at its end" if stepper.next is None else f"next: {stepper.next}"
-
     def action_pause(self) -> None:
-        """Hold the arm up behind its next burst, or let it go on."""
-        self.desk.pause_or_go_on()
-
-    # -- how ----------------------------------------------------------------------------------
-
-    def action_line(self) -> None:
-        """Switch between a straight line and a joint motion."""
-        self.confirming.forget()
-        if self.retime(other_way):
-            return
-        self.line = not self.line
-        self.desk.show()
-
-    def action_speed(self, by: int) -> None:
-        """Go faster or more slowly."""
-        self.confirming.forget()
-        if self.retime(partial(other_speed, by=by)):
-            return
-        self.speed = neighbour(SPEEDS, self.speed, by)
-        self.desk.show()
-
-    def action_edit(self) -> None:
-        """Ask for the chosen point on the move screen."""
-        point = self.listed.point
-        if point is None:
-            mark = self.desk.keys.label("points-step-next")
-            self.desk.say(f"choose a point to change; {mark} marks a step of a sequence")
-            return
-        self.desk.goal = point.joints
-        self.desk.show_screen("move")
+        """Pause the arm after its next burst, or let it go on."""
+        self.desk.link.switch_pause()
 
 
-def _program(name: str, stepper: Stepper) -> dict[str, object]:
-    """Return a sequence under way as other programs are told of it."""
-    step, steps = stepper.next or stepper.steps[-1], len(stepper.steps)
-    line = min(stepper.at + 1, steps)
-    return {"file": name, "line": line, "steps": steps, "text": str(step), "act": "step",
-            "loop": 1, "loops": 1, "percent": None, "left_s": None}  # fmt: skip
+def _shown(listed: PointList) -> tuple[str, Point | None, StepList | None]:
+    """Return what a person sees to be chosen."""
+    return listed.name, listed.point, listed.sequence

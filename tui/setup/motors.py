@@ -9,6 +9,7 @@ from armdrive.render.scene import Moment
 from armdrive.setup.directions import TRIAL_SPEED, WAYS, DirectionCheck, SawMotion, check_of
 from armdrive.setup.filing import file_of, propose
 from armdrive.status import State, Trust
+from tui.keys.presses import SinglePress
 from tui.screens import ScreenHost
 from tui.setup.arm_file import Correction
 from tui.setup.stage import Go, SetupStage, listed
@@ -25,12 +26,12 @@ class MotorsStage(SetupStage):
 
     def __init__(self, desk: ScreenHost, go: Go, before: SetupStage) -> None:
         super().__init__(desk, go, before)
-        status = desk.status
+        status = desk.link.status
         known = status.joints if status.trust is Trust.REFERENCED else None
         self.check: DirectionCheck = check_of(desk.arm.config, known)
         self.others: tuple[str, ...] = ()
         self._turning = False
-        self._pressed_s = float("-inf")
+        self._press = SinglePress(desk.clock, HELD_S)
 
     def text(self) -> str:
         """Say which motor's turn it is, what ought to be seen, and which keys answer."""
@@ -70,7 +71,7 @@ class MotorsStage(SetupStage):
         return [f"{keys.label(each):>3}  {words[each]}" for each in ANSWERS]
 
     def _before(self) -> str:
-        stop = self.desk.status.stop_time_s
+        stop = self.desk.link.status.stop_time_s
         stops = f"; a stop takes up to {stop:.2f} s" if stop is not None else ""
         return (
             "Have the arm stand roughly as drawn, clear of everything, fingers half open. Stand "
@@ -94,7 +95,7 @@ class MotorsStage(SetupStage):
 
     def moment(self) -> Moment:
         """Draw the posture, and the motor's turn as a ghost."""
-        opening_mm = self.desk.status.gripper_mm
+        opening_mm = self.desk.link.status.gripper_mm
         after = self.check.after
         return Moment(self.check.posture, opening_mm, goal=after, goal_opening_mm=opening_mm)
 
@@ -152,11 +153,9 @@ class MotorsStage(SetupStage):
 
     def turn(self) -> None:
         """Turn the motor there, or back: one press, one turn; a key that is held is none."""
-        now_s = self.desk.clock()
-        held, self._pressed_s = now_s - self._pressed_s < HELD_S, now_s
-        if held or self._turning or self.desk.nobody_there():
+        if not self._press.counts() or self._turning or self.desk.link.says_lost():
             return
-        state, keys = self.desk.status.state, self.desk.keys
+        state, keys = self.desk.link.status.state, self.desk.keys
         if state is not State.STANDBY:
             mends = {State.DISABLED: f": {keys.label('motors')} switches the motors on",
                      State.ERROR_STOP: f": {keys.label('reset')} leaves it"}  # fmt: skip

@@ -18,8 +18,8 @@ from armdrive.setup.filing import file_of
 from armdrive.status import Status
 from kinematics.errors import KinematicsError
 from tui.arm_view import SpaceView
-from tui.framework import PlainText
 from tui.keys.keyboard import bindings
+from tui.painting import PlainText
 from tui.screens import DeskScreen, ScreenHost
 from tui.setup.arm_file import InterviewAsking, Ports
 from tui.setup.motors import MotorsStage
@@ -48,7 +48,7 @@ class Steps(SetupStage):
     @property
     def free(self) -> bool:
         """Whether this desk has no arm of somebody's own: it is simulated, and has no file."""
-        return self.desk.status.simulated and self.path is None
+        return self.desk.link.status.simulated and self.path is None
 
     def text(self) -> str:
         """List the steps, and whose arm they are for."""
@@ -66,7 +66,7 @@ class Steps(SetupStage):
         )
 
     def _whose(self) -> str:
-        status = self.desk.status
+        status = self.desk.link.status
         if self.path is not None:
             twin = ", its simulated twin" if status.simulated else ""
             return f"This desk has the arm {status.arm}{twin}: {self.path}"
@@ -91,7 +91,7 @@ class Steps(SetupStage):
         elif step == "describe":
             self.go(InterviewAsking(self.desk, self.go, self, {}))
         elif step == "reference":
-            self.desk.action_reference()
+            self.desk.control.reference()
         elif self.path is not None and file_of(self.desk.arm.config) != self.path:
             raise BadRequest(f"{self.path} was changed: leave this desk and come back first")
         else:
@@ -113,7 +113,7 @@ class Steps(SetupStage):
             return
         leave = self.desk.keys.label("quit")
         raise BadRequest(
-            f"this desk holds {self.desk.status.arm}: leave it ({leave}), then `armdrive jog "
+            f"this desk holds {self.desk.link.status.arm}: leave it ({leave}), then `armdrive jog "
             "--sim teachmover --setup` sets up another one"
         )
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from armdrive.errors import BadRequest
 from armdrive.render.scene import Moment
-from tui.move.errand import Twice
+from tui.keys.presses import DoublePress
 from tui.screens import ScreenHost
 
 WARNING = (
@@ -30,7 +30,7 @@ class SetupStage:
         self.go = go
         self.before = before
         self.marked = 0
-        self.twice = Twice(desk.clock)
+        self.twice = DoublePress(desk.clock)
 
     def text(self) -> str:
         """Say what the stage is about, what is marked, and what comes next."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, cast
 
@@ -19,12 +19,14 @@ from armdrive.render.canvas import can_braille
 from kinematics.textbook.stepping import axes_of, axis_unit, has_inverse, step_axis, step_joint
 from kinematics.textbook.study import Study, Subject, study
 from kinematics.textbook.worked_example import example_posture
+from tui.app import KeyApp
 from tui.arm_view import SpaceView
-from tui.framework import FirstKeys, PlainText
+from tui.dialogs import Dialogs
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings_of, label
 from tui.keys.rows import DeskKey
 from tui.keys.table import LETTERS, STOP, JogPair, words
-from tui.look import CSS, HelpScreen
+from tui.look import CSS
+from tui.painting import PlainText
 from tui.settings import INCREMENTS
 from tui.theory.panel import TheoryPanel, axis_rows, joint_rows
 
@@ -195,6 +197,29 @@ class ModelHand:
 NO_ARM = "MODEL ONLY: no arm is connected"
 
 
+class ModelAdjustments:
+    """The keys that change how jog keys move the model."""
+
+    def __init__(self, hand: ModelHand, say: Callable[[str], None]) -> None:
+        self._hand = hand
+        self._say = say
+
+    def switch_mode(self) -> None:
+        """Switch between joints and the hand."""
+        self._hand.cartesian = not self._hand.cartesian
+        self._say("")
+
+    def finer(self) -> None:
+        """Make the increment smaller."""
+        self._hand.coarser(-1)
+        self._say("")
+
+    def coarser(self) -> None:
+        """Make the increment larger."""
+        self._hand.coarser(1)
+        self._say("")
+
+
 class ModelScreen(Screen[None]):
     """A model, its theory, and the keys that move it."""
 
@@ -202,6 +227,10 @@ class ModelScreen(Screen[None]):
     BINDINGS: ClassVar[list[BindingType]] = bindings_of(
         row for row in model_keys().rows if row.place == PLACE
     )
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.adjustments = ModelAdjustments(self.desk.hand, self.desk.say)
 
     @property
     def desk(self) -> ModelDesk:
@@ -259,21 +288,6 @@ class ModelScreen(Screen[None]):
         """Make one step of the model."""
         self.desk.say(self.desk.hand.press(key))
 
-    def action_mode(self) -> None:
-        """Switch between joints and the hand."""
-        self.desk.hand.cartesian = not self.desk.hand.cartesian
-        self.desk.say("")
-
-    def action_finer(self) -> None:
-        """Make the increment smaller."""
-        self.desk.hand.coarser(-1)
-        self.desk.say("")
-
-    def action_coarser(self) -> None:
-        """Make the increment larger."""
-        self.desk.hand.coarser(1)
-        self.desk.say("")
-
     def action_solution(self) -> None:
         """Go on to the next solution for the same place of the hand."""
         self.desk.say(self.desk.hand.next_solution())
@@ -295,10 +309,9 @@ class ModelScreen(Screen[None]):
         self.panel.switch_symbols()
 
 
-class ModelDesk(FirstKeys):
+class ModelDesk(KeyApp):
     """One model, and no arm: nothing here can be stopped, for nothing moves."""
 
-    ENABLE_COMMAND_PALETTE = False
     TITLE = "armdrive"
     BINDINGS: ClassVar[list[BindingType]] = bindings_of(
         row for row in model_keys().rows if not row.place
@@ -310,6 +323,10 @@ class ModelDesk(FirstKeys):
         self.hand = ModelHand(subject)
         self.braille = braille
         self.keys = model_keys(keys)
+        self.stop_keys = self.keys.of(STOP)
+        self.dialogs = Dialogs(
+            self, self.keys, self.hand.pairs, place=lambda: PLACE, disarm=lambda _: None
+        )
         self.said = ""
 
     def get_default_screen(self) -> ModelScreen:
@@ -325,19 +342,11 @@ class ModelDesk(FirstKeys):
         self.said = message
         cast("ModelScreen", self.screen_stack[0]).show()
 
-    def first_keys(self) -> Mapping[str, Callable[[], None]]:
-        """Return what no widget may keep for itself, as on the desk of an arm."""
-        return dict.fromkeys(self.keys.of("stop"), self.action_stop_arm)
-
     def action_stop_arm(self) -> None:
         """Close what lies over the model, and say that nothing moves."""
         while len(self.screen_stack) > 1:
             self.pop_screen()
         self.say("there is nothing to stop: no arm is connected")
-
-    def action_help(self) -> None:
-        """Show all keys."""
-        self.push_screen(HelpScreen(self.keys, PLACE, self.hand.pairs))
 
     def action_leave(self) -> None:
         """End it."""

@@ -19,11 +19,12 @@ from kinematics.textbook.jacobians import Lost
 from kinematics.textbook.pages import Column, laid, sections, summary, symbol_sections
 from kinematics.textbook.study import Study, Subject, searched
 from kinematics.textbook.worked_example import ExampleSection
+from tui.app import HoldAlarm, KeyApp
 from tui.arm_view import SpaceView
-from tui.framework import FirstKeys, HoldAlarm, PlainText
-from tui.jog.words import bar
+from tui.jog.text import bar
 from tui.keys.keyboard import Keyboard
 from tui.keys.table import JogPair, spoken, words
+from tui.painting import PlainText
 
 Numbers = Callable[[Study, int], str]
 
@@ -67,7 +68,7 @@ class TheoryPanel(Horizontal):
         self._writing = False
         self._near: tuple[tuple[float, ...], tuple[Lost, ...]] = ((), ())
         self._searching = False
-        self._rests = HoldAlarm(cast("FirstKeys", self.app), self.look_now)
+        self._rests = HoldAlarm(cast("KeyApp", self.app), self.look_now)
 
     def compose(self) -> ComposeResult:
         """Lay the arm and its numbers out on the left, the pages on the right."""

@@ -12,8 +12,8 @@ from textual.geometry import Size
 from armdrive.status import Status
 from kinematics.textbook.stepping import axes_of
 from kinematics.textbook.study import Study, Subject, study, subject_of_arm
-from tui.framework import PlainText
 from tui.keys.keyboard import bindings
+from tui.painting import PlainText
 from tui.screens import DeskScreen
 from tui.theory.panel import TheoryPanel, axis_rows, joint_rows
 
@@ -33,7 +33,7 @@ class TheoryScreen(DeskScreen):
     def __init__(self) -> None:
         super().__init__()
         self.subject: Subject | None = subject_of_arm(
-            self.desk.status.title, self.desk.arm.model.arm
+            self.desk.link.status.title, self.desk.arm.model.arm
         )
         self._key: tuple[tuple[float, ...] | None, Size] = (None, Size())
         self._shown_s = -math.inf

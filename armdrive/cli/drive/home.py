@@ -9,6 +9,7 @@ import sys
 
 import tui
 from armdrive.arm import Arm
+from armdrive.blocking import run_blocking
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.options import number
 from armdrive.cli.presenter import TerminalReporter, emit, say, say_which
@@ -46,7 +47,7 @@ def _reference(arm: Arm, options: argparse.Namespace) -> None:
         arm.confirm_reference()
     elif options.declare:
         _declare(arm, options.declare)
-    elif arm.homes_by_switches:
+    elif arm.referencing.homes_by_switches:
         _by_switches(arm, options)
     elif options.switches:
         raise BadRequest("this arm has no switches, or its arm file has no [homing] section")
@@ -85,11 +86,11 @@ def _guided(arm: Arm) -> None:
 
 def _in_the_desk(arm: Arm) -> None:
     tui.run_desk(arm, ascii_only=False)
-    arm.runner.stand_still()
+    run_blocking(arm.runner.stand_still())
 
 
 def _by_switches(arm: Arm, options: argparse.Namespace) -> None:
-    groups = arm.homing_groups
+    groups = arm.referencing.homing_groups
     say_all = not options.json
     if say_all:
         named = ", then ".join(" and ".join(group) for group in groups)

@@ -20,6 +20,7 @@ from armdrive.errors import SourceMark, Stopped
 from armdrive.errors.printable import printable
 from armdrive.programs.acts import Answer, ProgramMachine, act_name
 from armdrive.programs.running import Estimate, RunProgress, RunStep
+from armdrive.text.json_forms import move_to_json
 
 REDRAW_S = 0.2
 CLEAR_LINE = "\r\x1b[K"
@@ -95,6 +96,7 @@ class Display:
                     "event": "done",
                     "line": step.stage.mark.line,
                     "act": act_name(step.stage.act),
+                    "move": None if step.move is None else move_to_json(step.move),
                     "answer": brought,
                     "took_s": round(took_s, 3),
                 }

@@ -147,7 +147,7 @@ class _RunningScript:
 
     def _own(self, wanted: ConnectOptions) -> Arm:
         """Connect to the arm of the command, with what the script says of the connection."""
-        arm = connect_to_run(self._options, pace=wanted.pace)
+        arm = connect_to_run(self._options, pace=wanted.simulated_pace)
         arm.core.allow_restored |= wanted.allow_restored
         if wanted.operator is not None:
             arm.operator = wanted.operator

@@ -12,6 +12,7 @@ from types import MappingProxyType
 from typing import Any
 
 from armdrive.arm import Arm
+from armdrive.blocking import run_blocking
 from armdrive.cli.presenter import put_error, say, say_lines
 from armdrive.cli.program.run_common import failed_view
 from armdrive.cli.program.run_input import stopped_by_interrupt
@@ -163,7 +164,8 @@ class Shell:
     def _forget_stops(self) -> None:
         """Take a stop between two entries of a person for one of neither; a pipe it ends."""
         if self.typing and self.arm.stops != self._stops:
-            self.arm.runner.stand_still()  # one that is not seen yet would stop the next motion
+            # a stop that the engine has not seen yet would end the next motion
+            run_blocking(self.arm.runner.stand_still())
             self._stops = self.arm.stops
 
     def _carry_out(self, entry: PromptEntry, machine: Machine, run: ProgramRun) -> None:

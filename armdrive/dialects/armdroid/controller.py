@@ -17,7 +17,7 @@ from armdrive.dialects.armdroid.settings import ArmdroidSettings, StepRates, str
 from armdrive.dialects.armdroid.words import RECOGNITION, TALK
 from armdrive.dialects.controller import StopPart, Stopping
 from armdrive.dialects.dialect import Driver
-from armdrive.dialects.exchange import BITS_A_BYTE
+from armdrive.dialects.exchange import BITS_A_BYTE, ScriptIO, ScriptRunner
 from armdrive.errors import Refused
 from armdrive.tasks import (
     Alert,
@@ -39,6 +39,7 @@ from armdrive.tasks import (
 )
 from firmware_protocol.armdroid import (
     DriveAll,
+    Host,
     SpeedReported,
     Stray,
     Torque,
@@ -62,22 +63,98 @@ NEW_SESSION = (
 LET_GO = "the Armdroid's board said that its motors are off, which nobody had asked for"
 
 
-class ArmdroidController(BoardExchange):
+class ArmdroidMotion:
+    """Makes motions: gives the board the numbers of each, lets it loose, and awaits its end."""
+
+    def __init__(
+        self,
+        io: ScriptIO[Heard],
+        board: BoardExchange,
+        rates: StepRates,
+        settings: ArmdroidSettings,
+        byte_s: float,
+    ) -> None:
+        self._io = io
+        self._board = board
+        self._rates = rates
+        self._settings = settings
+        self._byte_s = byte_s
+
+    def move(self, drive: DriveAll, rpm: int, let_go: Callable[[], bool]) -> Script:
+        """Make a motion; where a stop comes before its letter, nothing moves."""
+        start = self._board.offsets if self._board.clean else (yield from self._board.look())
+        if start is None or not (yield from self._board.set_speed(rpm)):
+            return RequestRejected("it does not answer as it should", moved=False)
+        rest = yield from self._load(drive, rpm, let_go)
+        if not isinstance(rest, bytes):
+            return rest
+        sent_s, expected = self._io.now_s, _sum(start, drive.steps)
+        self._board.let_loose(rest, encode_command(drive).decode("ascii"))
+        longest_s = self._rates.longest_s(Motors(drive.steps).largest, rpm) * SLOWEST_ANSWER
+        came = yield from self._board.offsets_after(expected, len(rest), longest_s)
+        if came is None:
+            return self._io.silence(sent_s)
+        if came != expected:
+            return RequestRejected(
+                f"its offsets went from {start} to {came}, and {expected} was asked"
+            )
+        return Done(self._measure(drive, rpm, self._io.now_s - sent_s, len(rest)))
+
+    def _load(
+        self, drive: DriveAll, rpm: int, let_go: Callable[[], bool]
+    ) -> Generator[float, Heard | None, bytes | RequestRejected | Halted]:
+        """Give the board the numbers of a motion; return the characters that set it going."""
+        understood = None
+        for _ in range(TRIES):
+            data = self._board.begin_drive(drive)
+            if self._settings.check_numbers and not self._io.stop_asked:
+                understood = yield from self._board.repeated(data[:-1])
+            if self._io.stop_asked or let_go():
+                self._board.give_up()
+                return Halted()
+            if not self._settings.check_numbers:
+                return data
+            if understood == drive.steps and self._board.has_speed(rpm):
+                return data[-1:]
+            self._board.give_up()
+            settled = (yield from self._board.settle()) is not None
+            if not settled or not (yield from self._board.set_speed(rpm)):
+                break
+        return RequestRejected(
+            f"it repeats {drive.steps} as {understood or 'nothing'}", moved=False
+        )
+
+    def _measure(self, drive: DriveAll, rpm: int, took_s: float, sent: int) -> bool:
+        """Learn how fast the arm is; False where no such burst takes so long."""
+        if self._io.overdue:
+            return False
+        moved_s = took_s - (sent + self._board.answer_bytes) * self._byte_s
+        slow_s = sent * self._settings.character_s  # a quick board takes less
+        steps = Motors(drive.steps).largest
+        return self._rates.measured(steps, rpm, least_s=moved_s - slow_s, most_s=moved_s)
+
+
+class ArmdroidController(ScriptRunner[Heard]):
     """One Armdroid, seen from the driver."""
 
     def __init__(self, abilities: Abilities, settings: ArmdroidSettings, baud: int) -> None:
         if not settings.switches_torque:
             abilities = replace(abilities, current=Switching.NONE)
         abilities = replace(abilities, resets_on_open=settings.boot_s > 0.0)
-        super().__init__(abilities, settings, BITS_A_BYTE / baud)
+        host = Host()
+        super().__init__(abilities, host)
+        self._settings = settings
+        self._byte_s = BITS_A_BYTE / baud
         self._rates = StepRates(settings.speed_table, settings.speed_doubt)
+        self._board = BoardExchange(self.io, host, settings, self._byte_s)
+        self._motion = ArmdroidMotion(self.io, self._board, self._rates, settings, self._byte_s)
 
     def script(self, request: Request) -> Script:
         """Return what carries out a request; whatever may be repeated is asked until it is sure."""
         match request:
             case MoveBy(steps, rate_hz):
-                drive = DriveAll(self._by_channel(steps))
-                return self._move(drive, self._rates.rpm(rate_hz), request.let_go)
+                drive = DriveAll(_by_channel(self._settings.channels, steps))
+                return self._motion.move(drive, self._rates.rpm(rate_hz), request.let_go)
             case ReadPosition():
                 return self._position()
             case SwitchOn():
@@ -92,15 +169,19 @@ class ArmdroidController(BoardExchange):
 
     def unasked(self, heard: Heard) -> None:
         """Tell of a line that answers nothing; of a new session, once there was one before it."""
-        if isinstance(heard, Welcome) and self.met:
-            self.forget_session()
-            self.tell(Alert(AlertKind.RESTARTED, NEW_SESSION))
+        if isinstance(heard, Welcome) and self._board.met:
+            self._board.forget_session()
+            self.io.tell(Alert(AlertKind.RESTARTED, NEW_SESSION))
         else:
             if isinstance(heard, Stray) and isinstance(heard.answer, SpeedReported):
-                self.heard_speed(heard.answer.rpm)
+                self._board.heard_speed(heard.answer.rpm)
             if isinstance(heard, Stray) and heard.answer == TorqueReported(on=False):
-                self.tell(Alert(AlertKind.SWITCHED_OFF, LET_GO))
-            self.tell(ProtocolWarning(str(heard)))
+                self.io.tell(Alert(AlertKind.SWITCHED_OFF, LET_GO))
+            self.io.tell(ProtocolWarning(str(heard)))
+
+    def give_up(self) -> None:
+        """Give up on the unanswered command."""
+        self._board.give_up()
 
     def usable_rate_hz(self, rate_hz: float) -> float:
         """Return the rate of the fastest speed that is no faster; the slowest one's otherwise."""
@@ -121,103 +202,48 @@ class ArmdroidController(BoardExchange):
         """
         slowest_hz = min((part.rate_hz for part in parts), default=0.0)
         motion_s = max(burst_s, self.duration_s(1.0, slowest_hz))
-        text = 1 if self._settings.check_numbers else self._text_bytes(burst_s)
-        sent_s = self.taking_s(text) + LATENCY_S
+        text = 1
+        if not self._settings.check_numbers:
+            text = self.abilities.motors * self._rates.number_bytes(burst_s)
+        sent_s = self._board.taking_s(text) + LATENCY_S
         stands_s = sent_s + motion_s
         confirmed_s = stands_s + LONGEST_OFFSETS * self._byte_s + LATENCY_S
         return Stopping(stands_s, motion_s, stands_s, motion_s, confirmed_s)
 
-    def _text_bytes(self, burst_s: float) -> int:
-        """Bound how many characters a burst of such a length has."""
-        steps = max(int(burst_s * self._rates.fastest_hz), 1)
-        return self.abilities.motors * len(f"{steps}-,")
-
     # -- scripts ------------------------------------------------------------------------------
 
-    def _move(self, drive: DriveAll, rpm: int, let_go: Callable[[], bool]) -> Script:
-        start = self.offsets if self.clean else (yield from self.look())
-        if start is None or not (yield from self.set_speed(rpm)):
-            return RequestRejected("it does not answer as it should", moved=False)
-        rest = yield from self._load(drive, rpm, let_go)
-        if not isinstance(rest, bytes):
-            return rest
-        sent_s, expected = self.now_s, _sum(start, drive.steps)
-        self.let_loose(rest, encode_command(drive).decode("ascii"))
-        longest_s = self._rates.longest_s(Motors(drive.steps).largest, rpm) * SLOWEST_ANSWER
-        came = yield from self.offsets_after(expected, len(rest), longest_s)
-        if came is None:
-            return self.silence(sent_s)
-        if came != expected:
-            return RequestRejected(
-                f"its offsets went from {start} to {came}, and {expected} was asked"
-            )
-        return Done(self._measure(drive, rpm, self.now_s - sent_s, len(rest)))
-
-    def _load(
-        self, drive: DriveAll, rpm: int, let_go: Callable[[], bool]
-    ) -> Generator[float, Heard | None, bytes | RequestRejected | Halted]:
-        """Give the board the numbers of a motion; return the characters that set it going."""
-        understood = None
-        for _ in range(TRIES):
-            data = self.begin_drive(drive)
-            if self._settings.check_numbers and not self.stop_asked:
-                understood = yield from self.repeated(data[:-1])
-            if self.stop_asked or let_go():
-                self.give_up()
-                return Halted()
-            if not self._settings.check_numbers:
-                return data
-            if understood == drive.steps and self.has_speed(rpm):
-                return data[-1:]
-            self.give_up()
-            if (yield from self.settle()) is None or not (yield from self.set_speed(rpm)):
-                break
-        return RequestRejected(
-            f"it repeats {drive.steps} as {understood or 'nothing'}", moved=False
-        )
-
     def _position(self) -> Script:
-        began_s = self.now_s
-        offsets = yield from self.look()
+        began_s = self.io.now_s
+        offsets = yield from self._board.look()
         if offsets is None:
-            return self.silence(began_s)
+            return self.io.silence(began_s)
         return Registers(Motors(offsets[channel - 1] for channel in self._settings.channels))
 
     def _torque(self, *, on: bool) -> Script:
-        began_s = self.now_s
-        done = yield from self.ensure(Torque(on))
-        return self.silence(began_s) if done is None else Done()
+        began_s = self.io.now_s
+        done = yield from self._board.ensure(Torque(on))
+        return self.io.silence(began_s) if done is None else Done()
 
     def _clear_fault(self) -> Script:
-        began_s = self.now_s
-        if (yield from self.settle()) is None:
-            return self.silence(began_s)
+        began_s = self.io.now_s
+        if (yield from self._board.settle()) is None:
+            return self.io.silence(began_s)
         return Done()
 
     def _firmware(self) -> Script:
-        began_s = self.now_s
-        if not self.firmware and (yield from self.settle()) is None:
-            return self.silence(began_s)
-        return DeviceSettings(firmware=self.firmware)
-
-    # -- numbers ------------------------------------------------------------------------------
-
-    def _measure(self, drive: DriveAll, rpm: int, took_s: float, sent: int) -> bool:
-        """Learn how fast the arm is; False where no such burst takes so long."""
-        if self.overdue:
-            return False
-        moved_s = took_s - (sent + self.answer_bytes) * self._byte_s
-        slow_s = sent * self._settings.character_s  # a quick board takes less
-        steps = Motors(drive.steps).largest
-        return self._rates.measured(steps, rpm, least_s=moved_s - slow_s, most_s=moved_s)
-
-    def _by_channel(self, steps: Motors) -> tuple[int, ...]:
-        by_channel = dict(zip(self._settings.channels, steps, strict=True))
-        return tuple(by_channel[channel] for channel in sorted(by_channel))
+        began_s = self.io.now_s
+        if not self._board.firmware and (yield from self._board.settle()) is None:
+            return self.io.silence(began_s)
+        return DeviceSettings(firmware=self._board.firmware)
 
 
 def _sum(offsets: tuple[int, ...], steps: tuple[int, ...]) -> tuple[int, ...]:
     return tuple(wrapped(at + each) for at, each in zip(offsets, steps, strict=True))
+
+
+def _by_channel(channels: tuple[int, ...], steps: Motors) -> tuple[int, ...]:
+    by_channel = dict(zip(channels, steps, strict=True))
+    return tuple(by_channel[channel] for channel in sorted(by_channel))
 
 
 def _nothing(reply: Reply) -> Script:

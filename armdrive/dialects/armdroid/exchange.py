@@ -10,9 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from typing import TypeAlias
 
-from armdrive.abilities import Abilities
 from armdrive.dialects.armdroid.settings import ArmdroidSettings
-from armdrive.dialects.exchange import Scripted
+from armdrive.dialects.exchange import ScriptIO
 from firmware_protocol.armdroid import (
     LINE_BYTES,
     ArgumentsReported,
@@ -44,12 +43,14 @@ EMPTYING_RPM = 25
 divide."""
 
 
-class BoardExchange(Scripted[Heard]):
+class BoardExchange:
     """What is known of a board, and how to ask for it."""
 
-    def __init__(self, abilities: Abilities, settings: ArmdroidSettings, byte_s: float) -> None:
-        self._host = Host()
-        super().__init__(abilities, self._host)
+    def __init__(
+        self, io: ScriptIO[Heard], host: Host, settings: ArmdroidSettings, byte_s: float
+    ) -> None:
+        self._io = io
+        self._host = host
         self._settings = settings
         self._byte_s = byte_s
         self._boot_s = settings.boot_s
@@ -141,7 +142,7 @@ class BoardExchange(Scripted[Heard]):
             if done is not None and done.as_asked:
                 return done
             if done is not None:  # it has done something that nobody asked for
-                self.unasked(Stray(done.answer))
+                self._io.on_unasked(Stray(done.answer))
             self.give_up()  # a number was left before it, or lost, or the answer is lost
         return None
 
@@ -161,7 +162,7 @@ class BoardExchange(Scripted[Heard]):
 
     def let_loose(self, rest: bytes, whole: str) -> None:
         """Send what sets a motion going, the rest of the `whole` text."""
-        self.say(rest, whole)
+        self._io.say(rest, whole)
         self.offsets = None
 
     def offsets_after(
@@ -175,7 +176,7 @@ class BoardExchange(Scripted[Heard]):
         came: Offsets | None = None
         until_s = self._deadline_s(sent, longest_s)
         while came != expected:
-            heard = yield from self.hear(until_s, _is_offsets)
+            heard = yield from self._io.hear(until_s, _is_offsets)
             if heard is None:
                 self.give_up()
                 return came
@@ -188,14 +189,14 @@ class BoardExchange(Scripted[Heard]):
 
     def _greet(self) -> Generator[float, Heard | None, bool]:
         """Ask for the version until the board answers: one that was just opened takes a while."""
-        until_s = self.now_s + self._boot_s
+        until_s = self._io.now_s + self._boot_s
         self._boot_s = 0.0
         while True:
             done = yield from self.exchange(Version())
             if done is not None and isinstance(done.answer, VersionReported):
                 self.firmware = done.answer.firmware
                 return True
-            if self.now_s >= until_s:
+            if self._io.now_s >= until_s:
                 return False
 
     def _take(self, done: Completed | None) -> Offsets | None:
@@ -203,16 +204,16 @@ class BoardExchange(Scripted[Heard]):
         return self.offsets
 
     def _send(self, data: bytes) -> None:
-        self.say(data, data.decode("ascii"))
+        self._io.say(data, data.decode("ascii"))
 
     def _deadline_s(self, sent: int, longest_s: float = 0.0) -> float:
         wire_s = self.taking_s(sent) + LINE_BYTES * self._byte_s
-        return self.now_s + wire_s + longest_s + self._settings.answer_margin_s
+        return self._io.now_s + wire_s + longest_s + self._settings.answer_margin_s
 
     def _hear(
         self, sent: int, wanted: Callable[[Heard], bool]
     ) -> Generator[float, Heard | None, Heard | None]:
-        return (yield from self.hear(self._deadline_s(sent), wanted))
+        return (yield from self._io.hear(self._deadline_s(sent), wanted))
 
 
 def _is_stray_arguments(heard: Heard) -> bool:

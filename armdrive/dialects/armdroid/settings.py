@@ -77,6 +77,10 @@ class StepRates:
         """The greatest rate there is."""
         return max(self._rates.values())
 
+    def number_bytes(self, burst_s: float) -> int:
+        """Bound how many characters a motor's number has in a burst of such a length."""
+        return len(f"{max(int(burst_s * self.fastest_hz), 1)}-,")
+
     def rpm(self, rate_hz: float) -> int:
         """Return the fastest speed that is no faster than a rate; the slowest if all are."""
         found = bisect_right(list(self._rates.values()), rate_hz + _ROUNDING)

@@ -1,5 +1,11 @@
 """The driver's end of the GRBL dialect: neutral requests to lines, reports to replies.
 
+    a request   `script` picks the collaborator that carries it out, after contact was made
+    bytes       the codec reads events; the running script gets each from `GrblExchange.listen`, or
+                `unasked` where none runs or waits; both have `BoardState` learn from it first
+    a stop      `stop_asked` is set; the script that moves the arm sees it and asks `GrblStops`
+    time        the script goes on when what it waits for has not come by then
+
 Sources: gnea/grbl doc/markdown/interface.md, commands.md, jogging.md, settings.md.
 """
 
@@ -9,24 +15,25 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from armdrive.abilities import Abilities, segment_s
+from armdrive.abilities import Abilities
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.controller import StopPart, Stopping
 from armdrive.dialects.dialect import Driver
+from armdrive.dialects.exchange import BITS_A_BYTE, ScriptRunner
+from armdrive.dialects.grbl.board import BoardState
 from armdrive.dialects.grbl.contact import GrblContact
-from armdrive.dialects.grbl.exchange import Answering, refusal
-from armdrive.dialects.grbl.in_flight import LAST_STEP_S, SLOWEST_HZ, MotorPath, trapezoid_s
-from armdrive.dialects.grbl.motion import GrblMotion
+from armdrive.dialects.grbl.exchange import Answering, GrblExchange, refusal
+from armdrive.dialects.grbl.motion import GrblHoming, GrblMotion
+from armdrive.dialects.grbl.outputs import GrblOutputs
+from armdrive.dialects.grbl.planner import MotionBounds
 from armdrive.dialects.grbl.settings import BoardAxes, Comparison, GrblSettings, idle_key
-from armdrive.dialects.grbl.stops import AGAIN_S, HELD
+from armdrive.dialects.grbl.stops import GrblStops
 from armdrive.dialects.grbl.words import RECOGNITION, TALK
-from armdrive.errors import Refused as NotPossible
+from armdrive.errors import Refused
 from armdrive.tasks import (
     ClearFault,
     DeviceSettings,
-    Done,
     DropCurrent,
-    Halted,
     HomeDevice,
     MendSetting,
     MoveAlong,
@@ -41,214 +48,135 @@ from armdrive.tasks import (
     SwitchOn,
     WriteRow,
 )
-from firmware_protocol.grbl import (
-    Acknowledged,
-    AlarmRaised,
-    Home,
-    Line,
-    QuerySettings,
-    Refused,
-    Restarted,
-    Sleep,
-)
+from firmware_protocol.grbl import Acknowledged, Dialect, Host, Line, QuerySettings, Sleep
 from firmware_protocol.grbl.events import Event as HostEvent
 
-LATENCY_S = 0.03
-"""What a host may be late by."""
-LONGEST_LINE = 81
-CONFIRMED_S = 0.12
-"""Looks at a board that brakes, its reset and its banner."""
-KILLED_S = 0.3
-"""A board that is reset in motion keeps its motors for $1, 255 ms, and lets go of them then."""
 TRIES = 3
 """How often the settings are read, where what came was incomplete."""
-TOLD = {"M3", "flood", "mist"}
-"""The outputs of which a status report says that they are on (gnea/grbl grbl/report.c)."""
 EEPROM_S = 2.0
+"""Within this, a board has written a setting and answers."""
 
 
-class GrblController(GrblMotion, GrblContact):
-    """One board of the GRBL family, seen from the driver."""
+class GrblController(ScriptRunner[HostEvent]):
+    """One board of the GRBL family, seen from the driver: hands each request to a collaborator.
+
+    `limits` are what the axes can do: by the arm file, until the board's settings are read.
+    """
 
     def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
         settings: GrblSettings = config.device
         axes = BoardAxes.of(config)
-        motors = replace(abilities, motors=len(axes.letters))
-        super().__init__(motors, settings, axes, config.connection.baud)
-        self._kind = config.gripper.kind
-        self.reset_lets_go = self._kind in ("servo", "output")
-        outputs = settings.outputs[settings.gripper_output :][:1]
-        hangs_on = (settings.servo,) if self._kind == "servo" else outputs
-        self.outputs_told = set(hangs_on) <= TOLD
+        host = Host(
+            Dialect(  # a board without outputs, or homing by axis, refuses their words itself
+                axes=axes.board(), ring_bytes=None, outputs=True, single_axis_homing=True
+            )
+        )
+        super().__init__(replace(abilities, motors=len(axes.letters)), host)
+        self.settings = settings
+        self.axes = axes
+        self.limits = axes.expected(settings)
+        self.byte_s = BITS_A_BYTE / config.connection.baud
+        self.board = board = BoardState(host, settings, axes)
+        self.exchange = exchange = GrblExchange(self.io, host, board, settings, self.byte_s)
+        self.outputs = GrblOutputs(exchange, settings, config.gripper.kind)
+        stops = GrblStops(self.io, exchange, board, self.outputs, settings)
+        self.contact = GrblContact(self.io, exchange, board, stops, self.outputs, settings)
+        self.motion = GrblMotion(self.io, exchange, board, stops, settings, axes)
+        self.homing = GrblHoming(self.io, exchange, board, self.contact, settings, axes.letters)
+
+    # -- what happens -------------------------------------------------------------------------
 
     def script(self, request: Request) -> Answering:
         """Carry out a request; the first one makes contact with the board before it."""
-        self._refuse_impossible(request)
-        return self._script_of(request)
-
-    def _refuse_impossible(self, request: Request) -> None:
-        if isinstance(request, SetOutputs) and request.bits >> len(self.settings.outputs):
-            raise NotPossible(
-                f"this board has {len(self.settings.outputs)} outputs, {request.bits} needs more: "
-                "name them in grbl.outputs"
-            )
-        if isinstance(request, SetGripper) and self._kind not in ("servo", "output"):
-            raise NotPossible("this arm's gripper is driven by a motor, not by a servo or output")
-        if isinstance(request, MendSetting) and not request.line.startswith("$"):
-            raise NotPossible(f"`{request.line}` is no setting of a GRBL board")
-
-    def _script_of(self, request: Request) -> Answering:
-        if not self.contacted and (hindrance := (yield from self.contact())) is not None:
-            return hindrance
         match request:
-            case MoveBy():
-                return (yield from self.drive(MoveAlong(iter((request,)), math.inf)))
+            case SetOutputs(bits):
+                self.outputs.check(bits)
+            case SetGripper():
+                self.outputs.check_gripper()
+            case MendSetting(line) if not line.startswith("$"):
+                raise Refused(f"`{line}` is no setting of a GRBL board")
+        return self._carry_out(request)
+
+    def _carry_out(self, request: Request) -> Answering:
+        if not self.board.contacted and (hindrance := (yield from self.contact.make())) is not None:
+            return hindrance
+        if isinstance(request, MoveBy):
+            request = MoveAlong(iter((request,)), math.inf)
+        match request:
             case MoveAlong():
-                return (yield from self.drive(request))
+                if (hindrance := (yield from self.contact.prepare())) is not None:
+                    return hindrance
+                return (yield from self.motion.drive(request, self.bounds))
             case ReadPosition():
-                return (yield from self._read())
+                return (yield from self.exchange.read_position())
             case ReadSettings():
                 return (yield from self._compare())
             case MendSetting(line):
-                return (yield from self._line(Line(line), EEPROM_S))
+                return (yield from self.exchange.carry_out(Line(line), EEPROM_S))
             case SetOutputs(bits):
-                return (yield from self._set_outputs(bits))
+                return (yield from self.outputs.set(bits))
             case SetGripper(share):
-                return (yield from self._set_gripper(share))
+                return (yield from self.outputs.set_gripper(share))
             case DropCurrent():
-                self.modes_set = False
-                return (yield from self._line(Sleep(), self.settings.answer_s))
+                self.board.modes_set = False
+                return (yield from self.exchange.carry_out(Sleep(), self.settings.answer_s))
             case HomeDevice(groups):
-                return (yield from self._home(groups))
+                return (yield from self.homing.home(groups))
             case SwitchOn() | ClearFault():
-                return (yield from self.clear())
+                return (yield from self.contact.clear())
             case ReadProgram() | WriteRow():
                 return RequestRejected("a GRBL board keeps no program of its own", moved=False)
-
-    # -- reading ------------------------------------------------------------------------------
-
-    def _read(self) -> Answering:
-        began_s = self.now_s
-        share = 4.0 if self.polls.since_s < self.now_s else 2.0  # the driver asks three times
-        if (yield from self.look_position(self.settings.mute_s / share)):
-            return self.registers()
-        if self.alarm is not None:
-            return RequestRejected(self.alarm_words(), moved=False)
-        return self.silence(began_s)
 
     def _compare(self) -> Answering:
         """Read the settings until they are all there, and learn what the axes can really do."""
         heard: HostEvent | None = None
+        told, answer_s = self.board.told, self.settings.answer_s
         for _ in range(TRIES):
-            self.told.clear()
-            heard = yield from self.ask(QuerySettings(), self.settings.answer_s)
-            key = idle_key(self.settings, self.variant, self.told)
-            if isinstance(heard, Acknowledged) and isinstance(key, str) and key not in self.told:
-                yield from self.ask(Line(f"${key}"), self.settings.answer_s)
-            if isinstance(heard, Acknowledged) and key in self.told:
+            told.clear()
+            heard = yield from self.exchange.ask(QuerySettings(), answer_s)
+            key = idle_key(self.settings, self.board.variant, told)
+            if isinstance(heard, Acknowledged) and isinstance(key, str) and key not in told:
+                yield from self.exchange.ask(Line(f"${key}"), answer_s)
+            if isinstance(heard, Acknowledged) and key in told:
                 break
         if not isinstance(heard, Acknowledged):
             return refusal(heard, "the settings could not be read")
-        board = self._host.dialect.axes
-        found = Comparison(self.settings, self.axes, board, dict(self.told), key)
+        found = Comparison(self.settings, self.axes, self.board.letters, dict(told), key)
         self.limits = found.limits()
-        return DeviceSettings(tuple(found.differences()), f"{self.variant} {self.firmware}".strip())
+        firmware = f"{self.board.variant} {self.board.firmware}".strip()
+        return DeviceSettings(tuple(found.differences()), firmware)
 
-    # -- what moves nothing -------------------------------------------------------------------
+    def unasked(self, heard: HostEvent) -> None:
+        """Learn from what no script was waiting for."""
+        self.exchange.take(heard)
 
-    def _line(self, command: Line | Sleep, patience_s: float) -> Answering:
-        heard = yield from self.ask(command, patience_s)
-        if isinstance(heard, Acknowledged):
-            return Done()
-        return refusal(heard, f"`{command.text}` was not carried out")
-
-    def _set_outputs(self, bits: int) -> Answering:
-        refused = yield from self.drive_outputs(bits)
-        if refused is None:
-            self.outputs_on = bits
-        return refused or Done()
-
-    def _set_gripper(self, share: float) -> Answering:
-        if self._kind == "output":
-            bit = 1 << self.settings.gripper_output
-            closed = share < 0.5  # the driver asks for 0 or 1 alone
-            before = self.outputs_on or 0
-            on = closed == self.settings.gripper_closes
-            return (yield from self._set_outputs(before | bit if on else before & ~bit))
-        refused = yield from self.drive_gripper(share)
-        if refused is None:
-            self.gripper_share = share
-        return refused or Done()
-
-    def _home(self, groups: tuple[tuple[int, ...], ...]) -> Answering:
-        """Have the board find its switches, all at once or group after group."""
-        yield from self.look(self.settings.answer_s)
-        if self.state in HELD:
-            return RequestRejected(
-                f"the board's state is {self.state}; `reset()` leaves it", moved=False
-            )
-        yield from self.clean_line()
-        for command in self._homings(groups):
-            self.speak(command)
-            end_s = self.now_s + self.settings.homing_s
-            heard: HostEvent | None = None
-            while self.now_s < end_s and not self.stop_asked and not answered(heard):
-                heard = yield from self.listen(end_s)
-            if not answered(heard):
-                yield from self.end_homing()
-                if not self.stop_hard:
-                    yield from self.clear()  # the driver knows that nothing is referenced
-                return Halted(kept=False)
-            if not isinstance(heard, Acknowledged):
-                return refusal(heard, f"`{command.text}`", moved=True)
-        return Done()
-
-    def _homings(self, groups: tuple[tuple[int, ...], ...]) -> list[Home]:
-        """Return the commands; only some firmwares home several axes that are named together."""
-        if not groups:
-            return [Home()]
-        named = ["".join(self.axes.letters[motor] for motor in group) for group in groups]
-        if self.variant.name != "GRBLHAL":
-            named = list("".join(named))
-        return [Home(letters) for letters in named]
+    def give_up(self) -> None:
+        """Forget unanswered lines and half a message."""
+        self.exchange.give_up()
 
     # -- numbers ------------------------------------------------------------------------------
 
+    @property
+    def underruns(self) -> int:
+        """How often the board stood still although more of its motion was to come."""
+        return self.motion.underruns
+
+    @property
+    def bounds(self) -> MotionBounds:
+        """What motion the board can do, by all that is known of it now."""
+        return MotionBounds(self.limits, self.axes.most_hz, self.board.segment_buffer, self.byte_s)
+
     def usable_rate_hz(self, rate_hz: float) -> float:
         """Return the rate itself, within what the board can do without pauses between steps."""
-        return max(min(rate_hz, max(self.limits.rates_hz())), SLOWEST_HZ)
+        return self.bounds.usable_rate_hz(rate_hz)
 
     def duration_s(self, steps: float, rate_hz: float) -> float:
         """Return how long the slowest axis takes for so many steps, from rest to rest."""
-        slopes = zip(self.limits.accelerations, self.limits.steps_per_unit, strict=True)
-        slowest = min(*self.limits.rates_hz(), rate_hz)
-        least = min(slope * per for slope, per in slopes)
-        return trapezoid_s(MotorPath(max(steps, 1e-6), (1.0,), slowest, least), 0.0, 0.0)
+        return self.bounds.duration_s(steps, rate_hz)
 
     def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
-        """Bound what the board still drives; without a host, what was sent ahead as well.
-
-        The bound allows for one lost byte, which is sent again after `AGAIN_S`. What was sent ahead
-        is driven to its end, where its last line brakes: half of that ramp is more than its time.
-        """
-        wire_s = LATENCY_S + LONGEST_LINE * self.byte_s
-        heard_s = wire_s + AGAIN_S
-        piece_s = segment_s(burst_s) / 2.0  # a part is cut into equal ones
-        brakes_s, held_s = self.ramp_from_s(parts), self.held_longest_s(parts, piece_s)
-        held_way_s = self.held_full_speed_s(parts)
-        stands_s = heard_s + held_s + brakes_s + LAST_STEP_S
-        return Stopping(
-            max(stands_s, heard_s + KILLED_S),
-            heard_s + held_way_s + brakes_s / 2.0,
-            burst_s + wire_s + held_s + brakes_s + LAST_STEP_S,
-            burst_s + wire_s + held_way_s,
-            max(stands_s + CONFIRMED_S, heard_s + KILLED_S),
-        )
-
-
-def answered(heard: HostEvent | None) -> bool:
-    """Tell whether waiting for a line's answer has come to an end."""
-    return isinstance(heard, Acknowledged | Refused | Restarted | AlarmRaised)
+        """Bound how long motion goes on."""
+        return self.bounds.stopping(burst_s, parts)
 
 
 DRIVER = Driver(GrblSettings, GrblController, TALK, RECOGNITION)

@@ -9,226 +9,12 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from itertools import pairwise
-from types import MappingProxyType
+from collections.abc import Iterator
+from dataclasses import dataclass
 
-from armdrive.dialects.controller import StopPart
+from armdrive.dialects.grbl.planner import Limits, MotionBounds, MotorPath, SegmentBuffer, planned_s
 from armdrive.tasks import MoveBy
-from firmware_protocol.grbl import Variant
 from kinematics.spaces import Motors
-
-# How long a board's planner takes for queued lines: trapezoids, and corners passed in motion.
-#
-# Units are the board's own ("mm"), seconds. Source of the corner's speed and of the two passes:
-# gnea/grbl grbl/planner.c (plan_buffer_line, planner_recalculate).
-
-STRAIGHT = 1e-6
-"""A cosine so near to 1 or -1 is a turn right round, or none."""
-
-
-@dataclass(frozen=True, slots=True)
-class Limits:
-    """What the axes of the motors can do: steps a unit, units a second, units a second squared.
-
-    `junction` is how far a corner may be cut in thought ($11), in units.
-    """
-
-    steps_per_unit: tuple[float, ...]
-    rates: tuple[float, ...]
-    accelerations: tuple[float, ...]
-    junction: float
-
-    def along(self, unit: Sequence[float], limits: Sequence[float]) -> float:
-        """Return what a direction may have of a limit, so that no axis exceeds its own."""
-        shares = zip(limits, unit, strict=True)
-        return min((limit / abs(share) for limit, share in shares if share), default=math.inf)
-
-    def rates_hz(self) -> tuple[float, ...]:
-        """Return the fastest steps a second of each motor."""
-        return tuple(map(math.prod, zip(self.rates, self.steps_per_unit, strict=True)))
-
-
-@dataclass(frozen=True, slots=True)
-class MotorPath:
-    """One line: its length, its direction, and the speed and acceleration it is driven with.
-
-    `rate_hz` is that speed in steps a second of the busiest motor.
-    """
-
-    length: float
-    unit: tuple[float, ...]
-    speed: float
-    acceleration: float
-    rate_hz: float = math.inf
-
-    @property
-    def nominal_s(self) -> float:
-        """How long it takes without ramps."""
-        return self.length / self.speed
-
-    def rest(self, share: float) -> MotorPath:
-        """Return what is left of it when a share has been driven."""
-        return replace(self, length=self.length * max(1.0 - share, STRAIGHT))
-
-
-def way(steps: Motors, duration_s: float, limits: Limits) -> MotorPath:
-    """Return the line of some steps that shall last so long, or longer where the axes are slow."""
-    parts = [count / per for count, per in zip(steps, limits.steps_per_unit, strict=True)]
-    length = math.hypot(*parts)
-    unit = tuple(part / length for part in parts)
-    speed = min(length / max(duration_s, 1e-9), limits.along(unit, limits.rates))
-    rate_hz = speed / length * steps.largest
-    return MotorPath(length, unit, speed, limits.along(unit, limits.accelerations), rate_hz)
-
-
-def corner_speed(one: MotorPath, other: MotorPath, limits: Limits) -> float:
-    """Return how fast the corner between two lines may be passed."""
-    fastest = min(one.speed, other.speed)
-    cosine = -sum(a * b for a, b in zip(one.unit, other.unit, strict=True))
-    if cosine > 1.0 - STRAIGHT:
-        return 0.0
-    if cosine < STRAIGHT - 1.0:
-        return fastest
-    turn = [b - a for a, b in zip(one.unit, other.unit, strict=True)]
-    size = math.hypot(*turn)
-    slope = limits.along([part / size for part in turn], limits.accelerations)
-    half_sine = math.sqrt(0.5 * (1.0 - cosine))
-    return min(fastest, math.sqrt(slope * limits.junction * half_sine / (1.0 - half_sine)))
-
-
-def planned_s(ways: Sequence[MotorPath], limits: Limits) -> float:
-    """Return how long lines take from a stand-still to a stand-still."""
-    speeds = [0.0, *(corner_speed(a, b, limits) for a, b in pairwise(ways)), 0.0]
-    for index in range(len(ways) - 1, -1, -1):
-        room = 2.0 * ways[index].acceleration * ways[index].length
-        speeds[index] = min(speeds[index], math.sqrt(speeds[index + 1] ** 2 + room))
-    total_s = 0.0
-    for index, one in enumerate(ways):
-        room = 2.0 * one.acceleration * one.length
-        speeds[index + 1] = min(speeds[index + 1], math.sqrt(speeds[index] ** 2 + room))
-        total_s += trapezoid_s(one, speeds[index], speeds[index + 1])
-    return total_s
-
-
-def trapezoid_s(one: MotorPath, enter: float, leave: float) -> float:
-    """Return how long a line takes that is entered and left at these speeds."""
-    slope = one.acceleration
-    peak = min(one.speed, math.sqrt(slope * one.length + (enter**2 + leave**2) / 2.0))
-    peak = max(peak, enter, leave)
-    ramps = (2.0 * peak**2 - enter**2 - leave**2) / (2.0 * slope)
-    return (2.0 * peak - enter - leave) / slope + max(one.length - ramps, 0.0) / peak
-
-
-# The segment buffer of a GRBL board: motion that it has computed and no longer changes.
-#
-# The stepper driver of the firmware computes segments of 10 ms ahead of the motors. A segment
-# holds at least 1.25 steps of the busiest motor, so that a slow one lasts longer. Nothing that
-# arrives later changes these segments: a feed hold begins to brake after them, the planner reads
-# empty while they are still to be driven, and a queue that ends within them starves.
-#
-# Sources: gnea/grbl grbl/stepper.c (st_prep_buffer), stepper.h; grblHAL/core stepper.h; FluidNC
-# `stepping/segments`. Seen: the Mega goes on for 0.43 s at 31 steps/s, a 328p for 0.24 s.
-
-SEGMENT_S = 0.01
-STEPS_A_SEGMENT = 1.25
-SLOWEST_HZ = 16e6 / (8 * 65535)
-"""An 8-bit board turns a motor no slower: its step timer counts 16 bits at 16 MHz, over at most
-eight interrupts a step. 40 steps at 5, 10, 20 and 30 steps/s took 1.278 s each. The driver asks
-for no slower rate of any board, as segments would last longer then."""
-LAST_STEP_S = 1.0 / SLOWEST_HZ
-"""The step that a motor has begun is made, however slowly it comes."""
-SHORTEST_HZ = STEPS_A_SEGMENT / SEGMENT_S
-"""At this rate and above it, a segment lasts no longer than 10 ms."""
-FEW_BLOCKS = 15
-"""The planner of an ATmega328P. Boards with a larger one have more segments, too."""
-SEGMENTS: Mapping[Variant, int] = MappingProxyType(
-    {Variant.GRBL: 9, Variant.GRBLHAL: 10, Variant.FLUIDNC: 12}
-)
-"""How many segments a firmware computes ahead: the ring of an ATmega2560 has ten places, one of
-which stays free. Those of grblHAL and FluidNC are their sources' defaults."""
-SEGMENTS_328P = 5
-
-
-def segments_of(variant: Variant, blocks: int | None) -> int:
-    """Return how many segments a board computes ahead, by its firmware and its planner's size."""
-    small = variant is Variant.GRBL and blocks is not None and blocks <= FEW_BLOCKS
-    return SEGMENTS_328P if small else SEGMENTS[variant]
-
-
-@dataclass(frozen=True, slots=True)
-class SegmentBuffer:
-    """The buffer of one board, which computes `segments` ahead."""
-
-    segments: int
-
-    @property
-    def longest_s(self) -> float:
-        """How much motion it holds at most: at the slowest rate."""
-        return self.segments * self._segment_s(SLOWEST_HZ)
-
-    def longest_of_s(self, parts: Sequence[StopPart], piece_s: float) -> float:
-        """Return how much of a motion it holds at most, wherever in it.
-
-        The motion is sent in pieces of `piece_s` or longer, or part by part where those are
-        shorter; in whole steps, so that a piece may be one step short of its rate. As the window
-        slides along, what it holds changes evenly until one of its ends comes to where two parts
-        meet: the longest begins or ends there.
-        """
-        counted = [
-            (
-                part.duration_s,
-                self._segment_s(part.rate_hz - 1.0 / max(min(part.duration_s, piece_s), 1e-6)),
-            )
-            for part in parts
-        ]
-        ways = (counted, counted[::-1])
-        return max(self._filled_s(way, start) for way in ways for start in range(len(way)))
-
-    @staticmethod
-    def slow_ramp_s(rate_hz: float, slope: float) -> float:
-        """Return by how much the board's own ramp to a rate makes segments longer, at most.
-
-        Below `SHORTEST_HZ` they are longer than 10 ms, and a ramp is below it for so long.
-        """
-        return min(rate_hz, SHORTEST_HZ) / slope
-
-    def _filled_s(self, counted: Sequence[tuple[float, float]], start: int) -> float:
-        """Return how long the segments of as many parts last as it has room for, from one on."""
-        left, total_s = float(self.segments), 0.0
-        for index in range(start, len(counted)):
-            duration_s, segment_s = counted[index]
-            count = min(duration_s / segment_s, left)
-            left, total_s = left - count, total_s + count * segment_s
-            if left <= 0.0:
-                break
-        return total_s
-
-    def most_steps(self, fastest_hz: float) -> float:
-        """Return how many steps of a motor it holds at most, which turns no faster than this.
-
-        A segment lasts 10 ms, or as many times 10 ms as it takes for 1.25 steps: less than 2.5.
-        """
-        return self.segments * max(fastest_hz * SEGMENT_S, 2.0 * STEPS_A_SEGMENT)
-
-    def holds_s(self, ways: Iterable[MotorPath]) -> float:
-        """Return how much of the motion along lines it holds, from where the first one begins."""
-        left, total_s, segment_s = float(self.segments), 0.0, 0.0
-        for each in ways:
-            segment_s = self._segment_s(each.rate_hz)
-            count = each.nominal_s / segment_s
-            if count >= left:
-                break
-            left -= count
-            total_s += each.nominal_s
-        return total_s + left * segment_s
-
-    @staticmethod
-    def _segment_s(rate_hz: float) -> float:
-        least_s = STEPS_A_SEGMENT / max(rate_hz, SLOWEST_HZ)
-        return SEGMENT_S * math.ceil(least_s / SEGMENT_S - 1e-9)
-
 
 REPORT_S = 0.15
 """A report may be this old. A position that is farther behind the planner than the segment buffer
@@ -398,7 +184,8 @@ class LineTrip:
     """
 
     segments: Iterator[MoveBy]
-    road: InFlightLines
+    lines: InFlightLines
+    bounds: MotionBounds
     ahead_s: float
     jog: bool
     drawn: MoveBy | None = None
@@ -420,7 +207,7 @@ class LineTrip:
     @property
     def finished(self) -> bool:
         """Tell whether there is nothing more to send, and all that was sent is done."""
-        return self.exhausted and self.drawn is None and self.road.empty
+        return self.exhausted and self.drawn is None and self.lines.empty
 
     @property
     def waits_for_ok(self) -> bool:
@@ -428,4 +215,4 @@ class LineTrip:
 
         A stray character spoils the first one: it is refused, and nothing has moved.
         """
-        return self.road.unanswered > 0 and (self.jog or not self.road.oks)
+        return self.lines.unanswered > 0 and (self.jog or not self.lines.oks)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields, replace
 from datetime import date
 
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.grbl.in_flight import Limits, MotorPath
+from armdrive.dialects.grbl.planner import Limits, MotorPath
 from armdrive.errors import ArmFileError
 from armdrive.tasks import Difference
 from armdrive.text.toml import within
@@ -45,7 +45,7 @@ class GrblSettings:
     Times: a report is asked for every `poll_s` in motion, and a board that gives none for `mute_s`
     is mute; an answer is waited for `answer_s`, a board that was reset by opening its port
     `boot_s`, homing `homing_s`. `segments` is how many segments of motion
-    the board computes ahead; left out, as its firmware does (`in_flight`). A motor may be
+    the board computes ahead; left out, as its firmware does (`planner`). A motor may be
     `corridor_steps` off the path sent.
     """
 

@@ -15,12 +15,13 @@ from typing import TypeAlias
 from armdrive.abilities import Abilities
 from armdrive.dialects.controller import StopPart, Stopping
 from armdrive.dialects.dialect import Driver
-from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS, RobkoMotion
-from armdrive.dialects.robko01.settings import RobkoSettings
+from armdrive.dialects.exchange import BITS_A_BYTE, ScriptRunner
+from armdrive.dialects.robko01.exchange import MotorPower, RobkoExchange
+from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS, RobkoMotion, RobkoStart, RobkoWatch
+from armdrive.dialects.robko01.settings import PaceMeter, Pacing, RobkoSettings
 from armdrive.dialects.robko01.words import RECOGNITION, TALK
 from armdrive.errors import Refused
 from armdrive.tasks import (
-    Alert,
     AlertKind,
     ClearFault,
     DeviceSettings,
@@ -42,6 +43,7 @@ from firmware_protocol.robko01 import (
     Answered,
     Disable,
     Enable,
+    Host,
     Inputs,
     InputsRead,
     Outputs,
@@ -59,25 +61,34 @@ HOST_S = 0.03
 """What the operating system, an adapter or a network may add to a message's way."""
 LOOKS_S = 0.12
 """How long it takes at most to see that the motors stand, once they do."""
-FEEDS = 3.0
-"""A watchdog is fed so many times in the time that it grants."""
 LONGEST_MOVE_BYTES = 32
 
 
-class RobkoController(RobkoMotion):
+class RobkoController(ScriptRunner[HostEvent]):
     """One Robko 01, seen from the driver."""
 
     def __init__(self, abilities: Abilities, settings: RobkoSettings, baud: int) -> None:
-        super().__init__(replace(abilities, resets_on_open=settings.resets_on_open), settings, baud)
-        self._feeding_s = -math.inf
+        host = Host(counts_check=settings.counts_check)
+        super().__init__(replace(abilities, resets_on_open=settings.resets_on_open), host)
+        self._byte_s = BITS_A_BYTE / baud
+        self._pacing = Pacing(settings.known)
+        self._meter = PaceMeter(settings.speed_doubt)
+        self._power = MotorPower(self.io, settings.watchdog_s)
+        self._exchange = RobkoExchange(self.io, host, self._power, settings, self._byte_s)
+        self._motion = RobkoMotion(
+            self.io,
+            self._exchange,
+            self._pacing,
+            RobkoStart(self.io, self._exchange, self._power),
+            RobkoWatch(self.io, self._exchange, self._power, self._meter),
+        )
 
     def script(self, request: Request) -> Script:
         """Carry out a request, unless the firmware's watchdog has run out meanwhile."""
-        if self._starved() and not isinstance(request, SwitchOn):
-            self._on = False
-            silent_s = self.now_s - self._fed_s
+        if self._power.starved and not isinstance(request, SwitchOn):
+            silent_s = self.io.now_s - self._power.fed_s
             words = f"the controller heard nothing for {silent_s:.1f} s, so its watchdog has"
-            self.tell(Alert(AlertKind.SWITCHED_OFF, f"{words} switched the motors off"))
+            self._power.lost(AlertKind.SWITCHED_OFF, f"{words} switched the motors off")
             if isinstance(request, MoveBy):
                 return RequestRejected("its watchdog has switched the motors off", moved=False)
         return (yield from self._carry_out(request))
@@ -85,7 +96,7 @@ class RobkoController(RobkoMotion):
     def _carry_out(self, request: Request) -> Script:
         match request:
             case MoveBy(steps, rate_hz, let_go):
-                return (yield from self._move(steps, rate_hz, let_go))
+                return (yield from self._motion.move(steps, rate_hz, let_go))
             case ReadPosition():
                 return (yield from self._registers())
             case SetOutputs(bits):
@@ -104,24 +115,33 @@ class RobkoController(RobkoMotion):
     def unasked(self, heard: HostEvent) -> None:
         """Tell of what answers nothing, apart from late answers to what keeps the watchdog fed."""
         if isinstance(heard, Answered):
-            self._heed(heard)
+            self._exchange.heed(heard)
         elif not (isinstance(heard, Stray) and isinstance(heard.answer, Pong)):
-            self.tell(ProtocolWarning(str(heard)))
+            self.io.tell(ProtocolWarning(str(heard)))
+
+    def give_up(self) -> None:
+        """Give up on the unanswered request."""
+        self._exchange.give_up()
 
     # -- what the engine calls ----------------------------------------------------------------
+
+    def begin(self, request: Request, now_s: float) -> None:
+        """Take up a request; a ping that feeds the watchdog is no longer waited for."""
+        if not self.busy:
+            self._exchange.forget()
+        super().begin(request, now_s)
 
     def advance(self, now_s: float) -> bytes:
         """Do what is due by now; between requests, keep the watchdog fed."""
         data = super().advance(now_s)
-        if now_s < self._feed_s():
+        if self.busy or now_s < self._power.due_s:
             return data
-        self._feeding_s = now_s
-        self._host.forget()
-        return data + self._host.send(self._token())
+        return data + self._exchange.feed()
 
     def next_s(self) -> float:
-        """Tell when something is due."""
-        return min(super().next_s(), self._feed_s())
+        """Tell when something is due; a request feeds the watchdog by itself."""
+        due_s = math.inf if self.busy else self._power.due_s
+        return min(super().next_s(), due_s)
 
     def usable_rate_hz(self, rate_hz: float) -> float:
         """Return the rate that an axis really has, at or below the one wanted."""
@@ -152,46 +172,35 @@ class RobkoController(RobkoMotion):
 
     def _registers(self) -> Script:
         """Read inputs, then positions: those are no older than any silence on the way."""
-        began_s, before = self.now_s, self._seen
-        inputs = yield from self._ask(Inputs())
+        began_s, before = self.io.now_s, self._exchange.seen
+        inputs = yield from self._exchange.ask(Inputs())
         if not isinstance(inputs, InputsRead):
-            return self.silence(began_s)
-        positions = yield from self._look("POSITION")
+            return self.io.silence(began_s)
+        positions = yield from self._exchange.look("POSITION")
         if positions is None:
-            return self.silence(began_s)
-        if self._on and before is not None and before.largest and not positions.largest:
-            self.restarted("the controller was reset or lost its power: its positions are zero")
+            return self.io.silence(began_s)
+        if self._power.on and before is not None and before.largest and not positions.largest:
+            words = "the controller was reset or lost its power: its positions are zero"
+            self._power.lost(AlertKind.RESTARTED, words)
         return Registers(positions, inputs.value)
 
     def _simple(self, message: Message) -> Script:
         """Send what may be sent twice."""
-        began_s = self.now_s
-        answer = yield from self._ask(message, text=str(message))
+        began_s = self.io.now_s
+        answer = yield from self._exchange.ask(message, text=str(message))
         if answer is None:
-            return self.silence(began_s)
+            return self.io.silence(began_s)
         if isinstance(answer, Acknowledged) and answer.status is not Status.OK:
             return RequestRejected(f"it answered {answer.status.name}", moved=False)
         return Done()
 
     def _switch(self, message: Enable | Disable, *, on: bool) -> Script:
-        self._on = False
+        self._power.on = False
         reply = yield from self._simple(message)
         if isinstance(reply, Done):
-            self._on = on
-            self._fed_s = max(self._fed_s, self.now_s)
+            self._power.on = on
+            self._power.fed()
         return reply
-
-    # -- the firmware's watchdog --------------------------------------------------------------
-
-    def _starved(self) -> bool:
-        watchdog_s = self._settings.watchdog_s
-        return bool(watchdog_s) and self._on and self.now_s > self._fed_s + watchdog_s
-
-    def _feed_s(self) -> float:
-        """Tell when to feed it next; a request feeds it by itself."""
-        if not self._settings.watchdog_s or not self._on or self.busy or self._starved():
-            return math.inf
-        return max(self._fed_s, self._feeding_s) + self._settings.watchdog_s / FEEDS
 
 
 DRIVER = Driver(

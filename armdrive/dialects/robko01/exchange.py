@@ -10,10 +10,9 @@ from __future__ import annotations
 import math
 from collections.abc import Generator
 
-from armdrive.abilities import Abilities
-from armdrive.dialects.exchange import BITS_A_BYTE, Scripted
+from armdrive.dialects.exchange import ScriptIO
 from armdrive.dialects.robko01.settings import RobkoSettings
-from armdrive.tasks import Request
+from armdrive.tasks import Alert, AlertKind
 from firmware_protocol.robko01 import (
     FLUSH,
     FRAME_MAX,
@@ -21,6 +20,8 @@ from firmware_protocol.robko01 import (
     Answered,
     Host,
     Inputs,
+    IsMoving,
+    Moving,
     Ping,
     Position,
     Positions,
@@ -33,29 +34,79 @@ TRIES = 3
 """How often something that may be said twice is said."""
 BOARD_S = 0.02
 """How long a board may think about an answer; 3 ms were seen."""
-
-
 UNMET = 9
 """So many tokens are used in turn before the first answer: 1 to 9, which no dialect takes for a
 letter, a line end or a real-time command."""
+FEEDS = 3.0
+"""A watchdog is fed so many times in the time that it grants."""
 
 
-class RobkoExchange(Scripted[HostEvent]):
-    """Asks and hears; knows when the watchdog was fed last and where the motors were seen."""
+class MotorPower:
+    """Whether the motors have current, and the firmware's watchdog, which may take it from them.
 
-    def __init__(self, abilities: Abilities, settings: RobkoSettings, baud: int) -> None:
-        self._host = Host(counts_check=settings.counts_check)
-        super().__init__(abilities, self._host)
+    `watchdog_s` is how long the firmware goes on without hearing anything; 0 where it has none.
+    """
+
+    def __init__(self, io: ScriptIO[HostEvent], watchdog_s: float) -> None:
+        self._io = io
+        self._watchdog_s = watchdog_s
+        self._feeding_s = -math.inf
+        self.on = False
+        self.fed_s = -math.inf
+        """When the board answered last to what feeds its watchdog."""
+
+    @property
+    def starved(self) -> bool:
+        """Whether the watchdog has run out, and the motors are off without a word of it."""
+        runs_out_s = self.fed_s + self._watchdog_s
+        return bool(self._watchdog_s) and self.on and self._io.now_s > runs_out_s
+
+    @property
+    def due_s(self) -> float:
+        """When to feed the watchdog next; infinity where nothing has to be fed."""
+        if not self._watchdog_s or not self.on or self.starved:
+            return math.inf
+        return max(self.fed_s, self._feeding_s) + self._watchdog_s / FEEDS
+
+    def feeding(self, now_s: float) -> None:
+        """Note that the watchdog is sent something now."""
+        self._feeding_s = now_s
+
+    def fed(self) -> None:
+        """Note that the watchdog counts from now."""
+        self.fed_s = max(self.fed_s, self._io.now_s)
+
+    def lost(self, kind: AlertKind, words: str) -> None:
+        """Tell that the motors were switched off, or the board restarted, which leaves them off."""
+        self.on = False
+        self._io.tell(Alert(kind, words))
+
+
+class RobkoExchange:
+    """Asks and hears; knows where the motors were seen last, and where they stood."""
+
+    def __init__(
+        self,
+        io: ScriptIO[HostEvent],
+        host: Host,
+        power: MotorPower,
+        settings: RobkoSettings,
+        byte_s: float,
+    ) -> None:
+        self._io = io
+        self._host = host
+        self._power = power
         self._settings = settings
-        self._byte_s = BITS_A_BYTE / baud
+        self._byte_s = byte_s
         self._number = 0
         self._met = False
         self._out_of_step = True
-        self._on = False
-        self._fed_s = -math.inf
-        self._seen: Motors | None = None
-        self._seen_s = -math.inf
-        self._turning = False
+        self.seen: Motors | None = None
+        self.seen_s = -math.inf
+        self.turning = False
+        """Whether any axis had a speed at the last look."""
+        self.stood: Motors | None = None
+        """Where the motors were when they stood last."""
 
     def give_up(self) -> None:
         """Give up on the unanswered request; what comes next begins by getting into step."""
@@ -63,27 +114,31 @@ class RobkoExchange(Scripted[HostEvent]):
         self._host.discard()
         self._out_of_step = True
 
-    def begin(self, request: Request, now_s: float) -> None:
-        """Take up a request; a ping that feeds the watchdog is no longer waited for."""
-        if not self.busy:
-            self._host.forget()
-        super().begin(request, now_s)
+    def forget(self) -> None:
+        """Wait no longer for the answer to a ping that feeds the watchdog."""
+        self._host.forget()
 
-    def _ask(
+    def feed(self) -> bytes:
+        """Return what feeds the watchdog between two requests."""
+        self._host.forget()
+        self._power.feeding(self._io.now_s)
+        return self._host.send(self._token())
+
+    def ask(
         self, message: Message, *, tries: int = TRIES, text: str = "", may_break: bool = False
     ) -> Generator[float, HostEvent | None, Answer | None]:
         """Return the answer to a message, or None where none came.
 
         With `may_break` a stop that is asked for meanwhile ends the waiting at once.
         """
-        asked = self.stop_asked
+        asked = self._io.stop_asked
         for _ in range(tries):
             if self._out_of_step and not (yield from self._get_into_step()):
                 return None
             answer = yield from self._once(message, text, break_at_stop=may_break and not asked)
             if answer is not None:
                 return answer
-            if may_break and self.stop_asked and not asked:
+            if may_break and self._io.stop_asked and not asked:
                 return None
             self.give_up()
         return None
@@ -93,44 +148,49 @@ class RobkoExchange(Scripted[HostEvent]):
     ) -> Generator[float, HostEvent | None, Answer | None]:
         self._host.forget()
         data = self._host.send(message)
-        self.say(data, text)
-        until_s = self.now_s + self._patience_s(len(data))
-        while not (break_at_stop and self.stop_asked):
+        self._io.say(data, text)
+        until_s = self._io.now_s + self._patience_s(len(data))
+        while not (break_at_stop and self._io.stop_asked):
             heard = yield until_s
             if isinstance(heard, Answered) and heard.request is message:
-                self._heed(heard)
+                self.heed(heard)
                 return heard.answer
             if heard is not None:
-                self.unasked(heard)
-            elif self.now_s >= until_s:  # all that has come is read by now
+                self._io.on_unasked(heard)
+            elif self._io.now_s >= until_s:  # all that has come is read by now
                 break
         return None
 
     def _get_into_step(self) -> Generator[float, HostEvent | None, bool]:
         """Ping until the board answers; the first time as long as it may take to start."""
-        until_s = self.now_s + (0.0 if self._met else self._settings.boot_s)
+        until_s = self._io.now_s + (0.0 if self._met else self._settings.boot_s)
         tries = 0
-        while tries < TRIES or self.now_s < until_s:
+        while tries < TRIES or self._io.now_s < until_s:
             tries += 1
-            self.say(FLUSH)
+            self._io.say(FLUSH)
             if (yield from self._once(self._token(), "PING")) is not None:
                 self._met, self._out_of_step = True, False
                 return True
         return False
 
-    def _heed(self, heard: Answered) -> None:
+    def heed(self, heard: Answered) -> None:
         """Note what an answer shows, whoever asked for it."""
         if isinstance(heard.request, Ping | Inputs | Position):
-            self._fed_s = self.now_s
+            self._power.fed()
         if isinstance(heard.answer, Positions):
-            self._seen = Motors(heard.answer.axes.positions_steps)
-            self._seen_s = self.now_s
-            self._turning = any(heard.answer.axes.speeds_steps_s)
+            self.seen = Motors(heard.answer.axes.positions_steps)
+            self.seen_s = self._io.now_s
+            self.turning = any(heard.answer.axes.speeds_steps_s)
 
-    def _look(self, text: str = "") -> Generator[float, HostEvent | None, Motors | None]:
+    def look(self, text: str = "") -> Generator[float, HostEvent | None, Motors | None]:
         """Return where the motors are, as reported: wrapped to 16 bits."""
-        answer = yield from self._ask(Position(), text=text)
-        return self._seen if isinstance(answer, Positions) else None
+        answer = yield from self.ask(Position(), text=text)
+        return self.seen if isinstance(answer, Positions) else None
+
+    def mask(self) -> Generator[float, HostEvent | None, int | None]:
+        """Return which axes the board calls moving, one bit each."""
+        answer = yield from self.ask(IsMoving())
+        return answer.value if isinstance(answer, Moving) else None
 
     def _token(self) -> Ping:
         """Return a ping with bytes that no ping before it had for a long time.

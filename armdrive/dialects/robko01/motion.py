@@ -21,14 +21,13 @@ motion. A motion has ended when the positions are its target's.
 
 from __future__ import annotations
 
-from abc import ABC
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from armdrive.abilities import Abilities
-from armdrive.dialects.robko01.exchange import RobkoExchange
-from armdrive.dialects.robko01.settings import PaceMeter, Pacing, RobkoSettings
+from armdrive.dialects.exchange import ScriptIO
+from armdrive.dialects.robko01.exchange import MotorPower, RobkoExchange
+from armdrive.dialects.robko01.settings import PaceMeter, Pacing
 from armdrive.tasks import (
     Alert,
     AlertKind,
@@ -48,10 +47,8 @@ from firmware_protocol.robko01 import (
     Acknowledged,
     Axes,
     Busy,
-    IsMoving,
     MoveAbsolute,
     MoveSpeed,
-    Moving,
     Status,
     Stop,
     wrap,
@@ -114,91 +111,41 @@ PATIENCE, PATIENCE_S = 4.0, 2.0
 """A motion that takes this many times longer than expected, and then some, is given up."""
 
 
-class RobkoMotion(RobkoExchange, ABC):
-    """Moves, and knows how fast the arm is."""
+class RobkoStart:
+    """Finds out whether a motion may begin, and from where."""
 
-    def __init__(self, abilities: Abilities, settings: RobkoSettings, baud: int) -> None:
-        super().__init__(abilities, settings, baud)
-        self._pacing = Pacing(settings.known)
-        self._meter = PaceMeter(settings.speed_doubt)
-        self._stood: Motors | None = None
+    def __init__(self, io: ScriptIO[HostEvent], exchange: RobkoExchange, power: MotorPower) -> None:
+        self._io = io
+        self._exchange = exchange
+        self._power = power
         self._counts_checked = False
 
-    def _move(self, steps: Motors, rate_hz: float, let_go: Callable[[], bool]) -> Script:
-        """Send a motion and wait for its end; once more where nothing of it was seen.
-
-        Not where a jog was let go of before its motors were set going.
-        """
-        began_s = self.now_s
-        start = yield from self._prepare(let_go)
-        if not isinstance(start, Motors):
-            return start
-        target = start + steps
-        if not all(WORD_MIN <= each <= WORD_MAX for each in target):
-            return _out_of_range(target)
-        speeds = self._pacing.speeds(tuple(steps), rate_hz)
-        text = f"MOVE {' '.join(map(str, steps))} at {max(speeds)}"
-        message = MoveAbsolute(
-            Axes(tuple(target), tuple(speed or RESTING_STEPS_S for speed in speeds))
-        )
-        way = RobkoPath(start, steps, self._pacing.lasts_s(steps.largest, rate_hz), self.now_s)
-        for _ in range(SENDS):
-            if self.stop_asked or let_go():
-                return Halted()
-            way.began_s = self.now_s
-            answer = yield from self._ask(message, tries=1, text=text, may_break=True)
-            if isinstance(answer, Acknowledged) and answer.status is not Status.OK:
-                return self._disabled()
-            if self.stop_asked:
-                return (yield from self._halt(way))
-            if answer is not None:
-                return (yield from self._paced(way, rate_hz))
-            seen, moving = (yield from self._look()), (yield from self._mask())
-            if seen is None or moving is None:
-                return self.silence(began_s)
-            if moving or seen != start:
-                return (yield from self._paced(way, rate_hz))
-        return self.silence(began_s)
-
-    def _paced(self, way: RobkoPath, rate_hz: float) -> Script:
-        """Watch a motion, and let it last as long as its rate says.
-
-        The first step comes at once, so slow bursts would follow one another a step too soon.
-        """
-        reply = yield from self._watch(way)
-        if isinstance(reply, Done):
-            lasts_s = way.steps.largest / self._pacing.usable_hz(rate_hz)
-            yield from self.pause(way.began_s + lasts_s)
-        return reply
-
-    # -- before a motion ----------------------------------------------------------------------
-
-    def _prepare(
+    def prepare(
         self, let_go: Callable[[], bool]
     ) -> Generator[float, HostEvent | None, Motors | Reply]:
         """Set every top speed to 0 where the motors stand; return that place, or why not.
 
         A busy board is waited for, and an axis that hangs is freed once.
         """
-        began_s = self.now_s
+        began_s = self._io.now_s
         until_s, first, freed = began_s + BUSY_S, None, False
-        while not self.stop_asked and not let_go():
+        while not self._io.stop_asked and not let_go():
             start = yield from self._standing()
             if start is None:
-                return self.silence(began_s)
-            answer = yield from self._ask(MoveAbsolute(Axes(tuple(start))), may_break=True)
+                return self._io.silence(began_s)
+            answer = yield from self._exchange.ask(MoveAbsolute(Axes(tuple(start))), may_break=True)
             if isinstance(answer, Busy):
                 first = start if first is None else first
-                if self.now_s >= until_s and (freed or start != first):
+                if self._io.now_s >= until_s and (freed or start != first):
                     return RequestRejected("it is still moving", moved=False)
-                if self.now_s >= until_s:
+                if self._io.now_s >= until_s:
                     freed = yield from self._free(answer.moving)
-                yield from self.pause(self.now_s + POLL_S)
+                yield from self._io.pause(self._io.now_s + POLL_S)
             elif isinstance(answer, Acknowledged):
                 refused = answer.status is not Status.OK
-                return self._disabled() if refused else (yield from self._check_counts(start))
-            elif not self.stop_asked:
-                return self.silence(began_s)
+                return self.disabled() if refused else (yield from self._check_counts(start))
+            elif not self._io.stop_asked:
+                return self._io.silence(began_s)
         return Halted()
 
     def _standing(self) -> Generator[float, HostEvent | None, Motors | None]:
@@ -207,22 +154,22 @@ class RobkoMotion(RobkoExchange, ABC):
         An answer may be a late one, so it has to agree with another, or with where the last
         motion ended.
         """
-        last = self._stood
-        seen = self._seen
-        if seen is None or self.now_s > self._seen_s + FRESH_S:
-            seen = yield from self._look()
+        last = self._exchange.stood
+        seen = self._exchange.seen
+        if seen is None or self._io.now_s > self._exchange.seen_s + FRESH_S:
+            seen = yield from self._exchange.look()
         for _ in range(SAME_LOOKS):
             if seen is None or seen == last:
                 break
-            last, seen = seen, (yield from self._look())
-        self._stood = seen
+            last, seen = seen, (yield from self._exchange.look())
+        self._exchange.stood = seen
         return seen
 
     def _free(self, moving: int) -> Generator[float, HostEvent | None, bool]:
         """End what makes a standing axis count as moving: all speeds 0, which moves nothing."""
-        yield from self._ask(MoveSpeed(STANDSTILL))
+        yield from self._exchange.ask(MoveSpeed(STANDSTILL))
         names = ", ".join(name for axis, name in enumerate(AXIS_NAMES) if moving >> axis & 1)
-        self.tell(
+        self._io.tell(
             ProtocolWarning(
                 f"freed axes that another program's speed of 0 had left hanging: {names}"
             )
@@ -236,13 +183,13 @@ class RobkoMotion(RobkoExchange, ABC):
         """
         if self._counts_checked:
             return start
-        began_s = self.now_s
-        yield from self.pause(began_s + CHECK_S)
-        seen, moving = (yield from self._look()), (yield from self._mask())
+        began_s = self._io.now_s
+        yield from self._io.pause(began_s + CHECK_S)
+        seen, moving = (yield from self._exchange.look()), (yield from self._exchange.mask())
         if seen is None or moving is None:
-            return self.silence(began_s)
+            return self._io.silence(began_s)
         if moving or seen != start:
-            yield from self._ask(MoveSpeed(STANDSTILL))
+            yield from self._exchange.ask(MoveSpeed(STANDSTILL))
             return RequestRejected(
                 "an axis has counted past 32767 steps, from where the board cannot move it by "
                 "position: reset the board, then home the arm"
@@ -250,33 +197,43 @@ class RobkoMotion(RobkoExchange, ABC):
         self._counts_checked = True
         return start
 
-    def _disabled(self) -> Reply:
+    def disabled(self) -> Reply:
+        """Refuse a motion whose motors the board calls disabled; tell of it where that is news."""
         words = "its motors are disabled: call `enable()`"
-        if self._on:
-            self._on = False
+        if self._power.on:
             told = "the controller has switched its motors off: it was reset, or its watchdog did"
-            self.tell(Alert(AlertKind.SWITCHED_OFF, told))
+            self._power.lost(AlertKind.SWITCHED_OFF, told)
         return RequestRejected(words, moved=False)
 
-    # -- a motion under way -------------------------------------------------------------------
 
-    def _mask(self) -> Generator[float, HostEvent | None, int | None]:
-        answer = yield from self._ask(IsMoving())
-        return answer.value if isinstance(answer, Moving) else None
+class RobkoWatch:
+    """Watches a motion under way until it has ended, and ends it where a stop is asked for."""
 
-    def _watch(self, way: RobkoPath) -> Script:
+    def __init__(
+        self,
+        io: ScriptIO[HostEvent],
+        exchange: RobkoExchange,
+        power: MotorPower,
+        meter: PaceMeter,
+    ) -> None:
+        self._io = io
+        self._exchange = exchange
+        self._power = power
+        self._meter = meter
+
+    def until_ended(self, way: RobkoPath) -> Script:
         """Look at the motors until they have arrived."""
         still = astray = 0
         last: Motors | None = None
         going_s = due_s = way.began_s
         given_up_s = way.began_s + PATIENCE * self._meter.doubt * way.expected_s + PATIENCE_S
         while True:
-            asked_s = self.now_s
-            seen = yield from self._look()
+            asked_s = self._io.now_s
+            seen = yield from self._exchange.look()
             if seen is None:
-                return self.silence(way.began_s)
+                return self._io.silence(way.began_s)
             if not way.left(seen).largest:
-                self._stood = seen
+                self._exchange.stood = seen
                 return Done(self._measure(way, going_s, due_s))
             if asked_s >= given_up_s:  # only a look from then on tells: this program may be late
                 break
@@ -284,24 +241,26 @@ class RobkoMotion(RobkoExchange, ABC):
                 astray += 1
                 if astray > 1:
                     return (yield from self._astray(way, seen))
-                due_s = self.now_s + POLL_S
-                yield from self.pause(due_s)
+                due_s = self._io.now_s + POLL_S
+                yield from self._io.pause(due_s)
                 continue
             astray, going_s = 0, asked_s
-            self.tell(Progress(Registers(seen)))
-            if self.now_s > way.began_s + way.expected_s and seen == last:
-                still = still + 1 if (yield from self._mask()) == 0 else 0
+            self._io.tell(Progress(Registers(seen)))
+            if self._io.now_s > way.began_s + way.expected_s and seen == last:
+                still = still + 1 if (yield from self._exchange.mask()) == 0 else 0
             if still >= STILL_LOOKS:
                 left = tuple(way.left(seen))
                 return RequestRejected(f"the motion has ended {left} steps short of its target")
             last = seen
             due_s = self._next_look_s(way, asked_s)
-            if not self.stop_asked:  # one that came during the look would not end this pause
-                yield from self.pause(due_s)
-            if self.stop_asked:
-                return (yield from self._halt(way))
-        yield from self._halt(way)
-        return RequestRejected(f"the motion had not ended after {self.now_s - way.began_s:.1f} s")
+            if not self._io.stop_asked:  # one that came during the look would not end this pause
+                yield from self._io.pause(due_s)
+            if self._io.stop_asked:
+                return (yield from self.halt(way))
+        yield from self.halt(way)
+        return RequestRejected(
+            f"the motion had not ended after {self._io.now_s - way.began_s:.1f} s"
+        )
 
     def _measure(self, way: RobkoPath, going_s: float, due_s: float) -> bool:
         """Learn how fast the arm is, and tell whether a motion can have lasted so long.
@@ -310,38 +269,38 @@ class RobkoMotion(RobkoExchange, ABC):
         program was late, that does not tell when they arrived: only that they were still going at
         the look before.
         """
-        prompt = self.now_s <= due_s + PROMPT_S
-        until_s = self.now_s if prompt else going_s
+        prompt = self._io.now_s <= due_s + PROMPT_S
+        until_s = self._io.now_s if prompt else going_s
         return self._meter.learn(way.expected_s, until_s - way.began_s) and prompt
 
     def _next_look_s(self, way: RobkoPath, asked_s: float) -> float:
         may_arrive_s = way.began_s + MAY_ARRIVE * way.expected_s
         return max(asked_s + POLL_S, min(asked_s + SLOW_POLL_S, may_arrive_s))
 
-    def _halt(self, way: RobkoPath) -> Script:
+    def halt(self, way: RobkoPath) -> Script:
         """Have the motors ramp down, and wait until they stand."""
-        began_s = self.now_s
-        if (yield from self._ask(Stop(), text="STOP")) is None:
-            return self.silence(began_s)
-        looks, since_s, overdue = 0, self.now_s, 0
+        began_s = self._io.now_s
+        if (yield from self._exchange.ask(Stop(), text="STOP")) is None:
+            return self._io.silence(began_s)
+        looks, since_s, overdue = 0, self._io.now_s, 0
         last: Motors | None = None
         given_up_s = began_s + PATIENCE * self._meter.doubt * way.expected_s + PATIENCE_S
-        while looks < STILL_LOOKS or self.now_s < since_s + STILL_S:
-            asked_s = self.now_s
-            seen, mask = (yield from self._look()), (yield from self._mask())
+        while looks < STILL_LOOKS or self._io.now_s < since_s + STILL_S:
+            asked_s = self._io.now_s
+            seen, mask = (yield from self._exchange.look()), (yield from self._exchange.mask())
             if seen is None or mask is None:
-                return self.silence(began_s)
-            self.tell(Progress(Registers(seen)))
+                return self._io.silence(began_s)
+            self._io.tell(Progress(Registers(seen)))
             if (
-                mask or self._turning or seen != last
+                mask or self._exchange.turning or seen != last
             ):  # the mask has gaps when an axis runs by speed
-                looks, since_s, last = 0, self.now_s, seen
+                looks, since_s, last = 0, self._io.now_s, seen
                 overdue += asked_s > given_up_s  # once, this program may have been late
                 if overdue > 1:
                     return RequestRejected("the motors were told to stop, and do not come to rest")
             looks += 1
-            yield from self.pause(asked_s + POLL_S)
-        self._stood = last
+            yield from self._io.pause(asked_s + POLL_S)
+        self._exchange.stood = last
         arrived = last is not None and not way.left(last).largest
         return Done() if arrived else Halted(beyond=OVERSHOOT_STEPS)
 
@@ -349,17 +308,77 @@ class RobkoMotion(RobkoExchange, ABC):
         """End a motion that leads elsewhere, and say what positions mean to which it leads."""
         if not seen.largest:
             words = "the controller was reset or lost its power in mid-motion"
-            self.restarted(words)
+            self._power.lost(AlertKind.RESTARTED, words)
             return RequestRejected(words)
-        yield from self._halt(way)
+        yield from self.halt(way)
         words = f"the controller reports {tuple(seen)}, which is not on the way that was sent"
-        self.tell(Alert(AlertKind.ASTRAY, words))
+        self._io.tell(Alert(AlertKind.ASTRAY, words))
         return RequestRejected(words)
 
-    def restarted(self, words: str) -> None:
-        """Tell that the board has begun anew, which leaves its motors off."""
-        self._on = False
-        self.tell(Alert(AlertKind.RESTARTED, words))
+
+class RobkoMotion:
+    """Makes motions: prepares each, sends it, and watches it to its end."""
+
+    def __init__(
+        self,
+        io: ScriptIO[HostEvent],
+        exchange: RobkoExchange,
+        pacing: Pacing,
+        start: RobkoStart,
+        watch: RobkoWatch,
+    ) -> None:
+        self._io = io
+        self._exchange = exchange
+        self._pacing = pacing
+        self._start = start
+        self._watch = watch
+
+    def move(self, steps: Motors, rate_hz: float, let_go: Callable[[], bool]) -> Script:
+        """Send a motion and wait for its end; once more where nothing of it was seen.
+
+        Not where a jog was let go of before its motors were set going.
+        """
+        began_s = self._io.now_s
+        start = yield from self._start.prepare(let_go)
+        if not isinstance(start, Motors):
+            return start
+        target = start + steps
+        if not all(WORD_MIN <= each <= WORD_MAX for each in target):
+            return _out_of_range(target)
+        speeds = self._pacing.speeds(tuple(steps), rate_hz)
+        text = f"MOVE {' '.join(map(str, steps))} at {max(speeds)}"
+        message = MoveAbsolute(
+            Axes(tuple(target), tuple(speed or RESTING_STEPS_S for speed in speeds))
+        )
+        way = RobkoPath(start, steps, self._pacing.lasts_s(steps.largest, rate_hz), self._io.now_s)
+        for _ in range(SENDS):
+            if self._io.stop_asked or let_go():
+                return Halted()
+            way.began_s = self._io.now_s
+            answer = yield from self._exchange.ask(message, tries=1, text=text, may_break=True)
+            if isinstance(answer, Acknowledged) and answer.status is not Status.OK:
+                return self._start.disabled()
+            if self._io.stop_asked:
+                return (yield from self._watch.halt(way))
+            if answer is not None:
+                return (yield from self._paced(way, rate_hz))
+            seen, moving = (yield from self._exchange.look()), (yield from self._exchange.mask())
+            if seen is None or moving is None:
+                return self._io.silence(began_s)
+            if moving or seen != start:
+                return (yield from self._paced(way, rate_hz))
+        return self._io.silence(began_s)
+
+    def _paced(self, way: RobkoPath, rate_hz: float) -> Script:
+        """Watch a motion, and let it last as long as its rate says.
+
+        The first step comes at once, so slow bursts would follow one another a step too soon.
+        """
+        reply = yield from self._watch.until_ended(way)
+        if isinstance(reply, Done):
+            lasts_s = way.steps.largest / self._pacing.usable_hz(rate_hz)
+            yield from self._io.pause(way.began_s + lasts_s)
+        return reply
 
 
 def _out_of_range(target: Motors) -> RequestRejected:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from armdrive.abilities import Abilities
 from armdrive.dialects.controller import StopPart, Stopping
 from armdrive.dialects.dialect import Driver
-from armdrive.dialects.exchange import BITS_A_BYTE, Scripted
+from armdrive.dialects.exchange import BITS_A_BYTE, ScriptRunner
 from armdrive.dialects.speed_table import SpeedMeter, SpeedTable
 from armdrive.dialects.teachmover.pendant import PENDANT
 from armdrive.dialects.teachmover.words import FIRST_LINE, RECOGNITION, TALK
@@ -158,7 +158,37 @@ class TeachMoverSettings:
             within("teachmover.speed_table's rate", rate_hz, 1.0, 20_000.0)
 
 
-class TeachMoverController(Scripted[HostEvent]):
+SLOWEST_ANSWER = 2.0
+"""An answer this many times later than the doubtful arm's is no longer waited for."""
+
+
+class StepTimes:
+    """How long a `@STEP` takes: by the arm file's table, and as measured."""
+
+    def __init__(self, table: SpeedTable, speed_doubt: float) -> None:
+        self._table = table
+        self._meter = SpeedMeter(table, speed_doubt)
+
+    def longest_s(self, steps: float, setting: int) -> float:
+        """Return how long so many steps take on an arm that is as slow as it may be."""
+        return steps / self._table.rate_hz(setting) * self._meter.doubt(setting)
+
+    def motion_s(self, command: Command) -> tuple[float, float]:
+        """Return how long the motion should take, and how long it may."""
+        if not isinstance(command, Step):
+            return 0.0, 0.0
+        busiest = max(abs(steps) for steps in command.steps)
+        motion_s = busiest / self._table.rate_hz(command.speed)
+        return motion_s, motion_s * max(self._meter.doubt(command.speed), 1.0) * SLOWEST_ANSWER
+
+    def measured(self, setting: int, motion_s: float, moved_s: float) -> bool:
+        """Learn how fast the arm is; False where no such motion takes so long."""
+        believable = self._meter.believable(setting, motion_s, moved_s)
+        self._meter.learn(setting, motion_s, moved_s)
+        return believable
+
+
+class TeachMoverController(ScriptRunner[HostEvent]):
     """One TeachMover, seen from the driver."""
 
     def __init__(self, abilities: Abilities, settings: TeachMoverSettings, baud: int) -> None:
@@ -167,7 +197,7 @@ class TeachMoverController(Scripted[HostEvent]):
         self._settings = settings
         self._byte_s = BITS_A_BYTE / baud
         self._table = SpeedTable(settings.speed_table)
-        self._meter = SpeedMeter(self._table, settings.speed_doubt)
+        self._times = StepTimes(self._table, settings.speed_doubt)
         self._outputs: int | None = None
         self._heard_s = 0.0
         self._met = not settings.careful_contact
@@ -184,18 +214,18 @@ class TeachMoverController(Scripted[HostEvent]):
         if command is None:
             return (yield from self._dump())
         data = self._host.send(command)
-        began_s = self.now_s
-        self.say(data, data.decode("ascii").strip())
-        motion_s, patient_s = self._motion_s(command)
+        began_s = self.io.now_s
+        self.io.say(data, data.decode("ascii").strip())
+        motion_s, patient_s = self._times.motion_s(command)
         answer = LONGEST_REGISTERS if isinstance(command, Read) else len("1\r")
         wire_s = (len(data) + answer) * self._byte_s
         until_s = began_s + patient_s + wire_s + self._settings.answer_margin_s
-        heard = yield from self.hear(until_s, lambda event: isinstance(event, Completed))
+        heard = yield from self.io.hear(until_s, lambda event: isinstance(event, Completed))
         if not isinstance(heard, Completed):
             self.give_up()
-            return self.silence(began_s)
-        timely = self._measure(command, motion_s, self.now_s - began_s - wire_s)
-        return self._reply(heard, timely)
+            return self.io.silence(began_s)
+        moved_s = self.io.now_s - began_s - wire_s
+        return self._reply(heard, self._timely(command, motion_s, moved_s))
 
     def receive(self, data: bytes, now_s: float) -> None:
         """Take bytes from the arm, and note when: a silence is what ends a dump."""
@@ -206,28 +236,28 @@ class TeachMoverController(Scripted[HostEvent]):
     def _dump(self) -> Generator[float, HostEvent | None, Reply]:
         """Ask for the program in the arm's memory, and wait until no more of it comes."""
         dump = Dump(self._host, self._byte_s, self._settings.answer_margin_s)
-        began_s = self._heard_s = self.now_s
-        self.say(dump.data, dump.data.decode("ascii").strip())
-        yield from dump.wait(began_s, lambda: self.now_s, lambda: self._heard_s)
+        began_s = self._heard_s = self.io.now_s
+        self.io.say(dump.data, dump.data.decode("ascii").strip())
+        yield from dump.wait(began_s, lambda: self.io.now_s, lambda: self._heard_s)
         reply = dump.reply()
         if reply is None:
             self.give_up()
-            return self.silence(began_s)
+            return self.io.silence(began_s)
         return reply
 
     def _meet(self) -> Generator[float, HostEvent | None, None]:
         """Say the first line, and wait for whatever comes: a `0`, or nothing at all."""
         self._met = True
-        self.say(FIRST_LINE, "a line that moves no arm")
-        until_s = self.now_s + (len(FIRST_LINE) + len("0\r")) * self._byte_s + CONTACT_S
-        heard = yield from self.hear(until_s, lambda event: isinstance(event, Stray))
+        self.io.say(FIRST_LINE, "a line that moves no arm")
+        until_s = self.io.now_s + (len(FIRST_LINE) + len("0\r")) * self._byte_s + CONTACT_S
+        heard = yield from self.io.hear(until_s, lambda event: isinstance(event, Stray))
         if heard is not None:
-            yield from self.pause(self.now_s + 2.0 * self._byte_s)
+            yield from self.io.pause(self.io.now_s + 2.0 * self._byte_s)
         self.give_up()
 
     def unasked(self, heard: HostEvent) -> None:
         """Tell of a line that answers nothing."""
-        self.tell(ProtocolWarning(str(heard)))
+        self.io.tell(ProtocolWarning(str(heard)))
 
     def give_up(self) -> None:
         """Give up on the unanswered command."""
@@ -240,8 +270,7 @@ class TeachMoverController(Scripted[HostEvent]):
 
     def duration_s(self, steps: float, rate_hz: float) -> float:
         """Return how long so many steps take on an arm that is as slow as it may be."""
-        setting = self._table.setting(rate_hz)
-        return steps / self._table.rate_hz(setting) * self._meter.doubt(setting)
+        return self._times.longest_s(steps, self._table.setting(rate_hz))
 
     def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
         """Return a burst behind its line, whoever stops: nothing ends it early.
@@ -254,15 +283,11 @@ class TeachMoverController(Scripted[HostEvent]):
         confirmed_s = stands_s + ANSWER * self._byte_s + HOST_S
         return Stopping(stands_s, motion_s, stands_s, motion_s, confirmed_s)
 
-    def _measure(self, command: Command, motion_s: float, moved_s: float) -> bool:
-        """Learn how fast the arm is; False where no such burst takes so long."""
+    def _timely(self, command: Command, motion_s: float, moved_s: float) -> bool:
+        """Learn how fast the arm is; False where a motion cannot have taken so long."""
         if not isinstance(command, Step):
             return True
-        if self.overdue:
-            return False
-        believable = self._meter.believable(command.speed, motion_s, moved_s)
-        self._meter.learn(command.speed, motion_s, moved_s)
-        return believable
+        return not self.io.overdue and self._times.measured(command.speed, motion_s, moved_s)
 
     def _command(self, request: Request) -> Command:
         match request:
@@ -281,14 +306,6 @@ class TeachMoverController(Scripted[HostEvent]):
             case _:
                 raise Refused(f"a TeachMover knows no {type(request).__name__}")
 
-    def _motion_s(self, command: Command) -> tuple[float, float]:
-        """Return how long the motion should take, and how long it may."""
-        if not isinstance(command, Step):
-            return 0.0, 0.0
-        busiest = max(abs(steps) for steps in command.steps)
-        motion_s = busiest / self._table.rate_hz(command.speed)
-        return motion_s, motion_s * max(self._meter.doubt(command.speed), 1.0) * SLOWEST_ANSWER
-
     def _reply(self, event: Completed, timely: bool) -> Reply:
         if event.status is Status.STOPPED:
             return Interrupted()
@@ -303,10 +320,6 @@ class TeachMoverController(Scripted[HostEvent]):
             gripping=bool(registers.inputs >> self._settings.grip_bit & 1),
             key=registers.key.name if isinstance(registers.key, Key) else str(registers.key),
         )
-
-
-SLOWEST_ANSWER = 2.0
-"""An answer this many times later than the doubtful arm's is no longer waited for."""
 
 
 DRIVER = Driver(

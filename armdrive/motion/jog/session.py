@@ -44,7 +44,7 @@ def check_jog(core: Core, jog: Jog) -> None:
     if jog.space is Space.CARTESIAN:
         core.require_geometry()
     if jog.frame != BASE_FRAME:
-        axes_of(core.config, core.coordinates.joints, jog.frame)
+        axes_of(core.config, core.position.coordinates.joints, jog.frame)
     if jog.space is Space.CARTESIAN and not core.position_known:
         raise NotReferenced(
             "jogging in Cartesian space needs a known position, and this one is "
@@ -135,7 +135,7 @@ class _Held:
     def ways(self) -> Iterator[Way]:
         """Give points, each from where the one before has led."""
         wire, core = self._wire, self._wire.core
-        here = core.coordinates
+        here = core.position.coordinates
         part_s = segment_s(core.config.motion.jog_burst_s)
         while not wire.stopping and is_held(wire) and core.hold is not None:
             hold = core.hold
@@ -162,7 +162,7 @@ def _fitting(wire: MotionContext, course: JogCourse, hold: ContinuousJog) -> Jog
     """
     core, tries = wire.core, SHORTER_TRIES
     longest_s = time_s = core.config.motion.jog_burst_s
-    while (found := _proposed(wire, course, hold, core.coordinates, time_s)) is not None:
+    while (found := _proposed(wire, course, hold, core.position.coordinates, time_s)) is not None:
         share, tries = next_share(wire, found.leg, longest_s, 0.0), tries - 1
         if share >= 1.0 or not tries or hold.jog.space is Space.JOINT:
             return found.shortened(share)
@@ -188,19 +188,19 @@ def _proposed(
             return None
         require_audit(core, found.leg)
     except (ArmError, KinematicsError) as refusal:
-        core.notify(str(refusal), refusal)
+        core.diagnostics.notify(str(refusal), refusal)
         return None
     if found.note != course.note:  # also of nothing any more, as when it leads back
-        core.notice = course.note = found.note
+        core.diagnostics.notice = course.note = found.note
     return found
 
 
 def tell(wire: MotionContext, ended: JogEnded) -> None:
     """Have the status say why a jog has ended, where there is a reason."""
     if ended.cause is not None:
-        wire.core.notify(ended.note, ended.cause)
+        wire.core.diagnostics.notify(ended.note, ended.cause)
     elif ended.note:
-        wire.core.notice = ended.note
+        wire.core.diagnostics.notice = ended.note
 
 
 def _give_up(wire: MotionContext, hold: ContinuousJog) -> None:
@@ -235,7 +235,7 @@ def jog_session(wire: MotionContext, speeds: SpeedLimits) -> TaskBody[Jogged]:
     """Serve increments and the held jog until neither is left, or somebody stops."""
     core = wire.core
     homing = core.state is State.HOMING
-    core.notice = ""
+    core.diagnostics.notice = ""
     try:
         if not homing:
             begin(wire)
@@ -243,15 +243,15 @@ def jog_session(wire: MotionContext, speeds: SpeedLimits) -> TaskBody[Jogged]:
         yield from _serve(wire, speeds)
         if wire.stopping:
             yield from wire.verify()
-            core.notice = "the jog was stopped"
+            core.diagnostics.notice = "the jog was stopped"
     finally:
         core.hold = None
         core.nudges.clear()
         if not homing:
             core.settle()
         core.still_since_s = wire.now_s
-    joints, _ = core.transmission.to_joints(core.acknowledged)
-    return Jogged(joints, core.config.model.arm.fk(joints), core.notice)
+    joints, _ = core.transmission.to_joints(core.position.acknowledged)
+    return Jogged(joints, core.config.model.arm.fk(joints), core.diagnostics.notice)
 
 
 def _serve(wire: MotionContext, speeds: SpeedLimits) -> TaskBody[None]:
@@ -271,7 +271,7 @@ def _serve(wire: MotionContext, speeds: SpeedLimits) -> TaskBody[None]:
 def _give_up_paused(core: Core) -> None:
     """Forget the jogs of a paused arm: when it is resumed, nobody expects them any more."""
     if core.nudges or core.hold is not None:
-        core.notice = PAUSED
+        core.diagnostics.notice = PAUSED
     core.hold = None
     core.nudges.clear()
 
@@ -283,22 +283,24 @@ def _increment(wire: MotionContext, speeds: SpeedLimits, nudge: IncrementalJog) 
     """
     core = wire.core
     if wire.now_s > nudge.until_s:
-        core.notice = TOO_LATE
+        core.diagnostics.notice = TOO_LATE
         return
     speed, known = capped(core, nudge.speed), core.position_known
     try:
         check_jog(core, nudge.jog)
-        found = stride(core.config, speeds, nudge.jog, speed, core.coordinates, known=known)
+        found = stride(
+            core.config, speeds, nudge.jog, speed, core.position.coordinates, known=known
+        )
         require_audit(core, *found.legs)
     except (ArmError, KinematicsError) as refusal:
-        core.notify(str(refusal), refusal)
+        core.diagnostics.notify(str(refusal), refusal)
         return
     tell(wire, found.ended)
     if found.legs:
         over = _overtaken(wire, core.holds)
         yield from drive_legs(wire, found.legs, core.config.motion.jog_burst_s, let_go=over)
-        if core.tempo.paused and core.coordinates != found.legs[-1].end:
-            core.notice = PAUSED
+        if core.tempo.paused and core.position.coordinates != found.legs[-1].end:
+            core.diagnostics.notice = PAUSED
 
 
 def _overtaken(wire: MotionContext, holds: int) -> Callable[[], bool]:

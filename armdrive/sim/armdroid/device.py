@@ -13,7 +13,7 @@ from dataclasses import replace
 from typing import ClassVar
 
 from armdrive.sim.armdroid.board import ArmdroidBoard, LockstepRack, by_channel, by_motor
-from armdrive.sim.device import SimBase, lacks
+from armdrive.sim.device import BoxedDevice, DeviceBox, DeviceClock, lacks
 from armdrive.sim.mechanics.motors import MotorDrive, checked_error
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import Json, Saved
@@ -52,33 +52,29 @@ _WORD, _SIGN = 1 << 16, 1 << 15
 Owed = OffsetsReported | SpeedReported | TorqueReported | ArgumentsReported
 
 
-class SimArmdroid(SimBase):
-    """The board with its sketch, the arm, and the person beside them."""
+class ArmdroidBox(DeviceBox):
+    """The board with its sketch: characters in, answers out, motors turned."""
 
-    title: ClassVar[str] = "Armdroid"
-    input_bits: ClassVar[int] = 0
     _drive: MotorDrive[LockstepRack]
 
     def __init__(
         self,
-        world: World | None = None,
-        board: ArmdroidBoard | None = None,
-        *,
-        baud: int | None = BAUD,
+        drive: MotorDrive[LockstepRack],
+        clock: DeviceClock,
+        board: ArmdroidBoard,
+        said: bytearray,
     ) -> None:
-        world = world or World()
-        rack = LockstepRack((0,) * len(world.motors))
-        super().__init__(world, MotorDrive(world, rack), baud)
-        self.board = board or ArmdroidBoard()
+        self.clock = clock
+        self.board = board
+        self.said = said
         self.lost_bytes = 0
+        self._drive = drive
         self._codec = Device()
         self._waiting = bytearray()
         self._rpm = RPM_DEFAULT
         self._turn_s = 0.0
         self._deaf_until_s = 0.0
         self._greeting = False
-
-    # What can be seen.
 
     @property
     def busy(self) -> bool:
@@ -101,56 +97,34 @@ class SimArmdroid(SimBase):
         return self._codec.arguments
 
     @property
-    def speed_error(self) -> float:
-        """By which share motions last longer than they should."""
-        return self.board.speed_error
+    def rpm(self) -> int:
+        """The speed that was set last."""
+        return self._rpm
 
-    def details(self) -> dict[str, Json]:
-        """Return the speed, how wrong it is, and what a stray `D` would repeat."""
-        return {"rpm": self._rpm, "speed_error": self.speed_error, "kept": list(self.kept)}
+    def greet(self) -> None:
+        """Say welcome to whoever opens the port, unless a motion is under way."""
+        if self.board.greets and self._codec.unanswered is None:
+            self._greeting, self._turn_s = True, self.clock.now_s
 
-    # What a person can do.
-
-    def set_speed_error(self, error: float) -> None:
-        """Make motions that begin from now on last longer (0.2: a fifth) or shorter (negative)."""
-        self.board = replace(self.board, speed_error=checked_error(error))
-
-    def set_input(self, bit: int, on: bool) -> None:  # noqa: ARG002
-        """Refuse: the board has no inputs."""
-        raise lacks(self, "input bits")
-
-    def opened(self) -> None:
-        """Open its port, as every program does that connects; nothing is seen of it in motion."""
-        if self.board.resets_on_open:
-            self.reset()
-        elif self.board.greets and self._codec.unanswered is None:
-            self._greeting, self._turn_s = True, self.now_s
-
-    def reset(self) -> None:
-        """Press the board's button: motion ends dead, offsets and speed are lost, motors let go."""
-        self._drive.set_counts((0,) * len(self.world.motors), self.now_s)
-        self.world.cut_current(self.now_s)
-        self._forget()
-        self._boot()
-
-    # The box.
-
-    def _hear(self, data: bytes) -> None:
-        heard = b"" if self.now_s < self._deaf_until_s else data
+    def hear(self, data: bytes) -> None:
+        """Take characters, as many as there is room for; none while it starts."""
+        heard = b"" if self.clock.now_s < self._deaf_until_s else data
         heard = heard[: self.board.room_bytes - len(self._waiting)]
         self.lost_bytes += len(data) - len(heard)
         if heard and not self._waiting:
-            self._turn_s = max(self._turn_s, self.now_s + self.board.character_s)
+            self._turn_s = max(self._turn_s, self.clock.now_s + self.board.character_s)
         self._waiting += heard
 
-    def _due_s(self) -> float:
+    def due_s(self) -> float:
+        """Tell when it takes its next character, or a motion ends."""
         if self._codec.unanswered is not None:
             return self._drive.done_s
         return self._turn_s if self._waiting or self._greeting else self._drive.done_s
 
-    def _happen(self) -> None:
+    def happen(self) -> None:
+        """End a motion, say welcome, or take the next character."""
         if self._drive.moving:
-            super()._happen()
+            super().happen()
         elif self._greeting:
             self._greeting = False
             self.said += self._codec.send(Welcome())
@@ -158,9 +132,10 @@ class SimArmdroid(SimBase):
             self._codec.receive_data(bytes([self._waiting.pop(0)]))
             if (event := self._codec.next_event()) is not None:
                 self._do(event)
-            self._turn_s = self.now_s + self.board.character_s
+            self._turn_s = self.clock.now_s + self.board.character_s
 
-    def _motion_ended(self) -> None:
+    def motion_ended(self) -> None:
+        """Answer with the offsets."""
         self._answer(OffsetsReported(self.offsets))
 
     def _do(self, event: DeviceEvent) -> None:
@@ -186,10 +161,10 @@ class SimArmdroid(SimBase):
                 if on:
                     self._drive.energise()
                 else:
-                    self.world.cut_current(self.now_s)
+                    self._drive.world.cut_current(self.clock.now_s)
                 self._answer(TorqueReported(on))
             case ZeroOffsets():
-                self._drive.set_counts((0,) * len(self.world.motors), self.now_s)
+                self._drive.set_counts((0,) * len(self._drive.world.motors), self.clock.now_s)
                 self._answer(OffsetsReported(self.offsets))
             case _Report() | DriveNone():
                 self._answer(OffsetsReported(self.offsets))
@@ -203,23 +178,81 @@ class SimArmdroid(SimBase):
     def _turn(self, steps: Sequence[int]) -> None:
         if any(steps):
             self._drive.energise()
-        self._drive.rack.start(by_motor(steps), self.board.interval_s(self._rpm), self.now_s)
+        self._drive.rack.start(by_motor(steps), self.board.interval_s(self._rpm), self.clock.now_s)
 
     def _answer(self, answer: Owed) -> None:
         self.said += self._codec.send(answer)
-        self._turn_s = self.now_s + self.board.character_s
+        self._turn_s = self.clock.now_s + self.board.character_s
 
-    def _boot(self) -> None:
-        self._deaf_until_s = self.now_s + self.board.boot_s
+    def boot(self) -> None:
+        """Begin the sketch: it is deaf for a while, and then says welcome."""
+        self._deaf_until_s = self.clock.now_s + self.board.boot_s
         self._greeting, self._turn_s = self.board.greets, self._deaf_until_s
 
-    def _forget(self) -> None:
+    def forget(self) -> None:
+        """Lose the speed, and whatever is half received."""
         self._codec.forget()
         self._waiting.clear()
         self._rpm, self._greeting = RPM_DEFAULT, False
 
-    def _known(self) -> dict[str, Json]:
+    def known(self) -> dict[str, Json]:
+        """Return the speed."""
         return {"rpm": self._rpm}
 
-    def _recall_known(self, saved: Saved) -> None:
+    def recall_known(self, saved: Saved) -> None:
+        """Know the speed that `known` wrote; raises `StateFileError`."""
         self._rpm = saved.whole("rpm", STEPS_MIN, STEPS_MAX)
+
+
+class SimArmdroid(BoxedDevice):
+    """The board with its sketch, the arm, and the person beside them."""
+
+    title: ClassVar[str] = "Armdroid"
+    input_bits: ClassVar[int] = 0
+    box: ArmdroidBox
+    _drive: MotorDrive[LockstepRack]
+
+    def __init__(
+        self,
+        world: World | None = None,
+        board: ArmdroidBoard | None = None,
+        *,
+        baud: int | None = BAUD,
+    ) -> None:
+        world = world or World()
+        rack = LockstepRack((0,) * len(world.motors))
+        super().__init__(world, MotorDrive(world, rack), baud)
+        self.box = ArmdroidBox(self._drive, self.clock, board or ArmdroidBoard(), self.said)
+
+    @property
+    def speed_error(self) -> float:
+        """By which share motions last longer than they should."""
+        return self.box.board.speed_error
+
+    def details(self) -> dict[str, Json]:
+        """Return the speed, how wrong it is, and what a stray `D` would repeat."""
+        return {"rpm": self.box.rpm, "speed_error": self.speed_error, "kept": list(self.box.kept)}
+
+    # What a person can do.
+
+    def set_speed_error(self, error: float) -> None:
+        """Make motions that begin from now on last longer (0.2: a fifth) or shorter (negative)."""
+        self.box.board = replace(self.box.board, speed_error=checked_error(error))
+
+    def set_input(self, bit: int, on: bool) -> None:  # noqa: ARG002
+        """Refuse: the board has no inputs."""
+        raise lacks(self, "input bits")
+
+    def opened(self) -> None:
+        """Open its port, as every program does that connects; nothing is seen of it in motion."""
+        if self.box.board.resets_on_open:
+            self.reset()
+        else:
+            self.box.greet()
+
+    def reset(self) -> None:
+        """Press the board's button: motion ends dead, offsets and speed are lost, motors let go."""
+        self._drive.set_counts((0,) * len(self.world.motors), self.now_s)
+        self.world.cut_current(self.now_s)
+        self.box.forget()
+        self.box.boot()

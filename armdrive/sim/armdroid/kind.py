@@ -27,7 +27,7 @@ def _make(config: ArmConfig, world: World, options: Options) -> SimArmdroid:
         ),
         baud=config.connection.baud,
     )
-    if device.board.greets:
+    if device.box.board.greets:
         device.opened()
     return device
 

@@ -10,7 +10,7 @@ from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
 from armdrive.sim.bus.line import Outbox
-from armdrive.sim.device import SimBase, SwitchState
+from armdrive.sim.device import BoxedDevice, DeviceBox, SwitchState
 from armdrive.sim.mechanics.motors import MotorDrive
 from armdrive.sim.mechanics.profiles import (
     AxisProfile,
@@ -471,13 +471,16 @@ class BusNode(Protocol):
 N = TypeVar("N", bound=BusNode)
 
 
-class DrivesBox(SimBase, Generic[N]):
+class DrivesBox(DeviceBox, BoxedDevice, Generic[N]):
     """The drives, the arm, and the person beside them. Input bit n is the switch of drive n."""
+
+    register_range = (-COUNT_MOST, COUNT_MOST)
 
     def __init__(
         self, world: World, drive: ShaftDrive[Any], nodes: Sequence[N], bits_s: int
     ) -> None:
         super().__init__(world, drive, None)
+        self.box = self
         self.nodes = tuple(nodes)
         self._shafts = drive
         self._bits_s = bits_s
@@ -511,7 +514,7 @@ class DrivesBox(SimBase, Generic[N]):
 
     def _found(self) -> None:
         """Have the drives stand as they are found: by default, just begun."""
-        self._boot()
+        self.boot()
 
     # What can be seen.
 
@@ -609,17 +612,20 @@ class DrivesBox(SimBase, Generic[N]):
 
     # The box.
 
-    def _hear(self, data: bytes) -> None:
+    def hear(self, data: bytes) -> None:
+        """Let the drives hear the frames that have arrived."""
         for frame in self._unpacker.feed(data):
             ears = [node for node in self.nodes if self._listens(node, frame)]
             for node in ears:
                 self._bring(node, frame)
             self._collect(ears)
 
-    def _due_s(self) -> float:
+    def due_s(self) -> float:
+        """Tell when a drive does something, looks at its shaft, or a frame is ready."""
         return min(self._nodes_due_s, self._outbox.next_s, self._look_s)
 
-    def _happen(self) -> None:
+    def happen(self) -> None:
+        """Let every drive do what is due, and send what is ready."""
         self._live()
         self.said += self._outbox.take(self.now_s)
 
@@ -642,18 +648,17 @@ class DrivesBox(SimBase, Generic[N]):
                 node.said.clear()
         self._nodes_due_s = min(self._dues)
 
-    def _motion_ended(self) -> None:
+    def motion_ended(self) -> None:
         """Do nothing: each drive ends its own."""
 
-    def _boot(self) -> None:
+    def boot(self) -> None:
+        """Have every drive begin."""
         for node in self.nodes:
             node.powered = True
             node.begin(self.now_s)
         self._collect()
 
-    def _forget(self) -> None:
+    def forget(self) -> None:
+        """Lose what is on its way."""
         self._outbox.clear()
         self._unpacker = Unpacker()
-
-    def _register_range(self) -> tuple[int, int]:
-        return -COUNT_MOST, COUNT_MOST

@@ -259,9 +259,10 @@ class SimCia402(DrivesBox[Cia402Node]):
         hear(node, frame, self.now_s)
         tell_changes(node, self.now_s)
 
-    def _happen(self) -> None:
+    def happen(self) -> None:
+        """Let the drives do what is due, and send what is ready."""
         if min(self._nodes_due_s, self._look_s) <= self.now_s:
-            super()._happen()
+            super().happen()
         else:  # a frame is ready, and no drive has anything to do
             self.said += self._outbox.take(self.now_s)
 
@@ -274,8 +275,10 @@ class SimCia402(DrivesBox[Cia402Node]):
     def _seen(self, node: Cia402Node, error: int) -> dict[str, Json]:
         return seen_json(node, error, self.now_s)
 
-    def _known(self) -> dict[str, Json]:
+    def known(self) -> dict[str, Json]:
+        """Return what the drives know."""
         return known_json(self.nodes)
 
-    def _recall_known(self, saved: Saved) -> None:
+    def recall_known(self, saved: Saved) -> None:
+        """Know what `known` wrote; raises `StateFileError`."""
         recall_known(self.nodes, saved, powered=self.powered)

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 from armdrive.errors import BadRequest, StateFileError
-from armdrive.sim.device import SimBase, SwitchState
+from armdrive.sim.device import BoxedDevice, DeviceBox, DeviceClock, SwitchState
 from armdrive.sim.grbl.board import GrblBoard, Makers
 from armdrive.sim.grbl.firmware import BoardBuild, BoardSettings
 from armdrive.sim.grbl.hardware import Switches
@@ -110,11 +110,117 @@ PINS = "PDHSR"
 _MAKERS = Makers(run_line, obey, raise_critical, fail)
 
 
-class SimGrbl(SimBase):
+class GrblBox(DeviceBox):
+    """The board with its firmware, and the fingers that one of its outputs moves."""
+
+    register_range: ClassVar[tuple[int, int]] = (-COUNT_MOST, COUNT_MOST)
+    _drive: BoardDrive
+
+    def __init__(
+        self,
+        drive: BoardDrive,
+        clock: DeviceClock,
+        build: BoardBuild,
+        settings: BoardSettings,
+        switches: Switches,
+        said: bytearray,
+        baud: int | None,
+    ) -> None:
+        self.clock = clock
+        self.build = build
+        self.said = said
+        self._drive = drive
+        self.board = GrblBoard(
+            build,
+            settings,
+            drive,
+            switches,
+            said,
+            _MAKERS,
+            baud=baud,
+            outputs_changed=self._outputs_changed,
+        )
+        self._fingers: tuple[float, float] | None = None
+
+    @property
+    def busy(self) -> bool:
+        """Whether a line is at work, or waits."""
+        return self.board.at_work
+
+    @property
+    def registers(self) -> Motors:
+        """The steps that its axes count."""
+        return self._drive.registers
+
+    def boot(self) -> None:
+        """Begin the firmware."""
+        self.start(self.build.firmware.boot_s)
+
+    def start(self, wait_s: float) -> None:
+        """Have the firmware begin anew after a while, with its banner."""
+        self.board.now_s = self.clock.now_s
+        self.board.forget()
+        self.said.clear()
+        self.board.boot.begin(switched_on(self.board, wait_s), self.clock.now_s)
+        while self.board.boot.until_s <= self.clock.now_s:
+            self.board.happen(self.clock.now_s)
+
+    def hear(self, data: bytes) -> None:
+        """Take bytes."""
+        self.board.hear(data, self.clock.now_s)
+
+    def motion_ended(self) -> None:
+        """Go on with what the board does."""
+        self.board.happen(self.clock.now_s)
+
+    def happen(self) -> None:
+        """Let the fingers arrive, and the board do what is due."""
+        if self._fingers is not None and self._fingers[0] <= self.clock.now_s:
+            opening_mm = self._fingers[1]
+            self._fingers = None
+            self._drive.world.move_fingers(opening_mm, self.clock.now_s)
+        self.board.happen(self.clock.now_s)
+
+    def due_s(self) -> float:
+        """Tell when the board acts next, or the fingers arrive."""
+        return min(self.board.due_s(), math.inf if self._fingers is None else self._fingers[0])
+
+    def forget(self) -> None:
+        """Lose what the board keeps in its memory, and where the fingers were going."""
+        self.board.forget()
+        self._fingers = None
+
+    def known(self) -> dict[str, Json]:
+        """Return what is saved of the board."""
+        return known_json(self.board)
+
+    def recall_known(self, saved: Saved) -> None:
+        """Know what `known` wrote; raises `StateFileError`."""
+        recall_known(self.board, saved)
+        if self.build.resets_on_open:
+            self._drive.world.cut_current(self.clock.now_s)
+            self.start(0.0)
+        else:
+            self.said.clear()
+            self.board.limits.forget(self.board)
+
+    def _outputs_changed(self) -> None:
+        """Move the fingers as their output says; they arrive when they have had the time to."""
+        value = self.board.outputs.value(self.build.fingers)
+        if value is None or self._drive.world.body.transmission.has_gripper:
+            return
+        low, high = self.build.opening_mm
+        opening_mm = low + (high - low) * self.build.fingers.share(value)
+        way_mm = abs(opening_mm - self._drive.world.opening_mm)
+        self._fingers = self.board.now_s + way_mm / self.build.finger_mm_s, opening_mm
+
+
+class SimGrbl(BoxedDevice):
     """The board, the arm, and the person beside them."""
 
     title: ClassVar[str] = "GRBL board"
     input_bits: ClassVar[int] = len(PINS)
+    box: GrblBox
     _drive: BoardDrive
 
     def __init__(
@@ -128,31 +234,12 @@ class SimGrbl(SimBase):
         drive = BoardDrive(world, build, settings.limits())
         super().__init__(world, drive, baud)
         self.build = build
-        self.board = GrblBoard(
-            build,
-            settings,
-            drive,
-            switches,
-            self.said,
-            _MAKERS,
-            baud=baud,
-            outputs_changed=self._outputs_changed,
-        )
-        self._fingers: tuple[float, float] | None = None
+        self.box = GrblBox(drive, self.clock, build, settings, switches, self.said, baud)
+        self.board = self.box.board
         world.energised = settings.motors_stay_on
-        self._start(0.0)
+        self.box.start(0.0)
 
     # What can be seen.
-
-    @property
-    def busy(self) -> bool:
-        """Whether a line is at work, or waits."""
-        return self.board.at_work
-
-    @property
-    def registers(self) -> Motors:
-        """The steps that its axes count."""
-        return self._drive.registers
 
     def details(self) -> dict[str, Json]:
         """Return the firmware, its state, its outputs, and how many bytes it has lost."""
@@ -200,67 +287,9 @@ class SimGrbl(SimBase):
         if self.powered:
             self._drive.stop(self.now_s)
             self.world.cut_current(self.now_s)
-            self._start(self.build.firmware.boot_s)
-
-    # The box.
-
-    def _boot(self) -> None:
-        self._start(self.build.firmware.boot_s)
-
-    def _start(self, wait_s: float) -> None:
-        self.board.now_s = self.now_s
-        self.board.forget()
-        self.said.clear()
-        self.board.boot.begin(switched_on(self.board, wait_s), self.now_s)
-        while self.board.boot.until_s <= self.now_s:
-            self.board.happen(self.now_s)
-
-    def _hear(self, data: bytes) -> None:
-        self.board.hear(data, self.now_s)
-
-    def _motion_ended(self) -> None:
-        self.board.happen(self.now_s)
-
-    def _happen(self) -> None:
-        if self._fingers is not None and self._fingers[0] <= self.now_s:
-            opening_mm = self._fingers[1]
-            self._fingers = None
-            self.world.move_fingers(opening_mm, self.now_s)
-        self.board.happen(self.now_s)
-
-    def _due_s(self) -> float:
-        return min(self.board.due_s(), math.inf if self._fingers is None else self._fingers[0])
-
-    def _forget(self) -> None:
-        self.board.forget()
-        self._fingers = None
-
-    def _known(self) -> dict[str, Json]:
-        return known_json(self.board)
-
-    def _recall_known(self, saved: Saved) -> None:
-        recall_known(self.board, saved)
-        if self.build.resets_on_open:
-            self.world.cut_current(self.now_s)
-            self._start(0.0)
-        else:
-            self.said.clear()
-            self.board.limits.forget(self.board)
-
-    def _register_range(self) -> tuple[int, int]:
-        return -COUNT_MOST, COUNT_MOST
+            self.box.start(self.build.firmware.boot_s)
 
     def _look(self) -> None:
         if self.powered:
             self.board.now_s = self.now_s
             self.board.limits.look(self.board)
-
-    def _outputs_changed(self) -> None:
-        """Move the fingers as their output says; they arrive when they have had the time to."""
-        value = self.board.outputs.value(self.build.fingers)
-        if value is None or self.world.body.transmission.has_gripper:
-            return
-        low, high = self.build.opening_mm
-        opening_mm = low + (high - low) * self.build.fingers.share(value)
-        way_mm = abs(opening_mm - self.world.opening_mm)
-        self._fingers = self.board.now_s + way_mm / self.build.finger_mm_s, opening_mm

@@ -158,10 +158,12 @@ class SimMks(DrivesBox[MksNode]):
     def _seen(self, node: MksNode, error: int) -> dict[str, Json]:
         return seen_json(node, error, self.now_s)
 
-    def _known(self) -> dict[str, Json]:
+    def known(self) -> dict[str, Json]:
+        """Return what the drives know."""
         return known_json(self.nodes)
 
-    def _recall_known(self, saved: Saved) -> None:
+    def recall_known(self, saved: Saved) -> None:
+        """Know what `known` wrote; raises `StateFileError`."""
         recall_known(self.nodes, saved, powered=self.powered)
 
 

@@ -10,9 +10,11 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from armdrive.sim.device import DeviceBox, DeviceClock
 from armdrive.sim.mechanics.motors import MotorDrive
 from armdrive.sim.mechanics.profiles import UncoordinatedRack
 from armdrive.sim.world.arm import World
+from armdrive.sim.world.saved import Json, Saved
 from firmware_protocol.robko01 import (
     AXES,
     PAYLOAD_MAX,
@@ -211,22 +213,29 @@ class RobkoDrive(MotorDrive[UncoordinatedRack]):
         super()._follow(now_s)
 
 
-class RobkoBox:
+class RobkoBox(DeviceBox):
     """Requests in, answers out, motors turned; answers are appended to `said`."""
+
+    _drive: RobkoDrive
 
     def __init__(
         self,
         drive: RobkoDrive,
+        clock: DeviceClock,
         habits: RobkoQuirks,
         said: bytearray,
         inputs_set: Callable[[], int],
     ) -> None:
+        self.clock = clock
         self.habits = habits
-        self.enabled = False
-        self.outputs = 0
         self._drive = drive
         self._said = said
         self._inputs_set = inputs_set
+        self._begin()
+
+    def _begin(self) -> None:
+        self.enabled = False
+        self.outputs = 0
         self._reader = FirmwareReader()
         self._codec = Device()
         self._ignored = 0
@@ -240,6 +249,11 @@ class RobkoBox:
         return self._reader.dropped + self._ignored
 
     @property
+    def busy(self) -> bool:
+        """Whether a request is unanswered or a motion under way."""
+        return self.unanswered or self._drive.moving
+
+    @property
     def unanswered(self) -> bool:
         """Whether a request is being thought about."""
         return self._codec.unanswered is not None
@@ -249,27 +263,48 @@ class RobkoBox:
         """The positions as they are reported: in 16 bits."""
         return Motors(wrap(count) for count in self._drive.counts)
 
-    @property
     def due_s(self) -> float:
-        """When it answers, or its watchdog runs out."""
+        """Tell when a motion ends, it answers, or its watchdog runs out."""
+        return min(super().due_s(), self._own_due_s())
+
+    def _own_due_s(self) -> float:
         watched = self.habits.watchdog_s and self.enabled
         return min(self._answer_s, self._fed_s + self.habits.watchdog_s if watched else math.inf)
 
-    def receive(self, data: bytes, now_s: float) -> None:
+    def forget(self) -> None:
+        """Begin the firmware anew."""
+        self._drive.rack.restart()
+        self._begin()
+
+    def known(self) -> dict[str, Json]:
+        """Return whether its motors are on, and its outputs."""
+        return {"enabled": self.enabled, "outputs": self.outputs}
+
+    def recall_known(self, saved: Saved) -> None:
+        """Know what `known` wrote; raises `StateFileError`."""
+        self.enabled = self._drive.world.energised = saved.flag("enabled")
+        self.outputs = saved.whole("outputs", 0, 255)
+
+    def hear(self, data: bytes) -> None:
         """Take bytes; each request is thought about for a while."""
         for request in self._reader.read(data):
             self._codec.receive_data(request)
-        self._take_up(now_s)
+        self._take_up(self.clock.now_s)
 
-    def happen(self, now_s: float) -> None:
-        """Answer, or act on the watchdog, where that is due."""
+    def motion_ended(self) -> None:
+        """Do nothing: whoever wants to know has to ask."""
+
+    def happen(self) -> None:
+        """End a motion, answer, or act on the watchdog, where that is due."""
+        super().happen()
+        now_s = self.clock.now_s
         if self._answer_s <= now_s:
             self._answer_s = math.inf
             request = self._codec.unanswered
             if request is not None:
                 self._reply(request, now_s)
             self._take_up(now_s)
-        elif self.due_s <= now_s:
+        elif self._own_due_s() <= now_s:
             self._switch(False, now_s)
 
     def _take_up(self, now_s: float) -> None:

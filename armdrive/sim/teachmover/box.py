@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from armdrive.errors import StateFileError
+from armdrive.sim.device import DeviceBox, DeviceClock
 from armdrive.sim.mechanics.motors import DEFAULT_RATES, CoordinatedDrive, RateTable, rate_hz
 from armdrive.sim.world.saved import MEND, Json, Saved
 from firmware_protocol.errors import ProtocolError
@@ -62,30 +63,40 @@ class TwinSettings:
     grip_bit: int = 0
 
 
-class ControllerBox:
+class ControllerBox(DeviceBox):
     """Commands in, answers out, motors turned: everything that is forgotten without power.
 
     Answers are appended to `said`; `inputs_set` tells the input bits as they are set from outside.
     """
 
+    _drive: CoordinatedDrive
+
     def __init__(
         self,
         drive: CoordinatedDrive,
+        clock: DeviceClock,
         settings: TwinSettings,
         said: bytearray,
         inputs_set: Callable[[], int],
     ) -> None:
+        self.clock = clock
         self.settings = settings
         self.said = said
         self.memory: dict[int, ProgramRow] = {}
+        self._inputs_set = inputs_set
+        self._drive = drive
+        self._rows: deque[ProgramRow] = deque()
+        self.forget()
+
+    def forget(self) -> None:
+        """Lose the program, the outputs and whatever is unanswered."""
+        self.memory.clear()
         self.last_key = Key.NONE
         self.outputs = 0
         self.byte_gap_s = 0.0
         self.lost_bytes = 0
-        self._inputs_set = inputs_set
-        self._drive = drive
         self._codec = Device()
-        self._rows: deque[ProgramRow] = deque()
+        self._rows.clear()
 
     @property
     def busy(self) -> bool:
@@ -103,59 +114,75 @@ class ControllerBox:
         grip = 1 << self.settings.grip_bit
         return self._inputs_set() & ~grip | (grip if self._drive.world.grip_switch else 0)
 
-    def receive(self, data: bytes, now_s: float) -> None:
+    def hear(self, data: bytes) -> None:
         """Take bytes; what comes while a command is unanswered is lost, or waits."""
         for line in data.splitlines(keepends=True):
             if self.busy and not self.settings.keeps_input_while_moving:
                 self.lost_bytes += len(line)
             else:
                 self._codec.receive_data(line)
-                self._serve(now_s)
+                self._serve()
 
-    def motion_ended(self, now_s: float) -> None:
+    def motion_ended(self) -> None:
         """Go on with the program that runs, or answer."""
         if self._rows:
-            self._next_row(now_s)
+            self._next_row()
         else:
             self._answer(Status.DONE)
-            self._serve(now_s)
+            self._serve()
 
-    def stop_key(self, now_s: float) -> None:
+    def known(self) -> dict[str, Json]:
+        """Return the key pressed last, the outputs and the program."""
+        return {
+            "key": int(self.last_key),
+            "outputs": self.outputs,
+            "memory": [list(self.memory[number].words) for number in sorted(self.memory)],
+        }
+
+    def recall_known(self, saved: Saved) -> None:
+        """Know what `known` wrote; raises `StateFileError`."""
+        key = Key(saved.whole("key", 0, max(Key)))
+        outputs = saved.whole("outputs", 0, _BYTE)
+        rows = [_row(item) for item in saved.items("memory")]
+        self.last_key, self.outputs = key, outputs
+        self.memory.update((row.number, row) for row in rows)
+
+    def stop_key(self) -> None:
         """End a motion, a program or the pendant's control where it is."""
         if self.busy:
-            self._drive.stop(now_s)
+            self._drive.stop(self.clock.now_s)
             self._rows.clear()
             self._answer(Status.STOPPED)
-            self._serve(now_s)
+            self._serve()
 
-    def give_back(self, now_s: float) -> bool:
+    def give_back(self) -> bool:
         """End the pendant's control; False where the pendant has none."""
         if not isinstance(self._codec.unanswered, Set):
             return False
         self._answer(Status.DONE)
-        self._serve(now_s)
+        self._serve()
         return True
 
-    def _serve(self, now_s: float) -> None:
+    def _serve(self) -> None:
         while (request := self._codec.next_event()) is not None:
-            self._do(request, now_s)
+            self._do(request)
 
-    def _do(self, request: Request, now_s: float) -> None:
+    def _do(self, request: Request) -> None:
         match request:
             case Step(speed, steps, output):
                 self.outputs = self.outputs if output is None else output
-                self._drive.start(steps, self._rate_hz(speed), now_s)
+                self._drive.start(steps, self._rate_hz(speed), self.clock.now_s)
             case Close(speed):
-                self._close(speed, now_s)
+                self._close(speed)
             case Run():
-                self._run(now_s)
+                self._run()
             case Set() | Ignored():
                 pass  # the pendant answers the one in its own time, nobody the other
             case Read() | QDump():
                 self._tell(request)
             case Reset():
-                self._drive.set_counts(STILL, now_s)
-                self._drive.world.cut_current(now_s)
+                self._drive.set_counts(STILL, self.clock.now_s)
+                self._drive.world.cut_current(self.clock.now_s)
                 self._answer(Status.DONE)
             case QWrite(row):
                 self._answer(Status.DONE if self._keep(row) else Status.FAILED)
@@ -167,24 +194,24 @@ class ControllerBox:
             case Malformed():
                 self._answer(Status.FAILED)
 
-    def _close(self, speed: int | None, now_s: float) -> None:
+    def _close(self, speed: int | None) -> None:
         slow = CLOSE_RATE_HZ / (1.0 + self.settings.speed_error)
         rate = slow if speed is None else self._rate_hz(speed)
-        self._drive.start(self._drive.world.steps_to_trip(), rate, now_s)
+        self._drive.start(self._drive.world.steps_to_trip(), rate, self.clock.now_s)
 
-    def _run(self, now_s: float) -> None:
+    def _run(self) -> None:
         """Begin the program: its rows in the order of their numbers, those that are moves."""
         rows = (self.memory[number] for number in sorted(self.memory))
         self._rows.extend(row for row in rows if row.kind == _MOVE_KIND)
         if self._rows:
-            self._next_row(now_s)
+            self._next_row()
         else:
             self._answer(Status.FAILED)
 
-    def _next_row(self, now_s: float) -> None:
+    def _next_row(self) -> None:
         row = self._rows.popleft()
         steps = [signed(goal - at) for goal, at in zip(row.positions, self.registers, strict=True)]
-        self._drive.start(steps, self._rate_hz(row.speed), now_s)
+        self._drive.start(steps, self._rate_hz(row.speed), self.clock.now_s)
 
     def _tell(self, request: Read | QDump) -> None:
         self._answer(Status.DONE)
@@ -212,29 +239,9 @@ def signed(count: int) -> int:
     return (count + _HALF) % _WORD - _HALF
 
 
-# --- What the controller knows, as plain numbers, beside its saved world -------------------------
-
 _LARGEST_WORD = (1 << 16) - 1
 _BYTE = 255
 _ROW_WORDS = 8
-
-
-def known_json(box: ControllerBox) -> dict[str, Json]:
-    """Return the key pressed last, the outputs and the program."""
-    return {
-        "key": int(box.last_key),
-        "outputs": box.outputs,
-        "memory": [list(box.memory[number].words) for number in sorted(box.memory)],
-    }
-
-
-def recall_known(box: ControllerBox, saved: Saved) -> None:
-    """Have a box know what `known_json` wrote; raises `StateFileError`."""
-    key = Key(saved.whole("key", 0, max(Key)))
-    outputs = saved.whole("outputs", 0, _BYTE)
-    rows = [_row(item) for item in saved.items("memory")]
-    box.last_key, box.outputs = key, outputs
-    box.memory.update((row.number, row) for row in rows)
 
 
 def _row(words: object) -> ProgramRow:

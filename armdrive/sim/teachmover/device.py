@@ -7,26 +7,25 @@ are without current until the first motion.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import ClassVar
 
 from armdrive.errors import BadRequest
-from armdrive.sim.device import SimBase
+from armdrive.sim.device import BoxedDevice
 from armdrive.sim.mechanics.motors import DEFAULT_RATES, CoordinatedDrive, RateTable, checked_error
-from armdrive.sim.teachmover.box import ControllerBox, TwinSettings, known_json, recall_known
+from armdrive.sim.teachmover.box import ControllerBox, TwinSettings
 from armdrive.sim.world.arm import World
-from armdrive.sim.world.saved import Json, Saved
-from firmware_protocol.teachmover import Key, ProgramRow
-from kinematics.spaces import Motors
+from armdrive.sim.world.saved import Json
+from firmware_protocol.teachmover import Key
 
 BAUD = 9600
 
 
-class SimTeachMover(SimBase):
+class SimTeachMover(BoxedDevice):
     """The controller box, the arm, and the person beside them; see `TwinSettings` for the rest."""
 
     title: ClassVar[str] = "TeachMover"
+    box: ControllerBox
     _drive: CoordinatedDrive
 
     def __init__(
@@ -42,68 +41,42 @@ class SimTeachMover(SimBase):
     ) -> None:
         world = world or World()
         super().__init__(world, CoordinatedDrive(world), baud)
-        self._box = self._new_box(
+        self.box = ControllerBox(
+            self._drive,
+            self.clock,
             TwinSettings(
                 speed_table,
                 checked_error(speed_error),
                 keeps_input_while_moving,
                 delay_unit_s,
                 grip_bit,
-            )
+            ),
+            self.said,
+            lambda: self.inputs_set,
         )
 
     @property
     def byte_gap_s(self) -> float:
         """The pause after each byte that it sends, as @DELAY has set it."""
-        return self._box.byte_gap_s
+        return self.box.byte_gap_s
 
     # What can be seen.
 
     @property
-    def busy(self) -> bool:
-        """Whether a command is unanswered."""
-        return self._box.busy
-
-    @property
-    def registers(self) -> Motors:
-        """The position registers, which know only what was commanded."""
-        return self._box.registers
-
-    @property
-    def last_key(self) -> Key:
-        """The pendant's key pressed last."""
-        return self._box.last_key
-
-    @property
     def inputs(self) -> int:
         """The input byte, the grip switch in it."""
-        return self._box.inputs
-
-    @property
-    def outputs(self) -> int:
-        """The output byte that a STEP wrote last."""
-        return self._box.outputs
-
-    @property
-    def lost_bytes(self) -> int:
-        """How many bytes came in while it was deaf, since power-up."""
-        return self._box.lost_bytes
-
-    @property
-    def memory(self) -> Mapping[int, ProgramRow]:
-        """The program's rows by number."""
-        return self._box.memory
+        return self.box.inputs
 
     @property
     def speed_error(self) -> float:
         """By which share motions last longer than the speed table says."""
-        return self._box.settings.speed_error
+        return self.box.settings.speed_error
 
     def details(self) -> dict[str, Json]:
         """Return the pendant's key, the outputs, and how wrong the speed is."""
         return {
-            "key": self.last_key.name,
-            "outputs": self.outputs,
+            "key": self.box.last_key.name,
+            "outputs": self.box.outputs,
             "speed_error": self.speed_error,
         }
 
@@ -125,45 +98,21 @@ class SimTeachMover(SimBase):
     def press(self, key: Key) -> None:
         """Press a key of the pendant: STOP ends a motion, a program and the pendant's control."""
         if self.powered:
-            self._box.last_key = key
+            self.box.last_key = key
             if key is Key.STOP:
-                self._box.stop_key(self.now_s)
-
-    def pendant_move(self, steps: Sequence[int]) -> None:
-        """Move by the pendant, at once; the registers count it. Raises `BadRequest` in motion."""
-        self.jog(steps)
+                self.box.stop_key()
 
     def pendant_returns(self) -> bool:
         """Give control back to the host, answering its @SET; False where it has control."""
-        return self._box.give_back(self.now_s)
+        return self.box.give_back()
 
     def set_input(self, bit: int, on: bool) -> None:
         """Set an input bit; the grip switch's own bit follows the fingers alone."""
-        grip = self._box.settings.grip_bit
+        grip = self.box.settings.grip_bit
         if not 0 <= bit < self.input_bits or bit == grip:
             raise BadRequest(f"input bits are 0 to 7 without {grip}, the grip switch; not {bit}")
         super().set_input(bit, on)
 
     def set_speed_error(self, error: float) -> None:
         """Make motions that begin from now on last longer (0.2: a fifth) or shorter (negative)."""
-        self._box.settings = replace(self._box.settings, speed_error=checked_error(error))
-
-    # The box.
-
-    def _new_box(self, settings: TwinSettings) -> ControllerBox:
-        return ControllerBox(self._drive, settings, self.said, lambda: self.inputs_set)
-
-    def _hear(self, data: bytes) -> None:
-        self._box.receive(data, self.now_s)
-
-    def _motion_ended(self) -> None:
-        self._box.motion_ended(self.now_s)
-
-    def _forget(self) -> None:
-        self._box = self._new_box(self._box.settings)
-
-    def _known(self) -> dict[str, Json]:
-        return known_json(self._box)
-
-    def _recall_known(self, saved: Saved) -> None:
-        recall_known(self._box, saved)
+        self.box.settings = replace(self.box.settings, speed_error=checked_error(error))

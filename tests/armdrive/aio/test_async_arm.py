@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 
 import pytest
 from async_bench import PLACE, moving, still
@@ -151,6 +152,38 @@ async def test_an_operator_is_an_ordinary_function_and_may_jog():
         with pytest.raises(OperatorNeeded):
             await arm.home()
     assert len(asked) == 1
+
+
+async def test_what_an_operator_does_takes_time_for_every_arm_of_the_loop():
+    seen = []
+
+    def operator(request):
+        began_s = request.arm.pace.now_s()
+        request.arm.sleep(5.0)
+        seen.append(request.arm.pace.now_s() - began_s)
+        return True
+
+    async with AsyncArm.connect("sim:teachmover") as a, AsyncArm.connect("sim:grbl") as b:
+        await b.home()
+        mover = asyncio.create_task(b.move_j(base_deg=10))
+        await a.home(operator=operator)
+        assert seen == [pytest.approx(5.0)]
+        await mover
+        assert b.joints.deg["base"] == pytest.approx(10, abs=0.2)
+
+
+async def test_no_thread_is_started_in_simulated_time(monkeypatch):
+    def refused(self):
+        raise AssertionError(f"{self.name} was started")
+
+    monkeypatch.setattr(threading.Thread, "start", refused)
+    async with AsyncArm.connect("sim:teachmover") as arm:
+        await arm.home()
+        task = await moving(arm)
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+        await arm.gripper.grasp()
 
 
 async def test_a_connection_that_is_refused_is_refused():

@@ -109,7 +109,7 @@ async def test_any_wait_can_be_cancelled(call):
         with pytest.raises(asyncio.CancelledError):
             await task
         assert still(arm)
-        assert arm.sync.core.awaiting == 0
+        assert arm.sync.core.readings.awaiting == 0
 
 
 async def test_a_cancelled_wait_of_a_handle_stops_the_motion():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 
+import async_twin
 import pytest
 
 from armdrive import Arm, AsyncArm, AsyncHandle, Handle
@@ -45,7 +46,7 @@ def calls():
 @pytest.mark.parametrize(("sync", "twin"), PAIRS, ids=lambda kind: kind.__name__)
 def test_each_call_has_its_twin_and_no_twin_is_left_over(sync, twin):
     missing = public(sync) - INNER - public(twin)
-    assert not missing, f"write their twins into armdrive/aio: {', '.join(sorted(missing))}"
+    assert not missing, f"make their twins, with async_twin.py: {', '.join(sorted(missing))}"
     beside = {"config", "simulated", "twin", "stops"}  # an Arm has them as plain attributes
     assert public(twin) - public(sync) <= beside
 
@@ -72,3 +73,15 @@ def test_properties_stay_properties():
                 theirs = inspect.getattr_static(sync, name)
                 assert isinstance(ours, property), name
                 assert (ours.fset is None) == (theirs.fset is None), name
+
+
+def test_the_twins_are_those_that_the_calls_make():
+    assert async_twin.FILE.read_text(encoding="utf-8") == async_twin.text(), (
+        "run python tests/armdrive/aio/async_twin.py"
+    )
+
+
+def test_a_call_that_neither_waits_nor_begins_a_motion_has_to_be_in_a_table(monkeypatch):
+    monkeypatch.setattr(async_twin, "AT_ONCE", async_twin.AT_ONCE - {"pause"})
+    with pytest.raises(LookupError, match="pause: make it `blocking`"):
+        async_twin.text()

@@ -74,7 +74,7 @@ def test_a_stop_ends_the_wait():
     later(arm, 1.0, arm.request_stop)
     with pytest.raises(Stopped, match="waited for inputs"):
         arm.wait_inputs(high=1, within_s=60.0)
-    assert arm.core.awaiting == 0
+    assert arm.core.readings.awaiting == 0
 
 
 def test_a_lost_wire_ends_the_wait():
@@ -112,7 +112,7 @@ def test_a_motion_may_begin_while_another_thread_waits(request):
     seen = []
     waiter = threading.Thread(target=lambda: seen.append(arm.wait_inputs(high=2, within_s=600.0)))
     waiter.start()
-    while not arm.core.awaiting:
+    while not arm.core.readings.awaiting:
         arm.sleep(0.01)
     for angle in (10, 0, 10, 0):
         arm.move_j(base_deg=angle)
@@ -130,9 +130,9 @@ def test_waiting_looks_as_often_as_it_says_whatever_the_arm_file_has(idle_poll_s
     began_s = arm.pace.now_s()
     arm.wait_inputs(high=3, within_s=20.0)
     assert arm.pace.now_s() - began_s < 1.3
-    before = arm.core.sensed
+    before = arm.core.readings.sensed
     arm.sleep(5.0)
-    assert arm.core.sensed - before <= 1
+    assert arm.core.readings.sensed - before <= 1
 
 
 @pytest.mark.parametrize(

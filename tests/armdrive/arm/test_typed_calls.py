@@ -68,10 +68,17 @@ async def main() -> None:
 def test_a_type_checker_finds_what_is_wrong_and_nothing_else(tmp_path):
     file = tmp_path / "program.py"
     file.write_text(PROGRAM, encoding="utf-8")
+    shown = tmp_path / "shown.py"
+    page = (Path(__file__).parents[3] / "docs" / "python.md").read_text(encoding="utf-8")
+    _, _, script = page.partition("## A whole script")
+    shown.write_text(re.findall(r"```python\n(.*?)```", script, re.DOTALL)[0], encoding="utf-8")
     settings = tmp_path / "mypy.ini"
     settings.write_text("[mypy]\nstrict = True\nfollow_imports = silent\n", encoding="utf-8")
     ended = subprocess.run(
-        [sys.executable, "-m", "mypy", "--config-file", settings, "--cache-dir", tmp_path, file],
+        [
+            *(sys.executable, "-m", "mypy", "--config-file", settings),
+            *("--cache-dir", tmp_path, file, shown),
+        ],
         capture_output=True, text=True, check=False, cwd=Path(__file__).parents[3],
     )  # fmt: skip
     found = {int(line) for line in re.findall(r"program\.py:(\d+): error", ended.stdout)}
@@ -79,3 +86,4 @@ def test_a_type_checker_finds_what_is_wrong_and_nothing_else(tmp_path):
         number for number, line in enumerate(PROGRAM.splitlines(), 1) if line.endswith("# wrong")
     }
     assert found == wrong, ended.stdout + ended.stderr
+    assert "shown.py" not in ended.stdout

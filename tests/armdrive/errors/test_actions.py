@@ -31,6 +31,7 @@ PYTHON = re.compile(r"\b[a-z_.]+\((?:\.\.\.|[a-z_]+=[^)]*)?\)|\b[a-z_]+=(?:True|
 
 NO_SENTENCES = (
     "programs/", "sim/", "testing/", "transports/ports.py", "errors/actions.py", "arm/arguments.py",
+    "moves.py",
 )  # fmt: skip
 """The language of programs has calls of its own; the rest prints mathematics or Python itself,
 or is said of an argument, which only a Python program has."""

@@ -161,9 +161,9 @@ def test_the_status_carries_the_codes():
 
 def test_words_and_code_never_come_apart():
     with Arm.connect("sim:teachmover") as arm:
-        arm.core.notify("somebody moved it", Evidence.MOVED_BY_OTHERS)
+        arm.core.diagnostics.notify("somebody moved it", Evidence.MOVED_BY_OTHERS)
         assert arm.status.notice_code == entry_of(Evidence.MOVED_BY_OTHERS).code
-        arm.core.notice = "all is well"
+        arm.core.diagnostics.notice = "all is well"
         assert arm.status.notice_code == ""
 
 

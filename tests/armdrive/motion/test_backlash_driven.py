@@ -108,8 +108,8 @@ def test_a_jog_that_is_let_go_while_backlash_is_taken_up_turns_no_motor_for_long
     arm.sleep(1.0)
     assert arm.twin.device.registers == registers
     assert arm.twin.world.motors == before == arm.status.acknowledged
-    assert list(arm.core.slack.taken) == arm.twin.world.play.ahead
-    assert 0 < arm.core.slack.taken[0] < 190
+    assert list(arm.core.position.slack.taken) == arm.twin.world.play.ahead
+    assert 0 < arm.core.position.slack.taken[0] < 190
 
 
 @every_dialect
@@ -143,7 +143,7 @@ def test_a_stop_at_any_moment_of_the_taking_up_is_understood(dialect, wide):
         with pytest.raises((Stopped, ArmError)):
             handle.wait()
         assert off_steps(arm) == 0
-        assert list(arm.core.slack.taken) == arm.twin.world.play.ahead
+        assert list(arm.core.position.slack.taken) == arm.twin.world.play.ahead
     assert arm.status.trust is Trust.REFERENCED
 
 

@@ -43,7 +43,7 @@ def test_the_next_program_knows_which_way_the_backlash_is_taken_up(dialect, tmp_
                 refer(arm)
             assert arm.status.trust is (Trust.REFERENCED if number == 0 else Trust.RESTORED)
             assert max(shaken(arm, 1, seed=number)) == 0
-            assert arm.core.slack.unsure == ()
+            assert arm.core.position.slack.unsure == ()
 
 
 def test_another_backlash_needs_another_reference(tmp_path):
@@ -111,12 +111,12 @@ def test_homing_by_switches_ends_in_the_same_place_and_says_what_nobody_knows():
 def test_a_pendant_that_turns_a_motor_within_its_play_is_noticed():
     arm = played_arm("teachmover")
     position = arm.status.acknowledged
-    arm.twin.device.jog((-5 if arm.core.slack.taken[0] else 5, 0, 0, 0, 0, 0))
+    arm.twin.device.jog((-5 if arm.core.position.slack.taken[0] else 5, 0, 0, 0, 0, 0))
     arm.sleep(2.0)
     status = arm.status
     assert status.trust is Trust.SUSPECT
     assert status.acknowledged == position == arm.twin.world.motors
-    assert arm.core.slack.unsure
+    assert arm.core.position.slack.unsure
 
 
 def test_a_lost_byte_of_a_burst_is_noticed_though_it_only_moved_motors_in_their_play():
@@ -130,12 +130,12 @@ def test_a_lost_byte_of_a_burst_is_noticed_though_it_only_moved_motors_in_their_
 
 def test_a_controller_that_lost_its_power_leaves_the_backlash_in_doubt():
     arm = played_arm("teachmover")
-    assert arm.core.slack.unsure == ()
+    assert arm.core.position.slack.unsure == ()
     arm.twin.device.power_off()
     arm.twin.device.power_on()
     arm.sleep(2.0)
     assert arm.status.trust is Trust.SUSPECT
-    assert arm.core.slack.unsure == (0, 1, 2, 3, 4, 5)
+    assert arm.core.position.slack.unsure == (0, 1, 2, 3, 4, 5)
 
 
 def test_a_saved_twin_keeps_where_its_play_is():

@@ -6,9 +6,11 @@ import pytest
 from faults import OVER_THE_TABLE, ready_arm, sim_arm, sim_config
 
 from armdrive.errors import BadRequest, DeviceFault, OutOfBounds, Stopped
+from armdrive.runtime.position import DeviceReadings, FingerState
 from armdrive.sim.world.table import TableBlock
-from armdrive.status import State, Trust
-from kinematics import Pose
+from armdrive.status import Current, State, Trust
+from armdrive.tasks import Registers
+from kinematics import Motors, Pose
 
 TAKE = Pose.of(x_mm=260, y_mm=0, z_mm=15, pitch_deg=-90)
 
@@ -38,6 +40,26 @@ def test_a_grasp_measures_the_block_and_presses_as_asked(width_mm, force_n):
     assert arm.twin.world.scene.blocks["A"].z_mm == pytest.approx(55.0, abs=1.0)
     arm.gripper.open()
     assert arm.gripper.force_n == 0.0
+
+
+def test_the_force_grows_with_the_cable_pulled_in_behind_the_touch_until_they_open():
+    config = sim_config()
+    fingers = FingerState(config, config.model.transmission)
+    assert fingers.force_n(20.0) == 0.0
+    fingers.touch_mm = 30.0
+    assert fingers.force_n(28.0) == pytest.approx(2.0 * fingers.force_n(29.0))
+    assert fingers.seen_mm(28.0) == 30.0  # what they hold keeps them apart
+    fingers.arrive(30.0)
+    assert fingers.force_n(28.0) == 0.0
+    assert fingers.seen_mm(28.0) == 28.0
+
+
+@pytest.mark.parametrize("grip_switch", [True, False])
+def test_without_a_grip_switch_nothing_tells_whether_they_grip(grip_switch):
+    readings = DeviceReadings(grip_switch=grip_switch)
+    readings.sense(Registers(Motors([0] * 6), 5, gripping=True, held=False))
+    assert readings.gripping is (True if grip_switch else None)
+    assert (readings.inputs, readings.sensed, readings.current) == (5, 1, Current.OFF)
 
 
 def test_nothing_between_the_fingers_is_a_width_of_zero():

@@ -72,7 +72,7 @@ def test_ten_thousand_random_moves_end_on_the_step_counts_they_began_with(seed):
     home, began = arm.joints, arm.twin.world.motors
     registers = arm.twin.device.registers
     draw = random.Random(seed)
-    angles = dict(arm.core.coordinates.joints.deg)
+    angles = dict(arm.core.position.coordinates.joints.deg)
     for _ in range(1_000):
         name = draw.choice(list(angles))
         arm.move_j(**{f"{name}_deg": angles[name] + draw.uniform(-0.6, 0.6)})
@@ -124,13 +124,13 @@ def test_a_motion_reports_where_the_motors_stand_and_not_where_they_were_sent():
 
 def test_joints_that_are_not_named_keep_their_angle_to_the_last_digit():
     arm = ready_arm()
-    before = arm.core.coordinates.joints
+    before = arm.core.position.coordinates.joints
     arm.move_j(elbow_deg=-60.123)
     arm.jog_j(base_deg=3.3)
-    after = arm.core.coordinates.joints
+    after = arm.core.position.coordinates.joints
     for name in ("shoulder", "wrist_pitch", "wrist_roll"):
         assert after[name] == before[name]
-    assert arm.core.transmission.to_motors(after, arm.core.coordinates.opening_mm) == (
+    assert arm.core.transmission.to_motors(after, arm.core.position.coordinates.opening_mm) == (
         arm.status.acknowledged
     )
 

@@ -226,7 +226,7 @@ def test_a_controller_that_lost_its_power_in_a_pause_is_seen_and_nothing_goes_on
 def test_an_arm_that_the_pendant_moved_in_a_pause_does_not_go_on():
     arm = raised(BY_BURSTS)
     handle, _ = paused(arm)
-    arm.twin.device.pendant_move((50, 0, 0, 0, 0, 0))
+    arm.twin.device.jog((50, 0, 0, 0, 0, 0))
     moved = arm.twin.world.motors
     arm.resume()
     with pytest.raises(WrongState, match="no longer where it was paused"):
@@ -351,7 +351,7 @@ def test_an_arm_that_is_killed_in_a_pause_is_remembered_where_it_stands(tmp_path
     paused(arm)
     record = FileRecorder(tmp_path / "record.json").load()
     assert not record.in_motion
-    assert record.registers == arm.status.acknowledged - arm.core.offset
+    assert record.registers == arm.status.acknowledged - arm.core.position.offset
 
 
 ASKED = ("move", "pause", "pause", "resume", "slow", "jog", "nudge", "sleep", "stop", "estop")

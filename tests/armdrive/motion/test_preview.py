@@ -60,10 +60,10 @@ def test_what_was_foreseen_is_what_is_done(arm, goal, how):
     preview = foreseen(arm, goal, **how)
     assert len(arm.twin.link.sent) == before
     assert preview.possible
-    began = arm.core.coordinates
+    began = arm.core.position.coordinates
     moved = asked(arm, goal, **how)
     assert preview.start == began.joints
-    assert preview.end == arm.core.coordinates.joints
+    assert preview.end == arm.core.position.coordinates.joints
     assert math.dist(preview.path[-1], arm.model.arm.points(moved.joints)[-1]) < 1.0
     assert preview.duration_s <= moved.duration_s <= preview.slowest_s * 1.1 + 1.0
 
@@ -206,7 +206,7 @@ def test_an_arm_of_a_model_file_is_foreseen_as_well(tmp_path):
         assert [way.taken for way in preview.ways] == [True]
         assert preview.ways[0].name == ""
         arm.move_to(goal)
-        assert preview.end == arm.core.coordinates.joints
+        assert preview.end == arm.core.position.coordinates.joints
 
 
 @settings(max_examples=25)
@@ -220,7 +220,7 @@ def test_every_goal_is_foreseen_as_it_would_end(x, y, z, pitch, line):
     preview = foreseen(arm, goal, line=line)
     if preview.possible:
         asked(arm, goal, line=line)
-        assert preview.end == arm.core.coordinates.joints
+        assert preview.end == arm.core.position.coordinates.joints
         least = -arm.model.guards.tolerance_mm - 1e-6
         assert all(each.clearance_mm >= least for each in preview.clearances)
         return
@@ -273,7 +273,7 @@ def test_the_command_ends_with_the_code_of_the_refusal(call):
 def test_at_the_edge_of_reach_one_posture_is_taken_and_named_once(arm):
     """Elbow up and elbow down are the same where the arm is stretched out."""
     model = arm.model.arm
-    stretched = model.fk(arm.core.coordinates.joints.replace(shoulder=0.5, elbow=0.0))
+    stretched = model.fk(arm.core.position.coordinates.joints.replace(shoulder=0.5, elbow=0.0))
     preview = arm.preview(PoseMove(stretched))
     assert [way.taken for way in preview.ways].count(True) <= 1
     for index, way in enumerate(preview.ways):

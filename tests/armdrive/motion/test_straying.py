@@ -75,10 +75,10 @@ def test_a_burst_is_shorter_where_a_guard_is_near(name):
     low.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=1.0, pitch_deg=-60))
     target = Motors((90, -60, 80, 40, 70, 0))
     rate_hz = high.speeds.motor_hz
-    assert has_room(high.core, high.core.acknowledged + target, rate_hz)
-    assert not has_room(low.core, low.core.acknowledged + target, rate_hz)
+    assert has_room(high.core, high.core.position.acknowledged + target, rate_hz)
+    assert not has_room(low.core, low.core.position.acknowledged + target, rate_hz)
     few = Motors((SMALL_STEPS, -3, 2, 1, 1, 0))
-    assert has_room(low.core, low.core.acknowledged + few, rate_hz)
+    assert has_room(low.core, low.core.position.acknowledged + few, rate_hz)
 
 
 @pytest.mark.parametrize("name", UNCOORDINATED)

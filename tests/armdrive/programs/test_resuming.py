@@ -1,12 +1,13 @@
 """Interrupted at every act, by a kill, a stop, a fault, a pulled cable: taken up again, or not."""
 
 import pytest
-from program_acts import grasp, travels
-from running_bench import BLOCK, PICK_AND_PLACE, Listener, Script
+from program_acts import go, grasp, travels
+from running_bench import BLOCK, PICK_AND_PLACE, Listener, Script, down
 
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config, state_file
 from armdrive.errors import ArmError, NotReferenced, Refused, StateFileError, Stopped
+from armdrive.moves import GripperMove, MoveSequence
 from armdrive.programs.acts import Home
 from armdrive.programs.journal import (
     Journal,
@@ -274,3 +275,18 @@ def test_a_disk_that_is_full_lets_no_act_begin(arm, tmp_path, monkeypatch):
     with pytest.raises(StateFileError, match="No space left"):
         begin(arm, Script(PICK_AND_PLACE), tmp_path)
     assert arm.joints == before
+
+
+def test_what_is_left_of_a_sequence_is_what_was_not_yet_done(arm, tmp_path):
+    """The fingers were open and the arm on its way: only the way is left."""
+    act = go(down(250, 60, 80), opening_mm=60.0)
+    script = Script((act,))
+    device = arm.twin.device
+    takes_s = arm.preview(act.move).duration_s
+    device.at(device.now_s + 0.8 * takes_s, arm.request_stop)
+    with pytest.raises(Stopped):
+        begin(arm, script, tmp_path)
+    entry = interrupted(arm.config.name)
+    left = require_place(arm, entry, act, "armdrive run t.arm --resume")
+    assert entry.move.moves[0] == GripperMove(60.0)
+    assert left == MoveSequence(entry.move.moves[1:])

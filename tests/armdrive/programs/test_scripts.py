@@ -284,7 +284,7 @@ def test_coroutines_are_run_rehearsed_and_stepped_through_too(homed, write, monk
     )
     assert "for 2 acts" in homed("run", path, "--check", code=0).out
     ran = homed("run", path, "--step", code=0).out
-    assert "  park\n" in ran
+    assert "line 6: await arm.park()\n" in ran
     assert "done: 2 calls" in ran
     assert keys.taken == 2
 

@@ -3,6 +3,7 @@
 import pytest
 from faults import ready_arm
 
+from armdrive.blocking import run_blocking
 from armdrive.errors import ArmError
 from armdrive.tasks import ReadPosition, RequestRejected, SleepUntil
 
@@ -15,7 +16,7 @@ def restless(now_s):
 def test_a_flow_that_goes_round_without_waiting_is_ended():
     arm = ready_arm()
     with pytest.raises(ArmError, match="without waiting"):
-        arm.runner.perform(restless(arm.pace.now_s() - 1.0))
+        run_blocking(arm.runner.perform(restless(arm.pace.now_s() - 1.0)))
     assert arm.move_j(base_deg=2).joints.deg["base"] == pytest.approx(2.0, abs=0.05)
 
 

@@ -64,7 +64,7 @@ def test_every_burst_fits_its_announced_length_and_once_measured_really_does(err
         begin(request, now_s)
         if isinstance(request, MoveBy):
             nominal_s = request.steps.largest / controller.usable_rate_hz(request.rate_hz)
-            lengths.append((nominal_s, nominal_s * (1.0 + error), arm.core.burst_s))
+            lengths.append((nominal_s, nominal_s * (1.0 + error), arm.core.stops.burst_s))
 
     controller.begin = spied
     arm.move_j(base_deg=50, shoulder_deg=60, wrist_roll_deg=70)
@@ -238,7 +238,7 @@ def test_motors_that_a_stop_left_off_their_way_are_not_believed():
     def moves_it(data):
         if data.startswith(b"@READ"):
             link.on_write = lambda _: None
-            device.pendant_move((0, 0, 40, 0, 0, 0))
+            device.jog((0, 0, 40, 0, 0, 0))
 
     def press():
         device.press(Key.STOP)

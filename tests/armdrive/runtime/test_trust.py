@@ -5,6 +5,7 @@ from faults import OVER_THE_TABLE, Rule, late_by, lost, ready_arm, sim_arm
 from hypothesis import given
 from hypothesis import strategies as st
 
+from armdrive.blocking import run_blocking
 from armdrive.errors import ArmError, DeviceFault, NotReferenced, PositionMismatch, Refused
 from armdrive.motion.reference import poll, take_reference, vouched
 from armdrive.runtime.position import ArmCoordinates
@@ -86,7 +87,7 @@ def test_no_planned_motion_without_a_reference_and_no_byte_of_one(call):
 
 def test_the_pendant_makes_a_standing_arm_suspect_within_seconds():
     arm = ready_arm()
-    arm.twin.device.pendant_move((30, 0, 0, 0, 0, 0))
+    arm.twin.device.jog((30, 0, 0, 0, 0, 0))
     arm.sleep(2.5)
     assert arm.status.trust is Trust.SUSPECT
     assert "pendant" in arm.status.trust_reason
@@ -98,7 +99,7 @@ def test_a_pendant_move_just_before_a_motion_is_seen_before_the_motion(seconds):
     arm = ready_arm()
     arm.sleep(2.0)
     arm.sleep(seconds)
-    arm.twin.device.pendant_move((200, 0, 0, 0, 0, 0))
+    arm.twin.device.jog((200, 0, 0, 0, 0, 0))
     before = arm.twin.world.motors
     with pytest.raises(NotReferenced):
         arm.move_j(base_deg=40)
@@ -224,7 +225,7 @@ def test_a_posture_is_not_taken_of_an_arm_that_moved_while_the_wire_was_disturbe
     arm = ready_arm()
     here, device = arm.joints, arm.twin.device
     arm.twin.link.to.append(Rule(b"@READ", DISTURBED[how]))
-    device.at(device.now_s + 0.4, lambda: device.pendant_move((0, 0, 0, 25, 0, 0)))
+    device.at(device.now_s + 0.4, lambda: device.jog((0, 0, 0, 25, 0, 0)))
     with pytest.raises(DeviceFault, match="vouch for its posture again"):
         arm.declare_posture(here, opening_mm=20.0)
     assert arm.status.trust is not Trust.REFERENCED
@@ -234,7 +235,7 @@ def test_a_posture_is_not_taken_of_an_arm_that_moved_while_the_wire_was_disturbe
 
 def test_a_posture_that_the_pendant_has_just_brought_about_is_taken():
     arm = ready_arm()
-    arm.twin.device.pendant_move((0, 0, 0, 25, 0, 0))
+    arm.twin.device.jog((0, 0, 0, 25, 0, 0))
     arm.declare_posture(arm.twin.world.joints, opening_mm=20.0)
     assert arm.status.trust is Trust.REFERENCED
     assert arm.status.acknowledged == arm.twin.world.motors
@@ -243,14 +244,14 @@ def test_a_posture_that_the_pendant_has_just_brought_about_is_taken():
 def test_a_posture_is_not_taken_when_the_look_before_has_seen_the_registers_fall():
     arm = ready_arm()
     arm.move_j(base_deg=20)
-    arm.twin.device.pendant_move((0, 0, 0, 25, 0, 0))
+    arm.twin.device.jog((0, 0, 0, 25, 0, 0))
     arm.sleep(3.0)
     here, device = arm.twin.world.joints, arm.twin.device
     assert arm.status.trust is Trust.SUSPECT
     word = vouched(arm.core, ArmCoordinates(here, 20.0), Evidence.DECLARED, arm.pace.now_s())
     device.power_off()
     device.power_on()
-    arm.runner.perform(poll(arm.wire))
+    run_blocking(arm.runner.perform(poll(arm.wire)))
     with pytest.raises(DeviceFault, match="vouch for its posture again"):
-        arm.runner.perform(take_reference(arm.wire, word))
+        run_blocking(arm.runner.perform(take_reference(arm.wire, word)))
     assert arm.status.trust is Trust.SUSPECT

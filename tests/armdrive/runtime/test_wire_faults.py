@@ -231,7 +231,7 @@ def test_nothing_is_sent_before_the_answer_to_what_went_before(calls):
             continue
     arm.close()
     assert arm.twin.link.overlaps == []
-    assert arm.twin.device.lost_bytes == 0
+    assert arm.twin.device.box.lost_bytes == 0
     assert arm.twin.link.lines.count(b"@RESET\r") <= sum(1 for _ in calls)
     assert honest(arm)
 

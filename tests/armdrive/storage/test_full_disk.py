@@ -72,11 +72,11 @@ def test_a_position_that_is_no_longer_believed_does_not_stay_on_a_full_disk():
     life = recorded_life()
     arm = life.connect()
     life.disk.room = 0
-    life.twin.device.pendant_move((30, 0, 0, 0, 0, 0))
+    life.twin.device.jog((30, 0, 0, 0, 0, 0))
     arm.read_inputs()
     assert arm.status.trust is Trust.SUSPECT
     assert life.disk.after_kill(PATH) is None
-    life.twin.device.pendant_move((-30, 0, 0, 0, 0, 0))
+    life.twin.device.jog((-30, 0, 0, 0, 0, 0))
     life.end()
     assert believed(life, None)[0] is Trust.UNKNOWN
 

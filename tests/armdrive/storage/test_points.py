@@ -374,7 +374,7 @@ def test_a_preview_of_a_point_is_the_motion_to_it(arm):
     assert arm.preview(PoseMove("aside")).end == arm.points["aside"].joints
     line = arm.preview(LineMove("aside"))
     arm.move_l("aside")
-    assert line.end == arm.core.coordinates.joints
+    assert line.end == arm.core.position.coordinates.joints
 
 
 def test_a_point_that_a_person_edited_beyond_a_limit_is_audited(arm):
@@ -398,7 +398,7 @@ def test_what_is_no_goal_is_refused_by_name(arm):
         arm.move_to("nowhere")
     with pytest.raises(BadRequest, match="every frame"):
         arm.move_to("pick", frame="tool")
-    with pytest.raises(BadRequest, match="point of an arm with"):
+    with pytest.raises(BadRequest, match="a place of this arm says"):
         arm.move_to(Point(Joints((0.0,), ("lift",))))
 
 

@@ -131,8 +131,8 @@ def test_an_arm_that_was_let_go_is_never_restored():
 
 def test_doubts_of_the_last_connection_outlive_it_even_if_the_registers_agree_again():
     life = recorded_life()
-    life.twin.device.pendant_move((30, 0, 0, 0, 0, 0))
+    life.twin.device.jog((30, 0, 0, 0, 0, 0))
     assert life.connect().status.trust is Trust.SUSPECT
     life.end()  # killed, without a word
-    life.twin.device.pendant_move((-30, 0, 0, 0, 0, 0))
+    life.twin.device.jog((-30, 0, 0, 0, 0, 0))
     assert believed(life, life.disk.after_kill(PATH))[0] is Trust.SUSPECT

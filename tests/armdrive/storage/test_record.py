@@ -57,11 +57,11 @@ def referenced(bench):
 
 def test_the_next_program_takes_up_where_the_last_one_ended(bench):
     arm = referenced(bench)
-    last = arm.core.coordinates
+    last = arm.core.position.coordinates
     arm.close()
     after = bench.connect()
     assert after.status.trust is Trust.RESTORED
-    assert after.core.coordinates == last
+    assert after.core.position.coordinates == last
     assert after.status.acknowledged == bench.twin.world.motors
     with pytest.raises(NotReferenced, match="confirm"):
         after.move_j(base_deg=0)
@@ -94,7 +94,7 @@ def test_counts_that_agree_by_chance_do_not_hide_an_end_in_mid_motion(bench):
     """The house lost its power: counts that were zero before are zero again."""
     arm = bench.connect()
     arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
-    assert not arm.core.counts.largest
+    assert not arm.core.position.counts.largest
     arm.move_j(base_deg=80, wait=False)
     arm.sleep(0.5)
     bench.twin.device.power_off()
@@ -107,7 +107,7 @@ def test_counts_that_agree_by_chance_do_not_hide_an_end_in_mid_motion(bench):
 def test_an_arm_that_was_moved_before_it_was_confirmed_is_not_confirmed(bench):
     referenced(bench).close()
     arm = bench.connect()
-    bench.twin.device.pendant_move((0, 25, 0, 0, 0, 0))
+    bench.twin.device.jog((0, 25, 0, 0, 0, 0))
     with pytest.raises(NotReferenced, match="no restored position"):
         arm.confirm_restored()
     assert arm.status.trust is Trust.SUSPECT
@@ -148,7 +148,7 @@ def test_the_mark_is_taken_away_two_seconds_after_the_arm_stands(bench):
 
 def test_a_pendant_move_between_programs_is_suspect(bench):
     referenced(bench).close()
-    bench.twin.device.pendant_move((0, 25, 0, 0, 0, 0))
+    bench.twin.device.jog((0, 25, 0, 0, 0, 0))
     arm = bench.connect()
     assert arm.status.trust is Trust.SUSPECT
     assert arm.status.acknowledged == bench.twin.world.motors

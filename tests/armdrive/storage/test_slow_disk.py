@@ -123,7 +123,7 @@ def test_what_happens_to_the_arm_meanwhile_is_seen_before_it_moves(bench):
     assert bench.disk.is_waited_for()
     bench.let_time_pass(1.0)
     with bench.arm.pace.lock:
-        bench.twin.device.pendant_move((300, 0, 0, 0, 0, 0))
+        bench.twin.device.jog((300, 0, 0, 0, 0, 0))
     bench.disk.free.set()
     with pytest.raises(Exception, match="pendant"):
         handle.wait()
@@ -181,7 +181,7 @@ def test_of_many_beliefs_a_slow_disk_writes_the_newest(bench, monkeypatch):
     for angle_deg in (10.0, 20.0, 30.0):
         there = ArmCoordinates(OVER_THE_TABLE.replace(base=math.radians(angle_deg)), 20.0)
         with bench.arm.pace.lock:
-            core.refer(core.acknowledged - core.offset, there)
+            core.position.refer(core.position.acknowledged - core.position.offset, there)
             core.remember()
         assert bench.disk.is_waited_for()
     bench.disk.free.set()

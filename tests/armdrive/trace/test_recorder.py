@@ -8,6 +8,7 @@ import pytest
 from recorder_bench import of_kind, recorded_arm, saved, written
 
 from armdrive import Arm, Jog, LinkLost, OutOfBounds, Space
+from armdrive.blocking import run_blocking
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import StateFileError, WrongState
 from armdrive.moves import ContinuousJog
@@ -64,7 +65,7 @@ def test_calls_are_noted_with_their_arguments_and_what_they_raised(arm, tmp_path
     entries = saved(arm, tmp_path).entries
     calls = of_kind(entries, EntryKind.CALL)
     assert "move_j(shoulder_deg=200)" in calls
-    assert 'run({"move": "gripper", "opening_mm": 30.0, "speed": 1.0})' in calls
+    assert 'start({"move": "gripper", "opening_mm": 30.0, "speed": 1.0})' in calls
     (raised,) = of_kind(entries, EntryKind.RAISED)
     assert raised.startswith("OutOfBounds: ")
 
@@ -135,7 +136,7 @@ def test_a_flaw_of_the_driver_is_written(tmp_path):
         raise ZeroDivisionError("one of ours")
 
     with pytest.raises(ZeroDivisionError):
-        arm.runner.perform(flawed())
+        run_blocking(arm.runner.perform(flawed()))
     arm.close()
     (file,) = written(tmp_path / "records")
     assert "engine-failed" in file.name

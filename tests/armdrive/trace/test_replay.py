@@ -151,7 +151,7 @@ def test_registers_that_were_moved_by_others_part(tmp_path):
     arm = recorded_arm()
     arm.home()
     arm.sleep(2.0)
-    arm.twin.device.pendant_move([0, 5, 0, 0, 0, 0])
+    arm.twin.device.jog([0, 5, 0, 0, 0, 0])
     arm.sleep(2.0)
     recording = saved(arm, tmp_path)
     arm.close()

@@ -174,8 +174,8 @@ ENDS = {
     "unplugged": lambda s: s.tell(Gone("Fake Pad: unplugged")),
     "another pad": lambda s: s.tell(Came("Other", {LEFT_X: -1.0})),
     "link lost": lambda s: s.lose(),
-    "disarmed": lambda s: s.desk.disarm("x"),
-    "suspended": lambda s: s.desk.woken(3.0),
+    "disarmed": lambda s: s.desk.screens.disarm("x"),
+    "suspended": lambda s: s.desk.input.on_resumed(3.0),
     "its stop button": lambda s: s.tell(pressed(BUTTONS["east"])),
     "other settings": lambda s: s.tell(pressed(BUTTONS["north"])),
     "the focus is lost": lambda s: s.desk.on_app_blur(),
@@ -230,7 +230,7 @@ async def test_its_stop_button_stops_on_any_screen_and_its_others_count_at_the_j
         await session.press("f3")
         session.tell(pressed(BUTTONS["east"]), pressed(BUTTONS["north"]))
         assert session.arm.asked("stop") == [("stop",)]
-        assert session.desk.place.form.cartesian, "the mode button is of the jog screen"
+        assert session.desk.place.entry.form.cartesian, "the mode button is of the jog screen"
         await session.press("f2")
         session.tell(pressed(BUTTONS["select"]), pressed(BUTTONS["north"]))
         assert session.desk.settings.cartesian

@@ -7,10 +7,10 @@ from textual import events
 
 from armdrive.moves import Jog, Space
 from armdrive.status import LinkStats, State
-from tui.jog import words as tables
+from tui.jog import text as tables
 from tui.jog.jogging import MOUSE_HOLD_S, MOUSE_HOLDS_S, MOUSE_RENEWS_S, DeskJogging
 from tui.jog.screen import HoldButtons
-from tui.jog.words import Load
+from tui.jog.text import Load
 from tui.settings import JogSettings
 
 

@@ -10,6 +10,7 @@ from desk_session import Session
 
 from armdrive.status import State, status_view
 from kinematics.textbook.study import named_subject
+from tui.app import action_call
 from tui.keys.keyboard import DEFAULT_KEYS
 from tui.keys.table import SCREENS, TABLE
 from tui.theory.model import ModelDesk, model_keys
@@ -85,9 +86,9 @@ def noting(app):
     done = []
 
     async def note(action, default_namespace=None, namespaces=None):
-        name = str(action).partition("(")[0].removeprefix("app.")
+        name = str(action).removeprefix("app.")
         holder = app if str(action).startswith("app.") else default_namespace or app
-        assert hasattr(holder, f"action_{name}"), f"nothing does {action}"
+        assert action_call(name, holder), f"nothing does {action}"
         done.append(str(action).removeprefix("app."))
         return True
 

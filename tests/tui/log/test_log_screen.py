@@ -13,11 +13,12 @@ from armdrive.errors import WrongState
 from armdrive.trace.entries import EntryKind
 from armdrive.trace.log import LogLine, Topic
 from firmware_protocol.frames import Frame, pack
-from tui.framework import PlainText
 from tui.keys.keyboard import DEFAULT_KEYS
 from tui.keys.rows import LOG_DIALOG_KEYS, LOG_KEYS
-from tui.log.screen import GLANCE_S, PORTION, LogList
-from tui.log.words import Window, catalogue, cut, row, whole
+from tui.log.screen import GLANCE_S, LogList
+from tui.log.text import catalogue, cut, row, whole
+from tui.log.view import PORTION, Window
+from tui.painting import PlainText
 
 
 class LogSession(Session):
@@ -87,7 +88,7 @@ async def test_a_long_history_comes_in_portions_and_says_what_is_not_shown():
         for _ in range(2000 // PORTION + 1):
             await session.poll()
         assert session.rows[-1].endswith("number 2799")
-        assert session.desk.place.book.total == 2000
+        assert session.desk.place.log_view.book.total == 2000
         await session.press("home")
         assert "number 800" in session.rows[0]
 
@@ -284,7 +285,7 @@ async def test_no_key_of_the_log_moves_the_arm():
     async with LogSession() as session:
         for each in LOG_KEYS:
             await session.press(each.keys[0])
-            session.desk.close_dialogs()
+            session.desk.screens.close_dialogs()
         assert {call[0] for call in session.arm.calls} <= {"release"}
 
 

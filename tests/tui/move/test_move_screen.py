@@ -8,8 +8,9 @@ from armdrive.errors import WrongState
 from armdrive.moves import JointMove, LineMove, PoseMove
 from armdrive.status import State
 from kinematics import JOINT_NAMES
+from tui.app import action_call
+from tui.keys.presses import DoublePress
 from tui.keys.rows import MOVE_KEYS
-from tui.move.errand import Twice
 from tui.move.form import EMPTY, STEPS, GoalForm, present_of
 from tui.settings import SPEEDS
 
@@ -160,11 +161,11 @@ async def test_the_arrows_step_a_field_from_where_the_arm_is():
         x_mm = session.arm.status.pose.x_mm
         await session.press("right", "right", "left", "right_square_bracket", "right")
         await session.settle()
-        assert session.screen.form.entry("x").value == pytest.approx(x_mm + 6.0, abs=0.01)
+        assert session.screen.entry.form.entry("x").value == pytest.approx(x_mm + 6.0, abs=0.01)
         await session.press("backspace")
         await session.settle()
-        assert session.screen.form.entry("x") == EMPTY
-        assert session.screen.preview is None
+        assert session.screen.entry.form.entry("x") == EMPTY
+        assert session.screen.planned.preview is None
 
 
 async def test_what_is_no_number_is_said_and_not_gone_to():
@@ -188,7 +189,7 @@ async def test_space_stops_while_a_goal_is_typed_and_takes_the_confirmation_back
         session.clock.now_s += 1.0
         await session.settle()
         assert session.arm.asked_for == []
-        assert session.screen.form.entry("x").text == "250"
+        assert session.screen.entry.form.entry("x").text == "250"
 
 
 async def test_a_stop_on_the_way_to_the_arm_ends_the_motion():
@@ -229,8 +230,8 @@ async def test_progress_is_shown_until_the_end():
 
         def during(going):
             del going
-            for index in (0, len(session.screen.preview.postures) // 2):
-                arm.set(joints=session.screen.preview.postures[index], state=State.MOVING)
+            for index in (0, len(session.screen.planned.preview.postures) // 2):
+                arm.set(joints=session.screen.planned.preview.postures[index], state=State.MOVING)
                 session.desk.call_from_thread(session.desk.poll)
                 session.desk.call_from_thread(lambda: shown.append(session.text("going")))
 
@@ -268,7 +269,7 @@ async def test_leaving_the_screen_takes_a_first_press_back_and_keeps_what_was_ty
         await session.press("enter", "f2", "f3")
         await session.settle()
         assert "AGAIN" not in session.text("going")
-        assert session.screen.form.entry("x").text == "250"
+        assert session.screen.entry.form.entry("x").text == "250"
 
 
 async def test_keys_without_a_use_say_so():
@@ -282,14 +283,14 @@ async def test_keys_without_a_use_say_so():
         await session.press("F")
         assert "of poses" in session.text("remarks")
         await session.press("up", "less_than_sign", "left_square_bracket")
-        assert session.screen.form.speed == 0.25
-        assert session.screen.form.step == 0.1
+        assert session.screen.entry.form.speed == 0.25
+        assert session.screen.entry.form.step == 0.1
 
 
 async def test_every_key_of_the_table_has_an_action():
     async with MoveSession() as session:
         for row in MOVE_KEYS:
-            assert hasattr(session.screen, f"action_{row.action.split('(')[0]}"), row.id
+            assert action_call(row.action, session.screen), row.id
 
 
 @pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)])
@@ -336,7 +337,7 @@ def test_what_was_put_in_from_elsewhere_is_typed_over():
 
 def test_two_presses_far_apart_are_two_first_ones():
     now = [0.0]
-    twice = Twice(lambda: now[0])
+    twice = DoublePress(lambda: now[0])
     twice.press()
     now[0] = 60.0
     twice.press()

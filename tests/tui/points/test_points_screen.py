@@ -6,6 +6,7 @@ from desk_session import Session
 
 from armdrive.storage.points import Point, Step, StepList, Taught
 from kinematics import Joints
+from tui.app import action_call
 from tui.keys.rows import POINT_KEYS
 from tui.points.list import PointList, PointNaming
 
@@ -42,7 +43,7 @@ class PointSession(Session):
 
     async def choose(self, name):
         for _ in range(10):
-            if self.screen.listed.name == name:
+            if self.screen.selection.listed.name == name:
                 return
             await self.press("down")
         await self.settle()
@@ -117,7 +118,7 @@ async def test_the_present_place_is_named_and_the_name_typed():
         assert "name of this place: p4_" in session.text("begin")
         await session.press("backspace", "backspace", "r", "t", "2", "minus", "x", "enter")
         await session.settle()
-        assert session.screen.listed.name == "rt2-x"
+        assert session.screen.selection.listed.name == "rt2-x"
         assert session.point("rt2-x").joints.deg["base"] == pytest.approx(20.0)
         assert "rt2-x is here" in session.text("remarks")
 
@@ -125,23 +126,25 @@ async def test_the_present_place_is_named_and_the_name_typed():
 async def test_the_first_letter_takes_the_place_of_a_name_that_was_only_offered():
     async with PointSession() as session:
         await session.press("t")
-        assert session.screen.naming == PointNaming("teach", "p4", offered=True)
+        assert session.screen.names.naming == PointNaming("teach", "p4", offered=True)
         await session.press("u", "2")
-        assert session.screen.naming == PointNaming("teach", "u2")
+        assert session.screen.names.naming == PointNaming("teach", "u2")
         await session.press("space")
         await session.choose("up")
         await session.press("r")
-        assert session.screen.naming == PointNaming("rename", "up"), "a rename mends what is there"
+        assert session.screen.names.naming == PointNaming("rename", "up"), (
+            "a rename mends what is there"
+        )
 
 
 async def test_letters_of_a_name_are_no_keys_and_space_is_still_the_stop():
     async with PointSession() as session:
         await session.press("t", "backspace", "backspace", "H", "X", "L", "s", "p")
-        assert session.screen.naming == PointNaming("teach", "HXLsp")
+        assert session.screen.names.naming == PointNaming("teach", "HXLsp")
         assert not session.arm.asked("estop")
         await session.press("space")
         assert session.arm.asked("stop")
-        assert session.screen.naming is None
+        assert session.screen.names.naming is None
         assert list(session.arm.points) == ["left", "right", "up"]
 
 
@@ -195,7 +198,7 @@ async def test_renaming_reaches_the_sequence():
         await session.press("r", "p", "enter")
         await session.settle()
         assert session.arm.points.sequence("stack").points == ("left", "right", "upp")
-        assert session.screen.listed.name == "upp"
+        assert session.screen.selection.listed.name == "upp"
 
 
 async def test_what_somebody_else_changes_is_shown_and_not_overwritten():
@@ -302,7 +305,7 @@ async def test_a_marked_step_stays_within_the_sequence_and_marks_go_round():
         assert "the first step of stack" in session.text("remarks")
         assert session.arm.points.sequence("stack") == STACK
         await session.press("up", "down")
-        assert session.screen.marked is None
+        assert session.screen.selection.marked is None
 
 
 async def test_steps_that_somebody_else_has_changed_are_not_overwritten():
@@ -314,8 +317,8 @@ async def test_steps_that_somebody_else_has_changed_are_not_overwritten():
         await session.press("K")
         assert session.arm.points.sequence("stack") == other
         await session.settle()
-        assert session.screen.marked is None, "what was marked is another step by now"
-        session.screen.busy = True
+        assert session.screen.selection.marked is None, "what was marked is another step by now"
+        session.screen.sequence.busy = True
         await session.press("pagedown", "J")
         assert "under way" in session.text("remarks")
         assert session.arm.points.sequence("stack") == other
@@ -357,7 +360,7 @@ async def test_further_steps_go_behind_the_marked_one_one_after_the_other():
             Step(gripper="close"),
             *others,
         )
-        assert session.screen.marked == 2
+        assert session.screen.selection.marked == 2
 
 
 @pytest.mark.parametrize(
@@ -389,7 +392,7 @@ async def test_the_way_and_the_speed_of_a_marked_step_are_changed_and_not_those_
         assert session.arm.points.sequence("stack").steps[0].speed == 1.0
         await session.press("pagedown", "l")
         assert "how belongs to a step that leads to a point" in session.text("remarks")
-        assert (session.screen.line, session.screen.speed) == (False, 0.5)
+        assert (session.screen.motion.line, session.screen.motion.speed) == (False, 0.5)
 
 
 @pytest.mark.parametrize(
@@ -409,7 +412,7 @@ async def test_what_is_no_step_is_refused_and_can_be_mended(key, typed, said):
         assert said in session.text("remarks")
         assert session.arm.points.sequence("stack") == STACK
         await session.press("space")
-        assert session.screen.naming is None
+        assert session.screen.names.naming is None
         assert session.arm.asked("stop")
 
 
@@ -436,10 +439,10 @@ async def test_stepping_forwards_and_backwards():
         await session.step("left")
         assert session.stands_at(session.point("left"))
         await session.press("home")
-        assert session.screen.stepper.at == 0
+        assert session.screen.sequence.stepper.at == 0
         await session.press("s")
         await session.step("right")
-        assert session.screen.stepper.at == 0
+        assert session.screen.sequence.stepper.at == 0
 
 
 async def test_a_held_step_key_makes_one_step():
@@ -450,7 +453,7 @@ async def test_a_held_step_key_makes_one_step():
         for _ in range(20):
             await session.press("right", after_s=0.04)
             await session.settle()
-        assert session.screen.stepper.at == 1
+        assert session.screen.sequence.stepper.at == 1
 
 
 async def test_a_sequence_is_run_after_two_presses():
@@ -498,24 +501,24 @@ async def test_a_stop_ends_a_run_and_the_step_is_the_next_one_again():
         await session.choose("stack")
         await session.twice("enter")
         assert "stopped" in session.text("remarks")
-        assert session.screen.stepper.at == 0
-        assert not session.screen.busy
+        assert session.screen.sequence.stepper.at == 0
+        assert not session.screen.sequence.busy
         assert len(arm.asked_for) == 1
 
 
 async def test_leaving_the_screen_ends_a_run_behind_its_step_and_the_stepping():
     arm = taught_arm()
     async with PointSession(arm) as session:
-        arm.during = lambda _: session.desk.call_from_thread(session.desk.show_screen, "jog")
+        arm.during = lambda _: session.desk.call_from_thread(session.desk.screens.go_to, "jog")
         await session.choose("stack")
         await session.press("s")
         screen = session.screen
         await session.twice("enter")
         arm.during = lambda _: None
         await session.settle()
-        assert screen.stepper.at == 1
+        assert screen.sequence.stepper.at == 1
         assert len(arm.asked_for) == 1
-        assert not screen.stepping
+        assert not screen.sequence.stepping
 
 
 async def test_pausing_and_going_on():
@@ -541,14 +544,14 @@ async def test_a_point_is_changed_on_the_move_screen():
         await session.press("e")
         await session.settle()
         assert session.desk.place.place == "move"
-        assert session.desk.place.form.entry("base").value == pytest.approx(-20.0)
+        assert session.desk.place.entry.form.entry("base").value == pytest.approx(-20.0)
 
 
 async def test_an_empty_list_says_how_a_point_is_made_and_every_key_is_harmless():
     async with PointSession(PlannerArm()) as session:
         assert "no points yet: t names" in session.text("list")
         for row in POINT_KEYS:
-            assert hasattr(session.screen, f"action_{row.action.split('(')[0]}"), row.id
+            assert action_call(row.action, session.screen), row.id
             await session.press(row.keys[0], "escape")
             await session.settle()
         assert session.arm.asked_for == []

@@ -142,7 +142,9 @@ async def test_an_arm_with_a_file_says_so_and_another_one_needs_leaving():
 
 async def test_a_real_arm_without_a_file_is_described_by_its_own_wire():
     async with SetupSession() as session:
-        session.desk.status = replace(session.desk.status, simulated=False, link="/dev/arm")
+        session.desk.link.status = replace(
+            session.desk.link.status, simulated=False, link="/dev/arm"
+        )
         text = session.stage.text()
         assert "an arm without a file, on /dev/arm" in text
         session.stage.marked = 1

@@ -11,10 +11,10 @@ from armdrive.errors import KeyFileError
 from armdrive.render.camera import VIEWS
 from kinematics.textbook.worked_example import example_posture
 from tui.arm_view import SpaceView
-from tui.framework import PlainText
 from tui.keys.keyboard import DEFAULT_KEYS, label
 from tui.keys.remap import LAYOUTS, _of_layout, load_keys
 from tui.keys.table import TABLE
+from tui.painting import PlainText
 from tui.theory.model import NO_ARM, PLACE, ModelDesk, ModelHand, model_keys, model_pairs
 
 SIZES = [(80, 24), (120, 40), (200, 60)]

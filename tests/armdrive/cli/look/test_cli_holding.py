@@ -10,10 +10,11 @@ import pytest
 from cli_calls import Caller
 from waiting import FOREVER_S, soon, until
 
-from armdrive import Pose, Stopped
+from armdrive import Stopped
 from armdrive.cli.look import watch
 from armdrive.cli.sim_state import connect_remembered
 from armdrive.connect.target import simulated_config
+from armdrive.moves import Move
 from armdrive.status import State
 
 ARM = "sim:teachmover"
@@ -138,11 +139,11 @@ def test_a_stop_of_an_arm_that_nobody_holds_says_so(call):
 def test_a_command_that_is_stopped_from_outside_ends_with_its_own_code(call, monkeypatch):
     from armdrive.arm import Arm
 
-    def stopped(arm: Arm, goal: Pose, **options: object) -> None:
+    def stopped(arm: Arm, move: Move) -> None:
         raise Stopped("the motion was stopped before its goal")
 
     call("home", code=0)
-    monkeypatch.setattr(Arm, "move_to", stopped)
+    monkeypatch.setattr(Arm, "run", stopped)
     assert "stopped before its goal" in call.refused("move", "--z", "60", code=5)
 
 

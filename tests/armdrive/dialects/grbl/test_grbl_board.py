@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 from grbl_arm import OPENING_MM, OVER, config, found, ready, standing_as_said
 
+from armdrive.blocking import run_blocking
 from armdrive.config.sections import HomingSettings
 from armdrive.errors import DeviceFault, NoAnswer, PendantStop, Refused, SettingsDiffer, Stopped
 from armdrive.sim.device import SwitchState
@@ -101,7 +102,7 @@ def test_a_board_from_the_factory_moves_nothing_until_it_is_mended():
     from armdrive.motion.device import mend_settings
 
     lines = tuple(each.mend for each in arm.core.differences)
-    arm.runner.perform(mend_settings(arm.wire, lines))
+    run_blocking(arm.runner.perform(mend_settings(arm.wire, lines)))
     assert arm.core.differences == ()
     arm.move_j(base_deg=3)
     assert standing_as_said(arm)

@@ -165,7 +165,7 @@ def test_one_false_report_of_outputs_that_are_off_lets_go_of_nothing():
 
 def segments(arm):
     """How many segments of 10 ms the board may drive before it begins to brake."""
-    return arm.core.controller.segment_buffer.segments
+    return arm.core.controller.board.segment_buffer.segments
 
 
 @pytest.mark.parametrize(
@@ -214,6 +214,6 @@ def test_a_letter_that_was_damaged_is_asked_for_again():
 
 def test_a_line_for_which_there_is_never_room_ends_the_motion_in_words():
     arm = ready()
-    arm.core.controller.blocks = 0
+    arm.core.controller.board.blocks = 0
     with pytest.raises(DeviceFault, match="does not go on"):
         arm.move_j(base_deg=3, wait=False).wait(20.0)

@@ -232,7 +232,7 @@ def test_a_jog_that_is_let_go_ends_soon_and_only_cancels():
 
 def test_no_more_than_one_line_of_a_jog_is_unanswered():
     arm = ready()
-    host = arm.core.controller._host
+    host = arm.core.controller.exchange.host
     arm.hold(Jog.joint(base=1.0, elbow=-0.5), speed=1.0, for_s=1.0)
     most = 0
     for _ in range(300):

@@ -4,10 +4,13 @@ import re
 from dataclasses import replace
 
 import pytest
-from grbl_arm import OVER, config, found, lost, ready, rule, stands, without
+from grbl_arm import OVER, Disturbed, config, found, lost, ready, rule, stands, without
 
 from armdrive import Arm, Jog, Pose
-from armdrive.errors import DeviceFault, NoAnswer
+from armdrive.connect.target import connect_simulated
+from armdrive.errors import DeviceFault, NoAnswer, SettingsDiffer
+from armdrive.registry.simulate import simulate
+from armdrive.sim.simulated_arm import link_to
 from armdrive.status import Evidence, State, Trust
 
 CHANGES = {
@@ -126,13 +129,6 @@ def test_a_wire_that_falls_silent_in_motion_ends_it():
 
 def test_no_board_at_all_is_told_after_a_while():
     made = config()
-    from dataclasses import replace
-
-    from grbl_arm import Disturbed
-
-    from armdrive.connect.target import connect_simulated
-    from armdrive.registry.simulate import simulate
-
     twin = simulate(made)
     link = Disturbed(twin.link)
     link.to.append(rule(b"", lost, times=1e9))
@@ -142,13 +138,6 @@ def test_no_board_at_all_is_told_after_a_while():
 
 
 def test_a_board_in_a_hold_or_asleep_is_woken_by_connecting_and_moves_nothing():
-    from dataclasses import replace
-
-    from grbl_arm import Disturbed
-
-    from armdrive.connect.target import connect_simulated
-    from armdrive.sim.simulated_arm import link_to
-
     arm = found()
     arm.disable()
     arm.sleep(1.0)  # it sags
@@ -247,3 +236,29 @@ def test_a_motion_that_waits_between_single_steps_is_no_underrun():
     before = arm.status.underruns
     arm.move_j(base_deg=OVER.deg["base"] + 0.3, speed=0.01)
     assert arm.status.underruns == before
+
+
+# Settings that are read over it: a difference is believed when it is read twice.
+
+A_HUNDRED_BECOMES_TEN = without(3)
+"""What is left of `$100=` sets what reports tell to another number."""
+
+
+def connected(times):
+    twin = simulate(config())
+    link = Disturbed(twin.link)
+    link.back.append(rule(rb"\$100=", A_HUNDRED_BECOMES_TEN, times=times))
+    return Arm(connect_simulated(config(), twin=replace(twin, link=link)))
+
+
+def test_a_setting_that_lost_a_byte_on_the_wire_keeps_no_arm_from_moving():
+    arm = connected(times=1)
+    assert arm.core.differences == ()
+    arm.jog_j(base_deg=1.0)
+
+
+def test_a_setting_that_differs_whenever_it_is_read_does():
+    arm = connected(times=99)
+    assert arm.core.differences
+    with pytest.raises(SettingsDiffer):
+        arm.jog_j(base_deg=1.0)

@@ -124,4 +124,4 @@ def test_a_spoiler_that_is_lost_is_said_again():
 
 def test_contact_leaves_a_clean_line():
     arm = found()
-    assert not arm.core.controller.polls.stray
+    assert not arm.core.controller.board.polls.stray

@@ -18,7 +18,9 @@ from robko_bench import (
 )
 
 from armdrive import Jog
+from armdrive.dialects.exchange import ScriptIO
 from armdrive.dialects.robko01.controller import RobkoController
+from armdrive.dialects.robko01.exchange import MotorPower
 from armdrive.dialects.robko01.settings import RobkoSettings
 from armdrive.errors import ArmError, DeviceFault, NoAnswer, Refused, WrongState
 from armdrive.registry import dialect
@@ -481,12 +483,27 @@ WATCHDOG = {"board": "esp32", "watchdog_s": 1.0, "acceleration": 700.0}
 
 
 class TestWatchdog:
+    def test_it_is_fed_three_times_in_its_time_and_has_run_out_after_it(self):
+        io = ScriptIO(lambda heard: None)
+        power = MotorPower(io, watchdog_s=3.0)
+        assert power.due_s == math.inf  # nothing is fed before the motors are on
+        power.on, io.now_s = True, 10.0
+        power.fed()
+        assert power.due_s == 11.0
+        power.feeding(11.0)
+        assert power.due_s == 12.0  # fed again before the first one is answered
+        io.now_s = 13.0
+        assert not power.starved
+        io.now_s = 13.01
+        assert power.starved
+        assert power.due_s == math.inf
+
     def test_it_is_kept_fed_while_the_program_lives_even_in_error_stop(self):
         arm = ready_robko(WATCHED, **WATCHDOG)
         arm.sleep(10.0)
         arm.estop()
         arm.sleep(10.0)
-        assert arm.twin.device.enabled
+        assert arm.twin.device.box.enabled
         arm.reset()
         arm.move_j(base_deg=3)
         assert arm.status.trust is Trust.REFERENCED
@@ -497,8 +514,8 @@ class TestWatchdog:
         now_s = arm.status.time_s
         arm.close()
         device.transmit(now_s + 5.0)
-        assert not device.enabled
-        assert device.pose.z_mm < height_mm
+        assert not device.box.enabled
+        assert device.world.pose.z_mm < height_mm
 
     def test_a_wire_that_was_silent_for_too_long_makes_the_position_suspect(self):
         arm = ready_robko(WATCHED, **WATCHDOG)

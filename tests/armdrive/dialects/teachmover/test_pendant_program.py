@@ -31,7 +31,7 @@ def spied() -> tuple[Arm, FaultyLink]:
 
 
 def memory(arm: Arm) -> dict[int, ProgramRow]:
-    return dict(arm.twin.device.memory)
+    return dict(arm.twin.device.box.memory)
 
 
 @given(PROGRAMS)

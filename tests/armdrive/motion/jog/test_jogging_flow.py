@@ -99,7 +99,7 @@ def test_a_hold_is_never_longer_than_a_second_however_long_was_asked():
 def test_a_slow_hold_is_as_slow_as_asked_even_below_a_step_a_burst():
     arm = ready_arm()
     arm.jog_j(base=1.0, speed=0.01, duration_s=4.0)
-    angle = arm.core.coordinates.joints.deg["base"]
+    angle = arm.core.position.coordinates.joints.deg["base"]
     assert 0.4 * 4.0 * 0.01 * math.degrees(0.37) < angle <= 4.1 * 0.01 * math.degrees(0.37)
     assert abs(arm.twin.world.motors[0]) <= angle * 7072 / 360 + 1
 
@@ -208,7 +208,7 @@ def test_the_operator_may_use_the_pendant_between_his_jogs():
 
     def operator(request):
         request.arm.jog_j(shoulder_deg=2)
-        arm.twin.device.pendant_move((40, 0, -10, 0, 0, 0))
+        arm.twin.device.jog((40, 0, -10, 0, 0, 0))
         request.arm.sleep(1.0)
         request.arm.jog_j(shoulder_deg=1)
         return arm.operator(request)

@@ -39,7 +39,7 @@ class TestMotion:
     def test_every_motor_turns_at_the_same_rate_until_its_own_steps_are_made(self, bench):
         bench.send("0,0,0,10,0,40D")
         bench.hear(14 * BYTE_S + 15.5 * 0.012)
-        assert bench.device.offsets == (0, 0, 0, 10, 0, 16)
+        assert bench.device.box.offsets == (0, 0, 0, 10, 0, 16)
         assert moved(bench, lambda: bench.hear(1.0)) == (24, 0, 0, 0, 0, 0)
 
     def test_channel_1_is_the_gripper_and_6_the_base(self, bench):
@@ -53,12 +53,12 @@ class TestMotion:
         assert bench.ask(f"{rpm}s") == f"speed = {rpm}\r\n"
         bench.send("6,101d")
         bench.hear(6 * BYTE_S + 99.5 * interval_s)
-        assert bench.device.offsets[5] == 100
+        assert bench.device.box.offsets[5] == 100
 
     def test_at_speed_zero_a_motion_never_ends(self, bench):
         assert bench.ask("0s") == "speed = 0\r\n"
         assert bench.ask("6,3d", 3600.0) == ""
-        assert bench.device.offsets[5] == 1
+        assert bench.device.box.offsets[5] == 1
 
     def test_home_goes_back_the_whole_way(self, bench):
         bench.ask("5,6,7,8,9,200D", 4.0)
@@ -71,7 +71,7 @@ class TestMotion:
     def test_a_zeroing_turns_nothing(self, bench):
         bench.ask("6,20d")
         assert moved(bench, lambda: bench.ask("r")) == (0,) * 6
-        assert bench.device.offsets == (0,) * 6
+        assert bench.device.box.offsets == (0,) * 6
 
     def test_a_slow_board_takes_longer_and_goes_as_far(self):
         slow = Bench(speed_error=0.5)
@@ -97,7 +97,7 @@ class TestCharacters:
         bench.send("6,50d")
         bench.hear(0.1)
         bench.ask("7" * 63 + "o", 3.0)
-        assert bench.device.lost_bytes == 1
+        assert bench.device.box.lost_bytes == 1
         assert not bench.device.busy
 
     def test_what_is_sent_during_a_motion_waits_for_its_end(self, bench):
@@ -120,9 +120,9 @@ class TestCharacters:
 
 class TestCurrent:
     def test_without_torque_the_arm_sags_and_a_motion_brings_it_back(self, bench):
-        height = bench.device.pose.z_mm
+        height = bench.device.world.pose.z_mm
         assert bench.ask("0t") == "torque = disabled\r\n"
-        assert bench.device.pose.z_mm < height - 5
+        assert bench.device.world.pose.z_mm < height - 5
         bench.ask("6,1d")
         assert bench.device.world.energised
 
@@ -137,8 +137,8 @@ class TestOpening:
         bench.ask("5,6,7,8,9,20D")
         bench.device.opened()
         assert bench.hear() == WELCOME
-        assert bench.device.kept == (0,) * 5
-        assert bench.device.offsets == (5, 6, 7, 8, 9, 20)
+        assert bench.device.box.kept == (0,) * 5
+        assert bench.device.box.offsets == (5, 6, 7, 8, 9, 20)
 
     def test_a_board_in_motion_does_not_see_who_opens_its_port(self, bench):
         bench.send("6,50d")
@@ -162,7 +162,7 @@ class TestOpening:
         bench.device.reset()
         assert bench.hear(5.0) == WELCOME
         assert bench.device.world.motors[0] == at[0]
-        assert bench.device.offsets == (0,) * 6
+        assert bench.device.box.offsets == (0,) * 6
 
     def test_without_power_nothing_is_heard_and_all_is_forgotten(self, bench):
         bench.ask("6,20d")

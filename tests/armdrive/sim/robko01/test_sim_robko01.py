@@ -81,7 +81,7 @@ class TestWire:
         bench.link.write(bytes(33), bench.now_s)  # whatever the reader believes to be in
         bench.let_pass(0.1)
         assert bench.ask(Ping(b"again")) == Pong(b"again")
-        assert bench.device.dropped
+        assert bench.device.box.dropped
 
     def test_an_unknown_operation_is_dropped_in_silence(self, bench):
         bench.link.write(frame_bytes(Kind.REQUEST, 17, b""), bench.now_s)
@@ -98,7 +98,7 @@ class TestWire:
         bench.device.set_input(3, True)
         assert bench.ask(Inputs()) == InputsRead(8)
         assert bench.ask(Outputs(5)) == OutputsSet(5)
-        assert bench.device.outputs == 5
+        assert bench.device.box.outputs == 5
         assert esp32().ask(Outputs(5)) == OutputsSet(5)
 
 
@@ -330,9 +330,9 @@ class TestStopping:
     def test_disabled_motors_let_the_arm_sag_and_the_counts_go_on(self, bench):
         bench.ask(MoveRelative(axes(60)))
         bench.let_pass(0.3)
-        height_mm = bench.device.pose.z_mm
+        height_mm = bench.device.world.pose.z_mm
         bench.ask(Disable())
-        assert bench.device.pose.z_mm < height_mm - 5
+        assert bench.device.world.pose.z_mm < height_mm - 5
         base = bench.device.world.motors[0]
         bench.let_pass(2.0)
         assert positions(bench)[0] == 60
@@ -355,18 +355,18 @@ class TestPower:
             assert bench.ask(feed).status is Status.OK
         bench.let_pass(2.0)
         bench.ask(IsMoving())  # feeds nothing
-        assert bench.device.enabled
+        assert bench.device.box.enabled
         bench.let_pass(1.2)
-        assert not bench.device.enabled
+        assert not bench.device.box.enabled
         assert not bench.device.world.energised
         assert bench.ask(MoveRelative(axes(1))).status is Status.ERROR
 
     def test_one_that_rearms_switches_them_on_with_the_next_frame(self):
         bench = esp32(watchdog_s=1.0, rearms=True)
         bench.let_pass(2.0)
-        assert not bench.device.enabled
+        assert not bench.device.box.enabled
         bench.ask(IsMoving())
-        assert bench.device.enabled
+        assert bench.device.box.enabled
 
     def test_an_operator_jogs_it_and_the_motors_stay_off(self):
         device = SimRobko()
@@ -389,8 +389,8 @@ class TestPower:
 
 def test_settings_choose_the_board():
     config = simulated_config("robko01")
-    assert simulate_device(config).habits == RobkoQuirks()
-    chosen = simulate_device(config, settings={"board": "esp32", "watchdog_s": 3.0}).habits
+    assert simulate_device(config).box.habits == RobkoQuirks()
+    chosen = simulate_device(config, settings={"board": "esp32", "watchdog_s": 3.0}).box.habits
     assert chosen == RobkoQuirks(ESP32, 75.0, 0.0, watchdog_s=3.0, top_speed_hz=100.0)
     with pytest.raises(BadRequest):
         simulate_device(config, settings={"watchdog_s": -1.0})

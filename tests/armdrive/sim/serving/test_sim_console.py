@@ -54,13 +54,13 @@ def test_state_tells_the_physical_arm_in_words_and_as_data(console):
     told = state(console)
     assert told["motors"] == list(console.device.world.motors)
     assert told["registers"] == [0] * 6
-    assert told["pose"]["x_mm"] == pytest.approx(console.device.pose.x_mm, abs=0.001)
+    assert told["pose"]["x_mm"] == pytest.approx(console.device.world.pose.x_mm, abs=0.001)
     assert told["joints_deg"]["shoulder"] == pytest.approx(70, abs=0.05)
 
 
 def test_a_key_is_pressed_whatever_its_case(console):
     assert console.answer("key stop") == "pressed STOP"
-    assert console.device.last_key is Key.STOP
+    assert console.device.box.last_key is Key.STOP
     assert "TRAIN" in console.answer("key sotp")
 
 

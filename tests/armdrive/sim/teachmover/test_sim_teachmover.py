@@ -70,10 +70,10 @@ class TestSteps:
 
     def test_a_step_of_nothing_is_answered_at_once_and_writes_its_output(self, bench):
         bench.ask(Step(0, (0,) * 6, 21))
-        assert bench.device.outputs == 21
+        assert bench.device.box.outputs == 21
         assert bench.now_s < 0.04
         bench.ask(Step(0, (0,) * 6))
-        assert bench.device.outputs == 21
+        assert bench.device.box.outputs == 21
 
     def test_registers_wrap_at_16_bits_where_the_arm_does_not(self, bench):
         bench.device.count_from((32760, 0, 0, 0, 0, -32768))
@@ -100,7 +100,7 @@ class TestSteps:
         bench.link.write(b"@READ\r", bench.now_s)
         said = bench.let_pass(2.0)
         assert said.count(b"\r") == (3 if keeps else 1)
-        assert bench.device.lost_bytes == (0 if keeps else 6)
+        assert bench.device.box.lost_bytes == (0 if keeps else 6)
 
 
 class TestCommands:
@@ -135,16 +135,16 @@ class TestCommands:
         bench = Bench(SimTeachMover(world))
         descend(world, 250, 40, 15, opening=60)
         bench.ask(Close())
-        assert bench.device.opening_mm == 30.0
-        assert bench.device.grip_force_n == pytest.approx(2.224, abs=0.15)
+        assert bench.device.world.opening_mm == 30.0
+        assert bench.device.world.grip_force_n == pytest.approx(2.224, abs=0.15)
 
     def test_reset_zeroes_the_registers_and_lets_the_arm_sag(self, bench):
         bench.ask(STEP)
-        height = bench.device.pose.z_mm
+        height = bench.device.world.pose.z_mm
         bench.ask(Reset())
         assert registers(bench) == (0,) * 6
         assert not bench.device.world.energised
-        assert bench.device.pose.z_mm < height - 5
+        assert bench.device.world.pose.z_mm < height - 5
         bench.ask(Step(240, (1, 0, 0, 0, 0, 0)))
         assert bench.device.world.energised
 
@@ -172,7 +172,7 @@ class TestCommands:
         assert bench.ask(QWrite(extra)).status is Status.FAILED
         change = ProgramRow.move(7, 100, (0,) * 6)
         assert bench.ask(QWrite(change)).status is Status.DONE
-        assert bench.device.memory[7] == change
+        assert bench.device.box.memory[7] == change
 
     def test_an_empty_program_cannot_run(self, bench):
         assert bench.ask(Run()).status is Status.FAILED
@@ -223,7 +223,7 @@ class TestPendant:
     def test_the_pendant_has_control_until_it_gives_it_back(self, bench):
         bench.begin(Set())
         bench.let_pass(60.0)
-        bench.device.pendant_move((10, 0, 0, 0, 0, 0))
+        bench.device.jog((10, 0, 0, 0, 0, 0))
         assert bench.device.pendant_returns()
         assert bench.finish().status is Status.DONE
         assert registers(bench) == (10, 0, 0, 0, 0, 0)
@@ -232,15 +232,15 @@ class TestPendant:
     def test_an_operator_brings_the_arm_to_a_posture_that_he_sees(self, bench):
         before = bench.device.world.motors
         bench.device.bring_to(Joints.of(20, 60, -80, -40, 10), 33.0)
-        assert bench.device.joints.deg["base"] == pytest.approx(20, abs=0.1)
-        assert bench.device.opening_mm == pytest.approx(33, abs=0.05)
+        assert bench.device.world.joints.deg["base"] == pytest.approx(20, abs=0.1)
+        assert bench.device.world.opening_mm == pytest.approx(33, abs=0.05)
         assert registers(bench) == bench.device.world.motors - before
 
     def test_no_pendant_moves_an_arm_in_motion(self, bench):
         bench.begin(STEP)
         bench.let_pass(0.2)
         with pytest.raises(BadRequest):
-            bench.device.pendant_move((1, 0, 0, 0, 0, 0))
+            bench.device.jog((1, 0, 0, 0, 0, 0))
 
 
 class TestPower:
@@ -249,11 +249,11 @@ class TestPower:
         bench.begin(STEP)
         bench.let_pass(0.5)
         base = bench.device.world.motors[0]
-        height = bench.device.pose.z_mm
+        height = bench.device.world.pose.z_mm
         bench.device.power_off()
         assert bench.let_pass(5.0) == b""
         assert bench.device.world.motors[0] == base
-        assert bench.device.pose.z_mm < height - 5
+        assert bench.device.world.pose.z_mm < height - 5
         bench.link.write(b"@READ\r", bench.now_s)
         assert bench.let_pass(1.0) == b""
         bench.host.give_up()

@@ -7,14 +7,16 @@ from desk_session import Session
 from textual import events
 from textual.drivers.headless_driver import HeadlessDriver
 
-from tui.framework import Urgent, lasting
+from tui.keys.presses import UrgentKeys
+from tui.terminal import lasting_driver
 
 SPACE = ("space", " ")
 
 
 def read(session, key, character):
     """Have the driver read a key, as its thread does; the app takes it later."""
-    driver = lasting(HeadlessDriver)(session.desk)  # a Pilot puts its own driver in its place
+    # a Pilot puts its own driver in its place
+    driver = lasting_driver(HeadlessDriver)(session.desk)
     driver.process_message(events.Key(key, character))
 
 
@@ -58,7 +60,7 @@ async def test_keys_behind_a_stop_count_again():
 
 @pytest.mark.parametrize("lost", [0, 1])
 def test_a_stop_that_never_came_is_forgotten_with_the_next(lost):
-    urgent, stopped = Urgent(), []
+    urgent, stopped = UrgentKeys(), []
     keys = [events.Key(*SPACE) for _ in range(2)]
     for key in keys:
         urgent.read(key, {"space": lambda: stopped.append(1)})
@@ -70,7 +72,7 @@ def test_a_stop_that_never_came_is_forgotten_with_the_next(lost):
 
 
 def test_other_keys_do_nothing_before_the_app_takes_them():
-    urgent, stopped = Urgent(), []
+    urgent, stopped = UrgentKeys(), []
     urgent.read(events.Key("w", "w"), {"space": lambda: stopped.append(1)})
     assert not stopped
     assert not urgent.overtook(events.Key("q", "q"))

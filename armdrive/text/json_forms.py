@@ -31,6 +31,7 @@ from armdrive.moves import (
     Space,
     jog_axes,
 )
+from armdrive.status import STATUS_FIELDS
 from armdrive.text.form import (
     NUMBER,
     TEXT,
@@ -230,3 +231,28 @@ def _read_space(data: Json, where: str) -> Space:
 _SPACE: Form[Space] = Form(
     lambda space: space.value, _read_space, {"enum": [each.value for each in Space]}
 )
+
+
+# The schema of all forms.
+
+ERROR_KEYS = ("code", "title", "message", "effect", "remedy")
+
+
+def schema() -> dict[str, Json]:
+    """Return the JSON schema of what armdrive reads and writes, one definition for each form."""
+    status = {key: each for key, (_, each) in STATUS_FIELDS.items()}
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "What armdrive reads and writes as JSON",
+        "$defs": {
+            "move": dict(move_form().schema),
+            "pose": dict(POSE.schema),
+            "joints": dict(JOINTS.schema),
+            "status": _object(status),
+            "error": _object(dict.fromkeys(ERROR_KEYS, TEXT.schema)),
+        },
+    }
+
+
+def _object(keys: Mapping[str, Json]) -> dict[str, Json]:
+    return {"type": "object", "properties": dict(keys), "required": list(keys)}

@@ -1,26 +1,20 @@
-"""Hearing a GRBL board: all that is learnt from what it says, asked or not."""
+"""What is known of a GRBL board: its state, its position, and the answers that it owes."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Generator
 from dataclasses import replace
 
-from armdrive.abilities import Abilities
-from armdrive.dialects.exchange import BITS_A_BYTE, Scripted
-from armdrive.dialects.grbl.in_flight import SEGMENTS, SegmentBuffer, segments_of
+from armdrive.dialects.grbl.planner import SEGMENTS, SegmentBuffer, segments_of
 from armdrive.dialects.grbl.settings import PINS, BoardAxes, GrblSettings
-from armdrive.tasks import Alert, AlertKind, ProtocolWarning, Registers
+from armdrive.tasks import Alert, AlertKind, Event, ProtocolWarning, Registers
 from firmware_protocol.grbl import (
     AXIS_LETTERS,
     AlarmRaised,
     AxesInfo,
     BuildInfo,
-    Command,
-    Dialect,
     Host,
-    Realtime,
     Restarted,
     Setting,
     State,
@@ -111,33 +105,28 @@ COORDINATES = re.compile(rb"<[A-Za-z:0-9]+\|[MW]Pos:([-0-9.,]+)[|>]")
 LEAST_RING = 128
 """What the smallest board has, in bytes: a board that tells of less gets one line at a time."""
 TURNING = (State.RUN, State.JOG, State.HOME)
+HELD = (State.HOLD, State.DOOR, State.TOOL)
+DEAF = (*HELD, State.SLEEP, State.CHECK)
+"""States in which lines are not carried out, and which a reset leaves."""
 ABORTED = (3, 6)
 """Alarms that our own reset raises where it ends a motion: of a motion, and of homing."""
 
 
-class GrblReceiving(Scripted[HostEvent]):
-    """What the driver knows of one board."""
+class BoardState:
+    """What one board has said, and what it is expected to say.
 
-    def __init__(
-        self, abilities: Abilities, settings: GrblSettings, axes: BoardAxes, baud: int
-    ) -> None:
-        self._host = Host(
-            Dialect(  # a board without outputs, or homing by axis, refuses their words itself
-                axes=axes.board(), ring_bytes=None, outputs=True, single_axis_homing=True
-            )
-        )
-        super().__init__(abilities, self._host)
-        self.settings = settings
-        self.axes = axes
-        self.byte_s = BITS_A_BYTE / baud
-        self.wire_free_s = -math.inf
+    `contacted` says that contact was made, `recognised` that the firmware was read without a flaw,
+    `modes_set` that the parser is in the modes of our lines. `aborted` says that a reset has ended
+    a motion, or may have been somebody else's. `lacking` are axes of the arm that the board does
+    not have, and `blocks` is how many lines its planner takes.
+    """
+
+    def __init__(self, host: Host, settings: GrblSettings, axes: BoardAxes) -> None:
         self.state: State | str | None = None
         self.sub_state: int | None = None
         self.reported: StatusReported | None = None
         self.position: Motors | None = None
         self.inputs = 0
-        self.most_free = 0
-        self._free: int | None = None
         self.alarm: AlarmRaised | None = None
         self.firmware = ""
         self.told: dict[int | str, str] = {}
@@ -145,59 +134,28 @@ class GrblReceiving(Scripted[HostEvent]):
         self.modes_set = False
         self.aborted = False
         self.blocks = settings.max_segments
-        self._planner_blocks: int | None = None
         self.lacking = ""
         self.garbled = 0
         self.polls = Polls()
         self.greeting = Greeting()
+        self._host = host
+        self._settings = settings
+        self._axes = axes
+        self._most_free = 0
+        self._free: int | None = None
+        self._planner_blocks: int | None = None
 
-    # -- saying -------------------------------------------------------------------------------
+    # -- learning -----------------------------------------------------------------------------
 
-    def say(self, data: bytes, text: str = "") -> None:
-        """Put bytes on the wire, and know when they are through."""
-        super().say(data, text)
-        self.wire_free_s = max(self.wire_free_s, self.now_s) + len(data) * self.byte_s
-
-    def speak(self, command: Command) -> None:
-        """Say a line."""
-        self.say(self._host.send(command), command.text)
-
-    def press(self, command: Realtime) -> None:
-        """Say a real-time command."""
-        shown = command.name.lower().replace("_", " ")
-        if command is Realtime.STATUS:
-            shown = ""
-            self.polls.ask(self.now_s)
-        self.say(self._host.send_realtime(command), shown)
-
-    def give_up(self) -> None:
-        """Forget unanswered lines and half a message."""
-        self._host.forget_outstanding()
-        self._host.discard()
-        self.greeting.give_up()
-
-    # -- hearing ------------------------------------------------------------------------------
-
-    def listen(self, until_s: float) -> Generator[float, HostEvent | None, HostEvent | None]:
-        """Wait for whatever comes next; None when the time is over or a stop is asked for."""
-        heard = yield until_s
-        if heard is not None:
-            self.weigh(heard)
-        return heard
-
-    def unasked(self, heard: HostEvent) -> None:
-        """Weigh what no script was waiting for."""
-        self.weigh(heard)
-
-    def weigh(self, heard: HostEvent) -> None:
-        """Learn from anything that the board says, whoever waits for it."""
+    def learn(self, heard: HostEvent, now_s: float) -> Event | None:
+        """Take in anything that the board says; return what the engine should know of it."""
         match heard:
             case StatusReported():
                 self._learn_status(heard)
             case AlarmRaised():
-                self._learn_alarm(heard)
+                return self._learn_alarm(heard)
             case Restarted():
-                self._learn_restart(heard)
+                return self._learn_restart(heard, now_s)
             case BuildInfo():
                 self._learn_build(heard)
             case AxesInfo(_, letters):
@@ -210,23 +168,24 @@ class GrblReceiving(Scripted[HostEvent]):
                 self.garbled += 1
                 if not self.contacted:
                     self._count_axes(data)
-                self.tell(ProtocolWarning(str(heard)))
+                return ProtocolWarning(str(heard))
             case Unexpected():
-                self.tell(ProtocolWarning(str(heard)))
+                return ProtocolWarning(str(heard))
+        return None
 
     def _count_axes(self, report: bytes) -> None:
         """Learn from a report of another number of coordinates how many axes the board has."""
         found = COORDINATES.match(report)
         count = found[1].count(b",") + 1 if found else 0
-        if count == len(self.axes.letters):
-            self._learn_axes(self.axes.board())
+        if count == len(self._axes.letters):
+            self._learn_axes(self._axes.board())
         elif 0 < count <= len(AXIS_LETTERS):
             self._learn_axes(AXIS_LETTERS[:count])
 
     def _learn_axes(self, letters: str) -> None:
         """Take in which axes the board has, in its own order, and which it lacks."""
         self._host.dialect = replace(self._host.dialect, axes=letters)
-        self.lacking = "".join(letter for letter in self.axes.letters if letter not in letters)
+        self.lacking = "".join(letter for letter in self._axes.letters if letter not in letters)
 
     def _learn_status(self, heard: StatusReported) -> None:
         report = heard.report
@@ -237,45 +196,48 @@ class GrblReceiving(Scripted[HostEvent]):
             self.alarm = None
         free = report.free_blocks
         if free is not None and free == self._free:  # a report has no check bytes
-            self.most_free = max(self.most_free, free)
+            self._most_free = max(self._most_free, free)
         self._free = free
         pins = report.pins or ""
         self.inputs = sum(1 << bit for bit, pin in enumerate(PINS) if pin in pins)
         if heard.machine_position is not None and not self.lacking:
-            self.position = self.axes.motors(heard.machine_position, self._host.dialect.axes)
+            self.position = self._axes.motors(heard.machine_position, self._host.dialect.axes)
 
-    def _learn_alarm(self, heard: AlarmRaised) -> None:
+    def _learn_alarm(self, heard: AlarmRaised) -> Alert | None:
         self.alarm, self.state = heard, State.ALARM
         if self.greeting.awaited and heard.code in ABORTED:
             self.aborted = True  # we have asked for it
             self.greeting.await_late()
-            return
+            return None
         kind = AlertKind.ALARM if heard.position_kept else AlertKind.ALARM_LOST
-        if self.contacted:
-            self.tell(Alert(kind, self.alarm_words()))
+        return Alert(kind, self.alarm_words()) if self.contacted else None
 
-    def _learn_restart(self, heard: Restarted) -> None:
-        own = self.greeting.answers(self.now_s)
+    def _learn_restart(self, heard: Restarted, now_s: float) -> Alert | None:
+        own = self.greeting.answers(now_s)
         self.aborted |= not own
         self.polls.begin_anew()
         self.modes_set = False
         self.alarm = self.state = None
         if heard.banner.firmware:
             self.firmware = heard.banner.firmware
-        if self.contacted and not own:
-            self.tell(
-                Alert(
-                    AlertKind.RESTARTED,
-                    "the board was reset, or lost its power, and counts from zero again",
-                )
-            )
+        if own or not self.contacted:
+            return None
+        words = "the board was reset, or lost its power, and counts from zero again"
+        return Alert(AlertKind.RESTARTED, words)
 
     def _learn_build(self, build: BuildInfo) -> None:
         self._planner_blocks = build.blocks
         if build.blocks:
-            self.blocks = min(self.settings.max_segments, build.blocks)
+            self.blocks = min(self._settings.max_segments, build.blocks)
         ring = build.rx_bytes or 0  # a damaged number may leave no room for a line, for ever
         self._host.ring_bytes = ring if LEAST_RING <= ring <= RING_BYTES_MAX else None
+
+    # -- what is known ------------------------------------------------------------------------
+
+    @property
+    def letters(self) -> str:
+        """The axes of the board, in its own order."""
+        return self._host.dialect.axes
 
     @property
     def variant(self) -> Variant:
@@ -285,8 +247,8 @@ class GrblReceiving(Scripted[HostEvent]):
     @property
     def segment_buffer(self) -> SegmentBuffer:
         """The board's segment buffer; as the largest of all, until the firmware is known."""
-        if self.settings.segments is not None:
-            return SegmentBuffer(self.settings.segments)
+        if self._settings.segments is not None:
+            return SegmentBuffer(self._settings.segments)
         if not self.recognised:
             return SegmentBuffer(max(SEGMENTS.values()))
         return SegmentBuffer(segments_of(self.variant, self._planner_blocks))
@@ -303,18 +265,24 @@ class GrblReceiving(Scripted[HostEvent]):
 
     def registers(self) -> Registers:
         """Return the position as it was reported last."""
-        return Registers(self.position or Motors((0,) * len(self.axes.letters)), self.inputs)
+        return Registers(self.position or Motors((0,) * len(self._axes.letters)), self.inputs)
+
+    @property
+    def located(self) -> bool:
+        """Tell whether the machine position follows from the last report."""
+        return self.reported is not None and self.reported.machine_position is not None
 
     @property
     def in_motion(self) -> bool:
         """Tell whether the board moved when it was heard of last."""
         return self.state in TURNING or (self.state is State.HOLD and bool(self.sub_state))
 
-    def planner_empty(self) -> bool:
-        """Tell whether the last report has no motion in the planner; Idle alone may precede it."""
-        return not self.planner_holds()
+    @property
+    def standing(self) -> bool:
+        """Tell whether the board is Idle with an empty planner; Idle alone may precede a motion."""
+        return self.state is State.IDLE and not self.planner_holds()
 
     def planner_holds(self) -> int | None:
         """Return how many lines were in the planner by the last report; None where it is silent."""
         free = None if self.reported is None else self.reported.report.free_blocks
-        return None if free is None else self.most_free - free
+        return None if free is None else self._most_free - free

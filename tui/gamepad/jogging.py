@@ -12,11 +12,14 @@ from typing import Any, Protocol
 
 from armdrive.motion.frames import BASE
 from armdrive.moves import Jog
-from tui.gamepad.map import GRIPPER_ROWS, HOLD, PadMap
+from tui.app import InputFilter, action_call
+from tui.control import ArmLink
+from tui.gamepad.map import GRIPPER_ROWS, HOLD, STOP, PadMap
 from tui.gamepad.reader import Came, Gone, Pad, PadEvent, PadReader, Told
 from tui.jog.jogging import DeskJogging
 from tui.keys.keyboard import Keyboard
 from tui.keys.table import AXIS_KEYS
+from tui.screens import Screens
 from tui.settings import JogSettings
 
 PAD = "gamepad"
@@ -133,19 +136,15 @@ class PadHost(Protocol):
 
     keys: Keyboard
     settings: JogSettings
-
-    @property
-    def jogging(self) -> DeskJogging | None:
-        """The hand on the jog keys, where there is a link and they are shown."""
+    link: ArmLink
+    screens: Screens
+    input: InputFilter
 
     def say(self, message: str) -> None:
         """Say something on whatever screen is shown."""
 
-    def alive(self) -> None:
-        """Note that the desk goes on, before anything is acted on."""
-
-    def press_row(self, name: str) -> None:
-        """Do what a row of the table of keys does: the stop anywhere, others where keys jog."""
+    def action_stop_arm(self) -> None:
+        """Stop the arm."""
 
     def call_from_thread(self, callback: Callable[..., Any], *args: Any) -> Any:
         """Call in the desk's own thread, and wait until that is done."""
@@ -161,9 +160,9 @@ class PadDesk:
         self.hand = PadHand(
             desk.keys.pad,
             settings=lambda: desk.settings,
-            hand=lambda: desk.jogging,
+            hand=lambda: None if desk.link.lost else desk.screens.hand,
             say=desk.say,
-            do=desk.press_row,
+            do=self._do,
         )
 
     def start(self) -> None:
@@ -183,7 +182,7 @@ class PadDesk:
 
     def heard(self, told: Told) -> None:
         """Take what was told; a desk that was suspended is disarmed before."""
-        self._desk.alive()
+        self._desk.input.alive()
         if isinstance(told, PadEvent):
             self.hand.heard(told)
         elif isinstance(told, Came):
@@ -193,3 +192,13 @@ class PadDesk:
         elif isinstance(told, Gone):
             self.hand.gone()
             self._desk.say(f"no gamepad: {told.reason}")
+
+    def _do(self, row: str) -> None:
+        """Do what a row of the table of keys does: the stop anywhere, others where keys jog."""
+        screens = self._desk.screens
+        if row == STOP:
+            self._desk.action_stop_arm()
+        elif screens.hand is not None and screens.uncovered:
+            call = action_call(self._desk.keys.row(row).action, screens.current)
+            if call is not None:
+                call()

@@ -1,0 +1,194 @@
+"""What the async twins are made of: how their calls are awaited, and how an arm is connected."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Coroutine, Generator
+from dataclasses import replace
+from types import TracebackType
+from typing import Any, Concatenate, Generic, ParamSpec, Protocol, Self, TypeVar
+
+from armdrive.aio.loop import loop_context
+from armdrive.arm import Arm, anybody, connected
+from armdrive.arm.handle import Handle, finished
+from armdrive.blocking import coroutine_of
+from armdrive.connect.target import SIM, ConnectOptions, simulation_forced
+from armdrive.errors.arguments import BASIC, checked_calls
+from armdrive.runtime.drive import PaceChoice
+
+P = ParamSpec("P")
+R = TypeVar("R")
+S = TypeVar("S", covariant=True)
+T_co = TypeVar("T_co", covariant=True)
+
+
+class Carry(Protocol):
+    """Runs a call of an arm for the event loop."""
+
+    def __call__(self, call: Coroutine[Any, Any, R], /) -> Coroutine[Any, Any, R]:
+        """Return what is to be awaited."""
+        ...
+
+
+@checked_calls(BASIC)
+class AsyncHandle(Generic[T_co]):
+    """A motion under way, from an awaited call with `wait=False`."""
+
+    def __init__(self, sync: Handle[T_co], carry: Carry) -> None:
+        self.sync = sync
+        self._carry = carry
+
+    @property
+    def done(self) -> bool:
+        """Whether the motion has ended, well or not."""
+        return self.sync.done
+
+    async def wait(self, timeout_s: float | None = None) -> T_co:
+        """Wait for the end and return what was done, or raise what went wrong.
+
+        Raises `WaitTimeout` after `timeout_s` of the arm's own time; the motion goes on. Who
+        cancels this wait stops the arm.
+        """
+        return await self._carry(coroutine_of(self.sync.wait)(timeout_s))
+
+    async def cancel(self) -> None:
+        """Stop the motion, and wait until the arm stands."""
+        await self._carry(coroutine_of(self.sync.cancel)())
+
+
+class AsyncCalls(Generic[S]):
+    """The async twin of an arm or of a part of it. `sync` is what it is the twin of."""
+
+    def __init__(self, sync: S, arm: Arm) -> None:
+        self.sync = sync
+        self._arm = arm
+
+    async def carry(self, call: Coroutine[Any, Any, R]) -> R:
+        """Run a call; cancelling it stops the arm."""
+        return await loop_context().carry(call, self._arm)
+
+    async def _begin(self, start: Callable[[], Handle[R]], wait: bool) -> R | AsyncHandle[R]:
+        """Begin a motion, and with `wait` also wait for its end."""
+        if wait:
+            return await self.carry(_run_to_its_end(start))
+        return AsyncHandle(await self.carry(coroutine_of(start)()), self.carry)
+
+
+async def _run_to_its_end(start: Callable[[], Handle[R]]) -> R:
+    return await finished(start())
+
+
+def awaited(
+    method: Callable[Concatenate[S, P], R],
+) -> Callable[Concatenate[AsyncCalls[S], P], Coroutine[Any, Any, R]]:
+    """Make the twin of a call that waits for the arm, or takes long to compute."""
+    function = coroutine_of(method)
+
+    @functools.wraps(method)
+    async def call(self: AsyncCalls[S], /, *words: P.args, **named: P.kwargs) -> R:
+        return await self.carry(function(self.sync, *words, **named))
+
+    return call
+
+
+def begun(
+    method: Callable[Concatenate[S, P], Handle[R]],
+) -> Callable[Concatenate[AsyncCalls[S], P], Coroutine[Any, Any, AsyncHandle[R]]]:
+    """Make the twin of a call that begins a motion and returns its handle."""
+    function = coroutine_of(method)
+
+    @functools.wraps(method)
+    async def call(self: AsyncCalls[S], /, *words: P.args, **named: P.kwargs) -> AsyncHandle[R]:
+        handle = await self.carry(function(self.sync, *words, **named))
+        return AsyncHandle(handle, self.carry)
+
+    return call
+
+
+def at_once(
+    method: Callable[Concatenate[S, P], R],
+) -> Callable[Concatenate[AsyncCalls[S], P], R]:
+    """Make the twin of a call that never waits: it is the same call, and is not awaited."""
+
+    @functools.wraps(method)
+    def call(self: AsyncCalls[S], /, *words: P.args, **named: P.kwargs) -> R:
+        return method(self.sync, *words, **named)
+
+    return call
+
+
+# How an arm is connected, and closed.
+
+
+class AsyncConnection(AsyncCalls[Arm]):
+    """A connected arm, which `async with` enables and closes."""
+
+    def __init__(self, sync: Arm) -> None:
+        """Take a connected arm."""
+        super().__init__(sync, sync)
+
+    async def __aenter__(self) -> Self:
+        await self.carry(coroutine_of(self.sync.__enter__)())
+        return self
+
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        await self.close()
+
+    async def close(self) -> None:
+        """Stop, remember the position, and give the port back, whoever cancels that meanwhile."""
+        await loop_context().close(self.sync)
+
+
+A = TypeVar("A", bound=AsyncConnection)
+
+
+class Connecting(Generic[A]):
+    """A connection that is being made: awaited it is the arm, in `async with` it is closed too."""
+
+    def __init__(
+        self, made: Callable[[Arm], A], target: str | None, options: ConnectOptions
+    ) -> None:
+        """`made` makes the twin of the arm that was connected."""
+        self._made = made
+        self._target = target
+        self._options = options
+        self._arm: A | None = None
+
+    def __await__(self) -> Generator[Any, None, A]:
+        return self._connected().__await__()
+
+    async def __aenter__(self) -> A:
+        arm = self._arm = await self._connected()
+        try:
+            return await arm.__aenter__()
+        except BaseException:
+            await arm.close()
+            raise
+
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._arm is not None:
+            await self._arm.close()
+
+    async def _connected(self) -> A:
+        context = loop_context()
+        options = replace(self._options, clock=context.clock)
+        simulated = _in_simulated_time(self._target, options.pace)
+        arm = await context.connect(connected(self._target, options), simulated=simulated)
+        return self._made(arm)
+
+
+def _in_simulated_time(target: str | None, pace: PaceChoice) -> bool:
+    """Return whether a connection needs no thread: it opens no port, and nothing really waits."""
+    if isinstance(pace, str | float | int):
+        return pace == "simulated"
+    return simulation_forced() or anybody() or target is None or target.startswith(SIM)

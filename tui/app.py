@@ -1,0 +1,244 @@
+"""The base of every app: stop keys first, stale input dropped, actions of collaborators."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+import time
+from collections.abc import Callable, Collection, Iterator, Mapping
+from functools import partial
+
+from textual import _time, actions, events, on
+from textual.actions import ActionParseResult
+from textual.app import App
+from textual.dom import DOMNode
+from textual.driver import Driver
+from textual.filter import Monochrome
+from textual.message import Message
+from textual.timer import Timer
+
+from tui.keys.presses import StaleInput, SuspensionDetector, UrgentKeys
+from tui.terminal import ending_driver, is_served, lasting_driver
+
+SUSPENDED_S = 1.0
+"""An app that polls more often than this, and did nothing for so long, was suspended."""
+
+
+class InputFilter:
+    """Decides which keys and mouse events an app acts on, and how old each key is.
+
+    Dropped are keys typed before a stop that has already acted, and whatever was waiting while
+    the program was suspended.
+    """
+
+    def __init__(self) -> None:
+        self.urgent: Mapping[str, Callable[[], object]] = {}
+        """What keys do in the thread that reads them, before the app takes them."""
+        self.suspended_s = math.inf
+        """An app that did nothing for this long was suspended."""
+        self.starved_s = math.inf
+        """An app that did nothing for this long has kept its keys waiting."""
+        self.on_resumed: Callable[[float], object] = _ignore
+        """Called after a suspension, with its length; what was typed since is dropped."""
+        self.on_starved: Callable[[float], object] = _ignore
+        """Called when the program was kept from its work: keys may be late."""
+        self.monotonic_s: Callable[[], float] = _time.get_time
+        self.busy_s: Callable[[], float] = time.thread_time
+        self._key: events.Key | None = None
+        self._suspension = SuspensionDetector()
+        self._stale = StaleInput()
+        self._urgent_keys = UrgentKeys()
+
+    def was_read(self, message: Message) -> None:
+        """Take what a driver has just read, in its thread."""
+        self._urgent_keys.read(message, self.urgent)
+
+    def was_suspended(self) -> None:
+        """Note that the system reports a suspension; safe in a signal handler."""
+        self._suspension.report()
+
+    def alive(self) -> None:
+        """Note that the app runs; to be called often, and before any key is acted on."""
+        now_s = self.monotonic_s()
+        absent_s, reported = self._suspension.look(now_s, self.busy_s())
+        if reported or absent_s > self.suspended_s:
+            self._stale.begin(now_s)
+            self.on_resumed(absent_s)
+        elif absent_s > self.starved_s:
+            self.on_starved(absent_s)
+
+    @contextlib.contextmanager
+    def acting_on(self, key: events.Key) -> Iterator[None]:
+        """Know which key is being acted on, and so how old it is."""
+        self._key = key
+        try:
+            yield
+        finally:
+            self._key = None
+
+    def key_age_s(self) -> float:
+        """Return how long ago the key came that is being acted on; 0 while none is.
+
+        A busy app acts on keys later than they came, and further apart.
+        """
+        return 0.0 if self._key is None else max(self.monotonic_s() - self._key.time, 0.0)
+
+    def drops_key(self, key: events.Key) -> bool:
+        """Return whether a key has come too late to count."""
+        self.alive()
+        came_s = self.monotonic_s() - self.key_age_s()
+        return self._urgent_keys.overtook(key) or self._stale.is_stale(came_s)
+
+    def drops_mouse(self, event: events.MouseEvent) -> bool:
+        """Return whether a mouse event has come too late to count."""
+        self.alive()
+        return self._stale.is_stale(event.time, of_keyboard=False)
+
+
+def _ignore(time_s: float) -> None:
+    """Do nothing about an absence."""
+
+
+# The keys of the table act through the framework's actions. It looks for them on the app and on
+# widgets alone; ours may also be methods of the parts that an app or a screen is made of.
+
+NODES = ("app", "screen", "focused")
+"""The framework's own names for places of actions."""
+
+
+def action_call(action: str | ActionParseResult, node: object) -> Callable[[], object] | None:
+    """Return the call that an action means on a node, None where nothing does it.
+
+    `name(1)` is the node's own `action_name`, `part.name(1)` is `name` of one of its parts.
+    """
+    part, name, words = actions.parse(action) if isinstance(action, str) else action
+    holder = getattr(node, part, None) if part else node
+    found = getattr(holder, name if part else f"action_{name}", None)
+    return partial(found, *words) if callable(found) else None
+
+
+class KeyApp(App[int], inherit_bindings=False):
+    """An app whose stop keys come before every widget, and without the framework's own keys.
+
+    The framework gives printable keys, priority or not, to a text field that is being typed into;
+    so a space there, also in the command palette, would be no stop. Its own bindings would leave
+    without a stop where a file of keys has moved ours.
+    """
+
+    ENABLE_COMMAND_PALETTE = False  # it would add a key of its own; ours stands in the table
+    stop_keys: Collection[str] = ()
+    """No widget may keep these for itself."""
+
+    def __init__(self) -> None:
+        self.input = InputFilter()
+        # its other way to do without colours sends them all, as shades of grey
+        super().__init__(ansi_color=True if os.environ.get("NO_COLOR") else None)
+        if not self.no_color or os.environ.get("NO_COLOR"):
+            return
+        self.no_color = False  # set, but to nothing: no-color.org counts that as not set
+        self._filters = [each for each in self._filters if not isinstance(each, Monochrome)]
+
+    def run_or_raise(self) -> None:
+        """Run until somebody leaves. Raises what ended the app against its will."""
+        self.run()
+        if self._exception is not None:
+            raise self._exception
+
+    def _fatal_error(self) -> None:
+        """End, and print nothing: `run_or_raise` raises the error, and its caller reports it.
+
+        The framework would print a traceback with the local variables, whatever text they hold.
+        """
+        self._close_messages_no_wait()
+
+    def get_driver_class(self) -> type[Driver]:
+        """Return the system's own driver, made to outlive its terminal."""
+        driver = lasting_driver(super().get_driver_class())
+        return ending_driver(driver) if is_served(driver) else driver
+
+    def action_stop_arm(self) -> None:
+        """Do what the stop keys do."""
+        raise NotImplementedError
+
+    @on(Driver.SignalResume)
+    def _repaint(self) -> None:
+        """Paint everything: the terminal may have shown something else meanwhile."""
+        self.refresh(layout=True)
+
+    async def run_action(
+        self,
+        action: str | ActionParseResult,
+        default_namespace: DOMNode | None = None,
+        namespaces: Mapping[str, DOMNode] | None = None,
+    ) -> bool:
+        """Perform an action of a node, or of one of its parts."""
+        part, *_ = actions.parse(action) if isinstance(action, str) else action
+        node = self if default_namespace is None else default_namespace
+        call = action_call(action, node) if part and part not in NODES else None
+        if call is None:  # the framework's, or a row that names nothing: it raises then
+            return await super().run_action(action, default_namespace, namespaces)
+        call()
+        return True
+
+    async def on_event(self, event: events.Event) -> None:
+        """Take the stop keys before anything else sees them, and drop what is stale."""
+        if isinstance(event, events.Key):
+            with self.input.acting_on(event):
+                await self._on_key_event(event)
+            return
+        if (
+            isinstance(event, events.MouseEvent)
+            and not event.is_forwarded
+            and self.input.drops_mouse(event)
+        ):
+            return
+        await super().on_event(event)
+
+    async def _on_key_event(self, event: events.Key) -> None:
+        """Take a key that has come, or that no widget wanted."""
+        if not event.is_forwarded:
+            dropped, stops = self.input.drops_key(event), event.key in self.stop_keys
+            if stops or dropped:
+                event.stop().prevent_default()
+                if stops:
+                    self.action_stop_arm()
+                return
+        await super().on_event(event)
+
+
+BUSY_S = 0.02
+"""A timer that is so much later than it should be found the app busy."""
+
+SETTLE_S = 0.03
+"""What came while the app was busy has gone through its queues after this."""
+
+
+class HoldAlarm:
+    """One timer that is moved to another time instead of being joined by a second one.
+
+    Where the app was too busy to ring in time, what came meanwhile is taken in before it rings.
+    """
+
+    def __init__(self, app: KeyApp, call: Callable[[], None]) -> None:
+        self._app = app
+        self._call = call
+        self._timer: Timer | None = None
+        self._due_s = math.inf
+
+    def after(self, delay_s: float) -> None:
+        """Ring once after this delay; infinite means never."""
+        if self._timer is not None:
+            self._timer.stop()
+            self._timer = None
+        if delay_s != math.inf:
+            delay_s = max(delay_s, 0.001)
+            self._due_s = time.monotonic() + delay_s
+            self._timer = self._app.set_timer(delay_s, self._ring)
+
+    def _ring(self) -> None:
+        self._app.input.alive()  # what was held when this program was suspended is held no more
+        if time.monotonic() - self._due_s > BUSY_S:
+            self.after(SETTLE_S)
+        else:
+            self._call()

@@ -1,0 +1,200 @@
+"""Which key presses count: rules against overtaken, stale, repeated and accidental ones.
+
+Times are in s, on any one clock. None of this knows a screen.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from textual import events
+from textual.message import Message
+
+# Urgent keys act in the thread that reads them, however busy the app is: those that stop the arm.
+# The app takes such a key afterwards as any other, and does the rest of what it means. Keys that
+# were typed before it and are still on their way would restart what was just stopped: they are
+# dropped.
+
+
+class UrgentKeys:
+    """The keys that have acted and that the app has not taken yet. Shared by two threads."""
+
+    def __init__(self) -> None:
+        self._acted: deque[events.Key] = deque()
+
+    def read(self, message: Message, urgent: Mapping[str, Callable[[], object]]) -> None:
+        """Have a key act that was just read, if it is an urgent one."""
+        if isinstance(message, events.Key) and (act := urgent.get(message.key)) is not None:
+            self._acted.append(message)
+            act()
+
+    def overtook(self, key: events.Key) -> bool:
+        """Return whether a key that the app takes now was typed before one that has acted."""
+        if key not in self._acted:
+            return bool(self._acted)
+        while self._acted.popleft() is not key:
+            pass
+        return False
+
+
+# A suspended program reads nothing, but its keyboard goes on: all that was typed arrives at once
+# when the program goes on, or in pieces from a link that buffered it as well. So input is stale
+# from the moment of waking until there was a silence.
+
+SILENCE_S = 0.3
+"""After this long without any key the next one is fresh. A key that is held repeats sooner."""
+
+
+class SuspensionDetector:
+    """Measures for how long the program did nothing, and notes when the system reports it."""
+
+    def __init__(self) -> None:
+        self._looked_s = math.inf
+        self._busy_s = 0.0
+        self._reported = False
+
+    def report(self) -> None:
+        """Note that the system reports a suspension; safe in a signal handler."""
+        self._reported = True
+
+    def look(self, now_s: float, busy_s: float) -> tuple[float, bool]:
+        """Return how long the program was absent since the last look, and whether reported.
+
+        `busy_s` is the processor time of the calling thread: time spent working is no absence.
+        """
+        absent_s = (now_s - self._looked_s) - (busy_s - self._busy_s)
+        self._looked_s, self._busy_s = now_s, busy_s
+        reported, self._reported = self._reported, False
+        return max(absent_s, 0.0), reported
+
+
+class StaleInput:
+    """Tells input that may have been waiting from input that was just made."""
+
+    def __init__(self) -> None:
+        self._stale_s = -math.inf
+
+    def begin(self, now_s: float) -> None:
+        """Treat whatever comes from now on as stale, until there is a silence."""
+        self._stale_s = now_s
+
+    def is_stale(self, came_s: float, *, of_keyboard: bool = True) -> bool:
+        """Return whether what came then may have waited; if a key did, so may the next one.
+
+        A mouse reports so often that it would never be silent: it is stale as long as keys are.
+        """
+        if came_s - self._stale_s >= SILENCE_S:
+            return False
+        if of_keyboard:
+            self._stale_s = max(self._stale_s, came_s)
+        return True
+
+
+# A key that is held repeats. One press counts if there was a pause before it; two presses confirm
+# if a pause follows them: the second press counts only once no third one has come.
+
+QUIET_S = 0.3
+"""The pause after the second press: a key that is held repeats sooner."""
+
+ASKED_FOR_S = 10.0
+"""A first press that is older has been forgotten."""
+
+
+@dataclass(slots=True)
+class SinglePress:
+    """Presses of a key that counts only after a pause without it."""
+
+    clock: Callable[[], float]
+    pause_s: float
+    _pressed_s: float = -math.inf
+
+    def counts(self) -> bool:
+        """Take a press, and return whether it is no repeat of a held key."""
+        now_s = self.clock()
+        quiet_s, self._pressed_s = now_s - self._pressed_s, now_s
+        return quiet_s >= self.pause_s
+
+
+@dataclass(slots=True)
+class DoublePress:
+    """Two presses of one key, with a pause after them; a held key is none.
+
+    A key that was refused may be held still: until it pauses, none of its presses counts.
+    """
+
+    clock: Callable[[], float]
+    _presses: list[float] = field(default_factory=list)
+    _refused_s: float = -math.inf
+
+    @property
+    def waiting(self) -> bool:
+        """Whether a first press waits for its second one."""
+        return len(self._presses) == 1
+
+    @property
+    def pressed(self) -> bool:
+        """Whether there is a press that may still count."""
+        return bool(self._presses)
+
+    def press(self) -> None:
+        """Take a press."""
+        now_s = self.clock()
+        if now_s - self._refused_s < QUIET_S:
+            self._refused_s = now_s
+            return
+        if self._presses and now_s - self._presses[-1] > ASKED_FOR_S:
+            self._presses = []
+        self._presses.append(now_s)
+
+    def refuse(self) -> None:
+        """Take a press that there is nothing to confirm with, and everything before it back."""
+        self.forget()
+        self._refused_s = self.clock()
+
+    def due(self) -> bool:
+        """Return, once, whether two presses were meant; more of them were a held key."""
+        if self.waiting and self.clock() - self._presses[-1] > ASKED_FOR_S:
+            self.forget()
+        if len(self._presses) < 2 or self.clock() - self._presses[-1] < QUIET_S:
+            return False
+        meant = len(self._presses) == 2
+        self.forget()
+        return meant
+
+    def forget(self) -> None:
+        """Take everything back."""
+        self._presses = []
+
+
+class Confirmation:
+    """Something that is done once its key was pressed twice; another key starts over."""
+
+    def __init__(self, clock: Callable[[], float]) -> None:
+        self.effect = ""
+        """What a second press of the same key would do, in words."""
+        self._twice = DoublePress(clock)
+        self._act: Callable[[], None] | None = None
+
+    def press(self, effect: str, act: Callable[[], None]) -> None:
+        """Take a press of the key that does this."""
+        if self.effect != effect:
+            self.forget()
+        self.effect, self._act = effect, act
+        self._twice.press()
+
+    def forget(self) -> None:
+        """Take everything back."""
+        self._twice.forget()
+        self.effect = ""
+
+    def act_if_due(self) -> None:
+        """Do what two presses have confirmed, once."""
+        if self._twice.due():
+            self.forget()
+            if self._act is not None:
+                self._act()
+        elif not self._twice.pressed:
+            self.effect = ""

@@ -1,0 +1,129 @@
+"""A sequence that is run or stepped through: one step at a time, and none after a stop."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Protocol
+
+from armdrive.programs.teaching.sequence import Stepper
+from armdrive.status import Status
+from tui.keys.presses import SinglePress
+from tui.points.list import PointList
+from tui.screens import ScreenHost
+
+STEP_QUIET_S = 0.7
+"""A step key counts after this long without one: a key that is held repeats sooner."""
+
+
+class StepCall(Protocol):
+    """A call of a stepper; it does nothing if a stop was asked for since it was decided on."""
+
+    def __call__(self, *, since: int) -> object:
+        """Make it."""
+
+
+class SequenceRun:
+    """Carries out the chosen sequence. A stop that comes first lets a step not begin."""
+
+    def __init__(self, desk: ScreenHost) -> None:
+        self.stepper: Stepper | None = None
+        """Goes through the chosen sequence; None where a point or nothing is chosen."""
+        self.stepping = False
+        """Whether the step keys move the arm."""
+        self.busy = False
+        """Whether the arm is under way."""
+        self._desk = desk
+        self._name = ""
+        self._press = SinglePress(desk.clock, STEP_QUIET_S)
+
+    def follow(self, listed: PointList, *, same_row: bool) -> None:
+        """Take what is chosen now; a sequence begins anew unless its steps are the same."""
+        self._name = listed.name
+        stepper, steps = self.stepper, listed.sequence
+        if stepper is not None and steps is not None and same_row and stepper.steps == steps.steps:
+            stepper.points = listed.taught.points
+        elif not self.busy:
+            none = steps is None or not steps.steps
+            points = listed.taught.points
+            self.stepper = None if none or steps is None else Stepper(self._desk.arm, steps, points)
+            self.stepping = False
+
+    def disarm(self) -> None:
+        """Let no step key move the arm; a run ends after the step that is under way."""
+        self.stepping = False
+        if self.stepper is not None:
+            self.stepper.halt()
+
+    def says_busy(self) -> bool:
+        """Return whether the arm is under way, and if so say how it is stopped."""
+        if self.busy:
+            self._desk.say("the arm is under way: space stops it")
+        return self.busy
+
+    def switch_stepping(self) -> None:
+        """Let the step keys move the arm, or no longer."""
+        if self.stepper is None:
+            self._desk.say("choose a sequence to step through")
+            return
+        self.stepping = not self.stepping
+        self._desk.show()
+
+    def forward(self) -> None:
+        """Carry out the next step."""
+        if self.stepper is not None and self._may_step():
+            self._begin(self.stepper.forward)
+
+    def backward(self) -> None:
+        """Go back to the point before."""
+        if self.stepper is not None and self._may_step():
+            self._begin(self.stepper.backward)
+
+    def finish(self) -> None:
+        """Carry out all steps that are left."""
+        if self.stepper is not None:
+            self._begin(self.stepper.run)
+
+    def rewind(self) -> None:
+        """Begin the sequence anew. Moves nothing."""
+        if self.stepper is not None and not self.says_busy():
+            self.stepper.rewind()
+            self._desk.show()
+
+    def _may_step(self) -> bool:
+        """Return whether a step key counts: while stepping, and not as the repeat of a held key."""
+        counts = self._press.counts()
+        if self._desk.link.says_lost() or self.says_busy():
+            return False
+        if not self.stepping:
+            key = self._desk.keys.label("points-stepping")
+            self._desk.say(f"{key} lets this key move the arm")
+            return False
+        return counts
+
+    def _begin(self, step: StepCall) -> None:
+        self.busy = True
+        self._desk.message = ""
+        if self.stepper is not None:
+            self._desk.arm.program = partial(_program, self._name, self.stepper)
+        self._desk.call(partial(self._carry_out, step, self._desk.arm.stops), self._said)
+
+    def _carry_out(self, step: StepCall, stops: int) -> None:
+        try:
+            step(since=stops)  # a stop may come while this is on its way to the arm
+        finally:
+            self.busy = False
+            self._desk.arm.program = None
+
+    def _said(self, status: Status) -> str:  # noqa: ARG002 - as the desk calls it
+        if self.stepper is None:
+            return ""
+        step = self.stepper.next
+        return "the sequence is at its end" if step is None else f"next: {step}"
+
+
+def _program(name: str, stepper: Stepper) -> dict[str, object]:
+    """Return a sequence under way as it is reported to other programs."""
+    step, steps = stepper.next or stepper.steps[-1], len(stepper.steps)
+    line = min(stepper.at + 1, steps)
+    return {"file": name, "line": line, "steps": steps, "text": str(step), "act": "step",
+            "loop": 1, "loops": 1, "percent": None, "left_s": None}  # fmt: skip

@@ -1,0 +1,113 @@
+"""What the points screen says: the list, the chosen point or sequence, the name being typed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from armdrive.programs.teaching.sequence import Stepper
+from armdrive.storage.points import Point
+from kinematics.geometry import ArmGeometry
+from tui.keys.keyboard import Keyboard
+from tui.keys.table import words
+from tui.points.list import PointList, PointNaming
+
+NAME_WIDTH = 16
+STEPS_SHOWN = 9
+"""Steps of a sequence that are shown about the next one."""
+
+_PURPOSES = {
+    "teach": "name of this place",
+    "rename": "new name",
+    "append": "sequence to put it at the end of",
+    "to": "point to go to",
+    "gripper": "fingers: open, close, grasp, here, point, or mm",
+    "wait": "seconds to wait",
+}
+_WRONG = {
+    "to": "no name of a point",
+    "gripper": "none of these",
+    "wait": "no time",
+}
+_WRONG_NAME = "a letter first, then letters, digits, - _"
+
+
+def list_text(listed: PointList, arm: ArmGeometry, height: int, keys: Keyboard) -> str:
+    """Lay the list out, as many rows as there is room for about the chosen one."""
+    rows = listed.rows
+    if not rows:
+        return f"no points yet: {keys.label('points-teach')} names the place where the arm stands"
+    first = max(min(listed.at - height // 2, len(rows) - height), 0)
+    lines = []
+    for index, (is_sequence, name) in enumerate(rows[first : first + height], first):
+        mark = ">" if index == listed.at else " "
+        if is_sequence:
+            said = f"sequence, {len(listed.taught.sequences[name].steps)} steps"
+        else:
+            said = _tip(listed.taught.points[name], arm)
+        lines.append(f"{mark} {name[:NAME_WIDTH]:<{NAME_WIDTH}} {said}")
+    return "\n".join(lines)
+
+
+def _tip(point: Point, arm: ArmGeometry) -> str:
+    x, y, z = arm.points(point.joints)[-1]
+    return f"x {x:.0f}  y {y:.0f}  z {z:.0f}"
+
+
+def point_text(point: Point) -> str:
+    """Say all that is known of a point."""
+    lines = [
+        "  ".join(f"{words(name)} {angle:.1f}°" for name, angle in point.joints.deg.items()),
+    ]
+    if point.opening_mm is not None:
+        lines.append(f"fingers {point.opening_mm:.1f} mm, which stay as they are")
+    taught = "" if point.taught is None else f"taught {point.taught:%Y-%m-%d %H:%M}"
+    lines += [part for part in (taught, point.note) if part]
+    return "\n".join(lines)
+
+
+def sequence_text(
+    stepper: Stepper, keys: Keyboard, *, stepping: bool, marked: int | None = None
+) -> str:
+    """Lay the steps out about the next or the marked one, and say what the keys would do."""
+    return "\n".join(_sequence_lines(stepper, keys, stepping=stepping, marked=marked))
+
+
+def _sequence_lines(
+    stepper: Stepper, keys: Keyboard, *, stepping: bool, marked: int | None
+) -> Iterator[str]:
+    total, middle = len(stepper.steps), stepper.at if marked is None else marked
+    first = max(min(middle - STEPS_SHOWN // 2, total - STEPS_SHOWN), 0)
+    for index, step in enumerate(stepper.steps[first : first + STEPS_SHOWN], first):
+        mark = (">" if index == stepper.at else " ") + ("*" if index == marked else " ")
+        yield f"{mark}{index + 1:>3} {'done ' * (index < stepper.at)}{step}"
+    if marked is not None:
+        drop, sooner = keys.label("points-step-drop"), keys.label("points-step-sooner")
+        later, change = keys.label("points-step-later"), keys.label("points-step-change")
+        yield f"* {change} changes it, {drop} twice: out; {sooner} {later}: sooner, later"
+    grip, wait = keys.label("points-grip"), keys.label("points-wait")
+    yield f"{grip} adds fingers, {wait} a wait"
+    if stepper.at == total:
+        yield f"at its end: {keys.label('points-rewind')} begins anew"
+    switch = keys.label("points-stepping")
+    if not stepping:
+        yield f"{switch} lets single steps be made"
+        return
+    yield f"STEPPING [{switch}]  {keys.label('points-forward')} next step"
+    if stepper.before is not None:
+        yield f"{keys.label('points-backward')} back to {stepper.before[1]}"
+
+
+def how_text(*, line: bool, speed: float, keys: Keyboard) -> str:
+    """Say how a point is gone to."""
+    way = "straight line" if line else "joint motion"
+    slower, faster = keys.label("points-slower"), keys.label("points-faster")
+    return f"{way} [{keys.label('points-line')}]  speed {speed:.0%} [{slower} {faster}]"
+
+
+def naming_text(naming: PointNaming, keys: Keyboard) -> str:
+    """Show the name as it is typed."""
+    enter, stop = keys.label("points-go"), keys.label("stop")
+    reason = _WRONG.get(naming.purpose, _WRONG_NAME)
+    wrong = "" if naming.good or not naming.text else f"  ({reason})"
+    said = "  (or type another)" if naming.offered else wrong
+    return f"{_PURPOSES[naming.purpose]}: {naming.text}_{said}\n{enter} takes it, {stop} drops it"

@@ -1,0 +1,235 @@
+"""The terminal that an app paints on: it may show few letters, be suspended, or go away.
+
+Works around the framework's own drivers, each time with the reason. Signals that end the program
+belong here as well: one of them says that the terminal was closed.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import codecs
+import contextlib
+import os
+import signal
+import sys
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import IO, Any
+
+from textual import messages
+from textual.driver import Driver
+
+if sys.platform != "win32":
+    import termios
+
+PLAIN: Mapping[str, str] = MappingProxyType(
+    {"°": "d", "…": ".", "✓": "x", **dict.fromkeys("─━▔", "-"), **dict.fromkeys("│┃▎▊▌▐", "|")}
+    | dict.fromkeys("┌┐└┘├┤┬┴┼╭╮╰╯", "+")
+    | dict.fromkeys(("■", *map(chr, range(0x2580, 0x258A))), "#")
+)
+"""Letters as wide as those that a terminal of another encoding than UTF-8 cannot show."""
+
+PLAINLY = "armdrive-plainly"
+
+
+def plainly(error: UnicodeError) -> tuple[str, int]:
+    """Put one letter in the place of one: else whatever is behind it would be moved."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    return PLAIN.get(error.object[error.start], "?"), error.start + 1
+
+
+class LastingFile:
+    """A terminal to write to, that takes whatever it is given once it is gone.
+
+    The framework writes in a thread, which ends with the first error; who writes then waits for it
+    for ever as soon as its queue is full: a desk whose terminal was closed did not always end.
+    """
+
+    def __init__(self, file: IO[str]) -> None:
+        self._file = file
+        encoding = getattr(file, "encoding", None) or "utf-8"
+        self._encoding = "" if codecs.lookup(encoding).name.startswith("utf") else encoding
+        codecs.register_error(PLAINLY, plainly)
+
+    def write(self, text: str) -> int:
+        """Write, if there is still somebody to read it."""
+        if self._encoding:
+            text = text.encode(self._encoding, PLAINLY).decode(self._encoding)
+        with contextlib.suppress(OSError, ValueError):
+            return self._file.write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        """Flush, if there is still somebody to read it."""
+        with contextlib.suppress(OSError, ValueError):
+            self._file.flush()
+
+    def __getattr__(self, name: str) -> Any:
+        """Leave everything else to the file itself."""
+        return getattr(self._file, name)
+
+
+def lasting_driver(driver: type[Driver]) -> type[Driver]:
+    """Return such a driver that outlives its terminal, and goes on after a suspension."""
+
+    class Lasting(driver):  # type: ignore[misc, valid-type]
+        def __init__(self, *words: Any, **more: Any) -> None:
+            super().__init__(*words, **more)
+            self._mode: Any = None
+            file: Any = getattr(self, "_file", None)  # a headless one has none
+            if file is not None:
+                self._file: Any = LastingFile(file)
+
+        def process_message(self, message: Any) -> None:
+            self._app.input.was_read(message)
+            super().process_message(message)
+
+        def start_application_mode(self) -> None:
+            super().start_application_mode()
+            if suspends(driver):
+                self._mode = mode_of(self.fileno)
+
+        def _sigtstp_application(self, *_: Any) -> None:
+            self._soon(super()._sigtstp_application)
+
+        def _sigcont_application(self, *_: Any) -> None:
+            self._app.input.was_suspended()
+            self._soon(self._go_on)
+
+        def _soon(self, call: Callable[[], None]) -> None:
+            """Do it outside of the signal's handler.
+
+            The framework does it within: where that has interrupted its own writing, it waits for
+            a lock that it holds itself, for ever.
+            """
+            if not self._loop.is_closed():
+                self._loop.call_soon_threadsafe(call)
+
+        def _go_on(self) -> None:
+            if not self._app.is_running or self._writer_thread is None:
+                return  # the terminal is not ours
+            if self._must_signal_resume:  # by SIGTSTP: it was given back, and is taken anew
+                super()._sigcont_application()
+            else:
+                self._take_terminal()
+
+        def _take_terminal(self) -> None:
+            """Take up a terminal that a SIGSTOP has kept this program from giving back.
+
+            The framework would begin anew: with a second thread that reads the keys, and so that
+            it leaves the terminal in the end as it stands now, not as it was before.
+            """
+            set_mode(self.fileno, self._mode)
+            self.write("\x1b[?1049h\x1b[?25l\x1b[?1004h")  # other screen, no cursor, focus told
+            self._enable_mouse_support()
+            self._enable_bracketed_paste()
+            self._disable_line_wrap()
+            self._app.post_message(self.SignalResume())
+
+    return Lasting
+
+
+def suspends(driver: type[Driver]) -> bool:
+    """Tell whether a driver is one of those that hear of their suspension: on Unix terminals."""
+    return hasattr(driver, "_sigcont_application")
+
+
+def mode_of(terminal: int) -> Any:
+    """Return how a terminal treats what is typed; None of what is none."""
+    if sys.platform == "win32":
+        return None
+    try:
+        return termios.tcgetattr(terminal)
+    except termios.error:
+        return None
+
+
+def set_mode(terminal: int, mode: Any) -> None:
+    """Have a terminal treat what is typed like that."""
+    if sys.platform != "win32" and mode is not None:
+        with contextlib.suppress(termios.error):
+            termios.tcsetattr(terminal, termios.TCSANOW, mode)
+
+
+# The driver for browsers, made to end when the other end has gone. It reads and writes two pipes to
+# the program that serves the page. When that has died, the framework's driver stops reading and
+# leaves the app running, which would hold its arm for ever.
+
+
+def is_served(driver: type[Driver]) -> bool:
+    """Tell whether a driver is the one for browsers."""
+    return hasattr(driver, "write_meta")
+
+
+def ending_driver(driver: type[Driver]) -> type[Driver]:
+    """Return such a driver that ends its app with its reader."""
+
+    class Ending(driver):  # type: ignore[misc, valid-type]
+        def __init__(self, *words: Any, **more: Any) -> None:
+            super().__init__(*words, **more)
+            self._write: Any = lasting_write(self._write)
+
+        def run_input_thread(self) -> None:
+            super().run_input_thread()
+            if not self.exit_event.is_set():
+                self._app.post_message(messages.ExitApp())
+
+        def process_message(self, message: Any) -> None:
+            if not self.exit_event.is_set():  # whoever it was for has gone
+                super().process_message(message)
+
+    return Ending
+
+
+def lasting_write(write: Callable[[bytes], int]) -> Callable[[bytes], int]:
+    """Return what writes as long as somebody reads, and raises nothing when nobody does."""
+
+    def written(data: bytes) -> int:
+        try:
+            return write(data)
+        except OSError:
+            return len(data)
+
+    return written
+
+
+ENDING_SIGNALS = tuple(
+    getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)
+)
+"""The second says that the terminal was closed; Windows has none."""
+
+
+def on_ending_signals(call: Callable[[int], None]) -> None:
+    """Have these signals call back in the running event loop.
+
+    The framework runs no clean-up at all when one of them ends the process.
+    """
+    loop = asyncio.get_running_loop()
+    for number in ENDING_SIGNALS:
+        _handle(loop, number, call)
+
+
+def _handle(
+    loop: asyncio.AbstractEventLoop, number: signal.Signals, call: Callable[[int], None]
+) -> None:
+    try:
+        loop.add_signal_handler(number, call, int(number))
+    except NotImplementedError:  # the event loop of Windows has no such call
+        signal.signal(number, lambda *_: loop.call_soon_threadsafe(call, int(number)))
+
+
+def forget_a_closed_terminal() -> None:
+    """Send what is still to be painted nowhere if the terminal is gone.
+
+    Else the interpreter fails to paint it while it ends, and ends with an exit code of its own.
+    """
+    for stream in (sys.__stdout__, sys.__stderr__):
+        if stream is None:
+            continue
+        try:
+            stream.flush()
+        except OSError:
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, stream.fileno())
+            os.close(nowhere)
