@@ -3,7 +3,6 @@
 from armdrive.aio.arm import AsyncArm, AsyncHandle
 from armdrive.arm import Arm
 from armdrive.arm.handle import Handle
-from armdrive.dialog import MarkRequest, PostureRequest
 from armdrive.errors import (
     ArmError,
     ArmFileError,
@@ -39,6 +38,7 @@ from armdrive.motion.jog.session import Jogged
 from armdrive.motion.preview import Preview
 from armdrive.motion.verify import Drift, Verdict, Verified
 from armdrive.moves import Jog, Space
+from armdrive.operator import MarkRequest, PostureRequest
 from armdrive.programs.teaching.sequence import Stepper
 from armdrive.registry.pendant import PendantProgram
 from armdrive.runtime.clock import SimulatedClock

@@ -8,9 +8,9 @@ from typing import Any, Literal, Protocol
 
 from armdrive import Grasped, Handle, Moved, Point, Preview
 from armdrive.config.arm import ArmConfig
-from armdrive.dialog import PostureRequest
 from armdrive.motion.resolve import BASE
 from armdrive.moves import Angles, Jog
+from armdrive.operator import PostureRequest
 from armdrive.programs.teaching.sequence import FingerStep
 from armdrive.status import Status
 from armdrive.storage.point_file import Points

@@ -29,7 +29,6 @@ from armdrive.arm.handle import Handle
 from armdrive.arm.places import Place
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import SIM, simulation_forced
-from armdrive.dialog import Operator
 from armdrive.errors.arguments import BASIC, checked_calls
 from armdrive.motion.execute import Moved
 from armdrive.motion.jog.session import Jogged
@@ -37,6 +36,7 @@ from armdrive.motion.preview import Preview
 from armdrive.motion.resolve import BASE
 from armdrive.motion.segments import SpeedLimits
 from armdrive.moves import BASE_FRAME, Angles, JointAngles, JointJog, TipJog
+from armdrive.operator import Operator
 from armdrive.runtime.drive import PaceChoice
 from armdrive.status import Status
 from armdrive.storage.point_file import Points

@@ -23,9 +23,7 @@ from armdrive.arm.pendant import PendantMemory
 from armdrive.arm.places import Place, Places
 from armdrive.arm.reference import Accept, Referencing, Told, unheard
 from armdrive.connect.control_socket import serve
-from armdrive.connect.parts import PATIENCE_S, Parts
-from armdrive.connect.target import ConnectOptions, connect
-from armdrive.dialog import Operator, PostureRequest
+from armdrive.connect.parts import PATIENCE_S, ConnectOptions, Parts, connect
 from armdrive.errors import BadRequest
 from armdrive.errors.arguments import checked_calls
 from armdrive.motion import device as device_tasks
@@ -37,6 +35,7 @@ from armdrive.motion.resolve import BASE, JointGoal, frame_names, pose_in_frame
 from armdrive.motion.segments import SpeedLimits
 from armdrive.motion.verify import Verified
 from armdrive.moves import BASE_FRAME, Angles, Jog, JointAngles, JointJog, Space, TipJog, by_name
+from armdrive.operator import Operator, PostureRequest
 from armdrive.registry.pendant import PendantProgram
 from armdrive.runtime.diagnostics import EMERGENCY_STOP
 from armdrive.runtime.drive import PaceChoice

@@ -13,8 +13,8 @@ from itertools import count
 
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
-from armdrive.connect.target import connect_simulated
-from armdrive.errors import ArmError, NotReferenced, Refused, SourceMark
+from armdrive.connect.parts import connect_simulated
+from armdrive.errors import ArmError, NotReferenced, Refused
 from armdrive.programs.acts import (
     Act,
     Answer,
@@ -32,6 +32,7 @@ from armdrive.programs.acts import (
     Say,
 )
 from armdrive.programs.performing import Performer, place_of
+from armdrive.programs.problems import SourceMark
 from armdrive.programs.running import (
     FOR_EVER,
     LOOPS_REHEARSED,

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from itertools import accumulate, chain
 from typing import Protocol
 
-from armdrive.errors import SourceMark
 from armdrive.programs.acts import MOTIONS, Answer, ProgramMachine, RunStage
 from armdrive.programs.performing import Performer
+from armdrive.programs.problems import SourceMark
 
 FOR_EVER = 0
 """So many loops have no end."""

@@ -21,9 +21,11 @@ from typing import Any, cast
 
 from armdrive.arm import Arm, standing_in
 from armdrive.config.arm import ArmConfig
-from armdrive.connect.target import SIM, ConnectOptions, connect, connect_simulated, find
-from armdrive.errors import BadRequest, SourceMark
+from armdrive.connect.parts import ConnectOptions, connect, connect_simulated
+from armdrive.connect.target import SIM, find
+from armdrive.errors import BadRequest
 from armdrive.errors.printable import printable_lines
+from armdrive.programs.problems import SourceMark
 from armdrive.programs.rehearsal import (
     WORDS,
     Assumptions,

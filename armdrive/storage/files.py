@@ -17,7 +17,6 @@ import errno
 import hashlib
 import os
 import re
-import secrets
 import socket
 import stat
 import struct
@@ -170,7 +169,7 @@ def replace_durably(
     `wanted()` is asked once more before the new file takes its place.
     """
     files.make_folder(path.parent)
-    beside = path.with_name(f"{path.name}.{secrets.token_hex(_RANDOM_BYTES)}{BESIDE}")
+    beside = path.with_name(f"{path.name}.{os.urandom(_RANDOM_BYTES).hex()}{BESIDE}")
     handle = files.create(beside)  # where this fails, nothing at `beside` is ours to remove
     try:
         _write_whole(files, handle, (data,) if isinstance(data, bytes) else data)

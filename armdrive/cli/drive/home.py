@@ -11,7 +11,7 @@ import tui
 from armdrive.arm import Arm
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.options import number
-from armdrive.cli.presenter import TerminalReporter, emit, say, say_which
+from armdrive.cli.presenter import TerminalReporter, emit, say
 from armdrive.cli.questions import agreed
 from armdrive.cli.terminal_person import TerminalOperator
 from armdrive.errors import BadRequest, OperatorNeeded
@@ -27,7 +27,7 @@ def run(options: argparse.Namespace) -> int:
     """Reference the arm and say where it is."""
     with contextlib.closing(connect_chosen(options)) as arm:
         if not options.json:
-            say_which(arm.status)
+            say(arm.status.which)
         _reference(arm, options)
         if options.json:
             emit(status_view(arm.status))

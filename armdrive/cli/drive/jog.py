@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 
 import tui
-from armdrive.cli.arm_files import DEFAULT_SIM, arm_paths, default_arm
-from armdrive.cli.chosen_arm import chosen_target, connect_chosen
+from armdrive.cli.arm_files import DEFAULT_SIM, arm_paths, chosen_target, default_arm
+from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.drive.jog_model import jog_model
 from armdrive.cli.drive.web_desk import jog_web
 from armdrive.cli.look.watch import watch_on_screen

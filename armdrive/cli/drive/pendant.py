@@ -9,9 +9,10 @@ from pathlib import Path
 from types import MappingProxyType
 
 from armdrive.arm import Arm
-from armdrive.cli.chosen_arm import chosen_target, connect_chosen
+from armdrive.cli.arm_files import chosen_target
+from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.options import Command
-from armdrive.cli.presenter import emit, put_error, say, say_lines, say_which
+from armdrive.cli.presenter import emit, put_error, say, say_lines
 from armdrive.cli.questions import agreed
 from armdrive.cli.terminal_person import settle_trust
 from armdrive.config.arm import ArmConfig
@@ -39,7 +40,7 @@ def _connected(options: argparse.Namespace) -> Arm:
     arm = connect_chosen(options, allow_restored=options.allow_restored)
     try:
         if not options.json:
-            say_which(arm.status)
+            say(arm.status.which)
         settle_trust(arm)
     except BaseException:
         arm.close()

@@ -8,11 +8,12 @@ from types import MappingProxyType
 from typing import Any
 
 from armdrive.arm import Arm
-from armdrive.cli.chosen_arm import chosen_target, connect_chosen
+from armdrive.cli.arm_files import chosen_target
+from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.drive.points_shaping import shape
 from armdrive.cli.drive.preview_report import show_preview
 from armdrive.cli.options import Command
-from armdrive.cli.presenter import emit, say, say_lines, say_which
+from armdrive.cli.presenter import emit, say, say_lines
 from armdrive.cli.terminal_person import settle_trust
 from armdrive.programs.teaching.sequence import Stepper
 from armdrive.status import joints_view, pose_view, status_view
@@ -124,7 +125,7 @@ def _connected(options: argparse.Namespace, *, allow_restored: bool = False) -> 
 def _save(options: argparse.Namespace) -> int:
     with _connected(options, allow_restored=True) as arm:
         if not options.json:
-            say_which(arm.status)
+            say(arm.status.which)
         point = arm.points.teach(options.name, note=options.note, again=options.again)
     if options.json:
         emit({"name": options.name, **_point_view(point)})
@@ -137,7 +138,7 @@ def _go(options: argparse.Namespace) -> int:
     how = "line" if options.line else "joint"
     with _connected(options, allow_restored=options.allow_restored) as arm:
         if not options.json:
-            say_which(arm.status)
+            say(arm.status.which)
         settle_trust(arm)
         if options.preview:
             seen = arm.preview(options.name, line=options.line, speed=options.speed)
@@ -153,7 +154,7 @@ def _go(options: argparse.Namespace) -> int:
 def _run(options: argparse.Namespace) -> int:
     with _connected(options, allow_restored=options.allow_restored) as arm:
         if not options.json:
-            say_which(arm.status)
+            say(arm.status.which)
         settle_trust(arm)
         taught = arm.points.read()
         stepper = Stepper(arm, arm.points.sequence(options.name), taught.points)

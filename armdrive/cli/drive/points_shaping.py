@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 
-from armdrive.cli.chosen_arm import chosen_target
+from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.presenter import emit, say
 from armdrive.config.arm import ArmConfig
 from armdrive.programs.teaching.shape import Offset, Shape, mirrored, offset, shaped

@@ -9,15 +9,16 @@ from pathlib import Path
 from typing import Any
 
 from armdrive.arm import Arm
+from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.block_options import put_blocks, require_table
-from armdrive.cli.chosen_arm import chosen_target, connect_chosen
-from armdrive.cli.presenter import complain, emit, put, put_error, say, say_which
+from armdrive.cli.chosen_arm import connect_chosen
+from armdrive.cli.presenter import complain, emit, put, put_error, say
 from armdrive.cli.program.run_display import Display
 from armdrive.cli.program.run_report import draw_path, rehearsal_lines, rehearsal_view
 from armdrive.cli.terminal_person import ask_operator, settle_trust
-from armdrive.errors import ArmError, ArmInUse, DeviceFault, LinkError, SourceMark
+from armdrive.errors import ArmError, ArmInUse, DeviceFault, LinkError
 from armdrive.errors.table import error_view, tagged
-from armdrive.programs.problems import excerpt
+from armdrive.programs.problems import SourceMark, excerpt
 from armdrive.programs.rehearsal import Rehearsal
 from armdrive.runtime.drive import PaceChoice
 from armdrive.status import State, pose_view
@@ -31,7 +32,7 @@ def connect_to_run(options: argparse.Namespace, *, pace: PaceChoice = None) -> A
         put_blocks(arm, options.put)
         options.put = []  # once, however often a script connects
         if not options.json:
-            say_which(arm.status)
+            say(arm.status.which)
         if arm.simulated or not options.check:
             settle_trust(arm)
         if not arm.simulated and sys.stdin.isatty() and not options.json:

@@ -16,9 +16,10 @@ from typing import Any, Self
 
 from armdrive.arm import Arm
 from armdrive.cli.presenter import put
-from armdrive.errors import SourceMark, Stopped
+from armdrive.errors import Stopped
 from armdrive.errors.printable import printable
 from armdrive.programs.acts import Answer, ProgramMachine
+from armdrive.programs.problems import SourceMark
 from armdrive.programs.running import Estimate, RunProgress, RunStep
 
 REDRAW_S = 0.2

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from functools import partial
 
 from armdrive.arm import Arm
-from armdrive.cli.chosen_arm import chosen_target
+from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.presenter import put_error
 from armdrive.cli.program.run_common import (
     connect_to_check,

@@ -12,7 +12,7 @@ import sys
 from typing import Any
 
 from armdrive.arm import Arm
-from armdrive.cli.chosen_arm import chosen_target
+from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.presenter import put_error
 from armdrive.cli.program.run_common import (
     connect_to_check,
@@ -28,8 +28,9 @@ from armdrive.cli.program.run_common import (
 )
 from armdrive.cli.program.run_display import Display, line_words
 from armdrive.cli.program.run_input import RunTerminal, standard_input, stopped_by_interrupt
-from armdrive.connect.target import ConnectOptions
-from armdrive.errors import ArmError, BadRequest, SourceMark, Stopped
+from armdrive.connect.parts import ConnectOptions
+from armdrive.errors import ArmError, BadRequest, Stopped
+from armdrive.programs.problems import SourceMark
 from armdrive.programs.rehearsal import Rehearsal, RehearsedPlan
 from armdrive.programs.scripts import (
     Connections,

@@ -12,7 +12,7 @@ from armdrive.arm import Arm
 from armdrive.cli.presenter import put
 from armdrive.cli.program.run_display import Display
 from armdrive.cli.terminal_person import ask_operator
-from armdrive.dialog import PostureRequest
+from armdrive.operator import PostureRequest
 from armdrive.programs.acts import Answer, Grasp, ProgramMachine, Say
 from armdrive.programs.running import RunStep
 from armdrive.programs.session import Typed

@@ -6,7 +6,6 @@ import json
 
 import pytest
 
-from armdrive.errors import ProgramError
 from armdrive.programs import read_program
 from armdrive.programs.acts import (
     AwaitInputs,
@@ -17,6 +16,7 @@ from armdrive.programs.acts import (
     Say,
     SeenInput,
 )
+from armdrive.programs.problems import ProgramError
 from kinematics import JOINT_NAMES, Joints, Pose, preset
 
 HERE_DEG = {"base": 0.0, "shoulder": 40.0, "elbow": -60.0, "wrist_pitch": -70.0, "wrist_roll": 0.0}

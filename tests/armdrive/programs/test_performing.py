@@ -258,7 +258,8 @@ def test_an_arm_without_a_grip_switch_says_what_to_write_instead():
 
 
 def test_another_thread_stops_a_run_in_real_time():
-    from armdrive.connect.target import connect_simulated, simulated_config
+    from armdrive.connect.parts import connect_simulated
+    from armdrive.connect.target import simulated_config
 
     config = simulated_config("teachmover")
     with Arm(connect_simulated(config, pace=200.0)) as arm:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 from program_bench import BOOK, fk, run
 
-from armdrive.errors import ProgramError
 from armdrive.programs import read_program
 from armdrive.programs.acts import Fingers, Go, Ready, Say
+from armdrive.programs.problems import ProgramError
 
 
 def entered(*entries):

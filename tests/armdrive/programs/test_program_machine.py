@@ -7,10 +7,10 @@ import json
 import pytest
 from program_bench import acts, fk, refused, reply, run, started, told
 
-from armdrive.errors import ProgramError
 from armdrive.programs import read_program
 from armdrive.programs.acts import Fingers, Go, Grasp, Look, Ready, Say
 from armdrive.programs.machine import DEEPEST_CALL
+from armdrive.programs.problems import ProgramError
 
 STACK = """# Stack blocks until there is none left.
 point stack = at(200, 120, 30, -90)

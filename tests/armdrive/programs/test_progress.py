@@ -2,7 +2,7 @@
 
 import pytest
 
-from armdrive.errors import SourceMark
+from armdrive.programs.problems import SourceMark
 from armdrive.programs.running import FOR_EVER, UNKNOWN, RunProgress, Took, nearest
 
 

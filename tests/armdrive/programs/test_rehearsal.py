@@ -5,7 +5,8 @@ from amounts import THOROUGH
 from running_bench import BLOCK, PICK_AND_PLACE, Script, down, performer, table_arm
 
 from armdrive import Arm
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, NotReferenced, Refused
 from armdrive.programs import rehearsal as rehearsals
 from armdrive.programs.acts import (

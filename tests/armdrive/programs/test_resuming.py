@@ -4,7 +4,8 @@ import pytest
 from running_bench import BLOCK, PICK_AND_PLACE, Listener, Script
 
 from armdrive import Arm
-from armdrive.connect.target import connect_simulated, simulated_config, state_file
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config, state_file
 from armdrive.errors import ArmError, NotReferenced, Refused, StateFileError, Stopped
 from armdrive.programs.acts import Go, Grasp, Home
 from armdrive.programs.journal import (

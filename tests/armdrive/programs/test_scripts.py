@@ -12,7 +12,8 @@ from running_bench import Keys
 from armdrive import Arm
 from armdrive.arm import standing_in, stood_in
 from armdrive.cli import main
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
 from armdrive.programs.scripts import (
     Connections,

@@ -2,9 +2,10 @@
 
 import pytest
 
-from armdrive.errors import BadRequest, ProgramError
+from armdrive.errors import BadRequest
 from armdrive.programs import read_program
 from armdrive.programs.acts import Delay, Grasp, Ready, Say
+from armdrive.programs.problems import ProgramError
 from armdrive.programs.session import Session
 
 BOOK = {"tray": {"base": 1.0}}

@@ -16,7 +16,8 @@ from waiting import LONG_S, looks, returns, soon
 
 from armdrive import Arm
 from armdrive.connect.control_socket import REQUESTS, serve
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, ArmInUse, StateFileError
 from armdrive.storage import files as places
 from armdrive.storage import lock_client as holder

@@ -8,7 +8,8 @@ import pytest
 from recorder_bench import of_kind, recorded_arm, saved, written
 
 from armdrive import Arm, Jog, LinkLost, OutOfBounds, Space
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.errors import StateFileError, WrongState
 from armdrive.moves import ContinuousJog
 from armdrive.registry import DIALECTS

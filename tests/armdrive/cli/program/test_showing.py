@@ -10,8 +10,8 @@ from running_bench import table_arm
 from armdrive.cli.program.run_display import CLEAR_LINE, Display, duration
 from armdrive.cli.program.run_input import PromptLines, RunTerminal
 from armdrive.connect.control_socket import _lasting, _shown
-from armdrive.errors import SourceMark
 from armdrive.programs.acts import Go, RunStage
+from armdrive.programs.problems import SourceMark
 from armdrive.programs.running import RunProgress, RunStep, Took
 from kinematics import Pose
 

@@ -130,7 +130,7 @@ def test_no_board_at_all_is_told_after_a_while():
 
     from grbl_arm import Disturbed
 
-    from armdrive.connect.target import connect_simulated
+    from armdrive.connect.parts import connect_simulated
     from armdrive.registry.simulate import simulate
 
     twin = simulate(made)
@@ -146,7 +146,7 @@ def test_a_board_in_a_hold_or_asleep_is_woken_by_connecting_and_moves_nothing():
 
     from grbl_arm import Disturbed
 
-    from armdrive.connect.target import connect_simulated
+    from armdrive.connect.parts import connect_simulated
     from armdrive.sim.simulated_arm import link_to
 
     arm = found()

@@ -6,7 +6,7 @@ import pytest
 from grbl_arm import Disturbed, config, rule, without
 
 from armdrive import Arm
-from armdrive.connect.target import connect_simulated
+from armdrive.connect.parts import connect_simulated
 from armdrive.errors import SettingsDiffer
 from armdrive.registry.simulate import simulate
 
