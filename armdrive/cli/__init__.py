@@ -69,9 +69,15 @@ def _arm_commands() -> Mapping[str, Command]:
 
 
 def _point_commands() -> Mapping[str, Command]:
-    from armdrive.cli.drive import pendant, points
+    from armdrive.cli.drive import points
 
-    return {"pendant": pendant.run, "points": points.run}
+    return {"points": points.run}
+
+
+def _pendant_commands() -> Mapping[str, Command]:
+    from armdrive.cli.drive import pendant
+
+    return {"pendant": pendant.run}
 
 
 def _jog_commands() -> Mapping[str, Command]:
@@ -201,7 +207,7 @@ _COMMANDS: Mapping[str, CommandRow] = MappingProxyType(
         ),
         "pendant": (
             _driving_arguments,
-            _point_commands,
+            _pendant_commands,
             "the program in an arm's own memory: into a file, and back",
         ),
         "home": (_driving_arguments, _arm_commands, "reference an arm in its reference posture"),

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from armdrive.arm import Arm
 from armdrive.cli.presenter import put, say
-from armdrive.cli.questions import agreed
+from armdrive.cli.screens import agreed
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS
 from armdrive.operator import JoggedArm, PostureRequest

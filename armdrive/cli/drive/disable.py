@@ -9,7 +9,7 @@ import sys
 from armdrive.arm import Arm
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.presenter import emit, say
-from armdrive.cli.questions import agreed
+from armdrive.cli.screens import agreed
 from armdrive.cli.terminal_person import settle_trust
 from armdrive.errors import NotReferenced, OperatorNeeded
 from armdrive.registry import dialect

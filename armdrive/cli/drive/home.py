@@ -12,7 +12,7 @@ from armdrive.arm import Arm
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.options import number
 from armdrive.cli.presenter import TerminalReporter, emit, say
-from armdrive.cli.questions import agreed
+from armdrive.cli.screens import agreed
 from armdrive.cli.terminal_person import TerminalOperator
 from armdrive.errors import BadRequest, OperatorNeeded
 from armdrive.moves import GRIPPER_AXIS

@@ -13,7 +13,7 @@ from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.options import Command
 from armdrive.cli.presenter import emit, put_error, say, say_lines
-from armdrive.cli.questions import agreed
+from armdrive.cli.screens import agreed
 from armdrive.cli.terminal_person import settle_trust
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest, OperatorNeeded, PendantFileError

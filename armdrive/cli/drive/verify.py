@@ -8,7 +8,7 @@ import sys
 from armdrive.arm import Arm
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.presenter import emit, say
-from armdrive.cli.questions import agreed
+from armdrive.cli.screens import agreed
 from armdrive.cli.terminal_person import TerminalOperator, settle_trust
 from armdrive.errors import OperatorNeeded
 from armdrive.motion.verify import Verdict, Verified, verified_view

@@ -12,7 +12,7 @@ from armdrive.cli.arm_files import DEFAULT_SIM, chosen_target, default_arm
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.presenter import emit, say
 from armdrive.cli.program.demo_display import show
-from armdrive.cli.questions import agreed
+from armdrive.cli.screens import agreed
 from armdrive.cli.terminal_person import ask_operator, settle_trust
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import connect_simulated

@@ -10,7 +10,7 @@ from contextlib import closing
 
 from armdrive.arm import Arm
 from armdrive.cli.presenter import say
-from armdrive.cli.questions import agreed
+from armdrive.cli.screens import agreed
 from armdrive.cli.set_up.doctor_report import Report
 from armdrive.config.arm import ArmConfig
 from armdrive.connect import parts as connecting
