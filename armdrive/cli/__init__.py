@@ -74,12 +74,6 @@ def _point_commands() -> Mapping[str, Command]:
     return {"points": points.run}
 
 
-def _pendant_commands() -> Mapping[str, Command]:
-    from armdrive.cli.drive import pendant
-
-    return {"pendant": pendant.run}
-
-
 def _jog_commands() -> Mapping[str, Command]:
     from armdrive.cli.drive import jog
 
@@ -105,9 +99,9 @@ def _shell_commands() -> Mapping[str, Command]:
 
 
 def _teaching_commands() -> Mapping[str, Command]:
-    from armdrive.cli.program import demo, teach
+    from armdrive.cli.program import demo, pendant, teach
 
-    return {"demo": demo.run, "teach": teach.run}
+    return {"demo": demo.run, "pendant": pendant.run, "teach": teach.run}
 
 
 def _status_commands() -> Mapping[str, Command]:
@@ -207,7 +201,7 @@ _COMMANDS: Mapping[str, CommandRow] = MappingProxyType(
         ),
         "pendant": (
             _driving_arguments,
-            _pendant_commands,
+            _teaching_commands,
             "the program in an arm's own memory: into a file, and back",
         ),
         "home": (_driving_arguments, _arm_commands, "reference an arm in its reference posture"),

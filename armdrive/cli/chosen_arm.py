@@ -25,7 +25,6 @@ from armdrive.storage.files import replace_file
 from armdrive.storage.record import FileRecorder
 from armdrive.storage.verifications import logbook_file
 from armdrive.text.reading import is_there, read_json
-from armdrive.trace.files import recordings
 from armdrive.trace.recorder import FlightRecorder
 
 LARGEST_BYTES = 8_000_000
@@ -78,7 +77,7 @@ def connect_remembered(
             pace=pace,
             recorder=FileRecorder(state_file(config.name)),
             allow_restored=allow_restored,
-            tracer=FlightRecorder(recordings()),
+            tracer=FlightRecorder(places.recordings()),
         )
     except BaseException:
         holding.release()

@@ -36,7 +36,7 @@ from armdrive.text.toml import (
     require_table,
 )
 from kinematics.errors import KinematicsError
-from kinematics.frames.graph import UserFrame
+from kinematics.frames.user_frame import UserFrame
 from kinematics.presets import PRESETS, ArmModel, preset
 from kinematics.spaces import Pose
 from kinematics.tool import Tool

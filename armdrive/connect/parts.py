@@ -32,12 +32,12 @@ from armdrive.runtime.received import Received
 from armdrive.runtime.registers import alerted
 from armdrive.runtime.states import Event
 from armdrive.status import State
+from armdrive.storage import files as places
 from armdrive.storage.arm_lock import ArmLock, hold
 from armdrive.storage.record import FileRecorder, NoRecorder, PositionRecorder
 from armdrive.storage.verifications import logbook_file
 from armdrive.tasks import Alert, Progress, Task, TaskBody
 from armdrive.trace.calls import NO_TRACER, Tracer
-from armdrive.trace.files import recordings
 from armdrive.trace.recorder import FlightRecorder
 from armdrive.transports.in_process import MemoryLink
 from armdrive.transports.link import Link
@@ -360,7 +360,7 @@ def connect_real(
                 recorder=FileRecorder(state_file(config.name)),
                 allow_restored=allow_restored,
                 operator=operator,
-                tracer=FlightRecorder(recordings()),
+                tracer=FlightRecorder(places.recordings()),
                 rewiring=NewLink(wiring.open, automatic=_wanted(reconnect, config), beside=True),
             )
     except BaseException:

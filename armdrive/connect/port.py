@@ -47,8 +47,7 @@ class PortOpening:
 
     def open(self) -> Link:
         """Open the wire, wherever it is now. Raises `PortUnavailable`; sends nothing."""
-        from armdrive.transports import open as opening
-        from armdrive.transports import ports
+        from armdrive.transports import opening, ports
 
         port = self.find()
         link = opening.open_link(

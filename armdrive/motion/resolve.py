@@ -16,8 +16,8 @@ from armdrive.motion.plan import MotionPlan, named_joints, plan_joints, plan_lin
 from armdrive.motion.segments import SpeedLimits
 from armdrive.moves import BASE_FRAME
 from armdrive.runtime.position import ArmCoordinates
-from kinematics.frames.graph import UserFrame, moved_along
 from kinematics.frames.rotations import IDENTITY, Matrix3, columns
+from kinematics.frames.user_frame import UserFrame, moved_along
 from kinematics.frames.vectors import Vector
 from kinematics.spaces import Joints, Pose
 

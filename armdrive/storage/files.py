@@ -333,6 +333,11 @@ def states() -> Path:
     return _folder("state")
 
 
+def recordings() -> Path:
+    """Return the folder into which recordings are written where no other is named."""
+    return states() / "recordings"
+
+
 def file_name(arm: str) -> str:
     """Return a file name for an arm, another one for every name, whatever characters it has.
 

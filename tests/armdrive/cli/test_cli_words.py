@@ -11,9 +11,9 @@ from cli_calls import Caller
 from armdrive import cli
 from armdrive.cli import COMMANDS, EXIT_CODES
 from armdrive.cli.drive import arguments as drive_arguments
-from armdrive.cli.drive import pendant, points
+from armdrive.cli.drive import points
 from armdrive.cli.program import arguments as program_arguments
-from armdrive.cli.program import teach
+from armdrive.cli.program import pendant, teach
 from armdrive.cli.set_up import arguments as set_up_arguments
 from armdrive.cli.set_up import can, config
 from armdrive.errors import ArmError

@@ -201,7 +201,7 @@ def test_both_tracers_have_every_call_of_the_protocol():
 def test_writing_is_done_by_another_thread(tmp_path, monkeypatch):
     seen = []
     monkeypatch.setattr(
-        "armdrive.trace.recorder.write_recording",
+        "armdrive.trace.files.write_recording",
         lambda *_, **__: seen.append(threading.current_thread().name),
     )
     arm = recorded_arm(folder=tmp_path)
