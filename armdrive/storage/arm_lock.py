@@ -17,17 +17,13 @@ import sys
 import tempfile
 from multiprocessing.connection import Listener
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from armdrive.errors import ArmInUse, StateFileError
 from armdrive.storage import files as places
 from armdrive.storage.control_server import Answerer, ControlServer
-from armdrive.storage.files import create_lock, is_private, replace_file
+from armdrive.storage.files import is_private, release_lock, replace_file, take_lock
 from armdrive.storage.lock_client import address_of, holder_words, knock, notice_path
 from armdrive.text.reading import PRIVATE
-
-if TYPE_CHECKING:
-    from filelock import FileLock
 
 MOST_WAITING = 16
 """Callers that the system lets wait until they are accepted, which takes no time."""
@@ -41,7 +37,7 @@ class ArmLock:
 
     def __init__(self, names: list[str]) -> None:
         self._names = names
-        self._locks: list[FileLock] = []
+        self._locks: list[int] = []
         self._listener: Listener | None = None
         self._server: ControlServer | None = None
         self._folder: str | None = None
@@ -59,20 +55,14 @@ class ArmLock:
             ) from None
 
     def _take_all(self) -> None:
-        from filelock import FileLock, Timeout
-
         for name in self._names:
-            path = notice_path(name, "lock")
-            create_lock(path)  # filelock opens it as it is, and older ones follow a link
-            lock = FileLock(path, mode=PRIVATE)
-            try:
-                lock.acquire(timeout=0)
-            except Timeout:
+            lock = take_lock(notice_path(name, "lock"))
+            if lock is None:
                 self.release()
                 raise ArmInUse(
                     f"{name} is held by {holder_words(name)}: end that program, or stop the arm "
                     f"with `armdrive stop`"
-                ) from None
+                )
             self._locks.append(lock)
 
     def serve(self, answerer: Answerer) -> None:
@@ -119,9 +109,8 @@ class ArmLock:
             for name in self._names:
                 with contextlib.suppress(OSError):
                     notice_path(name, "holder").unlink()
-        for lock in self._locks:
-            lock.release()
-        self._locks.clear()
+        while self._locks:
+            release_lock(self._locks.pop())
         folder, self._folder = self._folder, None
         if folder is not None:
             shutil.rmtree(folder, ignore_errors=True)

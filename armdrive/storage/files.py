@@ -7,7 +7,7 @@ read.
 
 A folder may be shared with other users, who can put links, pipes or files of their own where ours
 belong. So a file that we write is created by us (`O_EXCL`), never opened because it was there;
-`read_own`, `append` and `create_lock` follow no link and accept nothing but plain files.
+`read_own`, `append` and `take_lock` follow no link and accept nothing but plain files.
 """
 
 from __future__ import annotations
@@ -34,7 +34,9 @@ from armdrive.text.reading import (
     require_plain,
 )
 
-if sys.platform == "darwin":
+if sys.platform == "win32":
+    import msvcrt
+else:
     import fcntl
 
 BESIDE = ".new"
@@ -207,19 +209,55 @@ def append_line(path: Path, line: str) -> None:
         os.close(handle)
 
 
-def create_lock(path: Path) -> None:
-    """Have a plain file at `path`, for a lock to be taken on; one that is there is left as it is.
+def take_lock(path: Path) -> int | None:
+    """Lock the plain file at `path`, made where there is none; None where somebody else has it.
 
-    Raises `OSError` where something else is there: a link, a pipe, a device, a folder, or a file
-    with a second name, which a lock that empties its file would empty.
+    Returns the handle for `release_lock`. The end of the program releases it as well. Raises
+    `OSError` where something else is there: a link, a pipe, a device, a folder, or a file with a
+    second name.
     """
     DISK.make_folder(path.parent)
-    try:
+    with contextlib.suppress(FileExistsError):
         os.close(DISK.create(path))
-    except FileExistsError:
-        found = path.lstat()
-        require_plain(found, path)
-        _require_one_name(found, path)
+    found = path.lstat()  # before the open: opening a device can already do harm
+    require_plain(found, path)
+    _require_one_name(found, path)
+    handle = os.open(path, os.O_RDWR | CAREFULLY)
+    try:
+        require_plain(os.fstat(handle), path)
+        if _lock(handle):
+            return handle
+    except BaseException:
+        os.close(handle)
+        raise
+    os.close(handle)
+    return None
+
+
+def release_lock(handle: int) -> None:
+    """Release a lock, also where a child of this program has inherited its file."""
+    try:
+        if sys.platform == "win32":
+            os.lseek(handle, 0, os.SEEK_SET)
+            msvcrt.locking(handle, msvcrt.LK_UNLCK, 1)
+        else:
+            fcntl.flock(handle, fcntl.LOCK_UN)
+    finally:
+        os.close(handle)
+
+
+def _lock(handle: int) -> bool:
+    """Lock an open file without waiting; tell whether that was possible."""
+    try:
+        if sys.platform == "win32":
+            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
+        else:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        if error.errno in (errno.EACCES, errno.EAGAIN, errno.EDEADLK):
+            return False
+        raise
+    return True
 
 
 def followed(path: Path) -> Path:

@@ -155,7 +155,8 @@ def test_no_port_opens_in_a_rehearsal_whatever_the_script_does(call, write, monk
         """\
         import os, subprocess, sys, threading
         from armdrive import Arm
-        from armdrive.connect.target import connect_real, find
+        from armdrive.connect.parts import connect_real
+        from armdrive.connect.target import find
         seen = []
         def work():
             with Arm.connect("bench") as arm:

@@ -21,7 +21,7 @@ from armdrive.programs.journal import interrupted, journal_file
 from armdrive.setup import plan as notes
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold
-from armdrive.storage.files import DISK, append_line, create_lock, replace_durably, replace_file
+from armdrive.storage.files import DISK, append_line, replace_durably, replace_file
 from armdrive.storage.lock_client import ask_holder, held_arms, notice_of, notice_path
 from armdrive.storage.point_file import Points
 from armdrive.storage.points import Point
@@ -398,7 +398,7 @@ def test_a_lock_empties_no_file_that_was_there(precious):
         hold("bench")
     path.unlink()
     path.write_text(PRECIOUS)
-    create_lock(path)
+    hold("bench").release()
     assert path.read_text() == PRECIOUS
 
 
