@@ -36,7 +36,6 @@ from armdrive.motion.segments import SpeedLimits
 from armdrive.motion.verify import Verified
 from armdrive.moves import BASE_FRAME, Angles, Jog, JointAngles, JointJog, Space, TipJog, by_name
 from armdrive.operator import Operator, PostureRequest
-from armdrive.registry.pendant import PendantProgram
 from armdrive.runtime.diagnostics import EMERGENCY_STOP
 from armdrive.runtime.drive import PaceChoice
 from armdrive.runtime.io_lines import Lines
@@ -50,7 +49,8 @@ from kinematics.paths.parts import ArcMove, Move
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 
-if TYPE_CHECKING:  # a real arm loads no simulation, and few programs read the log
+if TYPE_CHECKING:  # what few arms and programs need
+    from armdrive.registry.pendant import PendantProgram
     from armdrive.sim.simulated_arm import SimulatedArm
     from armdrive.trace.log import LogReader
 

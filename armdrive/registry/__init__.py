@@ -21,10 +21,13 @@ from armdrive.dialects.grbl.entry import ENTRY as GRBL
 from armdrive.dialects.mks.entry import ENTRY as MKS
 from armdrive.dialects.robko01.entry import ENTRY as ROBKO01
 from armdrive.dialects.teachmover.entry import ENTRY as TEACHMOVER
-from armdrive.errors import BadRequest
+from armdrive.errors import BadRequest, Refused
 from kinematics.errors import suggestion
 
 if TYPE_CHECKING:
+    from armdrive.config.arm import ArmConfig
+    from armdrive.dialects.pendant import PendantTools
+    from armdrive.dialects.teachmover.pendant import PendantProgram
     from armdrive.sim.simulated_arm import SimDeviceKind
     from firmware_protocol.frames import Frame
 
@@ -107,6 +110,14 @@ def dialect(name: str) -> Dialect:
 def simulated_kind(name: str) -> SimDeviceKind:
     """Return how the simulated device of a dialect is made; raises as `dialect` does."""
     return _SIMULATED[dialect(name).name]()
+
+
+def pendant_of(config: ArmConfig) -> PendantTools[PendantProgram]:
+    """Return how an arm's own program is read and written; raises `Refused` where it has none."""
+    tools = dialect(config.connection.dialect).pendant
+    if tools is None:
+        raise Refused(f"the {config.title} keeps no program in a memory of its own")
+    return tools
 
 
 # What drives on a CAN bus speak.

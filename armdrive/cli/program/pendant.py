@@ -19,7 +19,8 @@ from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest, OperatorNeeded, PendantFileError
 from armdrive.motion.device import named_rows
 from armdrive.programs.teaching.pendant_program import rows_of
-from armdrive.registry.pendant import PendantProgram, pendant_of
+from armdrive.registry import pendant_of
+from armdrive.registry.pendant import PendantProgram
 from armdrive.status import Trust
 from armdrive.storage.files import DISK, replace_durably
 from armdrive.storage.point_file import points_of
