@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,7 +19,6 @@ from armdrive.connect.target import state_file
 from armdrive.errors import StateFileError
 from armdrive.registry.simulate import simulate
 from armdrive.runtime.drive import PaceChoice
-from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold
 from armdrive.storage.files import replace_file
@@ -70,7 +70,13 @@ def connect_remembered(
     try:
         if fresh:
             _forget(config.name)
-        twin = _twin(config)
+        try:
+            twin = simulate(config, _load(config.name))
+        except StateFileError as error:
+            raise StateFileError(
+                f"the remembered world {world_file(config.name)} cannot be used: {error}; "
+                "--fresh begins anew"
+            ) from None
         parts = connecting.connect_simulated(
             config,
             twin=twin,
@@ -82,18 +88,8 @@ def connect_remembered(
     except BaseException:
         holding.release()
         raise
-    closers = (lambda: _save(config.name, twin), holding.release)
+    closers = (lambda: _save(config.name, twin.save()), holding.release)
     return Arm(replace(parts, logbook=logbook_file(config.name), lock=holding, closers=closers))
-
-
-def _twin(config: ArmConfig) -> SimulatedArm:
-    try:
-        return simulate(config, _load(config.name))
-    except StateFileError as error:
-        raise StateFileError(
-            f"the remembered world {world_file(config.name)} cannot be used: {error}; "
-            "--fresh begins anew"
-        ) from None
 
 
 def _load(arm: str) -> object:
@@ -103,8 +99,8 @@ def _load(arm: str) -> object:
     return read_json(path, "the file", StateFileError, most_bytes=LARGEST_BYTES, own=True)
 
 
-def _save(arm: str, twin: SimulatedArm) -> None:
-    replace_file(world_file(arm), json.dumps(twin.save()))
+def _save(arm: str, world: Mapping[str, object]) -> None:
+    replace_file(world_file(arm), json.dumps(world))
 
 
 def _forget(arm: str) -> None:

@@ -202,7 +202,7 @@ _OF_AN_ARM = ("disable", "enable", "home", "jog", "move", "reset", "status", "ve
 _MENDING = "`armdrive doctor --mend`"
 """Needs the arm file: it says what is expected."""
 
-_COMMAND = re.compile(rf"`armdrive ((?:{'|'.join(_OF_AN_ARM)})(?: --[a-z-]+)*)`")
+_COMMAND = rf"`armdrive ((?:{'|'.join(_OF_AN_ARM)})(?: --[a-z-]+)*)`"
 
 
 def with_arm(sentence: str, options: argparse.Namespace) -> str:
@@ -213,7 +213,7 @@ def with_arm(sentence: str, options: argparse.Namespace) -> str:
     if getattr(options, "arm", None):
         mending = f"`armdrive doctor --arm {shlex.quote(str(options.arm))} --mend`"
         sentence = sentence.replace(_MENDING, mending)
-    return _COMMAND.sub(lambda found: f"`armdrive {_insert(found[1], words)}`", sentence)
+    return re.sub(_COMMAND, lambda found: f"`armdrive {_insert(found[1], words)}`", sentence)
 
 
 def _insert(command: str, words: str) -> str:

@@ -33,14 +33,8 @@ from armdrive.programs.acts import (
 )
 from armdrive.programs.performing import Performer, place_of
 from armdrive.programs.problems import SourceMark
-from armdrive.programs.running import (
-    FOR_EVER,
-    LOOPS_REHEARSED,
-    MachineSource,
-    ProgramRun,
-    RunStep,
-    Took,
-)
+from armdrive.programs.progress import FOR_EVER, LOOPS_REHEARSED, Took
+from armdrive.programs.running import MachineSource, ProgramRun, RunStep
 from armdrive.registry.simulate import simulate
 from armdrive.runtime.drive import PaceChoice
 from armdrive.runtime.io_lines import input_bits

@@ -12,15 +12,18 @@ import shutil
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from armdrive.arm import Arm
 from armdrive.cli.presenter import put
 from armdrive.errors import Stopped
 from armdrive.errors.printable import printable
-from armdrive.programs.acts import Answer, ProgramMachine
 from armdrive.programs.problems import SourceMark
-from armdrive.programs.running import Estimate, RunProgress, RunStep
+from armdrive.programs.progress import Estimate, RunProgress
+
+if TYPE_CHECKING:  # a script has no acts
+    from armdrive.programs.acts import Answer, ProgramMachine
+    from armdrive.programs.running import RunStep
 
 REDRAW_S = 0.2
 CLEAR_LINE = "\r\x1b[K"

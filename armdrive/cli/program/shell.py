@@ -8,10 +8,9 @@ import sys
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
-from armdrive.cli.block_options import put_blocks, require_table
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.presenter import put, put_error, say
-from armdrive.cli.program.run_common import make_ready
+from armdrive.cli.program.run_common import make_ready, put_blocks, require_table
 from armdrive.cli.program.shell_lines import TypedLines
 from armdrive.cli.program.shell_person import ask_at_prompt
 from armdrive.cli.program.shell_session import Left, Shell

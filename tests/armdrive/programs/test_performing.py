@@ -26,7 +26,8 @@ from armdrive.programs.acts import (
     SeenInput,
 )
 from armdrive.programs.performing import Performer
-from armdrive.programs.running import FOR_EVER, ProgramRun
+from armdrive.programs.progress import FOR_EVER
+from armdrive.programs.running import ProgramRun
 from armdrive.status import Trust
 
 JOINTS = {"base": 10.0, "shoulder": 40.0, "elbow": -60.0, "wrist_pitch": -70.0, "wrist_roll": 5.0}

@@ -3,7 +3,7 @@
 import pytest
 
 from armdrive.programs.problems import SourceMark
-from armdrive.programs.running import FOR_EVER, UNKNOWN, RunProgress, Took, nearest
+from armdrive.programs.progress import FOR_EVER, UNKNOWN, RunProgress, Took, nearest
 
 
 def took(*pairs):

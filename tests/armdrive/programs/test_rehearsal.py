@@ -22,8 +22,9 @@ from armdrive.programs.acts import (
     Remember,
     Say,
 )
+from armdrive.programs.progress import FOR_EVER
 from armdrive.programs.rehearsal import RehearsedPlan, rehearse, require_rehearsed
-from armdrive.programs.running import FOR_EVER, ProgramRun
+from armdrive.programs.running import ProgramRun
 from armdrive.registry import DIALECTS
 from kinematics.errors import KinematicsError
 

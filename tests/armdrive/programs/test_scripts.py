@@ -183,7 +183,7 @@ def test_an_arm_that_the_script_names_as_the_command_does_stands_where_it_stands
     from running_bench import table_arm
 
     from armdrive.programs.rehearsal import RehearsedPlan
-    from armdrive.programs.scripts import rehearse_script
+    from armdrive.programs.script_rehearsal import rehearse_script
 
     path = write_arm_file(
         "bench", 'model = "teachmover"\n[connection]\ndialect = "teachmover"\nport = "/dev/none"\n'

@@ -12,7 +12,8 @@ from armdrive.cli.program.run_input import PromptLines, RunTerminal
 from armdrive.connect.control_socket import _lasting, _shown
 from armdrive.programs.acts import Go, RunStage
 from armdrive.programs.problems import SourceMark
-from armdrive.programs.running import RunProgress, RunStep, Took
+from armdrive.programs.progress import RunProgress, Took
+from armdrive.programs.running import RunStep
 from kinematics import Pose
 
 GO = Go(Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90))
