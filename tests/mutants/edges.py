@@ -8,9 +8,9 @@ MUTANTS = (
     Mutant(
         name="two programs may hold one arm",
         promise="one program holds an arm at a time",
-        path="armdrive/storage/arm_lock.py",
-        old="                lock.acquire(timeout=0)\n",
-        new="                pass\n",
+        path="armdrive/storage/files.py",
+        old="            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)\n",
+        new="            pass\n",
         tests=tests_of(
             "tests/armdrive/storage/test_holder.py",
             "test_a_refused_holder_leaves_none_of_the_names_locked",
