@@ -19,7 +19,8 @@ from measuring import Row, Section
 from reporting import report
 
 from armdrive import Arm, Pose
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.registry.simulate import simulate
 from armdrive.status import State
 

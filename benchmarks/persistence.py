@@ -21,7 +21,8 @@ from measuring import Row, Section, p99, ratio
 from reporting import report
 
 from armdrive import Arm
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.errors import Stopped
 from armdrive.motion import idle as idling
 from armdrive.storage.files import StateFiles

@@ -10,7 +10,8 @@ from statistics import median
 from measuring import Row, Section
 
 from armdrive import Arm, Pose
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.programs.demo import JOBS, blocks_of, misplaced, perform
 from armdrive.registry.simulate import simulate
 

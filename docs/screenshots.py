@@ -24,7 +24,7 @@ from textual.app import App
 from textual.pilot import Pilot
 
 from armdrive import Arm, Pose
-from armdrive.cli.sim_state import connect_remembered
+from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.connect.target import find
 from armdrive.status import status_view
 from armdrive.storage.points import Point, Step, StepList

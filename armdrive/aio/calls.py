@@ -12,7 +12,8 @@ from armdrive.aio.loop import loop_context
 from armdrive.arm import Arm, anybody, connected
 from armdrive.arm.handle import Handle, finished
 from armdrive.blocking import coroutine_of
-from armdrive.connect.target import SIM, ConnectOptions, simulation_forced
+from armdrive.connect.parts import ConnectOptions
+from armdrive.connect.target import SIM, simulation_forced
 from armdrive.errors.arguments import BASIC, checked_calls
 from armdrive.runtime.drive import PaceChoice
 

@@ -24,9 +24,7 @@ from armdrive.arm.places import Place, Places, move_to_place
 from armdrive.arm.reference import Accept, Referencing, Told, unheard
 from armdrive.blocking import Wait, blocking, coroutine_of, run_blocking
 from armdrive.connect.control_socket import serve
-from armdrive.connect.parts import PATIENCE_S, Parts
-from armdrive.connect.target import ConnectOptions, connect
-from armdrive.dialog import Operator, PostureRequest
+from armdrive.connect.parts import PATIENCE_S, ConnectOptions, Parts, connect
 from armdrive.errors.arguments import checked_calls
 from armdrive.motion import device as device_tasks
 from armdrive.motion import reference as reference_tasks
@@ -58,7 +56,7 @@ from armdrive.moves import (
     by_name,
     jog_axes,
 )
-from armdrive.registry.pendant import PendantProgram
+from armdrive.operator import Operator, PostureRequest
 from armdrive.runtime.diagnostics import EMERGENCY_STOP
 from armdrive.runtime.drive import PaceChoice
 from armdrive.runtime.io_lines import Lines
@@ -72,7 +70,8 @@ from kinematics.paths.parts import PathPart
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 
-if TYPE_CHECKING:  # a real arm loads no simulation, and few programs read the log
+if TYPE_CHECKING:  # what few arms and programs need
+    from armdrive.registry.pendant import PendantProgram
     from armdrive.sim.simulated_arm import SimulatedArm
     from armdrive.trace.log import LogReader
 

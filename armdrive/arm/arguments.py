@@ -21,7 +21,6 @@ from armdrive.errors.arguments import (
 )
 from armdrive.moves import Jog, Move
 from armdrive.registry import DEFAULT
-from armdrive.registry.pendant import PendantProgram
 from armdrive.runtime.clock import SimulatedClock
 from armdrive.runtime.drive import SimulatedPace
 from armdrive.storage.points import Point
@@ -70,7 +69,11 @@ RULES: Mapping[str, Rule] = MappingProxyType(
         "PaceChoice": _pace,
         "Move": made_of(get_args(Move), "a move", f"LineMove({A_POSE})"),
         "Path | str": made_of((str, os.PathLike), "the path of a file", '"recording.jsonl"'),
-        "PendantProgram": made_of(PendantProgram, "a program", "arm.read_pendant_program()"),
+        "PendantProgram": expected(
+            "a program",
+            "arm.read_pendant_program()",
+            lambda value: hasattr(value, "rows") and hasattr(value, "require_origin"),
+        ),
         "Place": _PLACE,
         "Pose": made_of(Pose, "a pose", A_POSE),
         "Sequence[PathPart]": several(
@@ -91,5 +94,6 @@ RULES: Mapping[str, Rule] = MappingProxyType(
         "device_tasks.Told": call,
     }
 )
-"""What a value must be, by the annotation of its parameter. A simulated arm is known by its parts:
-a real arm loads no simulation."""
+"""What a value must be, by the annotation of its parameter. A simulated arm and
+a pendant's program are known by their parts: a real arm loads no simulation, and few arms keep a
+program."""

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from armdrive.connect.parts import Parts
-from armdrive.dialects.pendant import PendantTools
 from armdrive.motion import device as program_memory
-from armdrive.registry.pendant import PendantProgram, pendant_of
+from armdrive.registry import pendant_of
 from armdrive.runtime.states import Event, after
 from armdrive.status import Trust
+
+if TYPE_CHECKING:  # few arms keep a program
+    from armdrive.dialects.pendant import PendantTools
+    from armdrive.registry.pendant import PendantProgram
 
 PATIENCE_S = 3600.0
 """Every request in it has a deadline from its bytes: at 110 baud they add up to many minutes."""

@@ -69,9 +69,9 @@ def _arm_commands() -> Mapping[str, Command]:
 
 
 def _point_commands() -> Mapping[str, Command]:
-    from armdrive.cli.drive import pendant, points
+    from armdrive.cli.drive import points
 
-    return {"pendant": pendant.run, "points": points.run}
+    return {"points": points.run}
 
 
 def _jog_commands() -> Mapping[str, Command]:
@@ -99,9 +99,9 @@ def _shell_commands() -> Mapping[str, Command]:
 
 
 def _teaching_commands() -> Mapping[str, Command]:
-    from armdrive.cli.program import demo, teach
+    from armdrive.cli.program import demo, pendant, teach
 
-    return {"demo": demo.run, "teach": teach.run}
+    return {"demo": demo.run, "pendant": pendant.run, "teach": teach.run}
 
 
 def _status_commands() -> Mapping[str, Command]:
@@ -201,7 +201,7 @@ _COMMANDS: Mapping[str, CommandRow] = MappingProxyType(
         ),
         "pendant": (
             _driving_arguments,
-            _point_commands,
+            _teaching_commands,
             "the program in an arm's own memory: into a file, and back",
         ),
         "home": (_driving_arguments, _arm_commands, "reference an arm in its reference posture"),

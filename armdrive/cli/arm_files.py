@@ -1,14 +1,16 @@
-"""The folder of arm files on the command line: which there are, reading one, the chosen default."""
+"""Arm files on the command line: which there are, reading one, the default, and the chosen arm."""
 
 from __future__ import annotations
 
+import argparse
 import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from armdrive.config.arm import read_arm_table
-from armdrive.errors import ArmFileError
+from armdrive.connect.target import Target, find
+from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import DEFAULT
 from armdrive.storage import files as places
 from armdrive.storage.files import replace_file
@@ -96,3 +98,15 @@ def choose_default(name: str | None) -> None:
         _default_path().unlink(missing_ok=True)
     else:
         replace_file(_default_path(), name)
+
+
+def chosen_target(options: argparse.Namespace) -> Target:
+    """Return the arm that the options name."""
+    named = [word for word in (options.arm, options.sim, options.port) if word]
+    if len(named) > 1:
+        raise BadRequest("name one arm: --arm, --sim or --port")
+    if options.port:
+        return find(options.port, dialect_name=options.dialect, baud=options.baud)
+    if options.sim:
+        return find(f"sim:{options.sim}")
+    return find(options.arm or default_arm())

@@ -1,28 +1,34 @@
-"""From the options of a command to the arm that they name, and a connection to it."""
+"""A connection to the arm that the options of a command name.
+
+Simulated arms of the command line are remembered from one command to the next.
+"""
 
 from __future__ import annotations
 
 import argparse
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
 
 from armdrive.arm import Arm
-from armdrive.cli.arm_files import default_arm
-from armdrive.cli.sim_state import connect_remembered
-from armdrive.connect import target as targets
-from armdrive.connect.target import Target
-from armdrive.errors import BadRequest
+from armdrive.cli.arm_files import chosen_target
+from armdrive.config.arm import ArmConfig
+from armdrive.connect import parts as connecting
+from armdrive.connect.target import state_file
+from armdrive.errors import StateFileError
+from armdrive.registry.simulate import simulate
 from armdrive.runtime.drive import PaceChoice
+from armdrive.storage import files as places
+from armdrive.storage.arm_lock import hold
+from armdrive.storage.files import replace_file
+from armdrive.storage.record import FileRecorder
+from armdrive.storage.verifications import logbook_file
+from armdrive.text.reading import is_there, read_json
+from armdrive.trace.recorder import FlightRecorder
 
-
-def chosen_target(options: argparse.Namespace) -> Target:
-    """Return the arm that the options name."""
-    named = [word for word in (options.arm, options.sim, options.port) if word]
-    if len(named) > 1:
-        raise BadRequest("name one arm: --arm, --sim or --port")
-    if options.port:
-        return targets.find(options.port, dialect_name=options.dialect, baud=options.baud)
-    if options.sim:
-        return targets.find(f"sim:{options.sim}")
-    return targets.find(options.arm or default_arm())
+LARGEST_BYTES = 8_000_000
+"""Bytes. A world with a full program memory and thousands of blocks is smaller."""
 
 
 def connect_chosen(
@@ -41,5 +47,62 @@ def connect_chosen(
         return connect_remembered(
             target.config, fresh=options.fresh, pace=pace, allow_restored=allow_restored
         )
-    parts = targets.connect_real(target.config, allow_restored=allow_restored, reconnect=reconnect)
+    parts = connecting.connect_real(
+        target.config, allow_restored=allow_restored, reconnect=reconnect
+    )
     return Arm(parts)
+
+
+def world_file(arm: str) -> Path:
+    """Return the file in which a simulated arm's world is remembered."""
+    return places.states() / f"{places.file_name(arm)}.world.json"
+
+
+def connect_remembered(
+    config: ArmConfig,
+    *,
+    fresh: bool = False,
+    pace: PaceChoice = None,
+    allow_restored: bool = False,
+) -> Arm:
+    """Connect to a simulated arm as the last command left it; remember it at the end."""
+    holding = hold(config.name)
+    try:
+        if fresh:
+            _forget(config.name)
+        try:
+            twin = simulate(config, _load(config.name))
+        except StateFileError as error:
+            raise StateFileError(
+                f"the remembered world {world_file(config.name)} cannot be used: {error}; "
+                "--fresh begins anew"
+            ) from None
+        parts = connecting.connect_simulated(
+            config,
+            twin=twin,
+            pace=pace,
+            recorder=FileRecorder(state_file(config.name)),
+            allow_restored=allow_restored,
+            tracer=FlightRecorder(places.recordings()),
+        )
+    except BaseException:
+        holding.release()
+        raise
+    closers = (lambda: _save(config.name, twin.save()), holding.release)
+    return Arm(replace(parts, logbook=logbook_file(config.name), lock=holding, closers=closers))
+
+
+def _load(arm: str) -> object:
+    path = world_file(arm)
+    if not is_there(path):
+        return None
+    return read_json(path, "the file", StateFileError, most_bytes=LARGEST_BYTES, own=True)
+
+
+def _save(arm: str, world: Mapping[str, object]) -> None:
+    replace_file(world_file(arm), json.dumps(world))
+
+
+def _forget(arm: str) -> None:
+    for path in (world_file(arm), state_file(arm)):
+        path.unlink(missing_ok=True)

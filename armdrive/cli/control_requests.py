@@ -17,7 +17,7 @@ def chosen_holders(options: argparse.Namespace) -> list[str]:
     if not (options.arm or options.sim or options.port):
         return held_arms()
     # loads all that drives an arm, which a stop of every arm has no time for
-    from armdrive.cli.chosen_arm import chosen_target
+    from armdrive.cli.arm_files import chosen_target
 
     return [chosen_target(options).config.name]
 

@@ -16,7 +16,6 @@ from typing import Any, Self, TextIO
 
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.printable import encodable, printable, printable_lines
-from armdrive.status import Status
 
 
 def say(text: str) -> None:
@@ -37,11 +36,6 @@ def complain(text: str) -> None:
 def emit(document: dict[str, Any]) -> None:
     """Print a JSON document on a line of its own."""
     say(json.dumps(document))
-
-
-def say_which(status: Status) -> None:
-    """Say which arm this is; every command that touches one begins with it."""
-    say(status.which)
 
 
 def put(text: str, *, control: str = "", output: TextIO | None = None) -> None:

@@ -74,11 +74,3 @@ def _line(question: Question) -> str:
     if not sys.stdin.isatty():
         say(line.strip())
     return line
-
-
-def agreed(question: str) -> bool:
-    """Ask a question at the terminal; anything but a yes is a no."""
-    if not sys.stdin.isatty():
-        return False
-    put(question)
-    return sys.stdin.readline().strip().lower() in ("yes", "y")

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import difflib
 import json
 import os
 import re
 import shlex
 import signal
 import sys
+import threading
 from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
 from types import FrameType
@@ -18,16 +18,17 @@ from typing import NoReturn
 
 from armdrive.cli.options import Arguments, Command
 from armdrive.cli.presenter import complain, put_error
-from armdrive.cli.unexpected import FAULT, Unexpected, raises_unexpected, threads_told
 from armdrive.errors import ArmError
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.printable import as_message
 from armdrive.errors.table import error_view, named, tagged
-from kinematics.errors import BadNumber, KinematicsError, UnknownPreset, UnknownSystem
+from kinematics.errors import BadNumber, KinematicsError, UnknownPreset, UnknownSystem, nearest_word
 
 REFUSED = 3
 USAGE = 2
 INTERRUPTED = 130
+FAULT = 70
+"""What sysexits.h calls EX_SOFTWARE: an internal error."""
 
 
 class CommandEnded(BaseException):
@@ -74,7 +75,7 @@ def run_command(
         arguments.declare(parser)
         parser.parse_args(words, options)
         command = load()[name]
-        with _signals(), threads_told():
+        with _signals(), _threads_told():
             return command(options)
     except KeyboardInterrupt:
         pressed = KeyboardInterrupt("interrupted; an arm that moved was stopped")
@@ -94,16 +95,16 @@ def run_command(
     except OSError as error:  # a state folder that cannot be written, a disk that is full
         return _say(options, _in_words(error), ArmError.exit_code)
     except Exception as error:
-        if raises_unexpected():
+        if _raises_unexpected():
             raise
-        return _say(options, Unexpected(error), FAULT)
+        return _say(options, _unexpected(error), FAULT)
 
 
 def refuse(word: str, known: Collection[str]) -> int:
     """Say that there is no such command, and which one may be meant; return the exit code."""
     code = named("BadRequest").code
-    near = difflib.get_close_matches(word, known, n=1)
-    hint = f"did you mean `armdrive {near[0]}`?" if near else "`armdrive --help` lists them all"
+    near = nearest_word(word, known)
+    hint = f"did you mean `armdrive {near}`?" if near else "`armdrive --help` lists them all"
     put_error(as_message(f"armdrive: [{code}] there is no command {word!r}; {hint}\n"))
     return USAGE
 
@@ -158,6 +159,41 @@ def _signals() -> Iterator[None]:
             signal.signal(number, handler)
 
 
+# Errors that nobody foresaw.
+
+
+def _raises_unexpected() -> bool:
+    """Tell whether the environment asks for the exception itself."""
+    return os.environ.get("ARMDRIVE_TRACEBACK", "") not in ("", "0")
+
+
+@contextlib.contextmanager
+def _threads_told() -> Iterator[None]:
+    """Have an unforeseen error in a thread told in the same way while a command runs."""
+    if _raises_unexpected():
+        yield
+        return
+    before = threading.excepthook
+    threading.excepthook = _tell_of_thread
+    try:
+        yield
+    finally:
+        threading.excepthook = before
+
+
+def _tell_of_thread(found: threading.ExceptHookArgs) -> None:
+    if found.exc_value is not None and not isinstance(found.exc_value, SystemExit):
+        with contextlib.suppress(OSError, ValueError):  # the error output is closed
+            complain(f"armdrive: {tagged(_unexpected(found.exc_value))}")
+
+
+def _unexpected(error: BaseException) -> Exception:
+    """Write the details of an error down; return the one that says where they are."""
+    from armdrive.cli.unexpected import Unexpected  # slow to import, and hardly ever needed
+
+    return Unexpected(error)
+
+
 # Remedies name a command. Where this command named its arm, the next one has to name it as well.
 
 _OF_AN_ARM = ("disable", "enable", "home", "jog", "move", "reset", "status", "verify")
@@ -166,7 +202,7 @@ _OF_AN_ARM = ("disable", "enable", "home", "jog", "move", "reset", "status", "ve
 _MENDING = "`armdrive doctor --mend`"
 """Needs the arm file: it says what is expected."""
 
-_COMMAND = re.compile(rf"`armdrive ((?:{'|'.join(_OF_AN_ARM)})(?: --[a-z-]+)*)`")
+_COMMAND = rf"`armdrive ((?:{'|'.join(_OF_AN_ARM)})(?: --[a-z-]+)*)`"
 
 
 def with_arm(sentence: str, options: argparse.Namespace) -> str:
@@ -177,7 +213,7 @@ def with_arm(sentence: str, options: argparse.Namespace) -> str:
     if getattr(options, "arm", None):
         mending = f"`armdrive doctor --arm {shlex.quote(str(options.arm))} --mend`"
         sentence = sentence.replace(_MENDING, mending)
-    return _COMMAND.sub(lambda found: f"`armdrive {_insert(found[1], words)}`", sentence)
+    return re.sub(_COMMAND, lambda found: f"`armdrive {_insert(found[1], words)}`", sentence)
 
 
 def _insert(command: str, words: str) -> str:

@@ -1,10 +1,11 @@
-"""Whether a screen can be drawn where a command runs: asked before anything is opened for it."""
+"""The terminal that a command runs in: whether a screen can be drawn there, and a yes or a no."""
 
 from __future__ import annotations
 
 import os
 import sys
 
+from armdrive.cli.presenter import put
 from armdrive.errors import BadRequest
 
 WITHOUT_SCREEN = ("dumb", "unknown")
@@ -23,3 +24,11 @@ def require_screen(what: str, otherwise: str) -> None:
             f"{what} needs a terminal that draws, and this one says TERM={kind}; {otherwise}. "
             "Where it does draw, say so: TERM=xterm-256color armdrive ..."
         )
+
+
+def agreed(question: str) -> bool:
+    """Ask a question at the terminal; anything but a yes is a no."""
+    if not sys.stdin.isatty():
+        return False
+    put(question)
+    return sys.stdin.readline().strip().lower() in ("yes", "y")

@@ -2,28 +2,20 @@
 
 Such an error is a fault of armdrive itself. A person can do nothing with its traceback, and text
 in it may come from a file or a device. `ARMDRIVE_TRACEBACK=1` in the environment lets it through,
-for tests and for whoever looks for the fault.
+for tests and for whoever looks for the fault: runner.py, which loads this module when it needs it.
 """
 
 from __future__ import annotations
 
-import contextlib
-import os
 import sys
-import threading
 import traceback
-from collections.abc import Iterator
 from datetime import UTC, datetime
+from importlib.metadata import version
 from pathlib import Path
 
-from armdrive.cli.presenter import complain
 from armdrive.errors.printable import printable_lines, shortened
-from armdrive.errors.table import tagged
 from armdrive.storage import files as places
 from armdrive.storage.files import replace_file
-
-FAULT = 70
-"""The exit code, which sysexits.h calls EX_SOFTWARE: an internal error."""
 
 DETAILS = "unexpected.txt"
 """The file of the last fault, in the state folder."""
@@ -31,7 +23,6 @@ DETAILS = "unexpected.txt"
 MOST_LINES = 400
 """Lines of a traceback that are kept. One of an endless recursion has thousands that are alike."""
 
-_RAISES = "ARMDRIVE_TRACEBACK"
 _MOST_REASON = 200  # characters: an unforeseen error may quote a whole file
 
 
@@ -46,31 +37,6 @@ class Unexpected(Exception):
         )
 
 
-def raises_unexpected() -> bool:
-    """Tell whether the environment asks for the exception itself."""
-    return os.environ.get(_RAISES, "") not in ("", "0")
-
-
-@contextlib.contextmanager
-def threads_told() -> Iterator[None]:
-    """Have an unforeseen error in a thread told in the same way while a command runs."""
-    if raises_unexpected():
-        yield
-        return
-    before = threading.excepthook
-    threading.excepthook = _tell_of_thread
-    try:
-        yield
-    finally:
-        threading.excepthook = before
-
-
-def _tell_of_thread(found: threading.ExceptHookArgs) -> None:
-    if found.exc_value is not None and not isinstance(found.exc_value, SystemExit):
-        with contextlib.suppress(OSError, ValueError):  # the error output is closed
-            complain(f"armdrive: {tagged(Unexpected(found.exc_value))}")
-
-
 def _written(error: BaseException) -> str:
     """Write the details down; return the words that say where they are."""
     path = places.states() / DETAILS
@@ -78,14 +44,15 @@ def _written(error: BaseException) -> str:
         replace_file(path, _details(error))
     except (OSError, ValueError) as refusal:
         reason = getattr(refusal, "strerror", None) or refusal
-        return f"The details could not be written to {path} ({reason}): {_RAISES}=1 shows them"
+        return (
+            f"The details could not be written to {path} ({reason}): "
+            "ARMDRIVE_TRACEBACK=1 shows them"
+        )
     return f"The details are in {path}"
 
 
 def _details(error: BaseException) -> str:
     """Return what to report: when, which version, which command, and the traceback."""
-    from importlib.metadata import version  # slow to import, and hardly ever needed
-
     lines = "".join(traceback.format_exception(error, chain=True)).splitlines()
     if len(lines) > MOST_LINES:
         half = MOST_LINES // 2

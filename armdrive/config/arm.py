@@ -36,7 +36,8 @@ from armdrive.text.toml import (
     require_table,
 )
 from kinematics.errors import KinematicsError
-from kinematics.frames.graph import UserFrame
+from kinematics.five_axis.tool_arm import holding
+from kinematics.frames.user_frame import UserFrame
 from kinematics.presets import PRESETS, ArmModel, preset
 from kinematics.spaces import Pose
 from kinematics.tool import Tool
@@ -251,8 +252,6 @@ def _with_gripper(model: M, gripper: GripperSettings) -> M:
 
 def _holding(model: M, tool: Tool) -> ArmModel:
     """Return the model with a tool in its fingers, as thick as the guards of links have to know."""
-    from kinematics.five_axis.tool_arm import holding  # few arms hold a tool
-
     arm = holding(model.arm, tool)
     guards, links = model.guards, len(arm.moving_points)
     if guards.radii_mm and len(guards.radii_mm) + 1 == links:

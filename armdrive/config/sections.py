@@ -10,7 +10,7 @@ from typing import Any
 
 from armdrive.errors import ArmFileError
 from armdrive.text.toml import number, read_section, refuse_unknown, require_table, within
-from kinematics.frames.graph import UserFrame
+from kinematics.frames.user_frame import UserFrame
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 

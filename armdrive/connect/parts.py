@@ -1,6 +1,7 @@
 """The parts of a connected arm: its state, engine and clock, and what runs tasks on them.
 
-`assemble` puts them together over an open link and connects. `Parts` knows nothing of the calls
+`connect` opens the wire to an arm or to its simulated twin; `assemble` puts the parts together over
+an open link and connects. `Parts` knows nothing of the calls
 that a program makes: `Arm(parts)` adds those.
 """
 
@@ -8,31 +9,39 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from armdrive.blocking import Wait, blocking
+from armdrive.blocking import Wait, blocking, coroutine_of
 from armdrive.config.arm import ArmConfig
+from armdrive.connect.port import PortOpening, overheard
 from armdrive.connect.reconnect import NewLink, Reconnector
-from armdrive.dialog import Operator
-from armdrive.errors import LinkLost, NoAnswer, Stopped
+from armdrive.connect.target import DEFAULT_TARGET, find, simulation_forced, state_file
+from armdrive.errors import BadRequest, LinkLost, NoAnswer, PortUnavailable, Stopped
+from armdrive.motion import reference
 from armdrive.motion.context import MotionContext
 from armdrive.motion.idle import Idling
-from armdrive.motion.reference import connect
+from armdrive.operator import Operator
 from armdrive.registry import dialect
+from armdrive.registry.simulate import simulate
 from armdrive.runtime.arm_state import Core
+from armdrive.runtime.clock import SimulatedClock
 from armdrive.runtime.deadlines import call_limit_s
-from armdrive.runtime.drive import Pace, RealPace
+from armdrive.runtime.drive import Pace, PaceChoice, RealPace, pace_of
 from armdrive.runtime.engine import Engine
 from armdrive.runtime.received import Received
 from armdrive.runtime.registers import alerted
 from armdrive.runtime.states import Event
 from armdrive.status import State
-from armdrive.storage.arm_lock import ArmLock
-from armdrive.storage.record import PositionRecorder
+from armdrive.storage import files as places
+from armdrive.storage.arm_lock import ArmLock, hold
+from armdrive.storage.record import FileRecorder, NoRecorder, PositionRecorder
+from armdrive.storage.verifications import logbook_file
 from armdrive.tasks import Alert, Progress, Task, TaskBody
 from armdrive.trace.calls import NO_TRACER, Tracer
+from armdrive.trace.recorder import FlightRecorder
+from armdrive.transports.in_process import MemoryLink
 from armdrive.transports.link import Link
 
 if TYPE_CHECKING:  # a real arm loads no simulation
@@ -212,7 +221,7 @@ async def assemble(
     tracer.begin(config, link.description, pace.now_s, core.condition)
     pace.start(driven.engine)
     try:
-        await runner.perform(connect(driven.wire))
+        await runner.perform(reference.connect(driven.wire))
         with pace.lock:
             tracer.opened()
     except BaseException:
@@ -261,3 +270,126 @@ class _Driven:
         self._core.remember()
         if self.reconnector is not None:
             self.reconnector.lost(self.engine.now_s)
+
+
+# From an arm to its parts, over the wire that leads there.
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConnectOptions:
+    """The options of `Arm.connect`, which says what each does."""
+
+    dialect: str | None = None
+    baud: int | None = None
+    pace: PaceChoice = None
+    allow_restored: bool = False
+    operator: Operator | None = None
+    twin: SimulatedArm | None = None
+    reconnect: bool | None = None
+    clock: SimulatedClock | None = None
+    """The time that a simulated arm lives in where `pace` is None. None: a clock of its own."""
+
+    @property
+    def simulated_pace(self) -> PaceChoice:
+        """The pace of a simulated arm."""
+        return self.clock if self.pace is None else self.pace
+
+
+@blocking
+async def connect(target: str | None, options: ConnectOptions) -> Parts:
+    """Connect as `Arm.connect` says."""
+    found = find(target or DEFAULT_TARGET, dialect_name=options.dialect, baud=options.baud)
+    if found.simulated:
+        return await coroutine_of(connect_simulated)(
+            found.config,
+            twin=options.twin,
+            pace=options.simulated_pace,
+            operator=options.operator,
+            allow_restored=options.allow_restored,
+            reconnect=options.reconnect,
+        )
+    if options.pace not in (None, "real", 1.0):
+        raise BadRequest("a real arm knows one pace: real time")
+    return await coroutine_of(connect_real)(
+        found.config,
+        allow_restored=options.allow_restored,
+        operator=options.operator,
+        reconnect=options.reconnect,
+    )
+
+
+@blocking
+async def connect_simulated(
+    config: ArmConfig,
+    *,
+    twin: SimulatedArm | None = None,
+    pace: PaceChoice = None,
+    operator: Operator | None = None,
+    recorder: PositionRecorder | None = None,
+    allow_restored: bool = False,
+    tracer: Tracer | None = None,
+    reconnect: bool | None = None,
+) -> Parts:
+    """Connect to a simulated twin in this process, on simulated time unless `pace` says real."""
+    twin = twin or simulate(config)
+    parts = await coroutine_of(assemble)(
+        config,
+        twin.link,
+        pace_of(pace),
+        simulated=True,
+        recorder=recorder or NoRecorder(),
+        operator=operator or twin.operator,
+        allow_restored=allow_restored,
+        tracer=tracer or FlightRecorder(),
+        rewiring=_rewiring(twin, automatic=_wanted(reconnect, config)),
+    )
+    return replace(parts, twin=twin)
+
+
+@blocking
+async def connect_real(
+    config: ArmConfig,
+    *,
+    allow_restored: bool = False,
+    operator: Operator | None = None,
+    reconnect: bool | None = None,
+) -> Parts:
+    """Open the arm's port and connect; one program holds an arm at a time.
+
+    With `reconnect` (by default as the arm file says) a lost wire is looked for until it is back.
+    Where another dialect answers, the `DeviceFault` says which.
+    """
+    if simulation_forced():
+        raise PortUnavailable(
+            f"ARMDRIVE_FORCE_SIM is set, so the port of {config.name} stays closed: connect to its "
+            "simulated twin, or clear that variable"
+        )
+    wiring = PortOpening(config)
+    lock = hold(config.name, wiring.find())
+    try:
+        with overheard(wiring.open(), config.connection) as ears:
+            parts = await coroutine_of(assemble)(
+                config,
+                ears,
+                RealPace(),
+                simulated=False,
+                recorder=FileRecorder(state_file(config.name)),
+                allow_restored=allow_restored,
+                operator=operator,
+                tracer=FlightRecorder(places.recordings()),
+                rewiring=NewLink(wiring.open, automatic=_wanted(reconnect, config), beside=True),
+            )
+    except BaseException:
+        lock.release()
+        raise
+    return replace(parts, logbook=logbook_file(config.name), lock=lock, closers=(lock.release,))
+
+
+def _rewiring(twin: SimulatedArm, *, automatic: bool) -> NewLink | None:
+    """Return how a twin's wire is taken up again; None where somebody has put another there."""
+    return NewLink(twin.link.reopen, automatic) if isinstance(twin.link, MemoryLink) else None
+
+
+def _wanted(reconnect: bool | None, config: ArmConfig) -> bool:
+    """Tell whether a lost wire is looked for: as the caller says, else as the arm file does."""
+    return config.connection.reconnect if reconnect is None else reconnect

@@ -5,12 +5,14 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import cache
+from types import MappingProxyType
 
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
-from armdrive.dialects.recognition import comes_back, says_something_readable
+from armdrive.dialects.recognition import Recogniser, comes_back, says_something_readable
 from armdrive.errors import DeviceFault, LinkLost, PortUnavailable
-from armdrive.registry import recogniser
+from armdrive.registry import DIALECTS
 from armdrive.runtime.received import NOT_THE_ANSWER, excerpt
 from armdrive.transports.address import PREFIX, CanAddress, is_can, scheme
 from armdrive.transports.link import Link
@@ -45,8 +47,7 @@ class PortOpening:
 
     def open(self) -> Link:
         """Open the wire, wherever it is now. Raises `PortUnavailable`; sends nothing."""
-        from armdrive.transports import open as opening
-        from armdrive.transports import ports
+        from armdrive.transports import opening, ports
 
         port = self.find()
         link = opening.open_link(
@@ -73,6 +74,13 @@ MOST_BYTES = 4096
 """So much is remembered of what came in."""
 MOST_WRITES = 64
 """So much of what was sent."""
+
+
+@cache
+def recogniser() -> Recogniser:
+    """Return what recognises the devices of every dialect that is not spoken on a bus."""
+    found = {name: row.driver().recognition for name, row in DIALECTS.items()}
+    return Recogniser(MappingProxyType({name: each for name, each in found.items() if each}))
 
 
 class Ears:

@@ -31,6 +31,8 @@
     +-- KeyFileError              2   a file of the desk's keys that cannot be used
     +-- ProgramError              2   a program that cannot be read, or that cannot go on
 
+`ProgramError` stands in programs/problems.py.
+
 What the kinematics refuse in a call of an arm is a `Refused` too (kinematic.py): a goal that
 cannot be reached is both that and `kinematics.Unreachable`, and ends with 3. What each means for
 the arm and what to do stands in table.py, by `error.code`.
@@ -38,7 +40,6 @@ the arm and what to do stands in table.py, by `error.code`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from armdrive.errors.printable import as_message
@@ -271,42 +272,3 @@ class KeyFileError(ArmError):
 
     exit_code = 2
     code = "E111"
-
-
-@dataclass(frozen=True, slots=True)
-class SourceMark:
-    """Where in a program something stands: line and column count from 1. `file` may be empty."""
-
-    line: int
-    column: int = 1
-    file: str = ""
-
-    def __str__(self) -> str:
-        where = f"line {self.line}, column {self.column}"
-        return f"{self.file}: {where}" if self.file else where
-
-
-@dataclass(frozen=True, slots=True)
-class Problem:
-    """One thing that is wrong with a program, where it stands."""
-
-    mark: SourceMark
-    text: str
-
-
-class ProgramError(ArmError):
-    """A program that cannot be read, or a line of it that cannot be carried out.
-
-    `mark` is the first place that is wrong, None where no place is; `problems` are all of them.
-    The message has the lines, with a caret under the place.
-    """
-
-    exit_code = 2
-    code = "E113"
-
-    def __init__(
-        self, message: str, *, mark: SourceMark | None = None, problems: tuple[Problem, ...] = ()
-    ) -> None:
-        self.mark = mark
-        self.problems = problems
-        super().__init__(message)

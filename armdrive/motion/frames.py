@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
 from armdrive.moves import BASE_FRAME, TOOL_FRAME
-from kinematics.frames.graph import UserFrame, moved_along
 from kinematics.frames.rotations import IDENTITY, Matrix3, columns
+from kinematics.frames.user_frame import UserFrame, moved_along
 from kinematics.frames.vectors import Vector
 from kinematics.spaces import Joints, Pose
 

@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Protocol, TypeAlias
 
-from armdrive.errors import SourceMark
 from armdrive.moves import (
     GraspMove,
     GripperMove,
@@ -39,6 +38,7 @@ from armdrive.programs.language.values import (
     slot_of,
 )
 from armdrive.programs.language.words import WORDS
+from armdrive.programs.problems import SourceMark
 from kinematics.spaces import Joints, Pose
 
 ProgramMove = Motion | GraspMove | MoveSequence

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Protocol
 
-from armdrive.errors import ArmError, Problem, ProgramError, SourceMark
+from armdrive.errors import ArmError
 from armdrive.moves import GripperMove
 from armdrive.programs.acts import (
     MOTIONS,
@@ -48,7 +48,7 @@ from armdrive.programs.language.values import (
     truth,
 )
 from armdrive.programs.language.words import FUNCTIONS, ValueKind
-from armdrive.programs.problems import program_error
+from armdrive.programs.problems import Problem, ProgramError, SourceMark, program_error
 from kinematics.errors import KinematicsError
 
 # All that a program under way knows, and how it is written down as plain JSON data.

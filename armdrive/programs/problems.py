@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 
-from armdrive.errors import Problem, ProgramError
+from armdrive.errors import ArmError
 from armdrive.errors.printable import printable
 
 EXCERPT = 200
@@ -12,6 +13,45 @@ EXCERPT = 200
 
 MOST_TOLD = 20
 """So many problems of one program are told at once: more are the echo of the first."""
+
+
+@dataclass(frozen=True, slots=True)
+class SourceMark:
+    """Where in a program something stands: line and column count from 1. `file` may be empty."""
+
+    line: int
+    column: int = 1
+    file: str = ""
+
+    def __str__(self) -> str:
+        where = f"line {self.line}, column {self.column}"
+        return f"{self.file}: {where}" if self.file else where
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One thing that is wrong with a program, where it stands."""
+
+    mark: SourceMark
+    text: str
+
+
+class ProgramError(ArmError):
+    """A program that cannot be read, or a line of it that cannot be carried out.
+
+    `mark` is the first place that is wrong, None where no place is; `problems` are all of them.
+    The message has the lines, with a caret under the place.
+    """
+
+    exit_code = 2
+    code = "E113"
+
+    def __init__(
+        self, message: str, *, mark: SourceMark | None = None, problems: tuple[Problem, ...] = ()
+    ) -> None:
+        self.mark = mark
+        self.problems = problems
+        super().__init__(message)
 
 
 def lines_of(text: str) -> list[str]:

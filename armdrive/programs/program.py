@@ -9,14 +9,14 @@ from functools import cached_property
 from pathlib import Path
 
 from armdrive.config.arm import ArmConfig
-from armdrive.errors import BadRequest, Problem, SourceMark
+from armdrive.errors import BadRequest
 from armdrive.programs.language.checking import checked
 from armdrive.programs.language.compiling import CompiledCode, OpCode
 from armdrive.programs.language.reading import read_tree
 from armdrive.programs.language.syntax import Define, Tree
 from armdrive.programs.language.values import ForwardKinematics, PlaceValue
 from armdrive.programs.machine import Context, Machine, MachineState, ProgramWorld
-from armdrive.programs.problems import program_error
+from armdrive.programs.problems import Problem, SourceMark, program_error
 from armdrive.storage.point_file import points_of
 from armdrive.text.reading import read_text
 from kinematics.errors import suggestion

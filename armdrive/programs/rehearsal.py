@@ -13,8 +13,8 @@ from itertools import count
 
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
-from armdrive.connect.target import connect_simulated
-from armdrive.errors import ArmError, NotReferenced, Refused, SourceMark
+from armdrive.connect.parts import connect_simulated
+from armdrive.errors import ArmError, NotReferenced, Refused
 from armdrive.moves import GraspMove
 from armdrive.programs.acts import (
     Act,
@@ -30,17 +30,11 @@ from armdrive.programs.acts import (
     ReadInput,
     Remember,
     Say,
-    act_name,
 )
 from armdrive.programs.performing import Performer
-from armdrive.programs.running import (
-    FOR_EVER,
-    LOOPS_REHEARSED,
-    MachineSource,
-    ProgramRun,
-    RunStep,
-    Took,
-)
+from armdrive.programs.problems import SourceMark
+from armdrive.programs.progress import FOR_EVER, LOOPS_REHEARSED, Took
+from armdrive.programs.running import MachineSource, ProgramRun, RunStep
 from armdrive.registry.simulate import simulate
 from armdrive.runtime.drive import PaceChoice
 from armdrive.runtime.io_lines import input_bits
@@ -371,9 +365,7 @@ class _RehearsalWatch:
         """Keep what it took."""
         took_s = _waited_s(step.stage.act, answer, took_s)
         self._took_s += took_s
-        self.loops.setdefault(step.loop, []).append(
-            Took(step.stage.mark, act_name(step.stage.act), took_s)
-        )
+        self.loops.setdefault(step.loop, []).append(Took(step.stage.mark, step.act_name, took_s))
 
 
 def _waited_s(act: Act, answer: Answer, took_s: float) -> float:

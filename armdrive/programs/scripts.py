@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import ast
 import contextlib
-import math
 import os
 import runpy
 import sys
@@ -20,29 +19,12 @@ from types import FrameType
 from typing import Any, cast
 
 from armdrive.arm import Arm, standing_in
-from armdrive.config.arm import ArmConfig
-from armdrive.connect.target import SIM, ConnectOptions, connect, connect_simulated, find
-from armdrive.errors import BadRequest, SourceMark
+from armdrive.connect.parts import ConnectOptions, connect
+from armdrive.errors import BadRequest
 from armdrive.errors.printable import printable_lines
-from armdrive.programs.rehearsal import (
-    WORDS,
-    Assumptions,
-    Patience,
-    Rehearsal,
-    RehearsedPlan,
-    Things,
-    TooLong,
-    knows_its_world,
-    rehearsing_arm,
-)
-from armdrive.programs.running import Took
-from armdrive.runtime.drive import PaceChoice
-from armdrive.sim.world.scene import GripScene
-from armdrive.sim.world.table import Incident
 from armdrive.text.reading import read_bytes
 from armdrive.trace import calls as recorded
 from armdrive.trace.calls import Tracer
-from kinematics.geometry import Point
 
 # The calls that a script makes of its arms, and the line of the script that made each.
 #
@@ -242,173 +224,3 @@ def _exit_code(code: object) -> int:
         return code or 0
     sys.stderr.write(f"{printable_lines(str(code))}\n")
     return 1
-
-
-# Keeps the way of a simulated arm's tip, for the picture of a rehearsed script.
-#
-# It is the physical way, whichever call makes the arm move: lines, arcs, routes and jogs alike.
-
-NEAREST_MM = 1.0
-"""Points of the path are no nearer to one another."""
-
-
-class TracedScene:
-    """The scene of an arm's world, which is told every motion of the tip; all else is its own."""
-
-    def __init__(self, arm: Arm, scene: GripScene, path: list[Point]) -> None:
-        self._arm = arm
-        self._scene = scene
-        self._path = path
-
-    def follow(
-        self, before: Point, after: Point, opening_mm: float, time_s: float
-    ) -> list[Incident]:
-        """Keep where the tip goes, once the arm knows where it stands."""
-        if self._arm.core.position_known:
-            for point in (before, after):
-                if not self._path or math.dist(self._path[-1], point) >= NEAREST_MM:
-                    self._path.append(point)
-        return self._scene.follow(before, after, opening_mm, time_s)
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._scene, name)
-
-
-def trace(arm: Arm, path: list[Point]) -> None:
-    """Have a twin's tip leave its points in a path, in mm in the arm's base frame."""
-    if arm.twin is not None:
-        world = arm.twin.world
-        world.scene = cast("GripScene", TracedScene(arm, world.scene, path))
-
-
-# A Python script rehearsed: it runs, and each of its arms is the simulated twin of that arm.
-#
-# Only what it does to arms is rehearsed. Whatever else it does, it does.
-
-GRASPS = ("grasp", "feel")
-
-
-class _Stage:
-    """Gives a script its twins, and notes what it does with them."""
-
-    def __init__(
-        self, config: ArmConfig, arm: Arm | None, plan: RehearsedPlan, script: Path
-    ) -> None:
-        self.assumptions = Assumptions()
-        self.path: list[Point] = []
-        self.calls: list[tuple[SourceMark, str, float]] = []
-        self.twins: list[Arm] = []
-        self._config = config
-        self._arm = arm
-        self._plan = plan
-        self._script = str(script)
-        self._patience = Patience()
-        self._things: dict[int, Things] = {}
-
-    def own(self, options: ConnectOptions) -> Arm:
-        """Return the twin of the arm that the run names."""
-        return self._twin_of(self._config, self._arm, options)
-
-    def given(self, target: str, options: ConnectOptions) -> Arm:
-        """Return the twin of an arm that the script names; a simulated one it is itself."""
-        config = find(target, dialect_name=options.dialect, baud=options.baud).config
-        own_world = target.startswith(SIM) or options.twin is not None
-        if not own_world:
-            same = _plain(config.name) == _plain(self._config.name)
-            return self._twin_of(config, self._arm if same else None, options)
-        made = Arm(
-            connect_simulated(
-                config,
-                twin=options.twin,
-                pace=_clock(options),
-                operator=options.operator,
-            )
-        )
-        self._things[id(made)] = self._known(True)
-        return made
-
-    def made(self, arm: Arm) -> None:
-        """Give a twin its inputs."""
-        self.twins.append(arm)
-        if self._plan.traced:
-            trace(arm, self.path)
-        for number, on in self._plan.inputs.items():
-            if arm.twin is not None:
-                arm.twin.device.set_input(number - 1, on)
-
-    def told(self, arm: Arm, call: ScriptCall) -> None:
-        """Note a call of the script."""
-        self._patience.ask(self.elapsed_s)
-        mark = self.assumptions.mark = SourceMark(call.line, 1, self._script)
-        self.calls.append((mark, call.name, self.elapsed_s))
-        if call.name in GRASPS:
-            self._things[id(arm)].before_grasp(arm)
-        elif call.name == "read_inputs":
-            on = [str(number) for number, high in self._plan.inputs.items() if high]
-            self.assumptions.note(f"inputs are {WORDS[False]}, but for {', '.join(on) or 'none'}")
-
-    @property
-    def elapsed_s(self) -> float:
-        """The time of all arms that have a clock of their own."""
-        clocks = {id(getattr(arm.pace, "clock", arm.pace)): arm.pace.now_s() for arm in self.twins}
-        return sum(clocks.values())
-
-    def took(self) -> tuple[Took, ...]:
-        """Return what every call took, up to the next one."""
-        ends = [*(at_s for _, _, at_s in self.calls), self.elapsed_s][1:]
-        return tuple(
-            Took(mark, name, max(end_s - at_s, 0.0))
-            for (mark, name, at_s), end_s in zip(self.calls, ends, strict=True)
-        )
-
-    def _twin_of(self, config: ArmConfig, arm: Arm | None, options: ConnectOptions) -> Arm:
-        settle = self.assumptions.note if self._plan.settle else None
-        made = rehearsing_arm(config, arm, settle, _clock(options))
-        self._things[id(made)] = self._known(knows_its_world(arm))
-        return made
-
-    def _known(self, known: bool) -> Things:
-        return Things(self.assumptions, self._plan.width_mm, known=known)
-
-
-def rehearse_script(
-    script: Path, words: Sequence[str], config: ArmConfig, arm: Arm | None, plan: RehearsedPlan
-) -> Rehearsal:
-    """Rehearse a script. What it raises, other than to end, is the refusal of the answer.
-
-    `config` is the arm that `Arm.connect()` without a target means, `arm` that arm where it could
-    be asked where it stands.
-    """
-    stage = _Stage(config, arm, plan, script)
-    connections = Connections(script, stage.own, stage.told, stage.made, stage.given)
-    refusal: Exception | None = None
-    whole = True
-    try:
-        with simulation_only():
-            code = carry_out(script, words, connections)
-        if code:
-            refusal = BadRequest(f"{script} ended with {code}")
-    except TooLong:
-        whole = False
-    except Exception as error:
-        refusal = error
-    line = None if refusal is None else line_of(refusal, script)
-    return Rehearsal(
-        (stage.took(),),
-        tuple(stage.assumptions.found),
-        refusal,
-        None if line is None else SourceMark(line, 1, str(script)),
-        whole,
-        path=tuple(stage.path),
-    )
-
-
-def _plain(name: str) -> str:
-    """Return the name of an arm without what a simulated one's has before it."""
-    return name.removeprefix(SIM)
-
-
-def _clock(options: ConnectOptions) -> PaceChoice:
-    """Return the clock that several simulated arms of a script share; no real time passes."""
-    real = isinstance(options.pace, str | int | float)
-    return options.clock if real else options.simulated_pace

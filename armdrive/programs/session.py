@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from armdrive.errors import BadRequest, Problem, ProgramError, SourceMark
+from armdrive.errors import BadRequest
 from armdrive.programs.language.lines import Item, LineMistake, read_line
 from armdrive.programs.language.reading import read_tree
 from armdrive.programs.language.syntax import (
@@ -33,7 +33,7 @@ from armdrive.programs.language.syntax import (
 from armdrive.programs.language.words import FUNCTIONS, HERE
 from armdrive.programs.language.writing import unparse
 from armdrive.programs.machine import Context, Machine
-from armdrive.programs.problems import MOST_TOLD, pointed
+from armdrive.programs.problems import MOST_TOLD, Problem, ProgramError, SourceMark, pointed
 from armdrive.programs.program import Program, read_program
 
 # The lines that were typed at a prompt, and how what is wrong with them is shown.

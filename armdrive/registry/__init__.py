@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from functools import cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -20,14 +19,16 @@ from armdrive.dialects.cia402.entry import ENTRY as CIA402
 from armdrive.dialects.dialect import Dialect, Language
 from armdrive.dialects.grbl.entry import ENTRY as GRBL
 from armdrive.dialects.mks.entry import ENTRY as MKS
-from armdrive.dialects.recognition import Recogniser
 from armdrive.dialects.robko01.entry import ENTRY as ROBKO01
 from armdrive.dialects.teachmover.entry import ENTRY as TEACHMOVER
-from armdrive.errors import BadRequest
+from armdrive.errors import BadRequest, Refused
 from kinematics.errors import suggestion
 
 if TYPE_CHECKING:
-    from armdrive.sim.device import SimDeviceKind
+    from armdrive.config.arm import ArmConfig
+    from armdrive.dialects.pendant import PendantTools
+    from armdrive.dialects.teachmover.pendant import PendantProgram
+    from armdrive.sim.simulated_arm import SimDeviceKind
     from firmware_protocol.frames import Frame
 
 
@@ -111,11 +112,12 @@ def simulated_kind(name: str) -> SimDeviceKind:
     return _SIMULATED[dialect(name).name]()
 
 
-@cache
-def recogniser() -> Recogniser:
-    """Return what recognises the devices of every dialect that is not spoken on a bus."""
-    found = {name: row.driver().recognition for name, row in DIALECTS.items()}
-    return Recogniser(MappingProxyType({name: each for name, each in found.items() if each}))
+def pendant_of(config: ArmConfig) -> PendantTools[PendantProgram]:
+    """Return how an arm's own program is read and written; raises `Refused` where it has none."""
+    tools = dialect(config.connection.dialect).pendant
+    if tools is None:
+        raise Refused(f"the {config.title} keeps no program in a memory of its own")
+    return tools
 
 
 # What drives on a CAN bus speak.

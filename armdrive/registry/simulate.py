@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from armdrive.config.arm import ArmConfig
 from armdrive.registry import DEFAULT, simulated_kind
-from armdrive.sim.device import SimDevice, Value
-from armdrive.sim.simulated_arm import SimulatedArm, simulated_arm, simulated_device
-from armdrive.sim.world.table import Stand, TableBlock
+
+if TYPE_CHECKING:  # a real arm loads no simulation
+    from armdrive.sim.device import SimDevice, Value
+    from armdrive.sim.simulated_arm import SimulatedArm
+    from armdrive.sim.world.table import Stand, TableBlock
 
 
 def simulate(
@@ -20,10 +23,10 @@ def simulate(
     stand: Stand | None = None,
     **options: Value,
 ) -> SimulatedArm:
-    """Build the simulated counterpart of an arm, as `simulated_arm` says."""
+    """Build the simulated counterpart of an arm, as `SimDeviceKind.simulate` says."""
     kind = simulated_kind(config.connection.dialect)
     saved = _with_dialect(saved)
-    return simulated_arm(config, kind, saved, blocks=blocks, play=play, stand=stand, **options)
+    return kind.simulate(config, saved, blocks=blocks, play=play, stand=stand, **options)
 
 
 def simulate_device(
@@ -35,7 +38,7 @@ def simulate_device(
 ) -> SimDevice:
     """Build the simulated device of an arm alone, for a process of its own."""
     kind = simulated_kind(config.connection.dialect)
-    return simulated_device(config, kind, _with_dialect(saved), play=play, settings=settings)
+    return kind.simulate_device(config, _with_dialect(saved), play=play, settings=settings)
 
 
 def _with_dialect(saved: object) -> object:

@@ -13,7 +13,7 @@ from armdrive.setup.directions import NOTHING, OTHER, Sight, sight
 from armdrive.setup.finding import is_command
 from armdrive.setup.plan import MM, CommissioningPlan, Notes, Planned
 from armdrive.setup.trial import AS_SAID, MORE, NUDGE, counts_of, try_out
-from armdrive.sim.bus.drives import DrivesOnBus
+from armdrive.sim.device import DrivesOnBus
 from armdrive.sim.simulated_arm import SimulatedArm
 
 

@@ -11,9 +11,9 @@ from collections.abc import Callable, Generator
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
+from armdrive.connect.port import recogniser
 from armdrive.dialects.recognition import Identity, Probe
 from armdrive.errors import PortUnavailable
-from armdrive.registry import recogniser
 from armdrive.transports.address import host_and_port, scheme
 from armdrive.transports.link import Link
 from armdrive.transports.serial_port import SerialLink

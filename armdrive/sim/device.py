@@ -1,8 +1,9 @@
 """What every simulated controller is: its interfaces, the base that all share, options, report.
 
-A `WireDevice` is the least: bytes in, bytes out, on a clock that is handed to it. A `SimDevice` is
-that together with the physical arm and what one can see and do there. What only some devices have
-is a protocol of its own, asked for by `isinstance`; `lacks` is the sentence for the others.
+A `WireDevice` (wire.py) is the least: bytes in, bytes out, on a clock that is handed to it. A
+`SimDevice` is that together with the physical arm and what one can see and do there. What only some
+devices have is a protocol of its own, asked for by `isinstance`; `lacks` is the sentence for the
+others.
 """
 
 from __future__ import annotations
@@ -16,30 +17,13 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 
-from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
 from armdrive.sim.mechanics.motors import MotorDrive
+from armdrive.sim.wire import PacedDevice, WireDevice
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import Json, Saved, block_to_json, incident_to_json, world_to_json
 from kinematics.errors import did_you_mean
 from kinematics.spaces import Joints, Motors
-
-
-class WireDevice(Protocol):
-    """The device side of a dialect, as its wire knows it."""
-
-    @property
-    def byte_gap_s(self) -> float:
-        """How long the device pauses after each byte that it sends, beyond the baud rate's time."""
-
-    def receive(self, data: bytes, now_s: float) -> None:
-        """Take bytes that have arrived at the device by now."""
-
-    def transmit(self, now_s: float) -> bytes:
-        """Advance the arm to now and return the bytes that it has to say since the last call."""
-
-    def next_s(self) -> float:
-        """Tell when the device next does something by itself; infinity while it only waits."""
 
 
 class SimDevice(WireDevice, Protocol):
@@ -56,6 +40,9 @@ class SimDevice(WireDevice, Protocol):
     @property
     def baud(self) -> int | None:
         """The pace of its line; None where bytes arrive at once, as from a network."""
+
+    def line(self) -> PacedDevice:
+        """Make what carries bytes to it: a serial line, or the bus of its drives."""
 
     @property
     def powered(self) -> bool:
@@ -168,6 +155,49 @@ class HasSwitches(Protocol):
 
     def set_switch(self, axis: int, state: SwitchState) -> None:
         """Have the switch of an axis (counted from 0) stick, or free it."""
+
+
+@runtime_checkable
+class DrivesOnBus(Protocol):
+    """A device that says and hears packed frames; its drives are counted from 0, as the motors."""
+
+    def bits_s(self) -> int:
+        """Return the speed of its bus."""
+
+    def mute_drive(self, drive: int, mute: bool) -> None:
+        """Have a drive say nothing, while it hears and obeys; or speak again."""
+
+    def plug_drive(self, drive: int, on: bool) -> None:
+        """Plug a drive's CAN cable in, or pull it: it neither hears nor says anything then."""
+
+    def power_drive(self, drive: int, on: bool) -> None:
+        """Take a drive's supply away, and what it holds comes down; or give it back."""
+
+    def reset_drive(self, drive: int) -> None:
+        """Have a drive's firmware begin anew, in motion or not."""
+
+    def set_drive_id(self, drive: int, node: int) -> int:
+        """Give a drive an id, another one's perhaps; return the old. Raises `BadRequest`."""
+
+    def set_drive_mode(self, drive: int, mode: int) -> int:
+        """Give a drive a mode, as at its own keys; return the old. Raises `BadRequest`."""
+
+    def withhold_done(self, drive: int, withheld: bool) -> None:
+        """Have a drive not say that a motion is done, or say it again."""
+
+
+@runtime_checkable
+class SaysEmergencies(Protocol):
+    """Drives that say error codes by themselves, counted from 0."""
+
+    def ail_drive(self, drive: int, code: int) -> None:
+        """Have something be wrong with a drive: it fails, until it is mended and reset."""
+
+    def mend_drive(self, drive: int, code: int) -> None:
+        """Have what was wrong with a drive be right again; its fault is to be reset yet."""
+
+    def warn_drive(self, drive: int, code: int) -> None:
+        """Have a drive say an error code, and go on."""
 
 
 def lacks(device: SimDevice, what: str) -> BadRequest:
@@ -288,6 +318,10 @@ class BoxedDevice:
         self._agenda = Agenda()
 
     # The wire's side.
+
+    def line(self) -> PacedDevice:
+        """Make a serial line to it."""
+        return PacedDevice(self, self.baud)
 
     @property
     def byte_gap_s(self) -> float:
@@ -528,21 +562,6 @@ def _row(rows: Mapping[str, Option], name: str) -> Option:
     known = f"known are {', '.join(rows)}" if rows else "this device has none"
     hint = did_you_mean(name, rows, known)
     raise BadRequest(f"the simulated device has no setting {name!r}; {hint}")
-
-
-@dataclass(frozen=True, slots=True)
-class SimDeviceKind:
-    """How the simulated device of one dialect is made, and what can be set of it.
-
-    `make(config, world, options)` builds it as it stands when its power has come; a saved one is
-    made the same way and then recalls what it knew. `device` is its class, which tells what it is
-    able to do.
-    """
-
-    title: str
-    device: type[SimDevice]
-    make: Callable[[ArmConfig, World, Options], SimDevice]
-    options: tuple[Option, ...] = ()
 
 
 # --- The report: the whole state, physical and commanded, for people and programs ----------------

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from armdrive.sim.device import SimDeviceKind
 from armdrive.sim.faults.table import faults_of
+from armdrive.sim.simulated_arm import SimDeviceKind
 
 _FAULT_NOTE = (
     "P is a probability for each byte, #N the N-th byte from now, next the whole next message;\n"

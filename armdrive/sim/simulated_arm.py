@@ -8,11 +8,9 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from armdrive.config.arm import ArmConfig
-from armdrive.dialog import PostureRequest
 from armdrive.errors import BadRequest, StateFileError
-from armdrive.sim.bus.drives import DrivesOnBus
-from armdrive.sim.bus.line import BusLine
-from armdrive.sim.device import Options, SimDevice, SimDeviceKind, Value
+from armdrive.operator import PostureRequest
+from armdrive.sim.device import Option, Options, SimDevice, Value
 from armdrive.sim.faults.running import Faults, LinkCable
 from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.arm import World
@@ -117,67 +115,75 @@ class SimulatedArm:
         return {DIALECT: self.dialect, **self.device.to_json()}
 
 
-def simulated_arm(
-    config: ArmConfig,
-    kind: SimDeviceKind,
-    saved: object = None,
-    *,
-    blocks: Iterable[TableBlock] = (),
-    play: int | Sequence[int] | None = None,
-    stand: Stand | None = None,
-    **options: Value,
-) -> SimulatedArm:
-    """Build the twin of an arm: as it was saved, or as one finds it in the morning.
-
-    `play` is the lost motion of every motor's train, or of each, in steps: without it, the
-    backlash of the arm file, which is what the driver takes up. `stand` puts the arm on a table
-    with others, which a saved world cannot be put on. `kind` is that of the arm's dialect, and
-    `options` are settings of its device, `speed_error=0.2` say. Raises `StateFileError` where what
-    was saved fits no such arm, and `BadRequest` for the rest.
-    """
-    device = simulated_device(
-        config, kind, saved, blocks=blocks, play=play, stand=stand, settings=options
-    )
-    link = link_to(device)
-    operator = SimulatedOperator(device.world, backlash_steps=config.backlash_steps)
-    faults = Faults(device, link.line, LinkCable(link))
-    return SimulatedArm(config.connection.dialect, device, link, operator, faults)
-
-
 def link_to(device: SimDevice) -> MemoryLink[PacedDevice]:
     """Return a wire within this process to a device."""
-    return MemoryLink(line_to(device), TITLE)
+    return MemoryLink(device.line(), TITLE)
 
 
-def line_to(device: SimDevice) -> PacedDevice:
-    """Return what carries bytes to a device: a serial line, or the bus of its drives."""
-    if isinstance(device, DrivesOnBus):
-        return BusLine(device, device.bits_s())
-    return PacedDevice(device, device.baud)
+@dataclass(frozen=True, slots=True)
+class SimDeviceKind:
+    """How the simulated device of one dialect is made, and what can be set of it.
 
+    `make(config, world, options)` builds it as it stands when its power has come; a saved one is
+    made the same way and then recalls what it knew. `device` is its class, which tells what it is
+    able to do.
+    """
 
-def simulated_device(
-    config: ArmConfig,
-    kind: SimDeviceKind,
-    saved: object = None,
-    *,
-    blocks: Iterable[TableBlock] = (),
-    play: int | Sequence[int] | None = None,
-    stand: Stand | None = None,
-    settings: Mapping[str, Value] | None = None,
-) -> SimDevice:
-    """Build the simulated device alone, for a process of its own."""
-    body = ArmBody.of_preset(config.model)
-    widths = config.backlash_steps if play is None else play_of(play, len(body.transmission.motors))
-    body = replace(body, play=widths)
-    chosen = Options(kind.options, settings)
-    if saved is None:
-        return kind.make(config, World(body, blocks=blocks, stand=stand), chosen)
-    if stand is not None:
-        raise BadRequest("a saved world has a table of its own: it cannot be put on another")
-    known = _of_dialect(saved, config.connection.dialect)
-    what = f"simulated {kind.title}"
-    return recalled(known, lambda world: kind.make(config, world, chosen), body, what=what)
+    title: str
+    device: type[SimDevice]
+    make: Callable[[ArmConfig, World, Options], SimDevice]
+    options: tuple[Option, ...] = ()
+
+    def simulate(
+        self,
+        config: ArmConfig,
+        saved: object = None,
+        *,
+        blocks: Iterable[TableBlock] = (),
+        play: int | Sequence[int] | None = None,
+        stand: Stand | None = None,
+        **options: Value,
+    ) -> SimulatedArm:
+        """Build the twin of an arm: as it was saved, or as one finds it in the morning.
+
+        `play` is the lost motion of every motor's train, or of each, in steps: without it, the
+        backlash of the arm file, which is what the driver takes up. `stand` puts the arm on a table
+        with others, which a saved world cannot be put on. `options` are settings of its device,
+        `speed_error=0.2` say. Raises `StateFileError` where what was saved fits no such arm, and
+        `BadRequest` for the rest.
+        """
+        device = self.simulate_device(
+            config, saved, blocks=blocks, play=play, stand=stand, settings=options
+        )
+        link = link_to(device)
+        operator = SimulatedOperator(device.world, backlash_steps=config.backlash_steps)
+        faults = Faults(device, link.line, LinkCable(link))
+        return SimulatedArm(config.connection.dialect, device, link, operator, faults)
+
+    def simulate_device(
+        self,
+        config: ArmConfig,
+        saved: object = None,
+        *,
+        blocks: Iterable[TableBlock] = (),
+        play: int | Sequence[int] | None = None,
+        stand: Stand | None = None,
+        settings: Mapping[str, Value] | None = None,
+    ) -> SimDevice:
+        """Build the simulated device alone, for a process of its own."""
+        body = ArmBody.of_preset(config.model)
+        widths = (
+            config.backlash_steps if play is None else play_of(play, len(body.transmission.motors))
+        )
+        body = replace(body, play=widths)
+        chosen = Options(self.options, settings)
+        if saved is None:
+            return self.make(config, World(body, blocks=blocks, stand=stand), chosen)
+        if stand is not None:
+            raise BadRequest("a saved world has a table of its own: it cannot be put on another")
+        known = _of_dialect(saved, config.connection.dialect)
+        what = f"simulated {self.title}"
+        return recalled(known, lambda world: self.make(config, world, chosen), body, what=what)
 
 
 def _of_dialect(saved: object, dialect: str) -> object:

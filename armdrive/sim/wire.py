@@ -15,8 +15,7 @@ from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-
-from armdrive.sim.device import WireDevice
+from typing import Protocol
 
 BITS_A_BYTE = 10
 """A start bit, eight data bits and a stop bit."""
@@ -275,6 +274,23 @@ def late(delay_s: float) -> Effect:
 # --- The line with both directions ---------------------------------------------------------------
 
 _LINES = re.compile(rb"[^\r\n]*[\r\n]|[^\r\n]+")
+
+
+class WireDevice(Protocol):
+    """The device side of a dialect, as its wire knows it."""
+
+    @property
+    def byte_gap_s(self) -> float:
+        """How long the device pauses after each byte that it sends, beyond the baud rate's time."""
+
+    def receive(self, data: bytes, now_s: float) -> None:
+        """Take bytes that have arrived at the device by now."""
+
+    def transmit(self, now_s: float) -> bytes:
+        """Advance the arm to now and return the bytes that it has to say since the last call."""
+
+    def next_s(self) -> float:
+        """Tell when the device next does something by itself; infinity while it only waits."""
 
 
 class PacedDevice:

@@ -17,7 +17,6 @@ import errno
 import hashlib
 import os
 import re
-import secrets
 import socket
 import stat
 import struct
@@ -170,7 +169,7 @@ def replace_durably(
     `wanted()` is asked once more before the new file takes its place.
     """
     files.make_folder(path.parent)
-    beside = path.with_name(f"{path.name}.{secrets.token_hex(_RANDOM_BYTES)}{BESIDE}")
+    beside = path.with_name(f"{path.name}.{os.urandom(_RANDOM_BYTES).hex()}{BESIDE}")
     handle = files.create(beside)  # where this fails, nothing at `beside` is ours to remove
     try:
         _write_whole(files, handle, (data,) if isinstance(data, bytes) else data)
@@ -332,6 +331,11 @@ def points_file(arm: str) -> Path:
 def states() -> Path:
     """Return the folder of remembered positions, simulated worlds, locks and sockets."""
     return _folder("state")
+
+
+def recordings() -> Path:
+    """Return the folder into which recordings are written where no other is named."""
+    return states() / "recordings"
 
 
 def file_name(arm: str) -> str:

@@ -15,6 +15,7 @@ from types import MappingProxyType
 from typing import Any
 
 from armdrive.errors import ArmFileError, BadRequest, PointsFileError
+from armdrive.status import joints_view
 from armdrive.text.reading import parse_toml
 from armdrive.text.toml import (
     FORMAT_KEY,
@@ -51,6 +52,16 @@ class Point:
     def __post_init__(self) -> None:
         if self.opening_mm is not None:
             object.__setattr__(self, "opening_mm", finite("gripper_mm", self.opening_mm))
+
+
+def point_view(point: Point) -> dict[str, Any]:
+    """Return a point as plain data: what `--json` prints."""
+    return {
+        "joints": joints_view(point.joints),
+        "gripper_mm": point.opening_mm,
+        "note": point.note,
+        "taught": None if point.taught is None else point.taught.isoformat(),
+    }
 
 
 @dataclass(frozen=True, slots=True)

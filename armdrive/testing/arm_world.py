@@ -15,9 +15,10 @@ from typing import Any, Self
 
 from armdrive.arm import Arm, standing_in
 from armdrive.config.arm import ArmConfig
-from armdrive.connect.target import DEFAULT_TARGET, ConnectOptions, Target, connect_simulated, find
-from armdrive.dialog import Operator
+from armdrive.connect.parts import ConnectOptions, connect_simulated
+from armdrive.connect.target import DEFAULT_TARGET, Target, find
 from armdrive.errors import ArmFileError, ArmInUse, BadRequest
+from armdrive.operator import Operator
 from armdrive.registry.simulate import simulate
 from armdrive.runtime.clock import SimulatedClock
 from armdrive.sim.faults.running import Faults

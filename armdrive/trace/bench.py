@@ -10,8 +10,6 @@ from armdrive.config.arm import ArmConfig
 from armdrive.dialects.words import Message, Weight
 from armdrive.errors import ArmError, BadRequest, RecordingError
 from armdrive.registry.simulate import simulate_device
-from armdrive.sim.bus.drives import DrivesOnBus
-from armdrive.sim.bus.line import BusLine
 from armdrive.sim.device import SimDevice, Value, state_json, state_line
 from armdrive.sim.simulated_arm import DIALECT
 from armdrive.sim.wire import PacedDevice
@@ -168,7 +166,7 @@ class ReplayBench:
         self._line = self._wire()
 
     def _wire(self) -> PacedDevice:
-        if isinstance(self._device, DrivesOnBus):
-            return BusLine(self._device, self._device.bits_s())
-        paced = "://" not in self._config.connection.port
-        return PacedDevice(self._device, self._device.baud if paced else None)
+        network = "://" in self._config.connection.port
+        if network and self._device.baud is not None:  # which keeps no pace
+            return PacedDevice(self._device, None)
+        return self._device.line()

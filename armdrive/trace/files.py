@@ -7,21 +7,27 @@ The first line is the header, each other line an entry. Bytes stand as text, one
 from __future__ import annotations
 
 import contextlib
+import datetime as dt
 import io
 import json
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, fields
+from importlib.metadata import version
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from armdrive.errors import RecordingError, StateFileError
+from armdrive.config.arm import MODEL_FILE, ArmConfig, ConfigSource
+from armdrive.config.write import complete
+from armdrive.errors import ArmError, ArmFileError, RecordingError, StateFileError
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, replace_durably
-from armdrive.text.reading import read_bytes
+from armdrive.text.reading import read_bytes, read_text
 from armdrive.trace.entries import WIRE, EntryKind, TraceEntry
+from kinematics.errors import KinematicsError
+from kinematics.presets import PRESETS
 
 # The first line of a recording: whose it is, and the whole arm file, so that none is needed.
 
@@ -52,20 +58,63 @@ class Header:
     model_file: str
 
 
+# The arm's file in a recording, so that nothing else is needed to replay it.
+
+
+def header_of(config: ArmConfig, *, link: str, why: str, began: tuple[float, float]) -> Header:
+    """Return the header of an arm's recording; `began` is the wall's time and the arm's."""
+    wall_s, began_s = began
+    moment = dt.datetime.fromtimestamp(wall_s, dt.UTC)
+    arm_file, model_file = texts_of(config)
+    return Header(
+        version=version("armdrive"),
+        why=why,
+        arm=config.name,
+        title=config.title,
+        dialect=config.connection.dialect,
+        link=link,
+        calibration=config.calibration,
+        began=moment.isoformat(timespec="milliseconds"),
+        began_s=began_s,
+        arm_file=arm_file,
+        model_file=model_file,
+    )
+
+
+def texts_of(config: ArmConfig) -> tuple[str, str]:
+    """Return an arm as TOML, and its model file; empty texts where they cannot be had.
+
+    A recording is written when something has gone wrong: it is worth having without them too.
+    """
+    source = config.source
+    if source is None:
+        return "", ""
+    table: dict[str, Any] = dict(source.table)
+    word = str(table.get("model", ""))
+    try:
+        text = complete(config, table)
+        given = word not in PRESETS and word.lower().endswith(MODEL_FILE)
+        model = _model_text(source, word) if given else ""
+    except (ArmError, KinematicsError, ArithmeticError, LookupError, OSError, ValueError):
+        return "", ""
+    return text, model
+
+
+def _model_text(source: ConfigSource, word: str) -> str:
+    return read_text(source.folder / word, "the model file", ArmFileError)
+
+
+# The files.
+
 ENDING = ".jsonl"
 LINES_AT_A_TIME = 1000
 MOST_FILES = 20
 """So many recordings are kept; the oldest go."""
 
 
-def recordings() -> Path:
-    """Return the folder into which recordings are written where no other is named."""
-    return places.states() / "recordings"
-
-
 def free_path(folder: Path | None, header: Header) -> Path:
     """Return a file name that says which arm, when it was connected, and why it was written."""
-    folder = folder or recordings()
+    folder = folder or places.recordings()
     moment = re.sub(r"[^0-9]", "", header.began[:19])
     why = re.sub(r"[^a-z]+", "-", header.why)
     for number in range(1, 1000):

@@ -6,25 +6,20 @@ another thread. Nothing here may raise into the driver.
 
 from __future__ import annotations
 
-import datetime as dt
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from armdrive.config.arm import MODEL_FILE, ArmConfig, ConfigSource
-from armdrive.config.write import complete
-from armdrive.errors import ArmError, ArmFileError, StateFileError
+from armdrive.config.arm import ArmConfig
+from armdrive.errors import ArmError, StateFileError
 from armdrive.status import State
 from armdrive.tasks import Event, Progress, Request
-from armdrive.text.reading import read_text
 from armdrive.trace.describe import call_words, error_words, event_words, request_words
 from armdrive.trace.entries import EntryCondition, EntryKind, EntryRing, TraceEntry
-from armdrive.trace.files import Header, free_path, write_recording
 from kinematics.errors import KinematicsError
-from kinematics.presets import PRESETS
 
 PATIENCE_S = 10.0
 """A disk that takes longer keeps nobody from closing the arm; the thread goes on writing."""
@@ -157,9 +152,8 @@ class FlightRecorder:
 
         def write(path: Path | None = None) -> Path:
             with self._writing:
-                header = header_of(config, link=self._link, why=why, began=self._began)
-                target = path or free_path(self.folder, header)
-                write_recording(target, header, entries, most=self.folder)
+                about = (config, self._link, why, self._began)
+                target = _write_recording(path, self.folder, entries, *about)
                 self.written.append(target)
             return target
 
@@ -225,49 +219,20 @@ _LOOKS: tuple[tuple[EntryKind, Callable[[Any], str]], ...] = (
 """What `changed` looks at, in this order, and the words for it."""
 
 
-# The arm's file in a recording, so that nothing else is needed to replay it.
+def _write_recording(
+    path: Path | None,
+    folder: Path | None,
+    entries: Sequence[TraceEntry],
+    config: ArmConfig,
+    link: str,
+    why: str,
+    began: tuple[float, float],
+) -> Path:
+    """Write a recording, under a name of its own where no path is given; return where it is."""
+    # most arms are closed with nothing written
+    from armdrive.trace.files import free_path, header_of, write_recording
 
-
-def header_of(config: ArmConfig, *, link: str, why: str, began: tuple[float, float]) -> Header:
-    """Return the header of an arm's recording; `began` is the wall's time and the arm's."""
-    from importlib.metadata import version  # most arms are closed with nothing written
-
-    wall_s, began_s = began
-    moment = dt.datetime.fromtimestamp(wall_s, dt.UTC)
-    arm_file, model_file = texts_of(config)
-    return Header(
-        version=version("armdrive"),
-        why=why,
-        arm=config.name,
-        title=config.title,
-        dialect=config.connection.dialect,
-        link=link,
-        calibration=config.calibration,
-        began=moment.isoformat(timespec="milliseconds"),
-        began_s=began_s,
-        arm_file=arm_file,
-        model_file=model_file,
-    )
-
-
-def texts_of(config: ArmConfig) -> tuple[str, str]:
-    """Return an arm as TOML, and its model file; empty texts where they cannot be had.
-
-    A recording is written when something has gone wrong: it is worth having without them too.
-    """
-    source = config.source
-    if source is None:
-        return "", ""
-    table: dict[str, Any] = dict(source.table)
-    word = str(table.get("model", ""))
-    try:
-        text = complete(config, table)
-        given = word not in PRESETS and word.lower().endswith(MODEL_FILE)
-        model = _model_text(source, word) if given else ""
-    except (ArmError, KinematicsError, ArithmeticError, LookupError, OSError, ValueError):
-        return "", ""
-    return text, model
-
-
-def _model_text(source: ConfigSource, word: str) -> str:
-    return read_text(source.folder / word, "the model file", ArmFileError)
+    header = header_of(config, link=link, why=why, began=began)
+    target = path or free_path(folder, header)
+    write_recording(target, header, entries, most=folder)
+    return target

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from armdrive.arm import Arm
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.registry.simulate import simulate
 from armdrive.sim.armdroid.board import ArmdroidBoard
 from armdrive.sim.armdroid.device import SimArmdroid

@@ -6,7 +6,8 @@ import random
 from dataclasses import replace
 
 from armdrive import Arm
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.registry.simulate import simulate
 from armdrive.status import State
 

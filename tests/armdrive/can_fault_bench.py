@@ -12,7 +12,8 @@ from dataclasses import dataclass, field, replace
 import pytest
 
 from armdrive import Arm
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, DeviceFault
 from armdrive.registry.simulate import simulate
 from armdrive.runtime.clock import SimulatedClock

@@ -11,8 +11,8 @@ from types import SimpleNamespace
 from serial.tools import list_ports as pyserial
 from uart import Receiver
 
+from armdrive.connect.port import recogniser
 from armdrive.connect.target import simulated_config
-from armdrive.registry import recogniser
 from armdrive.registry.simulate import simulate_device
 from armdrive.setup import prober as carrying
 from armdrive.setup.prober import Examination, carry_out, examine

@@ -10,7 +10,8 @@ from dataclasses import replace
 from armdrive import Jog
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.registry.simulate import simulate
 from kinematics import Joints, Pose
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from armdrive import Arm
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.trace.entries import EntryKind, EntryRing, TraceEntry
 from armdrive.trace.files import Recording, read_recording
 from armdrive.trace.recorder import FlightRecorder

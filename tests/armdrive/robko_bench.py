@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from armdrive.arm import Arm
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.registry.simulate import simulate
 from armdrive.sim.robko01.device import SimRobko
 from armdrive.sim.simulated_arm import link_to

@@ -8,10 +8,11 @@ from typing import Any
 from program_acts import fingers, go, grasp, ready
 
 from armdrive import Arm
-from armdrive.connect.target import connect_simulated, simulated_config
-from armdrive.errors import SourceMark
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.programs.acts import RunStage
 from armdrive.programs.performing import Performer
+from armdrive.programs.problems import SourceMark
 from armdrive.registry.simulate import simulate
 from armdrive.sim.world.table import TableBlock
 from kinematics import Pose

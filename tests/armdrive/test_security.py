@@ -16,7 +16,8 @@ import pytest
 import armdrive
 from armdrive import Arm
 from armdrive.connect.control_socket import serve
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, PortUnavailable
 from armdrive.sim.serving.servers import TcpServer, UdpServer, beyond_this_computer
 from armdrive.storage import files as places

@@ -15,10 +15,9 @@ from armdrive.connect.parts import assemble
 from armdrive.registry import simulated_kind
 from armdrive.runtime.drive import SimulatedPace
 from armdrive.runtime.stop_bounds import StopBound
-from armdrive.sim.bus.drives import DrivesOnBus
-from armdrive.sim.device import Options, Value
+from armdrive.sim.device import DrivesOnBus, Options, Value
 from armdrive.sim.faults.running import Faults, LinkCable
-from armdrive.sim.simulated_arm import TITLE, SimulatedArm, SimulatedOperator, line_to
+from armdrive.sim.simulated_arm import TITLE, SimulatedArm, SimulatedOperator
 from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody
@@ -136,7 +135,7 @@ class Stand:
             device.bring_to(at, OPENING_MM)
         else:
             self.world.drive_to(there)
-        self.link = SlowWire(line_to(device), TITLE)
+        self.link = SlowWire(device.line(), TITLE)
         self.device = device
         faults = Faults(device, self.link.line, LinkCable(self.link))
         self.pace = SimulatedPace()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from armdrive.sim.bus.drives import DrivesOnBus
+from armdrive.sim.device import DrivesOnBus
 
 from .asking import DEVICE, HOST, Fault, ask, motor
 from .stage import Stage

@@ -17,12 +17,11 @@ from armdrive.connect.reconnect import NewLink
 from armdrive.connect.target import simulated_config
 from armdrive.dialects.controller import Controller
 from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS
-from armdrive.dialog import PostureRequest
+from armdrive.operator import PostureRequest
 from armdrive.registry import dialect, simulated_kind
-from armdrive.sim.bus.drives import DrivesOnBus
-from armdrive.sim.device import Options
+from armdrive.sim.device import DrivesOnBus, Options
 from armdrive.sim.faults.running import Faults, LinkCable
-from armdrive.sim.simulated_arm import TITLE, SimulatedArm, SimulatedOperator, line_to
+from armdrive.sim.simulated_arm import TITLE, SimulatedArm, SimulatedOperator
 from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.body import ArmBody
 from armdrive.status import State
@@ -106,7 +105,7 @@ class Stage:
         kind = simulated_kind(name)
         self.world = WatchedWorld(ArmBody.of_preset(self.config.model))
         device = kind.make(self.config, self.world, Options(kind.options, board_of(name, variant)))
-        self.link = Deadly(line_to(device), TITLE)
+        self.link = Deadly(device.line(), TITLE)
         self.twin = SimulatedArm(
             name,
             device,

@@ -15,8 +15,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from armdrive.arm import Arm
-from armdrive.connect.parts import assemble
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import assemble, connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, ArmFileError, RecordingError, StateFileError
 from armdrive.registry.arm_files import load_arm, parse_arm
 from armdrive.registry.simulate import simulate

@@ -7,7 +7,7 @@ import shlex
 import pytest
 
 from armdrive.cli import main
-from armdrive.cli.sim_state import world_file
+from armdrive.cli.chosen_arm import world_file
 from armdrive.sim.world.table import TableBlock
 
 from .on_arms import FOLDER, PUT

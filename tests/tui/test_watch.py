@@ -7,7 +7,7 @@ from desk_fake import MODEL, FakeArm, unknown_position
 from waiting import until_seen
 
 from armdrive import Arm
-from armdrive.cli.sim_state import connect_remembered
+from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.connect.target import find
 from armdrive.errors import ArmError
 from armdrive.status import status_view

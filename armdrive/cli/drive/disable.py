@@ -8,8 +8,8 @@ import sys
 
 from armdrive.arm import Arm
 from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.presenter import emit, say, say_which
-from armdrive.cli.questions import agreed
+from armdrive.cli.presenter import emit, say
+from armdrive.cli.screens import agreed
 from armdrive.cli.terminal_person import settle_trust
 from armdrive.errors import NotReferenced, OperatorNeeded
 from armdrive.registry import dialect
@@ -21,7 +21,7 @@ def run(options: argparse.Namespace) -> int:
     connected = connect_chosen(options, allow_restored=options.allow_restored)
     with contextlib.closing(connected) as arm:  # nothing is switched on by itself
         if not options.json:
-            say_which(arm.status)
+            say(arm.status.which)
             say(f"after disable the arm {dialect(arm.status.dialect).torque.disable}")
         if not options.no_park and _wants_to_park(arm, options):
             _park(arm, options)

@@ -12,8 +12,8 @@ from armdrive.arm import Arm
 from armdrive.blocking import run_blocking
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.options import number
-from armdrive.cli.presenter import TerminalReporter, emit, say, say_which
-from armdrive.cli.questions import agreed
+from armdrive.cli.presenter import TerminalReporter, emit, say
+from armdrive.cli.screens import agreed
 from armdrive.cli.terminal_person import TerminalOperator
 from armdrive.errors import BadRequest, OperatorNeeded
 from armdrive.motion.resolve import park_pose
@@ -29,7 +29,7 @@ def run(options: argparse.Namespace) -> int:
     """Reference the arm and say where it is."""
     with contextlib.closing(connect_chosen(options)) as arm:
         if not options.json:
-            say_which(arm.status)
+            say(arm.status.which)
         _reference(arm, options)
         if options.json:
             emit(status_view(arm.status))

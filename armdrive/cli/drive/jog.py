@@ -6,14 +6,13 @@ import argparse
 from pathlib import Path
 
 import tui
-from armdrive.cli.arm_files import DEFAULT_SIM, arm_paths, default_arm
-from armdrive.cli.chosen_arm import chosen_target, connect_chosen
+from armdrive.cli.arm_files import DEFAULT_SIM, arm_paths, chosen_target, default_arm
+from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.drive.jog_model import jog_model
 from armdrive.cli.drive.web_desk import jog_web
 from armdrive.cli.look.watch import watch_on_screen
 from armdrive.cli.presenter import emit, say
-from armdrive.cli.questions import agreed
-from armdrive.cli.screens import require_screen
+from armdrive.cli.screens import agreed, require_screen
 from armdrive.cli.terminal_person import confirm_simulated
 from armdrive.errors import ArmInUse
 from armdrive.status import State, coded

@@ -11,7 +11,7 @@ from armdrive.arm import Arm
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.drive.arguments import COORDINATES
 from armdrive.cli.drive.preview_report import show_preview
-from armdrive.cli.presenter import emit, say, say_which
+from armdrive.cli.presenter import emit, say
 from armdrive.cli.terminal_person import settle_trust
 from armdrive.errors import BadRequest
 from armdrive.motion.frames import BASE, TOOL
@@ -34,7 +34,7 @@ def run(options: argparse.Namespace) -> int:
     _check(options)
     with connect_chosen(options, allow_restored=options.allow_restored) as arm:
         if not options.json:
-            say_which(arm.status)
+            say(arm.status.which)
         settle_trust(arm)
         move = _move(arm, options)
         if options.preview:

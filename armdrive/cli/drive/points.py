@@ -1,24 +1,21 @@
-"""Named points of an arm: name the present place, list, go to one, run a sequence over them."""
+"""Named points of an arm: list, show and rename them, go to one, run a sequence over them."""
 
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
-from armdrive.arm import Arm
-from armdrive.cli.chosen_arm import chosen_target, connect_chosen
-from armdrive.cli.drive.points_shaping import shape
-from armdrive.cli.drive.preview_report import show_preview
+from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.options import Command
-from armdrive.cli.presenter import emit, say, say_lines, say_which
-from armdrive.cli.terminal_person import settle_trust
-from armdrive.moves import LineMove, PoseMove
-from armdrive.programs.teaching.sequence import Stepper
-from armdrive.status import joints_view, pose_view, status_view
+from armdrive.cli.presenter import emit, say, say_lines
+from armdrive.config.arm import ArmConfig
+from armdrive.programs.teaching.shape import Offset, Shape, mirrored, offset, shaped
+from armdrive.status import pose_view
 from armdrive.storage.point_file import Points, points_of
-from armdrive.storage.points import Point, StepList
+from armdrive.storage.points import StepList, check_name, point_view
 
 
 def run(options: argparse.Namespace) -> int:
@@ -32,7 +29,7 @@ def _book(options: argparse.Namespace) -> Points:
     return points_of(config.name, config.model.arm)
 
 
-# -- without the arm --------------------------------------------------------------------------
+# -- the file of points ---------------------------------------------------------------------------
 
 
 def _list(options: argparse.Namespace) -> int:
@@ -42,7 +39,7 @@ def _list(options: argparse.Namespace) -> int:
         emit(
             {
                 "file": str(book.path),
-                "points": {name: _point_view(each) for name, each in taught.points.items()},
+                "points": {name: point_view(each) for name, each in taught.points.items()},
                 "sequences": {name: _steps_view(each) for name, each in taught.sequences.items()},
             }
         )
@@ -73,7 +70,7 @@ def _show(options: argparse.Namespace) -> int:
     point = book[options.name]
     pose = target.config.model.arm.fk(point.joints)
     if options.json:
-        emit({"name": options.name, **_point_view(point), "pose": pose_view(pose)})
+        emit({"name": options.name, **point_view(point), "pose": pose_view(pose)})
         return 0
     say(f"joints {point.joints}")
     say(f"tip {pose}")
@@ -101,12 +98,6 @@ def _delete(options: argparse.Namespace) -> int:
     return _said(options, f"{options.name} is deleted")
 
 
-def _export(options: argparse.Namespace) -> int:
-    from armdrive.cli.drive.points_export import export  # the only action that needs the language
-
-    return export(options)
-
-
 def _said(options: argparse.Namespace, text: str) -> int:
     if options.json:
         emit({"done": text})
@@ -115,85 +106,74 @@ def _said(options: argparse.Namespace, text: str) -> int:
     return 0
 
 
-# -- with the arm -----------------------------------------------------------------------------
-
-
-def _connected(options: argparse.Namespace, *, allow_restored: bool = False) -> Arm:
-    return connect_chosen(options, allow_restored=allow_restored)
-
-
-def _save(options: argparse.Namespace) -> int:
-    with _connected(options, allow_restored=True) as arm:
-        if not options.json:
-            say_which(arm.status)
-        point = arm.points.teach(options.name, note=options.note, again=options.again)
-    if options.json:
-        emit({"name": options.name, **_point_view(point)})
-    else:
-        say(f"{options.name}: {point.joints}")
-    return 0
-
-
-def _go(options: argparse.Namespace) -> int:
-    kind = LineMove if options.line else PoseMove
-    move = kind(options.name, options.speed)
-    with _connected(options, allow_restored=options.allow_restored) as arm:
-        if not options.json:
-            say_which(arm.status)
-        settle_trust(arm)
-        if options.preview:
-            return show_preview(arm.preview(move), as_json=options.json)
-        moved = arm.run(move)
-        if options.json:
-            emit(status_view(arm.status))
-        else:
-            say(str(moved))
-    return 0
-
-
-def _run(options: argparse.Namespace) -> int:
-    with _connected(options, allow_restored=options.allow_restored) as arm:
-        if not options.json:
-            say_which(arm.status)
-        settle_trust(arm)
-        taught = arm.points.read()
-        stepper = Stepper(arm, arm.points.sequence(options.name), taught.points)
-        shown = None if options.json else lambda step: say(f"{stepper.at + 1:>3}  {step}")
-        stops = arm.stops
-        for _ in range(options.times):
-            stepper.rewind()
-            stepper.run(shown, since=stops)  # a stop between two times ends it as well
-        if options.json:
-            emit(status_view(arm.status))
-    return 0
-
-
-def _point_view(point: Point) -> dict[str, Any]:
-    return {
-        "joints": joints_view(point.joints),
-        "gripper_mm": point.opening_mm,
-        "note": point.note,
-        "taught": None if point.taught is None else point.taught.isoformat(),
-    }
-
-
 def _steps_view(steps: StepList) -> dict[str, Any]:
     return {"note": steps.note, "steps": [str(step) for step in steps.steps]}
+
+
+# -- new points and sequences from old ones ----------------------------------------------------
+
+
+def _shape(options: argparse.Namespace) -> int:
+    """Make the new from the old, look at every point, and write them all or none."""
+    config = chosen_target(options).config
+    book = points_of(config.name, config.model.arm)
+    taught = book.read()
+    points, sequences = shaped(
+        config,
+        options.name,
+        check_name(options.new),
+        (taught.points, taught.sequences),
+        _change(options, config),
+    )
+    book.put_all(points, sequences, again=options.again)
+    if options.json:
+        emit({"name": options.new, "points": list(points), "sequences": list(sequences)})
+    else:
+        for name, point in points.items():
+            say(f"{name}: {point.joints}")
+        for name, steps in sequences.items():
+            say(f"{name}: sequence of {len(steps.steps)} steps")
+    return 0
+
+
+def _change(options: argparse.Namespace, config: ArmConfig) -> tuple[Shape, str]:
+    """Return how postures change, and the words for the notes."""
+    if options.action == "copy":
+        return (lambda joints: joints), ""
+    if options.action == "mirror":
+        return (lambda joints: mirrored(config, joints)), f"{options.name} mirrored"
+    by = Offset(options.x, options.y, options.z, math.radians(options.turn))
+    return (lambda joints: offset(config, joints, by)), f"{options.name} offset by {by}"
+
+
+# -- what needs more than the file of points -----------------------------------------------------
+
+
+def _drive(options: argparse.Namespace) -> int:
+    from armdrive.cli.drive.points_driving import ACTIONS as DRIVING
+
+    return DRIVING[options.action](options)
+
+
+def _export(options: argparse.Namespace) -> int:
+    from armdrive.cli.drive.points_export import export
+
+    return export(options)
 
 
 ACTIONS: Mapping[str, Command] = MappingProxyType(
     {
         "list": _list,
         "show": _show,
-        "save": _save,
-        "go": _go,
-        "run": _run,
+        "save": _drive,
+        "go": _drive,
+        "run": _drive,
         "rename": _rename,
         "delete": _delete,
-        "copy": shape,
-        "mirror": shape,
+        "copy": _shape,
+        "mirror": _shape,
         "export": _export,
-        "offset": shape,
+        "offset": _shape,
     }
 )
 """What does each action."""

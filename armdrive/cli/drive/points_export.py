@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from armdrive.cli.chosen_arm import chosen_target
+from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.presenter import emit, say
 from armdrive.errors import BadRequest
 from armdrive.programs.language.writing import unparse

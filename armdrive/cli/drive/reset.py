@@ -6,7 +6,7 @@ import argparse
 import contextlib
 
 from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.presenter import emit, say, say_which
+from armdrive.cli.presenter import emit, say
 from armdrive.status import status_view
 
 
@@ -14,7 +14,7 @@ def run(options: argparse.Namespace) -> int:
     """Reset, and say how the arm is then."""
     with contextlib.closing(connect_chosen(options)) as arm:
         if not options.json:
-            say_which(arm.status)
+            say(arm.status.which)
         arm.reset()
         status = arm.status
         if options.json:

@@ -7,8 +7,8 @@ import sys
 
 from armdrive.arm import Arm
 from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.presenter import emit, say, say_which
-from armdrive.cli.questions import agreed
+from armdrive.cli.presenter import emit, say
+from armdrive.cli.screens import agreed
 from armdrive.cli.terminal_person import TerminalOperator, settle_trust
 from armdrive.errors import OperatorNeeded
 from armdrive.motion.verify import Verdict, Verified, verified_view
@@ -21,7 +21,7 @@ def run(options: argparse.Namespace) -> int:
     """Measure, and say what was found."""
     with connect_chosen(options, allow_restored=options.allow_restored) as arm:
         if not options.json:
-            say_which(arm.status)
+            say(arm.status.which)
         settle_trust(arm)
         verified = _verified(arm, options)
         if options.json:

@@ -16,7 +16,7 @@ import sys
 from collections.abc import Iterator
 from typing import Any
 
-from armdrive.cli.chosen_arm import chosen_target
+from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.drive.web_access import HOST, PAGE, SOCKET, Door, Porch, Visit
 from armdrive.cli.presenter import say
 from armdrive.errors import BadRequest

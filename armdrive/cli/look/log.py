@@ -7,8 +7,9 @@ from pathlib import Path
 
 from armdrive.cli.presenter import emit, say
 from armdrive.errors import BadRequest
+from armdrive.storage.files import recordings
 from armdrive.trace.entries import Topic
-from armdrive.trace.files import ENDING, read_recording, recordings
+from armdrive.trace.files import ENDING, read_recording
 from armdrive.trace.log import BETWEEN, Sieve, recorded
 from armdrive.trace.timeline import heading
 from kinematics.errors import suggestion

@@ -6,7 +6,8 @@ import argparse
 import contextlib
 from typing import Any
 
-from armdrive.cli.chosen_arm import chosen_target, connect_chosen
+from armdrive.cli.arm_files import chosen_target
+from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.presenter import emit, say
 from armdrive.errors import ArmInUse
 from armdrive.status import status_view

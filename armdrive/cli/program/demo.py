@@ -8,14 +8,15 @@ import sys
 import time
 
 from armdrive.arm import Arm
-from armdrive.cli.arm_files import DEFAULT_SIM, default_arm
-from armdrive.cli.chosen_arm import chosen_target, connect_chosen
-from armdrive.cli.presenter import emit, say, say_which
+from armdrive.cli.arm_files import DEFAULT_SIM, chosen_target, default_arm
+from armdrive.cli.chosen_arm import connect_chosen
+from armdrive.cli.presenter import emit, say
 from armdrive.cli.program.demo_display import show
-from armdrive.cli.questions import agreed
+from armdrive.cli.screens import agreed
 from armdrive.cli.terminal_person import ask_operator, settle_trust
 from armdrive.config.arm import ArmConfig
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, OperatorNeeded
 from armdrive.programs.demo import JOBS, CarriedBlock, Job, blocks_of, misplaced, perform
 from armdrive.registry import DEFAULT
@@ -129,7 +130,7 @@ def run_on_real_arm(options: argparse.Namespace) -> int:
     if not sys.stdin.isatty():
         raise OperatorNeeded("on a real arm the demonstration needs a person at a terminal")
     with connect_chosen(options, allow_restored=options.allow_restored) as arm:
-        say_which(arm.status)
+        say(arm.status.which)
         for job in JOBS:
             say(_placing(job))
         say(f"One stop takes up to {arm.status.stop_time_s:.2f} s; Ctrl-C asks for it.")

@@ -10,7 +10,7 @@ import threading
 from armdrive.arm import Arm
 from armdrive.cli.presenter import draw_over, put
 from armdrive.config.arm import ArmConfig
-from armdrive.connect.target import connect_simulated
+from armdrive.connect.parts import connect_simulated
 from armdrive.programs.demo import JOBS, CarriedBlock, perform
 from armdrive.render.canvas import can_braille
 from armdrive.render.side_view import ArmScene, DrawnBox, side_view, top_view

@@ -5,21 +5,20 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from pathlib import Path
 from typing import Any
 
 from armdrive.arm import Arm
-from armdrive.cli.block_options import put_blocks, require_table
-from armdrive.cli.chosen_arm import chosen_target, connect_chosen
-from armdrive.cli.presenter import complain, emit, put, put_error, say, say_which
+from armdrive.cli.arm_files import chosen_target
+from armdrive.cli.chosen_arm import connect_chosen
+from armdrive.cli.presenter import complain, put, put_error, say
 from armdrive.cli.program.run_display import Display
-from armdrive.cli.program.run_report import draw_path, rehearsal_lines, rehearsal_view
 from armdrive.cli.terminal_person import ask_operator, settle_trust
-from armdrive.errors import ArmError, ArmInUse, DeviceFault, LinkError, SourceMark
+from armdrive.connect.target import Target
+from armdrive.errors import ArmError, ArmInUse, BadRequest, DeviceFault, LinkError
 from armdrive.errors.table import error_view, tagged
-from armdrive.programs.problems import excerpt
-from armdrive.programs.rehearsal import Rehearsal
+from armdrive.programs.problems import SourceMark, excerpt
 from armdrive.runtime.drive import PaceChoice
+from armdrive.sim.world.table import TableBlock
 from armdrive.status import State, pose_view
 
 
@@ -31,7 +30,7 @@ def connect_to_run(options: argparse.Namespace, *, pace: PaceChoice = None) -> A
         put_blocks(arm, options.put)
         options.put = []  # once, however often a script connects
         if not options.json:
-            say_which(arm.status)
+            say(arm.status.which)
         if arm.simulated or not options.check:
             settle_trust(arm)
         if not arm.simulated and sys.stdin.isatty() and not options.json:
@@ -49,6 +48,24 @@ def connect_to_check(options: argparse.Namespace) -> tuple[Arm | None, str]:
     except (LinkError, ArmInUse, DeviceFault) as error:
         which = chosen_target(options).config.title
         return None, f"the {which} cannot be asked where it stands ({error})"
+
+
+def require_table(target: Target, blocks: list[TableBlock]) -> None:
+    """Raise `BadRequest` where blocks are to be put on the table of a real arm."""
+    if blocks and not target.simulated:
+        raise BadRequest(
+            f"--put puts blocks on the table of a simulated arm, and {target.config.name} is a "
+            "real one: lay them out by hand"
+        )
+
+
+def put_blocks(arm: Arm, blocks: list[TableBlock]) -> None:
+    """Put blocks on the table, one after the other, each on what is there already."""
+    if arm.twin is None:
+        return
+    with arm.pace.lock:
+        for block in blocks:
+            arm.twin.world.put(block)
 
 
 def make_ready(arm: Arm, options: argparse.Namespace) -> None:
@@ -72,29 +89,6 @@ def display_for(options: argparse.Namespace, lines: list[str]) -> Display:
         put(f"{json.dumps(event)}\n", output=output)
 
     return Display(lines, write if options.json else None, rewrites=output.isatty())
-
-
-def report(
-    rehearsal: Rehearsal, options: argparse.Namespace, lines: list[str], unasked: str
-) -> int:
-    """Say what a rehearsal found, draw the path where that is wanted; raise what refused it."""
-    output = Path(options.plot) if options.plot else None
-    if options.json:
-        emit({"event": "rehearsal", "not_asked": unasked or None, **rehearsal_view(rehearsal)})
-    else:
-        for line in rehearsal_lines(rehearsal, lines):
-            say(line)
-        if unasked:
-            say(f"assumed: {unasked}")
-    if options.plot is not None and not (options.json and output is None):
-        draw_path(rehearsal.path, f"path of the tip in {options.program.name}", output)
-        if output is not None and not options.json:
-            say(f"path written to {output}")
-    if rehearsal.refusal is not None:
-        if not options.json:
-            show_place(rehearsal.at, lines, rehearsal.refusal)
-        raise rehearsal.refusal
-    return 0
 
 
 def show_place(mark: SourceMark | None, lines: list[str], error: BaseException) -> None:

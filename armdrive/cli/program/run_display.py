@@ -12,15 +12,18 @@ import shutil
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from armdrive.arm import Arm
 from armdrive.cli.presenter import put
-from armdrive.errors import SourceMark, Stopped
+from armdrive.errors import Stopped
 from armdrive.errors.printable import printable
-from armdrive.programs.acts import Answer, ProgramMachine, act_name
-from armdrive.programs.running import Estimate, RunProgress, RunStep
-from armdrive.text.json_forms import move_to_json
+from armdrive.programs.problems import SourceMark
+from armdrive.programs.progress import Estimate, RunProgress
+
+if TYPE_CHECKING:  # a script has no acts
+    from armdrive.programs.acts import Answer, ProgramMachine
+    from armdrive.programs.running import RunStep
 
 REDRAW_S = 0.2
 CLEAR_LINE = "\r\x1b[K"
@@ -84,8 +87,7 @@ class Display:
 
     def begins(self, step: RunStep, machine: ProgramMachine) -> None:  # noqa: ARG002 - as every onlooker
         """Show an act of a program file."""
-        act = act_name(step.stage.act)
-        self.at(None, step.stage.mark, act, loop=step.loop, loud=step.moves)
+        self.at(None, step.stage.mark, step.act_name, loop=step.loop, loud=step.moves)
 
     def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
         """Tell programs what an act brought."""
@@ -94,9 +96,7 @@ class Display:
             self._write(
                 {
                     "event": "done",
-                    "line": step.stage.mark.line,
-                    "act": act_name(step.stage.act),
-                    "move": None if step.move is None else move_to_json(step.move),
+                    **step.view(),
                     "answer": brought,
                     "took_s": round(took_s, 3),
                 }

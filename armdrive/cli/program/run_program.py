@@ -10,7 +10,7 @@ from dataclasses import replace
 from functools import partial
 
 from armdrive.arm import Arm
-from armdrive.cli.chosen_arm import chosen_target
+from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.presenter import put_error
 from armdrive.cli.program.run_common import (
     connect_to_check,
@@ -20,13 +20,13 @@ from armdrive.cli.program.run_common import (
     failed_view,
     keep_recording,
     make_ready,
-    report,
     show_place,
     slow_down,
     stands_at,
 )
 from armdrive.cli.program.run_display import Display, duration
 from armdrive.cli.program.run_input import RunTerminal, standard_input, stopped_by_interrupt
+from armdrive.cli.program.run_report import report
 from armdrive.programs.acts import Answer, ProgramMachine
 from armdrive.programs.journal import (
     Journal,
@@ -38,8 +38,9 @@ from armdrive.programs.journal import (
 from armdrive.programs.performing import Performer
 from armdrive.programs.problems import lines_of
 from armdrive.programs.program import ArmProgram, Program, read_program_file
+from armdrive.programs.progress import RunProgress
 from armdrive.programs.rehearsal import Rehearsal, RehearsedPlan, rehearse, require_rehearsed
-from armdrive.programs.running import ProgramRun, RunProgress, RunStep
+from armdrive.programs.running import ProgramRun, RunStep
 
 
 def run_program(options: argparse.Namespace) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import math
 import os
 import shutil
@@ -10,17 +11,41 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from armdrive.cli.presenter import say
+from armdrive.cli.presenter import emit, say
+from armdrive.cli.program.run_common import show_place
 from armdrive.cli.program.run_display import duration, line_words
 from armdrive.errors.table import error_view
 from armdrive.programs.acts import Look
+from armdrive.programs.progress import Took
 from armdrive.programs.rehearsal import Rehearsal
-from armdrive.programs.running import Took
 from armdrive.render.canvas import can_braille
 from armdrive.render.sketch import Sketch, save_sketches, sketch_rows
 from kinematics.geometry import Point
 
 MOST_COLUMNS, MOST_ROWS = 110, 30
+
+
+def report(
+    rehearsal: Rehearsal, options: argparse.Namespace, lines: list[str], unasked: str
+) -> int:
+    """Say what a rehearsal found, draw the path where that is wanted; raise what refused it."""
+    output = Path(options.plot) if options.plot else None
+    if options.json:
+        emit({"event": "rehearsal", "not_asked": unasked or None, **rehearsal_view(rehearsal)})
+    else:
+        for line in rehearsal_lines(rehearsal, lines):
+            say(line)
+        if unasked:
+            say(f"assumed: {unasked}")
+    if options.plot is not None and not (options.json and output is None):
+        draw_path(rehearsal.path, f"path of the tip in {options.program.name}", output)
+        if output is not None and not options.json:
+            say(f"path written to {output}")
+    if rehearsal.refusal is not None:
+        if not options.json:
+            show_place(rehearsal.at, lines, rehearsal.refusal)
+        raise rehearsal.refusal
+    return 0
 
 
 def rehearsal_lines(rehearsal: Rehearsal, lines: Sequence[str]) -> list[str]:

@@ -9,28 +9,24 @@ from __future__ import annotations
 import argparse
 import contextlib
 import sys
-from typing import Any
 
 from armdrive.arm import Arm
-from armdrive.cli.chosen_arm import chosen_target
 from armdrive.cli.presenter import put_error
 from armdrive.cli.program.run_common import (
-    connect_to_check,
     connect_to_run,
     display_for,
     ended_view,
     failed_view,
     keep_recording,
-    report,
     show_place,
     slow_down,
     stands_at,
 )
 from armdrive.cli.program.run_display import Display, line_words
 from armdrive.cli.program.run_input import RunTerminal, standard_input, stopped_by_interrupt
-from armdrive.connect.target import ConnectOptions
-from armdrive.errors import ArmError, BadRequest, SourceMark, Stopped
-from armdrive.programs.rehearsal import Rehearsal, RehearsedPlan
+from armdrive.connect.parts import ConnectOptions
+from armdrive.errors import ArmError, BadRequest, Stopped
+from armdrive.programs.problems import SourceMark
 from armdrive.programs.scripts import (
     Connections,
     ScriptCall,
@@ -39,7 +35,6 @@ from armdrive.programs.scripts import (
     line_of,
     own_traceback,
     read_script,
-    rehearse_script,
 )
 from kinematics.errors import KinematicsError
 
@@ -65,45 +60,12 @@ def run_script(options: argparse.Namespace) -> int:
     if options.loops is not None:
         raise BadRequest(NO_LOOPS)
     lines = read_script(options.program).decode("utf-8", "replace").splitlines()
-    return _check(options, lines) if options.check else _RunningScript(options, lines).run()
+    if options.check:
+        # all that rehearses: a run for good does without
+        from armdrive.cli.program.run_check import check_script
 
-
-def _check(options: argparse.Namespace, lines: list[str]) -> int:
-    arm, unasked = connect_to_check(options)
-    with contextlib.closing(arm) if arm is not None else contextlib.nullcontext():
-        plan = RehearsedPlan(
-            _NoSource(),
-            inputs=dict(options.input),
-            width_mm=options.assume_width,
-            settle=True,
-            traced=options.plot is not None,
-        )
-        config = chosen_target(options).config
-        if arm is not None:
-            slow_down(arm, options)
-        output = contextlib.redirect_stdout(sys.stderr) if options.json else None
-        with output or contextlib.nullcontext():
-            rehearsal = rehearse_script(options.program, options.words, config, arm, plan)
-        if (code := _own_error(rehearsal, options)) is not None:
-            return code
-        return report(rehearsal, options, lines, unasked)
-
-
-def _own_error(rehearsal: Rehearsal, options: argparse.Namespace) -> int | None:
-    """Show the traceback of an error that is the script's own; return what it ends with."""
-    error = rehearsal.refusal
-    if error is None or isinstance(error, ArmError | KinematicsError):
-        return None
-    put_error(own_traceback(error, options.program))
-    return 1
-
-
-class _NoSource:
-    """A script has no machine: it runs by itself."""
-
-    def machine(self) -> Any:
-        """Refuse."""
-        raise BadRequest("a Python script has no acts")
+        return check_script(options, lines)
+    return _RunningScript(options, lines).run()
 
 
 class _RunningScript:

@@ -7,10 +7,10 @@ import contextlib
 import sys
 
 from armdrive.arm import Arm
-from armdrive.cli.block_options import put_blocks, require_table
-from armdrive.cli.chosen_arm import chosen_target, connect_chosen
-from armdrive.cli.presenter import put, put_error, say_which
-from armdrive.cli.program.run_common import make_ready
+from armdrive.cli.arm_files import chosen_target
+from armdrive.cli.chosen_arm import connect_chosen
+from armdrive.cli.presenter import put, put_error, say
+from armdrive.cli.program.run_common import make_ready, put_blocks, require_table
 from armdrive.cli.program.shell_lines import TypedLines
 from armdrive.cli.program.shell_person import ask_at_prompt
 from armdrive.cli.program.shell_session import Left, Shell
@@ -32,7 +32,7 @@ def run(options: argparse.Namespace) -> int:
     with contextlib.closing(arm):
         put_blocks(arm, options.put)
         if not options.json:
-            say_which(arm.status)
+            say(arm.status.which)
         _settle(arm, at_terminal)
         make_ready(arm, options)
         return (from_a_terminal if at_terminal else from_a_pipe)(arm, options)

@@ -12,9 +12,9 @@ from armdrive.arm import Arm
 from armdrive.cli.presenter import put
 from armdrive.cli.program.run_display import Display
 from armdrive.cli.terminal_person import ask_operator
-from armdrive.dialog import PostureRequest
 from armdrive.moves import GraspMove
-from armdrive.programs.acts import Answer, ProgramMachine, Say, act_name
+from armdrive.operator import PostureRequest
+from armdrive.programs.acts import Answer, ProgramMachine, Say
 from armdrive.programs.running import RunStep
 from armdrive.programs.session import Typed
 from armdrive.setup.keyboard import raw_terminal
@@ -38,7 +38,7 @@ class ShellShown(Display):
 
     def begins(self, step: RunStep, machine: ProgramMachine) -> None:  # noqa: ARG002 - as every onlooker
         """Show an act, but not on a line of its own: the person has just typed it."""
-        act = act_name(step.stage.act)
+        act = step.act_name
         self.at(None, step.stage.mark, act, loop=step.loop, loud=False)
 
     def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:

@@ -17,11 +17,12 @@ from armdrive.cli.presenter import put_error, say, say_lines
 from armdrive.cli.program.run_common import failed_view
 from armdrive.cli.program.run_input import stopped_by_interrupt
 from armdrive.cli.program.shell_person import AtPrompt, ShellSaid, ShellShown
-from armdrive.errors import ArmError, NotReferenced, OperatorNeeded, ProgramError, SourceMark
+from armdrive.errors import ArmError, NotReferenced, OperatorNeeded
 from armdrive.errors.actions import SHELL, presented
 from armdrive.errors.table import tagged
 from armdrive.programs.machine import Machine
 from armdrive.programs.performing import Performer
+from armdrive.programs.problems import ProgramError, SourceMark
 from armdrive.programs.program import ArmProgram
 from armdrive.programs.running import ProgramRun
 from armdrive.programs.session import PromptEntry, Session

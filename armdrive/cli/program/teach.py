@@ -6,9 +6,10 @@ import argparse
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
-from armdrive.cli.chosen_arm import chosen_target, connect_chosen
+from armdrive.cli.arm_files import chosen_target
+from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.options import Command
-from armdrive.cli.presenter import emit, say, say_which
+from armdrive.cli.presenter import emit, say
 from armdrive.cli.program.teach_recording import record
 from armdrive.programs.teaching import edit as editing
 from armdrive.programs.teaching.edit import Edited
@@ -94,7 +95,7 @@ def _reverse(options: argparse.Namespace) -> int:
 def _here(options: argparse.Namespace) -> int:
     with connect_chosen(options, allow_restored=True) as arm:
         if not options.json:
-            say_which(arm.status)
+            say(arm.status.which)
         taught = arm.points.read()
         point = options.point or _free_name(options.name, taught.points)
         arm.points.teach(point)

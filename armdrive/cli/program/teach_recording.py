@@ -8,7 +8,7 @@ import time
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from armdrive.cli.chosen_arm import chosen_target
+from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.control_requests import one_holder
 from armdrive.cli.presenter import emit, say
 from armdrive.connect.target import find

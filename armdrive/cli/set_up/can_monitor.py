@@ -18,7 +18,7 @@ from armdrive.errors import ArmError, BadRequest
 from armdrive.registry import LANGUAGES, USUAL, language_of
 from armdrive.setup import prober
 from armdrive.storage.lock_client import holder_words, notice_of, overhear_holder
-from armdrive.transports import open as opening
+from armdrive.transports import opening
 from armdrive.transports.address import CanAddress, is_can
 from armdrive.transports.link import Link
 from armdrive.transports.open_errors import PortInUse

@@ -31,8 +31,7 @@ from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold
 from armdrive.storage.files import replace_file
 from armdrive.text.reading import read_text
-from armdrive.transports import open as opening
-from armdrive.transports import ports
+from armdrive.transports import opening, ports
 from armdrive.transports.address import is_can
 from armdrive.transports.link import Link
 

@@ -15,7 +15,8 @@ from armdrive.cli.presenter import emit, say
 from armdrive.cli.questions import agree, ask_value
 from armdrive.cli.terminal_person import posture_drawing
 from armdrive.config.arm import ArmConfig
-from armdrive.connect import target as connecting
+from armdrive.connect import parts as connecting
+from armdrive.connect.target import simulation_forced
 from armdrive.dialog import Question, choice
 from armdrive.errors import DeviceFault, OperatorNeeded
 from armdrive.registry.arm_files import load_arm
@@ -67,7 +68,7 @@ def connected(
     config: ArmConfig, *, simulated: bool, alone: bool = False, wanted: str = WATCHED
 ) -> _OpenArm:
     """Return the arm to be opened in a `with`. Raises `OperatorNeeded` for a real one alone."""
-    simulated = simulated or connecting.simulation_forced()
+    simulated = simulated or simulation_forced()
     if not simulated and (alone or not sys.stdin.isatty()):
         raise OperatorNeeded(f"somebody has to {wanted}: answer at a terminal, or give --sim")
     return _OpenArm(config, simulated)

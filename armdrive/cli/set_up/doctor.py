@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable
 
 from armdrive.cli.presenter import say
-from armdrive.cli.questions import agreed
+from armdrive.cli.screens import agreed
 from armdrive.cli.set_up.doctor_keyboard import run as examine_keyboard
 from armdrive.cli.set_up.doctor_report import Report
 from armdrive.config.arm import ArmConfig

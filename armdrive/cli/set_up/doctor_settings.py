@@ -10,10 +10,10 @@ from contextlib import closing
 
 from armdrive.arm import Arm
 from armdrive.cli.presenter import say
-from armdrive.cli.questions import agreed
+from armdrive.cli.screens import agreed
 from armdrive.cli.set_up.doctor_report import Report
 from armdrive.config.arm import ArmConfig
-from armdrive.connect import target as connecting
+from armdrive.connect import parts as connecting
 from armdrive.connect.port import bare
 from armdrive.dialog import Finding, note, ok, problem
 from armdrive.errors import ArmError

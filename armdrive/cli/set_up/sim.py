@@ -12,9 +12,8 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
 from armdrive.registry import DIALECTS, simulated_kind
 from armdrive.registry.simulate import simulate_device
-from armdrive.sim.bus.drives import DrivesOnBus
 from armdrive.sim.bus.line import BITRATE
-from armdrive.sim.device import Options
+from armdrive.sim.device import DrivesOnBus, Options
 from armdrive.sim.faults.request import parse_option
 from armdrive.sim.faults.running import check_faults
 from armdrive.sim.listing import listing

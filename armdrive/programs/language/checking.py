@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from math import isfinite
 from types import MappingProxyType
 
-from armdrive.errors import Problem, SourceMark
 from armdrive.programs.language.compiling import CompiledCode, Instruction, OpCode, compiled
 from armdrive.programs.language.lines import unknown_word
 from armdrive.programs.language.syntax import (
@@ -50,6 +49,7 @@ from armdrive.programs.language.words import (
     Slot,
     ValueKind,
 )
+from armdrive.programs.problems import Problem, SourceMark
 from kinematics.errors import suggestion
 
 # Of which kind every name of a program is: found out from the lines that give it a value.

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from types import MappingProxyType
 
-from armdrive.errors import SourceMark
 from armdrive.programs.language.syntax import (
     NOWHERE,
     Assign,
@@ -40,6 +39,7 @@ from armdrive.programs.language.syntax import (
 from armdrive.programs.language.values import Value
 from armdrive.programs.language.words import HERE
 from armdrive.programs.language.writing import written
+from armdrive.programs.problems import SourceMark
 
 # What a program is compiled to: a flat list of small instructions over a stack of values.
 

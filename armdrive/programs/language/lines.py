@@ -15,7 +15,6 @@ from typing import Any, TypeAlias
 
 from lark import Lark, Token, Tree, UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
-from armdrive.errors import Problem, SourceMark
 from armdrive.programs.language.syntax import (
     Assign,
     Binary,
@@ -47,6 +46,7 @@ from armdrive.programs.language.syntax import (
     negative,
 )
 from armdrive.programs.language.words import LINKS, RESERVED, SHAPES, SPELLINGS
+from armdrive.programs.problems import Problem, SourceMark
 from kinematics.errors import suggestion
 
 GRAMMAR = r"""

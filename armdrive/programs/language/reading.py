@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 
-from armdrive.errors import Problem, SourceMark
 from armdrive.programs.language.lines import Item, LineMistake, read_line
 from armdrive.programs.language.syntax import (
     Define,
@@ -29,7 +28,7 @@ from armdrive.programs.language.syntax import (
     While,
     WhileHead,
 )
-from armdrive.programs.problems import lines_of, program_error
+from armdrive.programs.problems import Problem, SourceMark, lines_of, program_error
 
 DEEPEST_BLOCK = 30
 """Blocks may be nested so deep."""

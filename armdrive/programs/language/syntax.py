@@ -11,9 +11,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from armdrive.errors import BadRequest, SourceMark
+from armdrive.errors import BadRequest
 from armdrive.programs.language.values import slot_of
 from armdrive.programs.language.words import WORDS, Slot, ValueKind
+from armdrive.programs.problems import SourceMark
 
 # What has a value in a program: the nodes that lines are made with.
 #

@@ -12,7 +12,8 @@ from typing import Any
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import OutOfBounds, Refused
 from armdrive.motion.plan import audit, limit_error
-from armdrive.registry.pendant import PendantProgram, pendant_of
+from armdrive.registry import pendant_of
+from armdrive.registry.pendant import PendantProgram
 from armdrive.storage.points import Point, Step, StepList
 from firmware_protocol.errors import BadField
 from kinematics.spaces import Joints

@@ -6,8 +6,9 @@ from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
 from armdrive.sim.armdroid.board import ArmdroidBoard
 from armdrive.sim.armdroid.device import SimArmdroid
-from armdrive.sim.device import Option, Options, SimDeviceKind
+from armdrive.sim.device import Option, Options
 from armdrive.sim.mechanics.motors import checked_error
+from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world.arm import World
 
 _BOARD = ArmdroidBoard()

@@ -5,11 +5,11 @@ from __future__ import annotations
 import abc
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
+from typing import Any, Generic, Protocol, TypeVar
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.sim.bus.line import Outbox
+from armdrive.sim.bus.line import BusLine, Outbox
 from armdrive.sim.device import BoxedDevice, DeviceBox, SwitchState
 from armdrive.sim.mechanics.motors import MotorDrive
 from armdrive.sim.mechanics.profiles import (
@@ -25,50 +25,6 @@ from armdrive.sim.world.body import sagged
 from armdrive.sim.world.saved import Json
 from firmware_protocol.frames import Frame, Unpacker
 from kinematics.spaces import Motors
-
-
-@runtime_checkable
-class DrivesOnBus(Protocol):
-    """A device that says and hears packed frames; its drives are counted from 0, as the motors."""
-
-    def bits_s(self) -> int:
-        """Return the speed of its bus."""
-
-    def mute_drive(self, drive: int, mute: bool) -> None:
-        """Have a drive say nothing, while it hears and obeys; or speak again."""
-
-    def plug_drive(self, drive: int, on: bool) -> None:
-        """Plug a drive's CAN cable in, or pull it: it neither hears nor says anything then."""
-
-    def power_drive(self, drive: int, on: bool) -> None:
-        """Take a drive's supply away, and what it holds comes down; or give it back."""
-
-    def reset_drive(self, drive: int) -> None:
-        """Have a drive's firmware begin anew, in motion or not."""
-
-    def set_drive_id(self, drive: int, node: int) -> int:
-        """Give a drive an id, another one's perhaps; return the old. Raises `BadRequest`."""
-
-    def set_drive_mode(self, drive: int, mode: int) -> int:
-        """Give a drive a mode, as at its own keys; return the old. Raises `BadRequest`."""
-
-    def withhold_done(self, drive: int, withheld: bool) -> None:
-        """Have a drive not say that a motion is done, or say it again."""
-
-
-@runtime_checkable
-class SaysEmergencies(Protocol):
-    """Drives that say error codes by themselves, counted from 0."""
-
-    def ail_drive(self, drive: int, code: int) -> None:
-        """Have something be wrong with a drive: it fails, until it is mended and reset."""
-
-    def mend_drive(self, drive: int, code: int) -> None:
-        """Have what was wrong with a drive be right again; its fault is to be reset yet."""
-
-    def warn_drive(self, drive: int, code: int) -> None:
-        """Have a drive say an error code, and go on."""
-
 
 # --- The set-point of one shaft ------------------------------------------------------------------
 #
@@ -489,6 +445,10 @@ class DrivesBox(DeviceBox, BoxedDevice, Generic[N]):
         self._look_s = self._nodes_due_s = math.inf
         self._dues = [math.inf for _ in self.nodes]
         self._found()
+
+    def line(self) -> BusLine:
+        """Make the bus of the drives."""
+        return BusLine(self, self.bits_s())
 
     # What a dialect's drives fill in.
 

@@ -13,8 +13,7 @@ from collections import defaultdict, deque
 from dataclasses import dataclass
 from enum import Enum
 
-from armdrive.sim.device import WireDevice
-from armdrive.sim.wire import PacedDevice
+from armdrive.sim.wire import PacedDevice, WireDevice
 from armdrive.transports.can_health import frame_bits
 from firmware_protocol.frames import Frame, Unpacker, pack
 

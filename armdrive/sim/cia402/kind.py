@@ -10,7 +10,8 @@ from armdrive.sim.bus.drives import ShaftDrive, switches
 from armdrive.sim.cia402.device import SimCia402
 from armdrive.sim.cia402.node import Cia402Node, Cia402Quirks, ServoPoint
 from armdrive.sim.cia402.objects import ENCODER_INCREMENTS, MOST_MOTOR_SPEED, dictionary, without
-from armdrive.sim.device import Option, Options, SimDeviceKind
+from armdrive.sim.device import Option, Options
+from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world.arm import World
 from firmware_protocol.canopen import (
     DEVICE_TYPE,

@@ -13,8 +13,15 @@ from types import MappingProxyType
 from typing import Any
 
 from armdrive.errors import BadRequest
-from armdrive.sim.bus.drives import DrivesOnBus, SaysEmergencies
-from armdrive.sim.device import HasSwitches, Resettable, SimDevice, SwitchState, lacks
+from armdrive.sim.device import (
+    DrivesOnBus,
+    HasSwitches,
+    Resettable,
+    SaysEmergencies,
+    SimDevice,
+    SwitchState,
+    lacks,
+)
 from armdrive.sim.faults.request import (
     Begin,
     FaultBench,

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.sim.device import Option, Options, SimDeviceKind
+from armdrive.sim.device import Option, Options
 from armdrive.sim.grbl.device import SimGrbl
 from armdrive.sim.grbl.firmware import FIRMWARES, BoardBuild, BoardSettings
 from armdrive.sim.grbl.wiring import (
@@ -16,6 +16,7 @@ from armdrive.sim.grbl.wiring import (
     switches,
     well_set_up,
 )
+from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world.arm import World
 
 MOST_COAST = 10.0

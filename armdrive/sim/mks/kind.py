@@ -7,9 +7,10 @@ import re
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
 from armdrive.sim.bus.drives import switches
-from armdrive.sim.device import Option, Options, SimDeviceKind
+from armdrive.sim.device import Option, Options
 from armdrive.sim.mks.device import SimMks, drive_settings
 from armdrive.sim.mks.node import ClosedLoopDrive, Flash, MksNode, MksQuirks
+from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world.arm import World
 from firmware_protocol.errors import BadField
 from firmware_protocol.mks import COUNTS_PER_TURN, LATEST, Bitrate, Version, abilities_of

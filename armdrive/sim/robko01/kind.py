@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.sim.device import Option, Options, SimDeviceKind
+from armdrive.sim.device import Option, Options
 from armdrive.sim.mechanics.motors import checked_error
 from armdrive.sim.robko01.box import (
     ACCELERATIONS_STEPS_S2,
@@ -15,6 +15,7 @@ from armdrive.sim.robko01.box import (
     RobkoQuirks,
 )
 from armdrive.sim.robko01.device import SimRobko
+from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world.arm import World
 
 AS_THE_ARM_FILE = "file"

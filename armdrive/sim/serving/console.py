@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from armdrive.errors import ArmError, BadRequest
-from armdrive.sim.bus.drives import DrivesOnBus
 from armdrive.sim.device import (
+    DrivesOnBus,
     GivesControl,
     HasPendant,
     HasSpeedError,

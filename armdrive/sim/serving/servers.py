@@ -19,7 +19,7 @@ from typing import Any, Protocol
 
 from armdrive.errors import PortUnavailable
 from armdrive.sim.bus.line import BusLine
-from armdrive.sim.device import WireDevice
+from armdrive.sim.wire import WireDevice
 from firmware_protocol.frames import Frame, Unpacker, pack
 from firmware_protocol.slcan import BELL, CR, ON_BUS, SlcanLines, frame_of, line_of
 

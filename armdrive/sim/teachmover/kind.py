@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.teachmover.controller import TeachMoverSettings
-from armdrive.sim.device import Option, Options, SimDeviceKind
+from armdrive.sim.device import Option, Options
+from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.teachmover.device import SimTeachMover
 from armdrive.sim.world.arm import World
 

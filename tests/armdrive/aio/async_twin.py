@@ -80,7 +80,7 @@ FROM = {
     "RULES": "armdrive.arm.arguments",
     "checked_calls": "armdrive.errors.arguments",
     "ArmConfig": "armdrive.config.arm",
-    "ConnectOptions": "armdrive.connect.target",
+    "ConnectOptions": "armdrive.connect.parts",
     "Self": "typing",
     "TYPE_CHECKING": "typing",
 }

@@ -7,7 +7,7 @@ import json
 import pytest
 from cli_calls import Caller, state_files
 
-from armdrive.cli.sim_state import world_file
+from armdrive.cli.chosen_arm import world_file
 from armdrive.connect.target import state_file
 from armdrive.storage import files as places
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 
@@ -11,9 +12,9 @@ from cli_calls import Caller
 from armdrive import cli
 from armdrive.cli import COMMANDS, EXIT_CODES
 from armdrive.cli.drive import arguments as drive_arguments
-from armdrive.cli.drive import pendant, points
+from armdrive.cli.drive import points
 from armdrive.cli.program import arguments as program_arguments
-from armdrive.cli.program import teach
+from armdrive.cli.program import pendant, teach
 from armdrive.cli.set_up import arguments as set_up_arguments
 from armdrive.cli.set_up import can, config
 from armdrive.errors import ArmError
@@ -148,6 +149,56 @@ def test_the_help_of_a_command_waits_for_nothing_that_drives_an_arm():
     assert not loaded & LOADED_TO_RUN
     setting_up = {name for name in loaded if name.startswith("armdrive.setup.")}
     assert setting_up <= {"armdrive.setup.templates"}  # a table: an option offers its names
+
+
+OF_OTHERS = (
+    "armdrive.cli.unexpected", "armdrive.config.write", "armdrive.dialog", "armdrive.sim.bus",
+    "armdrive.trace.files", "difflib", "kinematics.frames.graph",
+)  # fmt: skip
+"""What an arm on a serial line does without: buses, interviews, recordings that are written."""
+DRIVING = (
+    "armdrive.arm", "armdrive.connect.parts", "armdrive.runtime.engine",
+    "armdrive.storage.arm_lock",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("words", "spared"),
+    [
+        ("status", (*OF_OTHERS, "armdrive.programs", "armdrive.render")),
+        ("home", (*OF_OTHERS, "armdrive.programs")),
+        ("move --shoulder 10", (*OF_OTHERS, "armdrive.programs")),
+        ("status --sim mks", ("firmware_protocol.teachmover", "armdrive.sim.teachmover")),
+        ("status --port /dev/none --dialect grbl", ("armdrive.sim", "armdrive.dialects.pendant")),
+        ("run SCRIPT", (
+            *OF_OTHERS, "armdrive.programs.acts", "armdrive.programs.rehearsal",
+            "armdrive.sim.device", "firmware_protocol.teachmover",
+        )),
+        ("points list", (*DRIVING, "armdrive.sim", "multiprocessing")),
+        ("config check", DRIVING),
+        ("doctor", ("armdrive.arm", "armdrive.connect.parts", "armdrive.sim")),
+        ("explain", ("armdrive.config", "armdrive.status", "kinematics.chains.arm", "socket")),
+        ("fk 0 0 0 0 0", ("armdrive.storage", "socket")),
+        ("stop", ("armdrive.config", "armdrive.dialects.recognition", "armdrive.status")),
+    ],
+)  # fmt: skip
+def test_a_command_loads_nothing_that_only_others_need(words, spared, tmp_path):
+    script = tmp_path / "empty.py"
+    script.write_text("")
+    program = (
+        "import contextlib, sys\nfrom armdrive.cli import main\n"
+        "with contextlib.suppress(SystemExit):\n    main(sys.argv[1:])\n"
+        "print(*sys.modules, file=sys.stderr)"
+    )
+    typed = [str(script) if word == "SCRIPT" else word for word in words.split()]
+    ended = subprocess.run(
+        [sys.executable, "-c", program, *typed],
+        capture_output=True, text=True, check=True, stdin=subprocess.DEVNULL,
+        env={**os.environ, "ARMDRIVE_HOME": str(tmp_path)},
+    )  # fmt: skip
+    loaded = ended.stderr.splitlines()[-1].split()
+    assert "armdrive.cli.runner" in loaded
+    assert [name for name in loaded if f"{name}.".startswith(tuple(f"{s}." for s in spared))] == []
 
 
 @pytest.mark.parametrize("name", COMMANDS)

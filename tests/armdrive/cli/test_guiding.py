@@ -10,7 +10,7 @@ from cli_calls import Caller, write_arm_file
 
 from armdrive import Arm
 from armdrive.cli import terminal_person
-from armdrive.cli.sim_state import connect_remembered, world_file
+from armdrive.cli.chosen_arm import connect_remembered, world_file
 from armdrive.cli.terminal_person import TerminalOperator, difference, parse_jogs, posture_pictures
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest

@@ -10,8 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from armdrive.arm import Arm
-from armdrive.connect.parts import assemble
-from armdrive.connect.target import connect_simulated
+from armdrive.connect.parts import assemble, connect_simulated
 from armdrive.errors import ArmFileError, Refused
 from armdrive.registry.arm_files import load_arm, parse_arm, preset_arm
 from armdrive.registry.simulate import simulate

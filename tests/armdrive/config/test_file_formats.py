@@ -25,7 +25,7 @@ from armdrive.storage import files as places
 from armdrive.storage.point_file import PointWriter, points_of
 from armdrive.storage.points import Point, Step, StepList, Taught, parse_points
 from armdrive.text.toml import FORMAT, require_format
-from armdrive.trace.recorder import texts_of
+from armdrive.trace.files import texts_of
 from kinematics import JOINT_NAMES, preset
 
 ARM = preset("teachmover").arm

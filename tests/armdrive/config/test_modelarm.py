@@ -8,7 +8,7 @@ from chain_files import NAMES, five_joints, shown_files, six_arm, six_joints, si
 
 from armdrive.arm import Arm
 from armdrive.config.sections import Connection
-from armdrive.connect.target import connect_simulated
+from armdrive.connect.parts import connect_simulated
 from armdrive.errors import ArmFileError, Refused
 from kinematics import Pose, preset
 from kinematics.chains.arm import ChainArm

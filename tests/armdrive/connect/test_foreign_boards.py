@@ -7,7 +7,7 @@ from cli_calls import write_arm_file
 from doctor_bench import THREE_AXES, Echo, EchoingBoard, Rewritten, SimPort, Talker, made
 from test_wrong_dialect import ON_SERIAL, connected, refused
 
-from armdrive.connect import target as connecting
+from armdrive.connect import parts as connecting
 from armdrive.connect.parts import assemble
 from armdrive.connect.port import overheard
 from armdrive.dialects.recognition import comes_back

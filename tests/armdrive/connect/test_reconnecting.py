@@ -8,8 +8,9 @@ from dataclasses import replace
 import pytest
 
 from armdrive import Arm, LinkLost, WrongState
+from armdrive.connect.parts import connect_simulated
 from armdrive.connect.reconnect import PAUSES_S
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.target import simulated_config
 from armdrive.errors import NotReferenced, PortUnavailable
 from armdrive.moves import Jog, Space
 from armdrive.registry import DIALECTS

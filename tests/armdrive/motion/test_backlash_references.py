@@ -16,7 +16,7 @@ from backlash_bench import (
 )
 
 from armdrive import Arm
-from armdrive.connect.target import connect_simulated
+from armdrive.connect.parts import connect_simulated
 from armdrive.errors import ArmError, BadRequest
 from armdrive.registry.arm_files import parse_arm
 from armdrive.registry.simulate import simulate

@@ -12,7 +12,7 @@ from armdrive.errors import ArmFileError, BadRequest
 from armdrive.motion.frames import axes_of, frame_names
 from armdrive.registry.arm_files import parse_arm
 from kinematics import Pose
-from kinematics.frames.graph import UserFrame
+from kinematics.frames.user_frame import UserFrame
 
 BOARD = UserFrame.turned((180.0, 40.0, 30.0), math.radians(30.0))
 STEP_MM = 0.6

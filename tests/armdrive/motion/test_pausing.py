@@ -342,7 +342,8 @@ def test_a_pause_is_no_part_of_a_motions_patience():
 
 
 def test_an_arm_that_is_killed_in_a_pause_is_remembered_where_it_stands(tmp_path):
-    from armdrive.connect.target import connect_simulated, simulated_config
+    from armdrive.connect.parts import connect_simulated
+    from armdrive.connect.target import simulated_config
     from armdrive.storage.record import FileRecorder
 
     recorder = FileRecorder(tmp_path / "record.json")

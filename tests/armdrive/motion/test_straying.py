@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive import Arm
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.motion.deviation import SMALL_STEPS, Corridor, has_room, turns
 from armdrive.registry import DIALECTS, dialect
 from armdrive.registry.simulate import simulate

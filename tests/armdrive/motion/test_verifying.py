@@ -9,7 +9,8 @@ import random
 import pytest
 
 from armdrive import Arm, MarkRequest, Verdict
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.errors import NotReferenced, OperatorNeeded, Stopped
 from armdrive.motion.resolve import park_pose
 from armdrive.motion.verify import drift_between, judge

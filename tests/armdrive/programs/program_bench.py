@@ -7,10 +7,10 @@ import json
 import pytest
 from program_acts import goal_of, travels
 
-from armdrive.errors import ProgramError
 from armdrive.moves import GraspMove
 from armdrive.programs import read_program
 from armdrive.programs.acts import AwaitInputs, Go, Look, ReadInput, Say, SeenInput
+from armdrive.programs.problems import ProgramError
 from kinematics import JOINT_NAMES, Joints, Pose, preset
 
 HERE_DEG = {"base": 0.0, "shoulder": 40.0, "elbow": -60.0, "wrist_pitch": -70.0, "wrist_roll": 0.0}

@@ -23,7 +23,8 @@ from armdrive.programs.acts import (
     SeenInput,
 )
 from armdrive.programs.performing import Performer
-from armdrive.programs.running import FOR_EVER, ProgramRun
+from armdrive.programs.progress import FOR_EVER
+from armdrive.programs.running import ProgramRun
 from armdrive.status import Trust
 
 JOINTS = {"base": 10.0, "shoulder": 40.0, "elbow": -60.0, "wrist_pitch": -70.0, "wrist_roll": 5.0}
@@ -255,7 +256,8 @@ def test_an_arm_without_a_grip_switch_says_what_to_write_instead():
 
 
 def test_another_thread_stops_a_run_in_real_time():
-    from armdrive.connect.target import connect_simulated, simulated_config
+    from armdrive.connect.parts import connect_simulated
+    from armdrive.connect.target import simulated_config
 
     config = simulated_config("teachmover")
     with Arm(connect_simulated(config, pace=200.0)) as arm:

@@ -5,12 +5,11 @@ from __future__ import annotations
 import pytest
 from program_bench import BOOK, acts, refused, started, told
 
-from armdrive.errors import ProgramError
 from armdrive.errors.table import entry
 from armdrive.programs import read_program
 from armdrive.programs.language.reading import DEEPEST_BLOCK
 from armdrive.programs.language.words import RESERVED, WORDS
-from armdrive.programs.problems import MOST_TOLD
+from armdrive.programs.problems import MOST_TOLD, ProgramError
 
 WRONG = [
     # words that are none, and lines that end too early or too late

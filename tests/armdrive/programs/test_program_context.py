@@ -6,9 +6,9 @@ import pytest
 from program_acts import fingers, go, ready
 from program_bench import BOOK, fk, run
 
-from armdrive.errors import ProgramError
 from armdrive.programs import read_program
 from armdrive.programs.acts import Say
+from armdrive.programs.problems import ProgramError
 
 
 def entered(*entries):

@@ -11,7 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from program_bench import BOOK, fk, reply
 
-from armdrive.errors import BadRequest, ProgramError
+from armdrive.errors import BadRequest
 from armdrive.programs import read_program
 from armdrive.programs.language.reading import parse
 from armdrive.programs.language.syntax import (
@@ -40,6 +40,7 @@ from armdrive.programs.language.syntax import (
 )
 from armdrive.programs.language.words import FIELDS, FUNCTIONS, LINKS, RESERVED, WORDS
 from armdrive.programs.language.writing import formatted, unparse
+from armdrive.programs.problems import ProgramError
 
 names = st.from_regex(r"[A-Za-z_][A-Za-z0-9_]{0,6}", fullmatch=True).filter(
     lambda name: name.lower() not in RESERVED

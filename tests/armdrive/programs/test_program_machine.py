@@ -8,10 +8,10 @@ import pytest
 from program_acts import goal_of, ready, travels
 from program_bench import acts, fk, refused, reply, run, started, told
 
-from armdrive.errors import ProgramError
 from armdrive.programs import read_program
 from armdrive.programs.acts import Say, act_name
 from armdrive.programs.machine import DEEPEST_CALL
+from armdrive.programs.problems import ProgramError
 
 STACK = """# Stack blocks until there is none left.
 point stack = at(200, 120, 30, -90)

@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 from program_bench import acts
 
-from armdrive.errors import ProgramError
 from armdrive.programs import read_program
 from armdrive.programs.acts import act_name
 from armdrive.programs.language.words import tables
 from armdrive.programs.machine import DEEPEST_CALL, MOST_STEPS
+from armdrive.programs.problems import ProgramError
 
 PAGE = (Path(__file__).parents[3] / "docs" / "programs.md").read_text(encoding="utf-8")
 SHOWN = re.findall(r"```arm\n(.*?)```", PAGE, re.DOTALL)

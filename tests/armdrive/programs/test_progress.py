@@ -2,8 +2,8 @@
 
 import pytest
 
-from armdrive.errors import SourceMark
-from armdrive.programs.running import FOR_EVER, UNKNOWN, RunProgress, Took, nearest
+from armdrive.programs.problems import SourceMark
+from armdrive.programs.progress import FOR_EVER, UNKNOWN, RunProgress, Took, nearest
 
 
 def took(*pairs):

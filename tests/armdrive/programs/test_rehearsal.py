@@ -6,12 +6,14 @@ from program_acts import fingers, go, ready
 from running_bench import BLOCK, PICK_AND_PLACE, Script, down, performer, table_arm
 
 from armdrive import Arm
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, NotReferenced, Refused
 from armdrive.programs import rehearsal as rehearsals
 from armdrive.programs.acts import AwaitInputs, Delay, Hold, Home, Outputs, ReadInput, Remember, Say
+from armdrive.programs.progress import FOR_EVER
 from armdrive.programs.rehearsal import RehearsedPlan, rehearse, require_rehearsed
-from armdrive.programs.running import FOR_EVER, ProgramRun
+from armdrive.programs.running import ProgramRun
 from armdrive.registry import DIALECTS
 from kinematics.errors import KinematicsError
 

@@ -5,7 +5,8 @@ from program_acts import go, grasp, travels
 from running_bench import BLOCK, PICK_AND_PLACE, Listener, Script, down
 
 from armdrive import Arm
-from armdrive.connect.target import connect_simulated, simulated_config, state_file
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config, state_file
 from armdrive.errors import ArmError, NotReferenced, Refused, StateFileError, Stopped
 from armdrive.moves import GripperMove, MoveSequence
 from armdrive.programs.acts import Home

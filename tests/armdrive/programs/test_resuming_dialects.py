@@ -6,7 +6,8 @@ import pytest
 from running_bench import Listener, standing_twin
 
 from armdrive import Arm
-from armdrive.connect.target import connect_simulated, simulated_config, state_file
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config, state_file
 from armdrive.errors import Stopped
 from armdrive.programs.journal import Journal, interrupted, require_place, require_same_program
 from armdrive.programs.performing import Performer

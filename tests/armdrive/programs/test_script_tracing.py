@@ -7,7 +7,7 @@ import pytest
 
 from armdrive.connect.target import simulated_config
 from armdrive.programs.rehearsal import RehearsedPlan
-from armdrive.programs.scripts import rehearse_script
+from armdrive.programs.script_rehearsal import rehearse_script
 
 CENTRE = """
 from armdrive import Arm, Pose

@@ -12,7 +12,8 @@ from running_bench import Keys
 from armdrive import Arm
 from armdrive.arm import standing_in, stood_in
 from armdrive.cli import main
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
 from armdrive.programs.scripts import (
     Connections,
@@ -154,7 +155,8 @@ def test_no_port_opens_in_a_rehearsal_whatever_the_script_does(call, write, monk
         """\
         import os, subprocess, sys, threading
         from armdrive import Arm
-        from armdrive.connect.target import connect_real, find
+        from armdrive.connect.parts import connect_real
+        from armdrive.connect.target import find
         seen = []
         def work():
             with Arm.connect("bench") as arm:
@@ -181,7 +183,7 @@ def test_an_arm_that_the_script_names_as_the_command_does_stands_where_it_stands
     from running_bench import table_arm
 
     from armdrive.programs.rehearsal import RehearsedPlan
-    from armdrive.programs.scripts import rehearse_script
+    from armdrive.programs.script_rehearsal import rehearse_script
 
     path = write_arm_file(
         "bench", 'model = "teachmover"\n[connection]\ndialect = "teachmover"\nport = "/dev/none"\n'

@@ -3,9 +3,10 @@
 import pytest
 from program_acts import ready
 
-from armdrive.errors import BadRequest, ProgramError
+from armdrive.errors import BadRequest
 from armdrive.programs import read_program
 from armdrive.programs.acts import Delay, Say, act_name
+from armdrive.programs.problems import ProgramError
 from armdrive.programs.session import Session
 
 BOOK = {"tray": {"base": 1.0}}

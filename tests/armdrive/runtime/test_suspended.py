@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from armdrive.arm import Arm
-from armdrive.connect.parts import assemble
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import assemble, connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.errors import DeviceFault, Stopped
 from armdrive.registry import DIALECTS
 from armdrive.registry.simulate import simulate

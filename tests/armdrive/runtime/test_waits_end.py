@@ -8,7 +8,8 @@ import math
 import pytest
 
 from armdrive.arm import Arm
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, WrongState
 from armdrive.motion import streaming as pausing
 from armdrive.moves import Jog
@@ -108,7 +109,7 @@ def referenced(pace) -> Arm:
 def noted(monkeypatch, kind):
     """Return a connected arm whose pace is of a kind."""
     made = kind()
-    monkeypatch.setattr("armdrive.connect.target.pace_of", lambda _: made)
+    monkeypatch.setattr("armdrive.connect.parts.pace_of", lambda _: made)
     return referenced(None), made
 
 

@@ -163,7 +163,8 @@ def test_an_arm_that_answers_nothing_is_no_arm_and_nothing_is_left_open():
 
     from faults import FaultyLink
 
-    from armdrive.connect.target import connect_simulated, simulated_config
+    from armdrive.connect.parts import connect_simulated
+    from armdrive.connect.target import simulated_config
     from armdrive.registry.simulate import simulate
 
     twin = simulate(simulated_config("teachmover"))
@@ -262,7 +263,8 @@ def test_registers_that_are_not_zero_at_first_do_not_make_the_first_jog_a_leap()
 
     from faults import FaultyLink
 
-    from armdrive.connect.target import connect_simulated, simulated_config
+    from armdrive.connect.parts import connect_simulated
+    from armdrive.connect.target import simulated_config
     from armdrive.registry.simulate import simulate
 
     twin = simulate(simulated_config("teachmover"))

@@ -10,7 +10,7 @@ import pytest
 from armdrive import Arm
 from armdrive.cli.set_up.config_new import write
 from armdrive.config.link_model import parse_model
-from armdrive.connect.target import connect_simulated
+from armdrive.connect.parts import connect_simulated
 from armdrive.dialog import WrongAnswer
 from armdrive.registry.arm_files import load_arm
 from armdrive.setup.arm_text import files_of

@@ -16,7 +16,8 @@ from armdrive.cli.arm_files import ArmText
 from armdrive.cli.set_up import config_signs
 from armdrive.cli.set_up.config_new import write
 from armdrive.cli.set_up.config_signs import find_signs, lines_for
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.dialog import WrongAnswer
 from armdrive.registry.arm_files import load_arm, parse_arm
 from armdrive.registry.simulate import simulate

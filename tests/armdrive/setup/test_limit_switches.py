@@ -12,7 +12,7 @@ from grbl_arm import config, found, ready
 from armdrive import Arm
 from armdrive.cli.set_up import config_limits
 from armdrive.cli.set_up.config_limits import check
-from armdrive.connect.target import connect_simulated
+from armdrive.connect.parts import connect_simulated
 from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.errors import ArmFileError, Refused, SettingsDiffer
 from armdrive.registry.arm_files import load_arm

@@ -11,9 +11,9 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.registry import DIALECTS, simulated_kind
 from armdrive.registry.simulate import simulate, simulate_device
-from armdrive.sim.device import Option, Options, SimDevice, WireDevice
+from armdrive.sim.device import Option, Options, SimDevice
 from armdrive.sim.teachmover.device import SimTeachMover
-from armdrive.sim.wire import PacedDevice
+from armdrive.sim.wire import PacedDevice, WireDevice
 
 SPOKEN = [name for name in DIALECTS if name in DIALECTS]
 TABLE = (

@@ -11,7 +11,7 @@ from armdrive.arm import Arm
 from armdrive.connect.parts import assemble
 from armdrive.registry.simulate import simulate
 from armdrive.runtime.drive import SimulatedPace
-from armdrive.sim.simulated_arm import TITLE, line_to
+from armdrive.sim.simulated_arm import TITLE
 from armdrive.status import Trust
 from armdrive.storage.record import FileRecorder
 
@@ -42,7 +42,7 @@ class Life:
     def connect(self, disk=None, **options):
         """Have another program connect; `disk` is what it finds."""
         self.disk = disk or self.disk
-        self.link = MortalLink(line_to(self.twin.device), TITLE)
+        self.link = MortalLink(self.twin.device.line(), TITLE)
         self.link.moments = self.disk.moments
         self.pace = LaterPace(self.now_s)
         recorder = FileRecorder(PATH, self.disk)

@@ -14,7 +14,8 @@ import pytest
 
 from armdrive import Arm
 from armdrive.connect.control_socket import serve
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError
 from armdrive.storage import control_server
 from armdrive.storage import lock_client as holder_notice

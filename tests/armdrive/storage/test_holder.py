@@ -16,7 +16,8 @@ from waiting import LONG_S, looks, returns, soon
 
 from armdrive import Arm
 from armdrive.connect.control_socket import REQUESTS, serve
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, ArmInUse, StateFileError
 from armdrive.storage import files as places
 from armdrive.storage import lock_client as holder
@@ -221,7 +222,8 @@ def test_what_a_killed_program_left_behind_is_recognised(arm):
         "import os, signal\n"
         "from armdrive import Arm\n"
         "from armdrive.connect.control_socket import serve\n"
-        "from armdrive.connect.target import connect_simulated, simulated_config\n"
+        "from armdrive.connect.parts import connect_simulated\n"
+        "from armdrive.connect.target import simulated_config\n"
         "from armdrive.storage.arm_lock import hold\n"
         "arm = Arm(connect_simulated(simulated_config('teachmover')))\n"
         "holding = hold('bench'); serve(holding, arm)\n"

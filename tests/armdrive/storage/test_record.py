@@ -7,7 +7,8 @@ import pytest
 from faults import OVER_THE_TABLE, FaultyLink, sim_config
 
 from armdrive import Arm
-from armdrive.connect.target import connect_simulated, state_file
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import state_file
 from armdrive.errors import ArmError, NotReferenced, StateFileError
 from armdrive.registry.simulate import simulate
 from armdrive.status import Evidence, State, Trust

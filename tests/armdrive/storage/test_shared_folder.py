@@ -11,10 +11,11 @@ from pathlib import Path
 import pytest
 
 from armdrive import Arm
-from armdrive.cli import arm_files, sim_state
+from armdrive.cli import arm_files, chosen_arm
 from armdrive.cli.program import shell_lines
 from armdrive.connect.control_socket import serve
-from armdrive.connect.target import connect_simulated, simulated_config, state_file
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config, state_file
 from armdrive.errors import ArmError, PointsFileError, StateFileError
 from armdrive.programs.journal import interrupted, journal_file
 from armdrive.setup import plan as notes
@@ -80,7 +81,7 @@ def a_record():
 
 
 def a_world():
-    path = sim_state.world_file("bench")
+    path = chosen_arm.world_file("bench")
     replace_file(path, "{}")
     return path
 
@@ -132,7 +133,7 @@ def a_default():
 
 WRITERS = {
     "position": (a_record, state_file),
-    "world": (a_world, sim_state.world_file),
+    "world": (a_world, chosen_arm.world_file),
     "notes": (some_notes, notes.path_of),
     "journal": (a_journal, journal_file),
     "memory": (a_memory, lambda _: memory_file()),
@@ -190,13 +191,17 @@ def test_a_folder_that_is_made_is_its_users_alone(tmp_path, mask):
         assert stat.S_IMODE(folder.stat().st_mode) == 0o700
 
 
+GUESSED = "00" * 8
+"""The random part of a name, where the random bytes are all zero."""
+
+
 def test_no_file_is_ever_opened_for_writing_because_it_was_there(tmp_path, monkeypatch, precious):
     """Even somebody who guesses the random name gets nothing but a refusal."""
-    monkeypatch.setattr("armdrive.storage.files.secrets.token_hex", lambda size: "guessed")
-    (tmp_path / "file.guessed.new").symlink_to(precious)
+    monkeypatch.setattr("armdrive.storage.files.os.urandom", bytes)
+    (tmp_path / f"file.{GUESSED}.new").symlink_to(precious)
     with pytest.raises(FileExistsError):
         replace_durably(DISK, tmp_path / "file", b"text")
-    assert (tmp_path / "file.guessed.new").is_symlink()
+    assert (tmp_path / f"file.{GUESSED}.new").is_symlink()
     assert not (tmp_path / "file").exists()
 
 
@@ -223,7 +228,7 @@ def read_record():
 
 def read_world():
     with pytest.raises(StateFileError) as found:
-        sim_state._load("bench")
+        chosen_arm._load("bench")
     return str(found.value)
 
 
@@ -254,7 +259,7 @@ def read_logbook():
 
 READERS = {
     "position": (read_record, state_file),
-    "world": (read_world, sim_state.world_file),
+    "world": (read_world, chosen_arm.world_file),
     "notes": (read_notes, notes.path_of),
     "journal": (read_journal, journal_file),
     "memory": (read_memory, lambda _: memory_file()),

@@ -11,7 +11,7 @@ from waiting import LONG_S, returns
 
 from armdrive import Arm
 from armdrive.connect import parts
-from armdrive.connect.target import connect_simulated
+from armdrive.connect.parts import connect_simulated
 from armdrive.errors import ArmError, StateFileError, Stopped
 from armdrive.motion import idle as idling
 from armdrive.moves import Jog, Space

@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from armdrive import Arm
-from armdrive.connect.target import connect_simulated, simulated_config, state_file
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config, state_file
 from armdrive.errors import StateFileError
 from armdrive.registry.simulate import simulate
 from armdrive.status import Trust

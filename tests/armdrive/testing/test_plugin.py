@@ -107,7 +107,8 @@ def test_no_real_port_can_be_opened_and_what_is_remembered_goes_into_the_tests_f
         import os
         import pytest
         from armdrive import PortUnavailable
-        from armdrive.connect.target import connect_real, simulated_config
+        from armdrive.connect.parts import connect_real
+        from armdrive.connect.target import simulated_config
         from armdrive.storage.files import states
 
         def test_within(arm_world, tmp_path):

@@ -11,7 +11,8 @@ import pytest
 from cli_calls import Caller
 from hostile import CONTENTS, special_files, unprintable
 
-from armdrive.cli.unexpected import DETAILS, FAULT
+from armdrive.cli.runner import FAULT
+from armdrive.cli.unexpected import DETAILS
 from armdrive.config.link_model import MOST_LINKS, parse_model
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.storage import files as places

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from recorder_bench import recorded_arm
 
 from armdrive import Arm, ArmError, WrongState
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.errors.table import found
 from armdrive.trace.calls import NO_TRACER
 from armdrive.trace.entries import ENTRY_BYTES, EntryKind, EntryRing, TraceEntry

@@ -9,7 +9,8 @@ from recorder_bench import of_kind, recorded_arm, saved, written
 
 from armdrive import Arm, Jog, LinkLost, OutOfBounds, Space
 from armdrive.blocking import run_blocking
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.errors import StateFileError, WrongState
 from armdrive.moves import ContinuousJog
 from armdrive.registry import DIALECTS
@@ -201,7 +202,7 @@ def test_both_tracers_have_every_call_of_the_protocol():
 def test_writing_is_done_by_another_thread(tmp_path, monkeypatch):
     seen = []
     monkeypatch.setattr(
-        "armdrive.trace.recorder.write_recording",
+        "armdrive.trace.files.write_recording",
         lambda *_, **__: seen.append(threading.current_thread().name),
     )
     arm = recorded_arm(folder=tmp_path)

@@ -12,8 +12,7 @@ from recorder_bench import recorded_arm, saved
 
 from armdrive.errors import RecordingError
 from armdrive.trace.entries import WIRE, EntryKind, TraceEntry
-from armdrive.trace.files import LATEST_S, lines_of, parse_recording, read_recording
-from armdrive.trace.recorder import header_of
+from armdrive.trace.files import LATEST_S, header_of, lines_of, parse_recording, read_recording
 from armdrive.trace.replay import config_of, replay
 from armdrive.trace.timeline import Teller, heading, lines
 

@@ -182,7 +182,8 @@ def test_what_remains_of_a_long_run_is_replayed_from_where_counts_were_read(dial
 
 
 def test_a_position_that_was_restored_is_where_the_twin_stands(tmp_path):
-    from armdrive.connect.target import connect_simulated, simulated_config, state_file
+    from armdrive.connect.parts import connect_simulated
+    from armdrive.connect.target import simulated_config, state_file
     from armdrive.registry.simulate import simulate
     from armdrive.storage.record import FileRecorder
     from armdrive.trace.recorder import FlightRecorder

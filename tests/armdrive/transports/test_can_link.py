@@ -13,7 +13,7 @@ from waiting import FOREVER_S, returns, soon, until
 from armdrive.errors import LinkLost
 from armdrive.transports import can_threads
 from armdrive.transports.can_health import BusState
-from armdrive.transports.open import open_link
+from armdrive.transports.opening import open_link
 from firmware_protocol.frames import Frame, pack
 
 BUS_OFF = message(0x040, bytes(8), is_error_frame=True)

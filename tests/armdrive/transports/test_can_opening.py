@@ -16,7 +16,6 @@ from armdrive.errors import BadRequest, PortUnavailable
 from armdrive.transports import open_errors as can_refusals
 from armdrive.transports.address import CanAddress, is_can, scheme
 from armdrive.transports.can_link import _filters
-from armdrive.transports.open import open_link
 from armdrive.transports.open_errors import (
     NoSuchPort,
     PortForbidden,
@@ -24,6 +23,7 @@ from armdrive.transports.open_errors import (
     can_refusal,
     is_down,
 )
+from armdrive.transports.opening import open_link
 from firmware_protocol.frames import Frame, pack
 
 NAMES = ("CAN_INTERFACE", "CAN_CHANNEL", "CAN_BITRATE", "CAN_CONFIG")

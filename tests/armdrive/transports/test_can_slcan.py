@@ -23,8 +23,8 @@ from armdrive.sim.serving.servers import PtyServer
 from armdrive.transports import can_slcan, can_threads
 from armdrive.transports.can_health import BusState
 from armdrive.transports.link import Bell
-from armdrive.transports.open import open_link
 from armdrive.transports.open_errors import NoConnection, NoSuchPort, PortInUse
+from armdrive.transports.opening import open_link
 from firmware_protocol.frames import Frame, pack
 
 HERE = Path(__file__).parent

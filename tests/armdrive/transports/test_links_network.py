@@ -12,8 +12,8 @@ from waiting import FOREVER_S, LONG_S, looks, returns, soon
 from armdrive.errors import BadRequest, LinkLost
 from armdrive.transports import udp
 from armdrive.transports.address import host_and_port, scheme
-from armdrive.transports.open import open_link
 from armdrive.transports.open_errors import NoConnection
+from armdrive.transports.opening import open_link
 from armdrive.transports.serial_port import SerialLink
 from armdrive.transports.udp import UdpLink
 

@@ -12,7 +12,6 @@ import serial
 
 from armdrive.errors import PortUnavailable
 from armdrive.transports import open_errors as refusals
-from armdrive.transports.open import open_link
 from armdrive.transports.open_errors import (
     NoSuchPort,
     PortForbidden,
@@ -22,6 +21,7 @@ from armdrive.transports.open_errors import (
     holders,
     refusal,
 )
+from armdrive.transports.opening import open_link
 from armdrive.transports.serial_port import SerialLink, clear_hupcl
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="needs /proc and pseudo-terminals")

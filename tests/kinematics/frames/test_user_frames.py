@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kinematics import KinematicsError, Pose
-from kinematics.frames.graph import UserFrame
+from kinematics.frames.user_frame import UserFrame
 
 MM = st.floats(-500.0, 500.0)
 TURN = st.floats(-math.pi, math.pi)

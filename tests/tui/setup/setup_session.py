@@ -5,7 +5,8 @@ from dataclasses import replace
 from desk_session import Session
 
 from armdrive import Arm
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.registry.simulate import simulate
 from armdrive.setup.directions import sight
 from armdrive.setup.finding import Candidate, Found

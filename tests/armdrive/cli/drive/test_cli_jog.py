@@ -10,9 +10,10 @@ from cli_calls import write_arm_file
 
 import tui
 from armdrive.cli import screens
+from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.cli.drive import jog
-from armdrive.cli.sim_state import connect_remembered
-from armdrive.connect import target as connecting
+from armdrive.connect import parts as connecting
+from armdrive.connect.target import find
 
 
 @pytest.fixture
@@ -101,7 +102,7 @@ def test_an_arm_that_another_program_holds_may_be_watched_instead(
 
     monkeypatch.setattr(tui, "run_watch", run_watch)
     monkeypatch.setattr(jog, "agreed", lambda question: answer)
-    with connect_remembered(connecting.find("sim:teachmover").config):
+    with connect_remembered(find("sim:teachmover").config):
         call("jog", "--sim", "teachmover", code=code)
     assert watched == (["sim:teachmover"] if answer else [])
     assert desk == []
@@ -121,7 +122,7 @@ def test_no_desk_is_opened_where_the_framework_would_draw_nothing(
 
 def test_nothing_is_watched_where_the_framework_would_draw_nothing(call, desk, monkeypatch):
     monkeypatch.setenv("TERM", "dumb")
-    with connect_remembered(connecting.find("sim:teachmover").config):
+    with connect_remembered(find("sim:teachmover").config):
         said = call("watch", "--screen", "--sim", "teachmover", code=2).err
     assert "without --screen it is JSON" in said
 

@@ -11,8 +11,8 @@ from cli_calls import Caller
 from waiting import FOREVER_S, soon, until
 
 from armdrive import Stopped
+from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.cli.look import watch
-from armdrive.cli.sim_state import connect_remembered
 from armdrive.connect.target import simulated_config
 from armdrive.moves import Move
 from armdrive.status import State

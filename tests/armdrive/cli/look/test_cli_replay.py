@@ -13,8 +13,8 @@ from recorder_bench import recorded_arm
 from armdrive import Arm, ArmError
 from armdrive.connect.control_socket import serve
 from armdrive.storage.arm_lock import hold
+from armdrive.storage.files import recordings
 from armdrive.storage.lock_client import ask_holder
-from armdrive.trace.files import recordings
 
 sys.path.insert(0, str(Path(__file__).parents[4] / "benchmarks"))
 

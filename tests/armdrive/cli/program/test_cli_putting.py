@@ -5,7 +5,7 @@ import json
 import pytest
 from cli_calls import Caller
 
-from armdrive.cli.sim_state import world_file
+from armdrive.cli.chosen_arm import world_file
 from armdrive.errors import BadRequest
 from armdrive.sim.world.table import block_of
 

@@ -249,7 +249,7 @@ def test_each_motion_waits_for_enter(homed, write, monkeypatch):
 
 def test_why_a_run_is_refused_by_a_program_that_holds_the_arm_is_said(homed, write, monkeypatch):
     path = write("ready\n")
-    from armdrive.cli.sim_state import connect_remembered
+    from armdrive.cli.chosen_arm import connect_remembered
     from armdrive.connect.target import simulated_config
 
     with connect_remembered(simulated_config("teachmover")):

@@ -7,8 +7,8 @@ import pytest
 from cli_calls import Caller
 from waiting import LONG_S
 
+from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.cli.program import teach_recording
-from armdrive.cli.sim_state import connect_remembered
 from armdrive.connect.target import find, simulated_config
 from armdrive.errors import ArmError
 from armdrive.programs.teaching.record import StepRecorder

@@ -10,7 +10,8 @@ import pytest
 from armdrive import Arm
 from armdrive.cli.program.shell_session import Shell
 from armdrive.cli.program.shell_words import OWN_WORDS
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.errors import NotReferenced, WrongState
 from armdrive.programs.language.words import SPELLINGS
 from armdrive.status import State

@@ -11,9 +11,10 @@ from running_bench import table_arm
 from armdrive.cli.program.run_display import CLEAR_LINE, Display, duration
 from armdrive.cli.program.run_input import PromptLines, RunTerminal
 from armdrive.connect.control_socket import _lasting, _shown
-from armdrive.errors import SourceMark
 from armdrive.programs.acts import RunStage
-from armdrive.programs.running import RunProgress, RunStep, Took
+from armdrive.programs.problems import SourceMark
+from armdrive.programs.progress import RunProgress, Took
+from armdrive.programs.running import RunStep
 from kinematics import Pose
 
 GO = go(Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90))

@@ -15,7 +15,7 @@ from armdrive import Arm
 from armdrive.dialects.bus.words import FrameCheck, FrameKind
 from armdrive.dialects.mks.words import MksEar
 from armdrive.errors import NoAnswer
-from armdrive.transports.open import open_link
+from armdrive.transports.opening import open_link
 from firmware_protocol.canopen import Heartbeat, NodeState
 from firmware_protocol.frames import Frame, Unpacker, pack
 from firmware_protocol.mks import (

@@ -9,7 +9,7 @@ import pytest
 from cli_calls import write_arm_file
 from doctor_bench import BANNER, NUMBER, Deaf, SimPort, made, plug
 
-from armdrive.connect import target as connecting
+from armdrive.connect import parts as connecting
 from armdrive.errors import PortUnavailable
 from armdrive.setup import prober as carrying
 

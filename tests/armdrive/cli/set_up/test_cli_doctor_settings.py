@@ -12,7 +12,7 @@ import pytest
 from cli_calls import write_arm_file
 from doctor_bench import made
 
-from armdrive.connect import target as connecting
+from armdrive.connect import parts as connecting
 from armdrive.errors import PortUnavailable
 from armdrive.setup import prober as probing
 from armdrive.tasks import DeviceSettings, Difference

@@ -11,7 +11,7 @@ from cli_calls import write_arm_file
 from doctor_bench import NUMBER, plug
 from serial.tools import list_ports as pyserial
 
-from armdrive.cli.sim_state import connect_remembered
+from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.connect.target import simulated_config
 from armdrive.transports import ports
 

@@ -21,7 +21,7 @@ from armdrive.errors import BadRequest
 from armdrive.setup import findings as can_findings
 from armdrive.setup.finding import is_command
 from armdrive.transports.can_health import BusHealth, BusState
-from armdrive.transports.open import open_link
+from armdrive.transports.opening import open_link
 from armdrive.transports.ports import CanPort
 from firmware_protocol.frames import pack
 from firmware_protocol.mks import (

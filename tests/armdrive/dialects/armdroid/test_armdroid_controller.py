@@ -8,7 +8,7 @@ import pytest
 from armdroid_bench import CONFIG, configured, honest, ready_arm
 
 from armdrive import Arm, ArmFileError, DeviceFault, Jog, NoAnswer, Refused
-from armdrive.connect.target import connect_simulated
+from armdrive.connect.parts import connect_simulated
 from armdrive.dialects.armdroid.controller import ArmdroidController
 from armdrive.errors import ArmError, Stopped
 from armdrive.registry import dialect

@@ -4,7 +4,7 @@ import pytest
 from armdroid_bench import CONFIG
 
 from armdrive import Arm
-from armdrive.connect.target import connect_simulated
+from armdrive.connect.parts import connect_simulated
 from armdrive.errors import DeviceFault
 from armdrive.registry.simulate import simulate
 from armdrive.status import State, Trust

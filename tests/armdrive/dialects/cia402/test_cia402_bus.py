@@ -17,7 +17,7 @@ from armdrive.connect.target import find
 from armdrive.dialects.bus.tools import listen
 from armdrive.dialects.cia402.master import Cia402Bus
 from armdrive.status import State
-from armdrive.transports import open as url
+from armdrive.transports import opening as url
 from firmware_protocol.canopen import STATUSWORD, SdoServer
 from firmware_protocol.frames import Unpacker, pack
 

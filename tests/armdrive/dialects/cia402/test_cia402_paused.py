@@ -6,7 +6,8 @@ import pytest
 from cia402_rig import Rig, steps
 
 from armdrive import Arm
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.registry.simulate import simulate
 from armdrive.status import State, Trust
 from armdrive.tasks import Done, Halted, MoveAlong, MoveBy, RequestRejected

@@ -5,7 +5,8 @@ from __future__ import annotations
 from cia402_rig import Rig
 
 from armdrive import Arm
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.registry.simulate import simulate
 from armdrive.status import Current, State
 from armdrive.tasks import ReadPosition

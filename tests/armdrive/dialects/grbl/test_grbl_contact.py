@@ -6,8 +6,7 @@ import pytest
 from grbl_arm import Disturbed, config, found, ready, rule
 
 from armdrive.arm import Arm
-from armdrive.connect.parts import assemble
-from armdrive.connect.target import connect_simulated
+from armdrive.connect.parts import assemble, connect_simulated
 from armdrive.errors import DeviceFault
 from armdrive.registry.simulate import simulate
 from armdrive.runtime.drive import SimulatedPace

@@ -7,7 +7,7 @@ import pytest
 from grbl_arm import OVER, Disturbed, config, found, lost, ready, rule, stands, without
 
 from armdrive import Arm, Jog, Pose
-from armdrive.connect.target import connect_simulated
+from armdrive.connect.parts import connect_simulated
 from armdrive.errors import DeviceFault, NoAnswer, SettingsDiffer
 from armdrive.registry.simulate import simulate
 from armdrive.sim.simulated_arm import link_to

@@ -10,7 +10,8 @@ import pytest
 from armdrive import Arm
 from armdrive import registry as dialects
 from armdrive.config.sections import HomingSettings
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.errors import DeviceFault, Refused, Stopped
 from armdrive.registry.simulate import simulate
 from armdrive.status import Current, Evidence, State, Trust

@@ -13,7 +13,7 @@ from armdrive.connect.port import PortOpening
 from armdrive.connect.target import find
 from armdrive.errors import ArmError, PortUnavailable
 from armdrive.status import State, Trust
-from armdrive.transports import open as url
+from armdrive.transports import opening as url
 
 sys.path.insert(0, str(Path(__file__).parents[4] / "benchmarks"))
 from sim_process import SimProcess

@@ -7,7 +7,8 @@ from mks_bench import MksBench
 from test_mks_controller_motion import along, straight
 
 from armdrive import Arm
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, DeviceFault
 from armdrive.registry.simulate import simulate
 from armdrive.status import State

@@ -1,7 +1,8 @@
 """A jog of a Robko 01 whose first command is lost, and which is let go of meanwhile."""
 
 from armdrive import Arm, Jog
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.registry.simulate import simulate
 
 MOVE = 0x07

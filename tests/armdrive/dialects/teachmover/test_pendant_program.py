@@ -8,7 +8,8 @@ from hypothesis import given
 from pendant_programs import PROGRAMS, program
 
 from armdrive import Arm
-from armdrive.connect.target import connect_simulated, find
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import find
 from armdrive.dialects.teachmover.pendant import PendantProgram
 from armdrive.errors import (
     BadRequest,

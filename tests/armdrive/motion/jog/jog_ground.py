@@ -10,7 +10,8 @@ from jog_probes import Probe
 
 from armdrive import Jog
 from armdrive.arm import Arm
-from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.moves import CARTESIAN_AXES, GRIPPER_AXIS
 from armdrive.registry.simulate import simulate
 from armdrive.runtime.position import ArmCoordinates

@@ -14,7 +14,7 @@ from armdrive.motion.segments import SpeedLimits
 from armdrive.moves import Jog
 from armdrive.runtime.position import ArmCoordinates
 from kinematics import Joints, Pose
-from kinematics.frames.graph import UserFrame
+from kinematics.frames.user_frame import UserFrame
 
 LEG_S = 0.05
 RAMP_S = 0.2

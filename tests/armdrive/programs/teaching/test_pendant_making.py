@@ -5,7 +5,7 @@ from cli_calls import Caller
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.cli.sim_state import connect_remembered
+from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.connect.target import find
 from armdrive.dialects.teachmover.pendant import taught_by
 from armdrive.errors import OutOfBounds, Refused

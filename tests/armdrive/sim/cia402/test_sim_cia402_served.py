@@ -16,8 +16,8 @@ from cli_calls import Caller
 from waiting import LONG_S, until
 
 from armdrive.registry.simulate import simulate_device
-from armdrive.sim.bus.drives import SaysEmergencies
 from armdrive.sim.cia402.kind import KIND
+from armdrive.sim.device import SaysEmergencies
 from armdrive.sim.faults.table import FAULTS
 from armdrive.sim.serving.loop import make_server, run_device
 from firmware_protocol.canopen import (

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, LinkLost
 from armdrive.registry.simulate import simulate
-from armdrive.sim.bus.drives import DrivesOnBus, SaysEmergencies
-from armdrive.sim.device import SwitchState
+from armdrive.sim.device import DrivesOnBus, SaysEmergencies, SwitchState
 from armdrive.sim.faults.request import FaultRequest, parse_option, parse_words
 from armdrive.sim.faults.running import Faults
 from armdrive.sim.faults.table import FAULTS, faults_of

@@ -16,7 +16,7 @@ from mks_sim import TURN, arm_config
 from waiting import LONG_S, until
 
 from armdrive.registry.simulate import simulate_device
-from armdrive.sim.bus.drives import DrivesOnBus
+from armdrive.sim.device import DrivesOnBus
 from armdrive.sim.faults.table import FAULTS
 from armdrive.sim.mks.kind import KIND
 from armdrive.sim.serving.loop import make_server, run_device

@@ -9,16 +9,18 @@ from pathlib import Path
 from types import MappingProxyType
 
 from armdrive.arm import Arm
-from armdrive.cli.chosen_arm import chosen_target, connect_chosen
+from armdrive.cli.arm_files import chosen_target
+from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.options import Command
-from armdrive.cli.presenter import emit, put_error, say, say_lines, say_which
-from armdrive.cli.questions import agreed
+from armdrive.cli.presenter import emit, put_error, say, say_lines
+from armdrive.cli.screens import agreed
 from armdrive.cli.terminal_person import settle_trust
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest, OperatorNeeded, PendantFileError
 from armdrive.motion.device import named_rows
 from armdrive.programs.teaching.pendant_program import rows_of
-from armdrive.registry.pendant import PendantProgram, pendant_of
+from armdrive.registry import pendant_of
+from armdrive.registry.pendant import PendantProgram
 from armdrive.status import Trust
 from armdrive.storage.files import DISK, replace_durably
 from armdrive.storage.point_file import points_of
@@ -39,7 +41,7 @@ def _connected(options: argparse.Namespace) -> Arm:
     arm = connect_chosen(options, allow_restored=options.allow_restored)
     try:
         if not options.json:
-            say_which(arm.status)
+            say(arm.status.which)
         settle_trust(arm)
     except BaseException:
         arm.close()

@@ -1,0 +1,67 @@
+"""`armdrive points save`, `go` and `run`: what is done with points where an arm is connected."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from armdrive.cli.chosen_arm import connect_chosen
+from armdrive.cli.drive.preview_report import show_preview
+from armdrive.cli.options import Command
+from armdrive.cli.presenter import emit, say
+from armdrive.cli.terminal_person import settle_trust
+from armdrive.moves import LineMove, PoseMove
+from armdrive.programs.teaching.sequence import Stepper
+from armdrive.status import status_view
+from armdrive.storage.points import point_view
+
+
+def _save(options: argparse.Namespace) -> int:
+    with connect_chosen(options, allow_restored=True) as arm:
+        if not options.json:
+            say(arm.status.which)
+        point = arm.points.teach(options.name, note=options.note, again=options.again)
+    if options.json:
+        emit({"name": options.name, **point_view(point)})
+    else:
+        say(f"{options.name}: {point.joints}")
+    return 0
+
+
+def _go(options: argparse.Namespace) -> int:
+    kind = LineMove if options.line else PoseMove
+    move = kind(options.name, options.speed)
+    with connect_chosen(options, allow_restored=options.allow_restored) as arm:
+        if not options.json:
+            say(arm.status.which)
+        settle_trust(arm)
+        if options.preview:
+            return show_preview(arm.preview(move), as_json=options.json)
+        moved = arm.run(move)
+        if options.json:
+            emit(status_view(arm.status))
+        else:
+            say(str(moved))
+    return 0
+
+
+def _run(options: argparse.Namespace) -> int:
+    with connect_chosen(options, allow_restored=options.allow_restored) as arm:
+        if not options.json:
+            say(arm.status.which)
+        settle_trust(arm)
+        taught = arm.points.read()
+        stepper = Stepper(arm, arm.points.sequence(options.name), taught.points)
+        shown = None if options.json else lambda step: say(f"{stepper.at + 1:>3}  {step}")
+        stops = arm.stops
+        for _ in range(options.times):
+            stepper.rewind()
+            stepper.run(shown, since=stops)  # a stop between two times ends it as well
+        if options.json:
+            emit(status_view(arm.status))
+    return 0
+
+
+ACTIONS: Mapping[str, Command] = MappingProxyType({"save": _save, "go": _go, "run": _run})
+"""What does each action."""

@@ -1,0 +1,101 @@
+"""What `home` and `verify` ask of whoever looks at the arm, and how an operator meets the arm."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol, Unpack
+
+from armdrive.moves import BASE_FRAME, Angles, Jog, JointJog, TipJog
+from armdrive.status import Status
+from kinematics.presets import ArmModel
+from kinematics.spaces import Joints, Pose
+
+
+class JogResult(Protocol):
+    """What came of a jog."""
+
+    @property
+    def note(self) -> str:
+        """What was clipped or left out; empty where nothing was."""
+
+
+class JoggedArm(Protocol):
+    """An arm as an operator meets it: watched, jogged and stopped, and nothing else."""
+
+    @property
+    def status(self) -> Status:
+        """What is known of the arm now."""
+
+    @property
+    def model(self) -> ArmModel:
+        """Its geometry and its limits."""
+
+    def jog_j(
+        self,
+        amounts: Angles | None = None,
+        /,
+        *,
+        speed: float = 0.25,
+        duration_s: float | None = None,
+        **axes: Unpack[JointJog],
+    ) -> JogResult:
+        """Jog joints by increments, or for a time."""
+
+    def jog_l(
+        self,
+        amounts: Angles | None = None,
+        /,
+        *,
+        speed: float = 0.25,
+        duration_s: float | None = None,
+        frame: str = BASE_FRAME,
+        **axes: Unpack[TipJog],
+    ) -> JogResult:
+        """Jog the tip by increments, or for a time."""
+
+    def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
+        """Jog for a time, and no longer unless called again; does not wait."""
+
+    def move_motors(self, *steps: int, speed: float = 0.25) -> object:
+        """Move each motor by whole steps from where it is."""
+
+    def sleep(self, time_s: float) -> None:
+        """Let time pass on the arm's own clock."""
+
+    def stop(self) -> None:
+        """Stop, and wait until the arm stands."""
+
+
+class PostureRequest:
+    """What `home` asks of an operator: bring the arm to this posture, and say whether it is there.
+
+    While the operator is at work, `arm` may be jogged; nothing else is allowed.
+    """
+
+    def __init__(self, arm: JoggedArm, pose: Pose, joints: Joints, opening_mm: float) -> None:
+        self.arm = arm
+        self.pose = pose
+        self.joints = joints
+        self.opening_mm = opening_mm
+
+    def __str__(self) -> str:
+        return (
+            f"Bring the arm to its reference posture: finger tips touching the table "
+            f"{self.pose.x_mm:.0f} mm in front of the base axis, hand straight down, wrist "
+            f"turnbuckles lined up, fingers just touching each other. ({self.pose})"
+        )
+
+
+class MarkRequest(PostureRequest):
+    """What `verify` asks: the same posture, brought about by small jogs, as exactly as can be."""
+
+    def __str__(self) -> str:
+        return (
+            f"Bring the finger tips onto the reference mark, {self.pose.x_mm:.0f} mm in front of "
+            f"the base axis, in small jogs: tips just touching the table, hand straight down, "
+            f"wrist turnbuckles lined up, fingers just touching each other. ({self.pose})"
+        )
+
+
+Operator = Callable[[PostureRequest], bool]
+"""Somebody who looks at the arm: returns True when it stands in the posture asked for."""
