@@ -4,6 +4,7 @@ from armdrive.aio.arm import AsyncArm
 from armdrive.aio.calls import AsyncHandle
 from armdrive.arm import Arm
 from armdrive.arm.handle import Handle
+from armdrive.dialog.operator import MarkRequest, PostureRequest
 from armdrive.errors import (
     ArmError,
     ArmFileError,
@@ -52,7 +53,6 @@ from armdrive.moves import (
     PoseMove,
     Space,
 )
-from armdrive.operator import MarkRequest, PostureRequest
 from armdrive.programs.teaching.sequence import Stepper
 from armdrive.registry.pendant import PendantProgram
 from armdrive.runtime.clock import SimulatedClock

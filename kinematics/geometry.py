@@ -145,6 +145,10 @@ class ArmGeometry(Protocol):
         """Return what `ik` does, or None without reasons."""
         ...
 
+    def solve_near(self, pose: Pose, seed: Joints) -> Joints | None:
+        """Return a posture a small step from the seed, quickly, or None without reasons."""
+        ...
+
     def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:
         """Return a pose in reach near this one."""
         ...

@@ -8,9 +8,9 @@ from typing import Any, Protocol
 
 from armdrive import Grasped, Handle, Moved, Preview
 from armdrive.config.arm import ArmConfig
+from armdrive.dialog.operator import PostureRequest
 from armdrive.errors import ArmError
 from armdrive.moves import Jog, Motion, Move
-from armdrive.operator import PostureRequest
 from armdrive.programs.teaching.sequence import FingerStep
 from armdrive.status import Status
 from armdrive.storage.point_file import Points

@@ -24,6 +24,7 @@ from armdrive.arm.gripper import Gripper
 from armdrive.arm.places import Place
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import ConnectOptions
+from armdrive.dialog.operator import Operator
 from armdrive.errors.arguments import checked_calls
 from armdrive.motion.execute import Moved
 from armdrive.motion.gripper import Grasped
@@ -39,7 +40,6 @@ from armdrive.moves import (
     Move,
     MoveSequence,
 )
-from armdrive.operator import Operator
 from armdrive.runtime.drive import PaceChoice
 from armdrive.status import Status
 from armdrive.storage.point_file import Points

@@ -25,6 +25,7 @@ from armdrive.arm.reference import Accept, Referencing, Told, unheard
 from armdrive.blocking import Wait, blocking, coroutine_of, run_blocking
 from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import PATIENCE_S, ConnectOptions, Parts, connect
+from armdrive.dialog.operator import Operator, PostureRequest
 from armdrive.errors.arguments import checked_calls
 from armdrive.motion import device as device_tasks
 from armdrive.motion import reference as reference_tasks
@@ -56,7 +57,6 @@ from armdrive.moves import (
     by_name,
     jog_axes,
 )
-from armdrive.operator import Operator, PostureRequest
 from armdrive.runtime.diagnostics import EMERGENCY_STOP
 from armdrive.runtime.drive import PaceChoice
 from armdrive.runtime.io_lines import Lines

@@ -10,6 +10,7 @@ from armdrive.arm.handle import finished
 from armdrive.arm.moving import Moving
 from armdrive.config.sections import HomingSettings
 from armdrive.connect.parts import Parts
+from armdrive.dialog.operator import JoggedArm, MarkRequest, Operator, PostureRequest
 from armdrive.errors import OperatorNeeded, Refused, Stopped
 from armdrive.motion import reference as referencing
 from armdrive.motion import verify as verifying
@@ -17,7 +18,6 @@ from armdrive.motion.reference import take_reference, vouched
 from armdrive.motion.resolve import above_mark
 from armdrive.motion.verify import Drift, Verdict, Verified, drift_between, judge, verified_view
 from armdrive.moves import ParkMove
-from armdrive.operator import JoggedArm, MarkRequest, Operator, PostureRequest
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.states import Event, after
 from armdrive.status import Evidence, State, Trust

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 from armdrive.cli.presenter import put, say
-from armdrive.dialog import Question, WrongAnswer, yes_or_no
+from armdrive.dialog.conversation import Question, WrongAnswer, yes_or_no
 from armdrive.errors import BadRequest
 
 HELP, BACK = "?", "back"

@@ -9,9 +9,9 @@ from collections.abc import Callable
 from armdrive.arm import Arm
 from armdrive.cli.presenter import put, say
 from armdrive.cli.screens import agreed
+from armdrive.dialog.operator import JoggedArm, PostureRequest
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS
-from armdrive.operator import JoggedArm, PostureRequest
 from armdrive.render.canvas import can_braille
 from armdrive.render.side_view import ArmScene, side_view, top_view
 from armdrive.status import Trust

@@ -18,11 +18,11 @@ from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import PortOpening, overheard
 from armdrive.connect.reconnect import NewLink, Reconnector
 from armdrive.connect.target import DEFAULT_TARGET, find, simulation_forced, state_file
+from armdrive.dialog.operator import Operator
 from armdrive.errors import BadRequest, LinkLost, NoAnswer, PortUnavailable, Stopped
 from armdrive.motion import reference
 from armdrive.motion.context import MotionContext
 from armdrive.motion.idle import Idling
-from armdrive.operator import Operator
 from armdrive.registry import dialect
 from armdrive.registry.simulate import simulate
 from armdrive.runtime.arm_state import Core

@@ -8,12 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
+from typing import Any, Generic, TypeAlias, TypeVar
 
+from armdrive.config.arm import ArmConfig
 from armdrive.storage.points import Point, StepList
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
 
 P = TypeVar("P")
 """The value of a whole program."""

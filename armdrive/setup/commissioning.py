@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from armdrive.dialects.bus.tools import listen
-from armdrive.dialog import About, AskPerson, Keep, Talk, agreed, say
+from armdrive.dialog.conversation import About, AskPerson, Keep, Talk, agreed, say
 from armdrive.setup.directions import NOTHING, OTHER, Sight, sight
 from armdrive.setup.finding import is_command
 from armdrive.setup.plan import MM, CommissioningPlan, Notes, Planned

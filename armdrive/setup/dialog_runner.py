@@ -8,7 +8,17 @@ from collections.abc import Callable, Mapping
 from typing import Any, Protocol, TypeVar
 
 from armdrive.dialects.bus.tools import BusHost
-from armdrive.dialog import Act, Announce, AskPerson, Hear, Keep, NotePosture, Put, Stands, Talk
+from armdrive.dialog.conversation import (
+    Act,
+    Announce,
+    AskPerson,
+    Hear,
+    Keep,
+    NotePosture,
+    Put,
+    Stands,
+    Talk,
+)
 from armdrive.errors import LinkError
 from armdrive.setup.prober import Clock
 from armdrive.transports.link import Link

@@ -16,7 +16,7 @@ from typing import Any
 
 from armdrive.config.arm import ArmConfig
 from armdrive.config.write import Change
-from armdrive.dialog import WrongAnswer
+from armdrive.dialog.conversation import WrongAnswer
 from armdrive.errors import BadRequest, Refused
 from armdrive.sim.world.body import found_posture
 from kinematics.geometry import ArmGeometry

@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import Any
 
 from armdrive.dialects.dialect import Dialect
-from armdrive.dialog import WrongAnswer, plain_number
+from armdrive.dialog.conversation import WrongAnswer, plain_number
 from armdrive.registry import DIALECTS
 from armdrive.setup.templates import COUPLED, NOTHING, OUTPUT, OWN_MOTOR, SERVO, TEMPLATES, Template
 from kinematics.chains.chain import Chain

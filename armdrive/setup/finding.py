@@ -24,7 +24,7 @@ from armdrive.dialects.bus.tools import (
     Heard,
     of_nobody,
 )
-from armdrive.dialog import Finding, Grade, WrongAnswer, note
+from armdrive.dialog.conversation import Finding, Grade, WrongAnswer, note
 from armdrive.errors import ArmError, ArmFileError, PortUnavailable
 from armdrive.registry import DIALECTS
 from armdrive.setup import prober

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from armdrive.dialects.bus.tools import RESISTORS, Listened, numbers
 from armdrive.dialects.recognition import Identity, says_something_readable
-from armdrive.dialog import Finding, note, ok, problem
+from armdrive.dialog.conversation import Finding, note, ok, problem
 from armdrive.registry import DIALECTS, likely
 from armdrive.runtime.received import excerpt
 from armdrive.setup.prober import Examination

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from armdrive.dialog import Question, WrongAnswer
+from armdrive.dialog.conversation import Question, WrongAnswer
 from armdrive.setup.arm_text import ArmFiles, files_of
 from armdrive.setup.draft import Draft, Surroundings
 from armdrive.setup.filing import checked

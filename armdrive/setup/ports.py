@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from armdrive.dialog import Finding, note, ok, problem
+from armdrive.dialog.conversation import Finding, note, ok, problem
 from armdrive.errors import ArmError
 from armdrive.registry.arm_files import load_arm
 from armdrive.storage import files as places

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from armdrive.dialects.bus.tools import DriveAtHand, Turned
-from armdrive.dialog import (
+from armdrive.dialog.conversation import (
     About,
     NotePosture,
     Question,

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from armdrive.config.arm import ArmConfig
+from armdrive.dialog.operator import PostureRequest
 from armdrive.errors import BadRequest, StateFileError
-from armdrive.operator import PostureRequest
 from armdrive.sim.device import Option, Options, SimDevice, Value
 from armdrive.sim.faults.running import Faults, LinkCable
 from armdrive.sim.wire import PacedDevice

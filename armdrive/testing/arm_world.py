@@ -17,8 +17,8 @@ from armdrive.arm import Arm, standing_in
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import ConnectOptions, connect_simulated
 from armdrive.connect.target import DEFAULT_TARGET, Target, find
+from armdrive.dialog.operator import Operator
 from armdrive.errors import ArmFileError, ArmInUse, BadRequest
-from armdrive.operator import Operator
 from armdrive.registry.simulate import simulate
 from armdrive.runtime.clock import SimulatedClock
 from armdrive.sim.faults.running import Faults

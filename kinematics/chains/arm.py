@@ -31,7 +31,7 @@ from kinematics.errors import JointLimit, KinematicsError
 from kinematics.frames.rotations import Matrix3
 from kinematics.frames.transforms import compose, position_of, rotation_of, translation
 from kinematics.frames.vectors import Vector, cross, dot, norm, subtract
-from kinematics.geometry import ArmGeometry, Point
+from kinematics.geometry import Point
 from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, LimitViolation
 from kinematics.paths.curves import Line
 from kinematics.spaces import Joints, Pose
@@ -141,6 +141,13 @@ class ChainArm:
         """Return what `ik` does, or None without reasons."""
         found = self._hunt(pose, seed)
         return self.joints_of(found.joints) if found.ok else None
+
+    def solve_near(self, pose: Pose, seed: Joints) -> Joints | None:
+        """Return a posture a small step from the seed, quickly, or None; see `chain_near`."""
+        try:
+            return chain_near(self, pose, seed)
+        except KinematicsError:
+            return None
 
     def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:
         """Return the pose in reach, the hand held as asked where it can be, that was found."""
@@ -283,14 +290,6 @@ INSIDE_RAD = 0.05
 """How far from a joint's limit the second look begins."""
 
 Rows = list[list[float]]
-
-
-def near(arm: ArmGeometry, pose: Pose, seed: Joints) -> Joints | None:
-    """Return the posture for a pose a small step from the seed, None where there is none."""
-    try:
-        return chain_near(arm, pose, seed) if isinstance(arm, ChainArm) else arm.ik_near(pose, seed)
-    except KinematicsError:
-        return None
 
 
 def chain_near(arm: ChainArm, pose: Pose, seed: Joints) -> Joints | None:

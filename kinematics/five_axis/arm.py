@@ -253,6 +253,13 @@ class FiveAxisArm:
         """Return what `ik` does, which is quick enough for every small step."""
         return self.ik(pose, seed)
 
+    def solve_near(self, pose: Pose, seed: Joints) -> Joints | None:
+        """Return what `ik` does, or None without reasons."""
+        try:
+            return self.ik(pose, seed)
+        except KinematicsError:
+            return None
+
     def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:
         """Return the reachable pose nearest to this one; see `nearest`."""
         return nearest(self, pose, seed).pose

@@ -103,6 +103,13 @@ class ToolArm:
         """Return what `ik` does, which is quick enough for every small step."""
         return self.ik(pose, seed)
 
+    def solve_near(self, pose: Pose, seed: Joints) -> Joints | None:
+        """Return what `ik` does, or None without reasons."""
+        try:
+            return self.ik(pose, seed)
+        except KinematicsError:
+            return None
+
     def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:
         """Return the pose of the tool for which the finger tips are nearest to what is asked."""
         if self.solve(pose, seed) is not None:

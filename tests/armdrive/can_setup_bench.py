@@ -14,7 +14,7 @@ from waiting import LONG_S, until
 from armdrive.config.arm import ArmConfig, ConfigSource
 from armdrive.config.sections import Connection
 from armdrive.dialects.mks.settings import MksSettings
-from armdrive.dialog import About, AskPerson
+from armdrive.dialog.conversation import About, AskPerson
 from armdrive.registry.simulate import simulate, simulate_device
 from armdrive.setup.commissioning import CommissioningOutcome, Practice, one, walk
 from armdrive.setup.dialog_runner import DialogClock, DialogRunner

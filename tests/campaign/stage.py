@@ -17,7 +17,7 @@ from armdrive.connect.reconnect import NewLink
 from armdrive.connect.target import simulated_config
 from armdrive.dialects.controller import Controller
 from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS
-from armdrive.operator import PostureRequest
+from armdrive.dialog.operator import PostureRequest
 from armdrive.registry import dialect, simulated_kind
 from armdrive.sim.device import DrivesOnBus, Options
 from armdrive.sim.faults.running import Faults, LinkCable

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 from armdrive.abilities import Abilities, Switching
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
-from armdrive.operator import Operator
+from armdrive.dialog.operator import Operator
 from armdrive.registry import dialect
 from armdrive.status import Current, State, Trust
 from kinematics import Joints, Motors

@@ -13,7 +13,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import assemble
 from armdrive.connect.reconnect import NewLink
 from armdrive.connect.target import simulated_config
-from armdrive.operator import Operator
+from armdrive.dialog.operator import Operator
 from armdrive.registry.simulate import simulate
 from armdrive.runtime.drive import SimulatedPace
 from armdrive.sim.faults.request import parse_words

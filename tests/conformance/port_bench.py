@@ -14,8 +14,8 @@ from typing import ClassVar
 from filelock import FileLock
 
 from armdrive.arm import Arm
+from armdrive.dialog.operator import Operator
 from armdrive.errors import ArmError, Refused
-from armdrive.operator import Operator
 from armdrive.sim.world.body import found_posture
 from armdrive.status import State, Status, Trust
 from kinematics import Motors

@@ -12,7 +12,7 @@ from typing import Any, ClassVar, cast
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import find
-from armdrive.operator import Operator
+from armdrive.dialog.operator import Operator
 from armdrive.sim.simulated_arm import SimulatedOperator
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody

@@ -3,9 +3,9 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
+from armdrive.dialog.operator import PostureRequest
 from armdrive.errors import Refused
 from armdrive.motion.gripper import Grasped
-from armdrive.operator import PostureRequest
 from armdrive.status import Current, State, Status, Trust
 from kinematics import Joints, Motors, preset
 

@@ -12,8 +12,8 @@ from armdrive.arm import Arm
 from armdrive.cli.presenter import put
 from armdrive.cli.program.run_display import Display
 from armdrive.cli.terminal_person import ask_operator
+from armdrive.dialog.operator import PostureRequest
 from armdrive.moves import GraspMove
-from armdrive.operator import PostureRequest
 from armdrive.programs.acts import Answer, ProgramMachine, Say
 from armdrive.programs.running import RunStep
 from armdrive.programs.session import Typed

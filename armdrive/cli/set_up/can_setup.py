@@ -17,7 +17,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
 from armdrive.connect.port import PortOpening
 from armdrive.connect.target import simulation_forced
-from armdrive.dialog import AskPerson, Question, WrongAnswer
+from armdrive.dialog.conversation import AskPerson, Question, WrongAnswer
 from armdrive.errors import ArmFileError, BadRequest, OperatorNeeded
 from armdrive.registry.arm_files import load_arm, parse_arm, preset_arm
 from armdrive.registry.simulate import simulate

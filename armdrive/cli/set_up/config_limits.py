@@ -15,7 +15,7 @@ from armdrive.cli.arm_files import read
 from armdrive.cli.presenter import emit, say
 from armdrive.cli.questions import agree, ask_value
 from armdrive.cli.set_up.config_signs import connected
-from armdrive.dialog import Question, choice
+from armdrive.dialog.conversation import Question, choice
 from armdrive.registry.arm_files import load_arm
 from armdrive.setup.filing import FileProposal
 from armdrive.setup.limits import (

@@ -15,7 +15,7 @@ from armdrive.cli.presenter import emit, say, say_lines
 from armdrive.cli.questions import Back, agree, ask
 from armdrive.cli.set_up.config_signs import connected, find_signs
 from armdrive.config.arm import ArmConfig
-from armdrive.dialog import WrongAnswer
+from armdrive.dialog.conversation import WrongAnswer
 from armdrive.errors import ArmError, BadRequest
 from armdrive.setup.arm_text import files_of
 from armdrive.setup.draft import Draft, flattened

@@ -17,7 +17,7 @@ from armdrive.cli.terminal_person import posture_drawing
 from armdrive.config.arm import ArmConfig
 from armdrive.connect import parts as connecting
 from armdrive.connect.target import simulation_forced
-from armdrive.dialog import Question, choice
+from armdrive.dialog.conversation import Question, choice
 from armdrive.errors import DeviceFault, OperatorNeeded
 from armdrive.registry.arm_files import load_arm
 from armdrive.setup.directions import (

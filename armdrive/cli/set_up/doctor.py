@@ -13,7 +13,7 @@ from armdrive.cli.set_up.doctor_report import Report
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import PortOpening
 from armdrive.connect.target import find, simulation_forced
-from armdrive.dialog import any_problem
+from armdrive.dialog.conversation import any_problem
 from armdrive.errors import BadRequest, OperatorNeeded, PortUnavailable
 from armdrive.registry import DIALECTS
 from armdrive.setup import findings as after

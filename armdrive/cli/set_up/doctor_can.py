@@ -27,7 +27,7 @@ from armdrive.dialects.bus.tools import (
     listen,
     of_nobody,
 )
-from armdrive.dialog import Finding, any_problem, note, ok, problem
+from armdrive.dialog.conversation import Finding, any_problem, note, ok, problem
 from armdrive.errors import ArmError, BadRequest, LinkError, LinkLost, PortUnavailable
 from armdrive.setup import findings as can_findings
 from armdrive.setup.dialog_runner import DialogRunner, NobodyFound

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from armdrive.cli.presenter import emit, say
-from armdrive.dialog import Finding
+from armdrive.dialog.conversation import Finding
 
 
 @dataclass(slots=True)

@@ -15,7 +15,7 @@ from armdrive.cli.set_up.doctor_report import Report
 from armdrive.config.arm import ArmConfig
 from armdrive.connect import parts as connecting
 from armdrive.connect.port import bare
-from armdrive.dialog import Finding, note, ok, problem
+from armdrive.dialog.conversation import Finding, note, ok, problem
 from armdrive.errors import ArmError
 from armdrive.setup.findings import settings_findings
 from armdrive.setup.limits import limit_remarks

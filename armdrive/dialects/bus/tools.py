@@ -2,7 +2,7 @@
 
 A dialect fills in one `BusTools`, the registry's row carries it, and whoever surveys a bus or
 commissions drives goes through these rows and names no dialect. Everything here is a talk
-(`armdrive.dialog`): it touches neither wire nor clock.
+(`armdrive.dialog.conversation`): it touches neither wire nor clock.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeAlias
 
-from armdrive.dialog import Finding, Hear, Talk, note, problem
+from armdrive.dialog.conversation import Finding, Hear, Talk, note, problem
 from armdrive.transports.can_health import BusHealth, BusState
 from firmware_protocol.frames import Frame, Unpacker, pack
 

@@ -32,7 +32,17 @@ from armdrive.dialects.cia402.objects import (
     state_words,
 )
 from armdrive.dialects.cia402.words import OF_MASTER
-from armdrive.dialog import ANSWER_S, LINGER_S, Finding, Hear, Put, Talk, note, ok, problem
+from armdrive.dialog.conversation import (
+    ANSWER_S,
+    LINGER_S,
+    Finding,
+    Hear,
+    Put,
+    Talk,
+    note,
+    ok,
+    problem,
+)
 from armdrive.transports.can_health import BusHealth
 from firmware_protocol.canopen.cob import NODE_MAX, Service, cob_id, is_for, service_of
 from firmware_protocol.canopen.datatypes import Value

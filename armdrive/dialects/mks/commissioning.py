@@ -27,7 +27,7 @@ from armdrive.dialects.mks.survey import (
     setting_of,
     survey_drives,
 )
-from armdrive.dialog import (
+from armdrive.dialog.conversation import (
     About,
     Hear,
     Put,

@@ -10,7 +10,17 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from armdrive.dialects.bus.tools import IDS, Answers, Heard, numbers, of_lost, of_nobody
-from armdrive.dialog import ANSWER_S, LINGER_S, Finding, Hear, Put, Talk, note, ok, problem
+from armdrive.dialog.conversation import (
+    ANSWER_S,
+    LINGER_S,
+    Finding,
+    Hear,
+    Put,
+    Talk,
+    note,
+    ok,
+    problem,
+)
 from armdrive.transports.can_health import BusHealth
 from firmware_protocol.errors import ProtocolError
 from firmware_protocol.frames import Frame

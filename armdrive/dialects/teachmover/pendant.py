@@ -10,8 +10,9 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from armdrive.config.arm import ArmConfig
 from armdrive.dialects.pendant import PendantTools
 from armdrive.dialects.speed_table import SpeedTable
 from armdrive.errors import BadRequest, DeviceFault, PendantFileError, Refused
@@ -21,9 +22,6 @@ from firmware_protocol.errors import BadField, ProtocolError, RemoteProtocolErro
 from firmware_protocol.teachmover import SPEED_MAX, ProgramRow
 from firmware_protocol.teachmover.program import MOVE_KIND
 from kinematics.spaces import Joints, Motors
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
 
 _SPAN = 1 << 16
 """Registers wrap after so many steps."""

@@ -11,8 +11,6 @@ from armdrive.config.arm import ArmConfig
 from armdrive.motion.plan import guard_error
 from armdrive.runtime.position import ArmCoordinates
 from kinematics.errors import KinematicsError, Unreachable
-from kinematics.five_axis.arm import FiveAxisArm
-from kinematics.five_axis.tool_arm import ToolArm
 from kinematics.frames.vectors import Vector
 from kinematics.geometry import ArmGeometry
 from kinematics.guards.guards import Violation
@@ -282,7 +280,7 @@ class TipJogPath:
         hops = max(math.ceil((time_s - at_s) / HOP_S), 1)
         for hop in range(1, hops + 1):
             next_s = time_s if hop == hops else at_s + hop * HOP_S
-            joints = _near(self._arm, self.pose(next_s), before)
+            joints = self._arm.solve_near(self.pose(next_s), before)
             if joints is None:
                 return None
             if max(abs(b - a) for a, b in zip(before, joints, strict=True)) > AT_ONCE_RAD:
@@ -290,18 +288,6 @@ class TipJogPath:
             self._solved.append((next_s, joints))
             before = joints
         return before
-
-
-def _near(arm: ArmGeometry, pose: Pose, seed: Joints) -> Joints | None:
-    """Return the posture for a pose a small step from the seed, None where there is none."""
-    if not isinstance(arm, FiveAxisArm | ToolArm):
-        from kinematics.chains.arm import near  # few arms are chains
-
-        return near(arm, pose, seed)
-    try:
-        return arm.ik_near(pose, seed)
-    except KinematicsError:
-        return None
 
 
 def in_base(axes: tuple[Vector, Vector, Vector], rates: Sequence[float]) -> tuple[float, ...]:

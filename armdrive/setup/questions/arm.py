@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from armdrive.config.preset import LENGTHS
-from armdrive.dialog import (
+from armdrive.dialog.conversation import (
     Question,
     Reader,
     WrongAnswer,

@@ -7,15 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from armdrive.dialog import (
-    Reader,
-    WrongAnswer,
-    choice,
-    number,
-    text,
-    whole,
-    yes_or_no,
-)
+from armdrive.dialog.conversation import Reader, WrongAnswer, choice, number, text, whole, yes_or_no
 from armdrive.setup.draft import Draft
 from armdrive.setup.questions.arm import ArmRow, Fill, fixed, plain
 from armdrive.setup.templates import OUTPUT, SERVO

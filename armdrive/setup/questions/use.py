@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from armdrive.dialog import (
+from armdrive.dialog.conversation import (
     Reader,
     bounds,
     choice,

@@ -2,15 +2,7 @@
 
 from __future__ import annotations
 
-from armdrive.dialog import (
-    Reader,
-    WrongAnswer,
-    choice,
-    number,
-    text,
-    whole,
-    yes_or_no,
-)
+from armdrive.dialog.conversation import Reader, WrongAnswer, choice, number, text, whole, yes_or_no
 from armdrive.errors import BadRequest
 from armdrive.registry import DIALECTS
 from armdrive.setup.draft import Draft

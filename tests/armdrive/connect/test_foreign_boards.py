@@ -11,7 +11,7 @@ from armdrive.connect import parts as connecting
 from armdrive.connect.parts import assemble
 from armdrive.connect.port import overheard
 from armdrive.dialects.recognition import comes_back
-from armdrive.dialog import Grade
+from armdrive.dialog.conversation import Grade
 from armdrive.errors import SettingsDiffer
 from armdrive.runtime.drive import SimulatedPace
 from armdrive.setup import findings as after

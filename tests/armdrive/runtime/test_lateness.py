@@ -8,7 +8,7 @@ from waiting import until
 from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
-from armdrive.dialog import Grade
+from armdrive.dialog.conversation import Grade
 from armdrive.setup.findings import finding, measure
 from armdrive.status import Lateness, SchedulingJitter, status_view
 

@@ -9,7 +9,7 @@ import pytest
 from can_setup_bench import NAMES, READING, TURNING, Bench, arm, really
 
 from armdrive.config.arm import ConfigSource
-from armdrive.dialog import About
+from armdrive.dialog.conversation import About
 from armdrive.errors import BadRequest
 from armdrive.registry.arm_files import parse_arm
 from armdrive.setup.arm_text import merged, signs_of, text_of

@@ -7,7 +7,7 @@ import math
 import pytest
 from can_setup_bench import Bench, really
 
-from armdrive.dialog import About, Hear
+from armdrive.dialog.conversation import About, Hear
 from armdrive.setup.directions import NOTHING, OTHER
 from firmware_protocol.mks import Calibrate, EmergencyStop, MoveAbsoluteAxis
 

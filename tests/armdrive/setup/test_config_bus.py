@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from test_config_interview import files, interview_of
 
-from armdrive.dialog import WrongAnswer
+from armdrive.dialog.conversation import WrongAnswer
 from armdrive.setup.draft import Surroundings
 from armdrive.setup.interview import Interview
 

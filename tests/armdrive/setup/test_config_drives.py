@@ -7,7 +7,7 @@ import math
 import pytest
 from test_config_interview import OWN, files
 
-from armdrive.dialog import WrongAnswer
+from armdrive.dialog.conversation import WrongAnswer
 from armdrive.setup.filing import checked
 
 BUS = "can:slcan:/dev/ttyACM0?bitrate=500000"

@@ -11,7 +11,7 @@ from armdrive import Arm
 from armdrive.cli.set_up.config_new import write
 from armdrive.config.link_model import parse_model
 from armdrive.connect.parts import connect_simulated
-from armdrive.dialog import WrongAnswer
+from armdrive.dialog.conversation import WrongAnswer
 from armdrive.registry.arm_files import load_arm
 from armdrive.setup.arm_text import files_of
 from armdrive.setup.draft import LinkFile, Surroundings

@@ -18,7 +18,7 @@ from armdrive.cli.set_up.config_new import write
 from armdrive.cli.set_up.config_signs import find_signs, lines_for
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
-from armdrive.dialog import WrongAnswer
+from armdrive.dialog.conversation import WrongAnswer
 from armdrive.registry.arm_files import load_arm, parse_arm
 from armdrive.registry.simulate import simulate
 from armdrive.setup.arm_text import files_of

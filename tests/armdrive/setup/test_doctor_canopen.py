@@ -18,7 +18,7 @@ from armdrive.dialects.cia402.survey import (
     heard_nodes,
     is_command,
 )
-from armdrive.dialog import any_problem
+from armdrive.dialog.conversation import any_problem
 from armdrive.setup import finding
 from armdrive.setup import findings as can_findings
 from armdrive.setup.dialog_runner import DialogClock, DialogRunner, NobodyFound

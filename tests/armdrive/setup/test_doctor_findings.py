@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.dialects.recognition import Identity
-from armdrive.dialog import Grade, any_problem
+from armdrive.dialog.conversation import Grade, any_problem
 from armdrive.registry import DIALECTS
 from armdrive.runtime.received import excerpt
 from armdrive.setup import findings as after

@@ -8,7 +8,7 @@ from canopen_nodes import Device, NodesBus
 from doctor_bench import SimPort, made
 
 from armdrive.dialects.bus import tools
-from armdrive.dialog import WrongAnswer
+from armdrive.dialog.conversation import WrongAnswer
 from armdrive.errors import PortUnavailable
 from armdrive.setup import prober as carrying
 from armdrive.setup.filing import checked, file_of, write

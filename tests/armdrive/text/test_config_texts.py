@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.config.write import complete, shortest
-from armdrive.dialog import WrongAnswer
+from armdrive.dialog.conversation import WrongAnswer
 from armdrive.registry.arm_files import load_arm
 from armdrive.setup.draft import Gearing, flattened, ratio
 from armdrive.text.toml import TomlEntry, TomlSection, document

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from kinematics.chains.arm import ChainArm, chain_near, near
+from kinematics.chains.arm import ChainArm, chain_near
 from kinematics.errors import KinematicsError
 from kinematics.frames.transforms import translation
 from kinematics.presets import preset
@@ -62,15 +62,15 @@ def test_a_link_table_of_the_build_is_solved_as_its_closed_form(joints, step):
 
 def test_beyond_the_reach_or_a_limit_there_is_nothing():
     straight = Joints((0.0, 0.3, 0.0, 0.0, 0.0), MINI.joint_names)
-    assert near(MINI, moved(MINI.fk(straight), (20.0, 0.0, 5.0)), straight) is None
+    assert MINI.solve_near(moved(MINI.fk(straight), (20.0, 0.0, 5.0)), straight) is None
     turned = Joints((math.pi / 2, 0.7, -1.4, -0.7, 0.0), MINI.joint_names)
-    assert near(MINI, moved(MINI.fk(turned), (-5.0, 0.0, 0.0)), turned) is None
-    assert near(FIVE, moved(FIVE.fk(straight), (20.0, 0.0, 5.0)), straight) is None
+    assert MINI.solve_near(moved(MINI.fk(turned), (-5.0, 0.0, 0.0)), turned) is None
+    assert FIVE.solve_near(moved(FIVE.fk(straight), (20.0, 0.0, 5.0)), straight) is None
 
 
 def test_a_straight_elbow_can_be_left():
     straight = Joints((0.0, 0.3, 0.0, 0.0, 0.0), MINI.joint_names)
-    found = near(MINI, moved(MINI.fk(straight), (-0.5, 0.0, 0.0)), straight)
+    found = MINI.solve_near(moved(MINI.fk(straight), (-0.5, 0.0, 0.0)), straight)
     assert found is not None
     assert found[2] < -0.05
 

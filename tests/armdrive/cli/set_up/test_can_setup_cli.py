@@ -10,7 +10,7 @@ from can_setup_bench import NAMES, arm
 from cli_calls import state_files, write_arm_file
 
 from armdrive.cli.set_up import can_setup
-from armdrive.dialog import About
+from armdrive.dialog.conversation import About
 from armdrive.errors import StateFileError
 from armdrive.registry.simulate import simulate
 from armdrive.setup import plan as kept

@@ -16,7 +16,7 @@ from armdrive.cli.set_up.doctor_can import ids_of
 from armdrive.dialects.bus.tools import Listened, listen
 from armdrive.dialects.mks import survey as mks
 from armdrive.dialects.mks.survey import Survey, ask_round
-from armdrive.dialog import Grade
+from armdrive.dialog.conversation import Grade
 from armdrive.errors import BadRequest
 from armdrive.setup import findings as can_findings
 from armdrive.setup.finding import is_command

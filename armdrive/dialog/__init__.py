@@ -1,0 +1,1 @@
+"""What people are asked: an operator who looks at the arm, and whoever sets one up."""
