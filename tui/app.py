@@ -8,6 +8,7 @@ import os
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import partial
+from typing import Protocol, runtime_checkable
 
 from textual import _time, actions, events, on
 from textual.actions import ActionParseResult
@@ -23,6 +24,19 @@ from tui.terminal import ending_driver, is_served, lasting_driver
 
 SUSPENDED_S = 1.0
 """An app that polls more often than this, and did nothing for so long, was suspended."""
+
+
+@runtime_checkable
+class TypingScreen(Protocol):
+    """A screen that is typed into.
+
+    The app asks it when a key has come back from all widgets, where the keys of the table act as
+    well: so what was typed in one burst is taken in the order in which it was typed.
+    """
+
+    def take_typed(self, event: events.Key) -> bool:
+        """Take a key that is typed; return False for one that the table of keys may have."""
+        ...
 
 
 class InputFilter:
@@ -204,6 +218,9 @@ class KeyApp(App[int], inherit_bindings=False):
                 if stops:
                     self.action_stop_arm()
                 return
+        elif isinstance(self.screen, TypingScreen) and self.screen.take_typed(event):
+            event.stop().prevent_default()
+            return
         await super().on_event(event)
 
 

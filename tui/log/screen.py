@@ -70,12 +70,12 @@ class Typing(ModalScreen[None]):
 
     text = ""
 
-    def on_key(self, event: events.Key) -> None:
+    def take_typed(self, event: events.Key) -> bool:
         """Take a character; other keys go on to the table of keys."""
-        if event.is_printable and event.character is not None and len(self.text) < LONGEST:
-            event.stop()
-            event.prevent_default()
-            self.typed(self.text + event.character)
+        if not event.is_printable or event.character is None or len(self.text) >= LONGEST:
+            return False
+        self.typed(self.text + event.character)
+        return True
 
     def action_erase(self) -> None:
         """Take the last character away."""

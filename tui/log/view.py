@@ -27,7 +27,12 @@ class Window:
     top: int = 0
 
     def visible(self, lines: Sequence[LogLine], height: int) -> Sequence[LogLine]:
-        """Return the lines in sight, no more than `height`, with the chosen one among them."""
+        """Return the lines in sight, no more than `height`, with the chosen one among them.
+
+        None are in sight of a screen that has not been laid out yet.
+        """
+        if height <= 0:
+            return lines[:0]
         last = max(len(lines) - height, 0)
         if self.chosen is None or not lines:
             first = last

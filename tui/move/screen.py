@@ -187,12 +187,12 @@ class MoveScreen(DeskScreen):
             return move_text.preview_text(fresh, self.desk.keys)
         return "working it out ..." if self.planned.working else move_text.NOTHING_ASKED
 
-    def on_key(self, event: events.Key) -> None:
+    def take_typed(self, event: events.Key) -> bool:
         """Type into the field; other keys go on to the table of keys."""
-        if event.character is not None and event.character in DIGITS:
-            event.stop()
-            event.prevent_default()
-            self.entry.type(event.character)
+        if event.character is None or event.character not in DIGITS:
+            return False
+        self.entry.type(event.character)
+        return True
 
     def on_screen_resume(self) -> None:
         """Take up a goal that another screen has left for this one."""

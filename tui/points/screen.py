@@ -147,11 +147,9 @@ class PointsScreen(DeskScreen):
 
     # -- keys ---------------------------------------------------------------------------------
 
-    def on_key(self, event: events.Key) -> None:
+    def take_typed(self, event: events.Key) -> bool:
         """Type the name that is asked for; other keys go on to the table of keys."""
-        if event.character is not None and self.names.type(event.character):
-            event.stop()
-            event.prevent_default()
+        return event.character is not None and self.names.type(event.character)
 
     def action_choose(self, by: int) -> None:
         """Go to another row."""

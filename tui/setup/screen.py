@@ -163,13 +163,13 @@ class SetupScreen(DeskScreen):
         view.show(moment or Moment())
         self.text("setup-text").show(self.stage.text())
 
-    def on_key(self, event: events.Key) -> None:
+    def take_typed(self, event: events.Key) -> bool:
         """Type into the stage where it is typed; other keys go on to the table of keys."""
         character = event.character
-        if self.stage.typing and character and character.isprintable() and character != " ":
-            event.stop()
-            event.prevent_default()
-            self._do(lambda: self.stage.type(character))
+        if not (self.stage.typing and character and character.isprintable() and character != " "):
+            return False
+        self._do(lambda: self.stage.type(character))
+        return True
 
     def _try(self, deed: Callable[[], object]) -> None:
         try:

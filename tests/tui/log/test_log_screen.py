@@ -364,6 +364,8 @@ def test_a_window_keeps_the_chosen_line_in_sight_whatever_comes_and_goes():
     window.go(gone, 1)
     assert window.chosen is None
     assert list(window.visible([], 10)) == []
+    for height in (0, -1):  # before the screen is laid out
+        assert list(window.visible(lines, height)) == []
 
 
 def test_the_catalogue_fits_its_room_wherever_it_is():

@@ -3,6 +3,7 @@
 import pytest
 from desk_planner import PlannerArm, settled
 from desk_session import Session
+from textual import events
 
 from armdrive.errors import WrongState
 from armdrive.moves import JointMove, LineMove, PoseMove
@@ -348,3 +349,14 @@ def test_two_presses_far_apart_are_two_first_ones():
     now[0] = 61.5
     assert twice.due()
     assert not twice.due()
+
+
+async def test_keys_that_come_in_one_burst_are_taken_in_their_order():
+    """As a slow link delivers them: an arrow between two numbers leads to the next field."""
+    async with MoveSession() as session:
+        for key, character in (("2", "2"), ("5", "5"), ("down", None), ("down", None), ("9", "9")):
+            session.desk.post_message(events.Key(key, character))
+        await session.settle()
+        await session.settle()
+        form = session.screen.entry.form
+        assert (form.entry("x").text, form.entry("z").text) == ("25", "9")
