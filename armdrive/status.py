@@ -193,9 +193,9 @@ class Status:
     `silent_distance_mm` the same if this program dies now, or the cable is pulled. The codes are
     rows of the catalogue of errors. `torque` says what holds the arm, and what lets it sag.
     `paused` says that somebody wants the arm to wait, `speed_override` to go slower than asked.
-    `wakes` is how late the thread woke that drives the arm; on simulated time it never does.
-    `underruns` counts how often a device that queues stood still while more was to come, `carried`
-    what went over the wire.
+    `scheduling_jitter` is how late the thread woke that drives the arm; on simulated time it never
+    does. `underruns` counts how often a device that queues stood still while more was to come,
+    `link_stats` what went over the wire.
     """
 
     arm: str
@@ -231,9 +231,9 @@ class Status:
     trust_since_s: float = 0.0
     paused: bool = False
     speed_override: float = 1.0
-    wakes: SchedulingJitter = NEVER_WOKEN
+    scheduling_jitter: SchedulingJitter = NEVER_WOKEN
     underruns: int = 0
-    carried: LinkStats = NOTHING_CARRIED
+    link_stats: LinkStats = NOTHING_CARRIED
 
     @property
     def pause_time_s(self) -> float:
@@ -286,8 +286,8 @@ class Status:
                 f"; if this program dies, {self.silent_time_s:.2f} s and "
                 f"{self.silent_distance_mm:.0f} mm"
             )
-        if self.wakes.count:
-            lines.append(f"punctuality: {self.wakes}")
+        if self.scheduling_jitter.count:
+            lines.append(f"punctuality: {self.scheduling_jitter}")
         if self.underruns:
             lines.append(f"underruns: {self.underruns}, the queue ran empty in mid-motion")
         if self.torque is not None:
@@ -418,7 +418,7 @@ STATUS_FIELDS: Mapping[str, _Row] = MappingProxyType(
         "silent_distance_mm": (lambda status: round(status.silent_distance_mm, 1), _NUMBER),
         "pause_time_s": (lambda status: round(status.pause_time_s, 3), _NUMBER),
         "pause_distance_mm": (lambda status: round(status.pause_distance_mm, 1), _NUMBER),
-        "wakes": (lambda status: _jitter_view(status.wakes), _JITTER),
+        "scheduling_jitter": (lambda status: _jitter_view(status.scheduling_jitter), _JITTER),
         "underruns": (lambda status: status.underruns, _COUNT),
         "torque": (
             lambda status: None if status.torque is None else asdict(status.torque),

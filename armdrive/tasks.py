@@ -344,23 +344,23 @@ TaskBody = Generator[Exchange | SleepUntil, Any, T]
 
 
 class Task(Generic[T]):
-    """A flow that was handed to the engine, and what became of it."""
+    """A task that was handed to the engine, and what became of it."""
 
     def __init__(
-        self, flow: TaskBody[T], *, routine: bool = False, within_s: float = math.inf
+        self, body: TaskBody[T], *, routine: bool = False, within_s: float = math.inf
     ) -> None:
         """`routine` marks what the engine does by itself in quiet times.
 
-        `within_s` is how long the flow may take. The engine ends it then, whatever the wire says.
+        `within_s` is how long the task may take. The engine ends it then, whatever the wire says.
         """
-        self.flow = flow
+        self.body = body
         self.routine = routine
         self.within_s = within_s
         self.since_s = math.nan
         """When its time began to count; the engine sets it."""
         self.started = False
         self.over = False
-        """Whether the flow has ended."""
+        """Whether the task has ended."""
         self.done = False
         """Whether the engine has let go of it: whoever waits for it may go on."""
         self.value: T | None = None
@@ -372,28 +372,28 @@ class Task(Generic[T]):
         return math.inf if math.isnan(self.since_s) else self.since_s + self.within_s
 
     def result(self) -> T:
-        """Return what the flow returned, or raise what it raised."""
+        """Return what the task returned, or raise what it raised."""
         if self.error is not None:
             raise self.error
         return self.value  # type: ignore[return-value]
 
     def step(self, outcome: Reply | float | ArmError) -> Exchange | SleepUntil | None:
-        """Resume the flow; return what it waits for next, None where it is over.
+        """Resume the task; return what it waits for next, None where it is over.
 
-        A loss of the wire is raised, and leaves the task as it is. What else ends the flow is
+        A loss of the wire is raised, and leaves the task as it is. What else ends the task is
         for its waiter; what no program handles, as Ctrl-C, is raised as well.
         """
         try:
             if isinstance(outcome, ArmError):
-                return self.flow.throw(outcome)
+                return self.body.throw(outcome)
             value = outcome if self.started else None
             self.started = True
-            return self.flow.send(value)
+            return self.body.send(value)
         except StopIteration as end:
             self.over, self.value = True, end.value
         except LinkLost:
             raise
-        except Exception as error:  # the flow's own end: its waiter hears of it
+        except Exception as error:  # the task's own end: its waiter hears of it
             self.over, self.error = True, error
         except BaseException as error:
             self.over, self.error = True, error
@@ -401,21 +401,21 @@ class Task(Generic[T]):
         return None
 
     def fail(self, error: ArmError) -> None:
-        """End a flow that has not begun."""
-        self.flow.close()
+        """End a task that has not begun."""
+        self.body.close()
         self.error, self.done = error, True
 
     def give_up(self, error: ArmError) -> None:
-        """End a flow that answers the end of its time by waiting for something else."""
-        self.flow.close()
+        """End a task that answers the end of its time by waiting for something else."""
+        self.body.close()
         self.over, self.error = True, error
 
     def abandon(self, lost: LinkLost) -> None:
-        """Let the flow hear of the loss of the wire where it waits, and end it."""
+        """Let the task hear of the loss of the wire where it waits, and end it."""
         self.error = lost
         try:
-            self.flow.throw(lost)
-        except Exception as error:  # the flow's own words, where it has some
+            self.body.throw(lost)
+        except Exception as error:  # the task's own words, where it has some
             self.error = error if isinstance(error, ArmError) else lost
         else:  # it wants to wait for something: there is nothing left to wait for
-            self.flow.close()
+            self.body.close()

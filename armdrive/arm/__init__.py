@@ -602,18 +602,18 @@ class Arm:
         where only its own program could resume. Jogs are given up at once, and refused. The
         controller's own homing and a servo's way are not paused, only stopped.
         """
-        self.core.tempo.pause()
+        self.core.speed_override.pause()
         self.pace.wake()
 
     def resume(self) -> None:
         """Let a paused arm go on. Nothing goes on that an error, a stop or a lost wire ended."""
-        self.core.tempo.end_pause()
+        self.core.speed_override.end_pause()
         self.pace.wake()
 
     @property
     def paused(self) -> bool:
         """Whether somebody wants the arm to wait: `status.paused`, cheap to ask for."""
-        return self.core.tempo.paused
+        return self.core.speed_override.paused
 
     @property
     def speed_override(self) -> float:
@@ -621,11 +621,11 @@ class Arm:
 
         A change holds for what is sent next: bursts, segments and jogs. Raises `BadRequest`.
         """
-        return self.core.tempo.override
+        return self.core.speed_override.override
 
     @speed_override.setter
     def speed_override(self, speed_override: float) -> None:
-        self.core.tempo.set_override(speed_override)
+        self.core.speed_override.set_override(speed_override)
 
     # -- what is known --------------------------------------------------------------------------
 
@@ -740,8 +740,8 @@ class Arm:
         Without `lines`, all that `status.notice` and `armdrive doctor` show. Moves nothing.
         """
         chosen = [each.mend for each in self.core.differences] if lines is None else lines
-        flow = device_tasks.mend_settings(self.wire, tuple(chosen))
-        return await self.runner.perform(flow, PATIENCE_S)
+        body = device_tasks.mend_settings(self.wire, tuple(chosen))
+        return await self.runner.perform(body, PATIENCE_S)
 
     # -- the flight recorder --------------------------------------------------------------------
 

@@ -34,8 +34,10 @@ class StatusView:
         """A frozen picture of this moment."""
         parts = self._parts
         with parts.pace.lock:
-            wakes = parts.pace.lateness.view()
-            return parts.core.status(parts.engine, simulated=parts.simulated, wakes=wakes)
+            scheduling_jitter = parts.pace.lateness.view()
+            return parts.core.status(
+                parts.engine, simulated=parts.simulated, scheduling_jitter=scheduling_jitter
+            )
 
     @property
     def joints(self) -> Joints:

@@ -32,8 +32,8 @@ class PendantMemory:
         `DeviceFault`.
         """
         memory = self._memory()
-        flow = program_memory.read_program(self._parts.wire)
-        rows = await self._parts.runner.perform(flow, PATIENCE_S)
+        body = program_memory.read_program(self._parts.wire)
+        rows = await self._parts.runner.perform(body, PATIENCE_S)
         return memory.from_words(rows, self._origin())
 
     async def write(
@@ -55,10 +55,10 @@ class PendantMemory:
         self._memory()
         program.require_fitting(self._parts.core.controller.abilities.program_rows)
         program.require_origin(self._origin())
-        flow = program_memory.write_program(
+        body = program_memory.write_program(
             self._parts.wire, program.words, leave_others=leave_others, told=told
         )
-        return await self._parts.runner.perform(flow, PATIENCE_S)
+        return await self._parts.runner.perform(body, PATIENCE_S)
 
     def _memory(self) -> PendantTools[PendantProgram]:
         """Return how its memory is read; raises `Refused` for an arm that has none."""

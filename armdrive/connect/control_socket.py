@@ -108,7 +108,7 @@ def serve(lock: ArmLock, arm: ControlledArm) -> None:
 
     Raises `StateFileError` where nobody could find it; the arm is given back then.
     """
-    arm.core.tempo.others = True  # `armdrive resume` reaches it from now on
+    arm.core.speed_override.others = True  # `armdrive resume` reaches it from now on
     try:
         lock.serve(ControlHandlers(arm))
     except StateFileError:

@@ -93,15 +93,15 @@ class TaskRunner:
     # -- running ------------------------------------------------------------------------------
 
     def submit(
-        self, flow: TaskBody[T], *, alone: bool = False, within_s: float = math.inf
+        self, body: TaskBody[T], *, alone: bool = False, within_s: float = math.inf
     ) -> Task[T]:
-        """Hand a flow to the engine. Raises `WrongState` while another is waiting there.
+        """Hand a task to the engine. Raises `WrongState` while another is waiting there.
 
         With `alone` also while one is at work: what moves the arm never waits for its turn. The
-        engine ends a flow that takes longer than `within_s`, with `NoAnswer`.
+        engine ends a task that takes longer than `within_s`, with `NoAnswer`.
         """
         with self.pace.lock:
-            task = self.engine.start(flow, alone=alone, within_s=within_s)
+            task = self.engine.start(body, alone=alone, within_s=within_s)
         self.pace.wake()
         return task
 
@@ -117,28 +117,28 @@ class TaskRunner:
             raise NoAnswer(f"the motion had not ended after {timeout_s:.0f} s and was stopped")
         return task.result()
 
-    async def perform(self, flow: TaskBody[T], within_s: float | None = None) -> T:
-        """Hand a flow that moves nothing to the engine and wait for its end.
+    async def perform(self, body: TaskBody[T], within_s: float | None = None) -> T:
+        """Hand a task that moves nothing to the engine and wait for its end.
 
         It ends within `call_limit_s`, or `within_s` where that is given. A motion that is under
         way is waited for before that, for a minute at most.
         """
         limit_s = self.engine.call_limit_s if within_s is None else within_s
-        return await self.finish(self.submit(flow, within_s=limit_s), limit_s + PATIENCE_S)
+        return await self.finish(self.submit(body, within_s=limit_s), limit_s + PATIENCE_S)
 
     async def _waited(self, task: Task[Any], timeout_s: float) -> bool:
         """Wait for a task, and for as much longer as it is paused or slowed down."""
-        tempo = self.core.tempo
-        simulated, delay_s = not isinstance(self.pace, RealPace), tempo.delay_s
-        waited_s = -tempo.waited_s
+        speed_override = self.core.speed_override
+        simulated, delay_s = not isinstance(self.pace, RealPace), speed_override.delay_s
+        waited_s = -speed_override.waited_s
 
         def ended() -> bool:
             if simulated and not task.done:
-                tempo.breathe(waited_s + tempo.waited_s)
+                speed_override.breathe(waited_s + speed_override.waited_s)
             return task.done
 
         while not await Wait(self.pace, ended, timeout_s):
-            timeout_s, delay_s = tempo.delay_s - delay_s, tempo.delay_s
+            timeout_s, delay_s = speed_override.delay_s - delay_s, speed_override.delay_s
             if timeout_s <= 0.0:
                 return False
         return True
@@ -210,7 +210,7 @@ async def assemble(
     core = Core(config, controller, recorder, wake)
     core.allow_restored = allow_restored
     core.tracer = tracer
-    core.tempo.others = isinstance(pace, RealPace)
+    core.speed_override.others = isinstance(pace, RealPace)
     core.geometry_known |= simulated  # a simulated arm is what its numbers say
     driven = _Driven(core, link, rewiring)
     runner = TaskRunner(core, driven.engine, pace)
@@ -255,7 +255,7 @@ class _Driven:
         return self._idling.due(now_s)
 
     def _stopping(self) -> None:
-        self._core.tempo.end_pause()
+        self._core.speed_override.end_pause()
         if self._core.state in (State.MOVING, State.HOMING):
             self._core.happen(Event.STOP)
 

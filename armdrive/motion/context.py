@@ -111,7 +111,7 @@ class StreamedCourse:
 
 
 class MotionContext(RegisterReader):
-    """What a flow needs of the engine: asking, and motion in bursts or queued segments."""
+    """What a task needs of the engine: asking, and motion in bursts or queued segments."""
 
     def __init__(self, engine: Engine, core: Core) -> None:
         super().__init__(engine, core)

@@ -1,6 +1,6 @@
 """Work that the engine carries out step by step: motion, jogging, gripping, referencing.
 
-A flow never sleeps and touches no wire: it yields what it waits for. See runtime/engine.py.
+A task never sleeps and touches no wire: it yields what it waits for. See runtime/engine.py.
 """
 
 from __future__ import annotations
@@ -145,21 +145,21 @@ def follow_leg(
 
     A pause is waited out between two of them; of a jog, it ends the rest.
     """
-    core, done, tempo = wire.core, 0.0, wire.core.tempo
+    core, done, speed_override = wire.core, 0.0, wire.core.speed_override
     jog, released = let_go is not None, let_go or never
 
     def given_up() -> bool:
-        return tempo.paused or released()
+        return speed_override.paused or released()
 
     while done < 1.0 and not (wire.stopping or released()):
-        if tempo.paused:
+        if speed_override.paused:
             if jog:
                 return
             yield from wait_out_pause(wire)
             continue
-        slowed = replace(leg, duration_s=tempo.slowed_s(leg.duration_s))
+        slowed = replace(leg, duration_s=speed_override.slowed_s(leg.duration_s))
         share = next_share(wire, slowed, burst_s, done)
-        tempo.note_slowed(leg.duration_s * share)
+        speed_override.note_slowed(leg.duration_s * share)
         further = 1.0 if share >= 1.0 - done - 1e-9 else done + share
         there = leg.start.towards(leg.end, further)
         on_the_way = way_between(core.position.acknowledged, _motors(core, there))

@@ -31,29 +31,29 @@ def wait_out_pause(wire: MotionContext) -> TaskBody[None]:
     The arm is remembered as standing meanwhile. Raises where that takes too long, and where
     the arm is no longer as it was: a motion that goes on from elsewhere has never been audited.
     """
-    tempo, core = wire.core.tempo, wire.core
-    if not tempo.paused or wire.stopping:
+    speed_override, core = wire.core.speed_override, wire.core
+    if not speed_override.paused or wire.stopping:
         return
     yield from wire.verify()
     core.mark_still()
     stood, believed = core.position.acknowledged, core.belief
     poll_s = core.config.motion.idle_poll_s
     began_s = looked_s = wire.now_s
-    tempo.waits, tempo.given_up = True, False
+    speed_override.waits, speed_override.given_up = True, False
     try:
-        while tempo.paused and not wire.stopping:
+        while speed_override.paused and not wire.stopping:
             before_s = wire.now_s
             yield SleepUntil(before_s + LOOK_S)
             _require_no_fault(wire)
             waited_s = wire.now_s - began_s
-            if tempo.given_up or waited_s >= LONGEST_PAUSE_S:
+            if speed_override.given_up or waited_s >= LONGEST_PAUSE_S:
                 raise given_up(waited_s)
             if poll_s and wire.now_s >= looked_s + poll_s:
                 yield from wire.look()
                 looked_s = wire.now_s
-            tempo.note_waited(wire.now_s - before_s)
+            speed_override.note_waited(wire.now_s - before_s)
     finally:
-        tempo.waits = False
+        speed_override.waits = False
     if wire.stopping:
         return
     yield from wire.look()  # however fresh the last one is: somebody may be about at the arm
@@ -78,9 +78,9 @@ def stream_legs(
     `let_go` makes it a jog, and tells when what is queued of it is given up.
     """
     jog = let_go is not None
-    ways, tempo = _slices(wire, legs, segment_s(ahead_s)), wire.core.tempo
+    ways, speed_override = _slices(wire, legs, segment_s(ahead_s)), wire.core.speed_override
     while True:
-        stretch = _Stretch(ways, tempo)
+        stretch = _Stretch(ways, speed_override)
         course = StreamedCourse(wire.core, stretch.ways())
         segments = course.segments()
         request = MoveAlong(segments, ahead_s, jog, let_go or never, held_back=_HeldBack(wire))
@@ -99,14 +99,14 @@ def stream_legs(
 class _Stretch:
     """What is driven of a motion until it is paused: no segment is drawn from then on."""
 
-    def __init__(self, ways: Iterator[Way], tempo: SpeedOverride) -> None:
+    def __init__(self, ways: Iterator[Way], speed_override: SpeedOverride) -> None:
         self.exhausted = False
         self._ways = ways
-        self._tempo = tempo
+        self._speed_override = speed_override
 
     def ways(self) -> Iterator[Way]:
         """Give points for as long as nobody pauses the arm."""
-        while not self._tempo.paused:
+        while not self._speed_override.paused:
             way = next(self._ways, None)
             if way is None:
                 self.exhausted = True
@@ -123,10 +123,10 @@ class _HeldBack:
 
     def __call__(self) -> bool:
         """Tell whether nothing more is to be sent for now."""
-        tempo, now_s = self._wire.core.tempo, self._wire.now_s
-        tempo.note_waited(max(now_s - self._since_s, 0.0))
-        self._since_s = now_s if tempo.paused else math.inf
-        return tempo.paused
+        speed_override, now_s = self._wire.core.speed_override, self._wire.now_s
+        speed_override.note_waited(max(now_s - self._since_s, 0.0))
+        self._since_s = now_s if speed_override.paused else math.inf
+        return speed_override.paused
 
 
 def stream_held(
@@ -142,14 +142,14 @@ def _slices(
     wire: MotionContext, legs: tuple[MotionSegment, ...], longest_s: float
 ) -> Iterator[Way]:
     """Cut legs into about equal parts that last `longest_s` at most; none after a stop."""
-    tempo = wire.core.tempo
+    speed_override = wire.core.speed_override
     for leg in legs:
         done = 0.0
         while done < 1.0:
             if wire.stopping:
                 return
-            left_s = tempo.slowed_s(leg.duration_s) * (1.0 - done)
+            left_s = speed_override.slowed_s(leg.duration_s) * (1.0 - done)
             count = max(1, math.ceil(left_s / longest_s - 1e-9))
-            tempo.note_slowed(leg.duration_s * (1.0 - done) / count)
+            speed_override.note_slowed(leg.duration_s * (1.0 - done) / count)
             done = 1.0 if count == 1 else done + (1.0 - done) / count
             yield leg.start.towards(leg.end, done), left_s / count

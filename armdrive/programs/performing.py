@@ -118,7 +118,7 @@ class Performer:
         """
         self.require_no_stop()
         if self.arm.paused:
-            waited_s, longest_s = 0.0, self.arm.core.tempo.longest_real_s
+            waited_s, longest_s = 0.0, self.arm.core.speed_override.longest_real_s
             while self.arm.paused:
                 if waited_s >= longest_s:
                     raise given_up(waited_s)

@@ -1,6 +1,6 @@
 """All that is known of one arm, and the only place where it changes.
 
-The engine's flows (armdrive/motion) are its only writers; everybody else reads the frozen
+The engine's tasks (armdrive/motion) are its only writers; everybody else reads the frozen
 `Status` it makes. What becomes of its position is in position.py.
 """
 
@@ -37,7 +37,7 @@ from kinematics.spaces import Motors
 
 
 class Core:
-    """One arm's state. Touched under the pace's lock, by the engine's flows.
+    """One arm's state. Touched under the pace's lock, by the engine's tasks.
 
     Raises `Refused` for an arm whose motors do not fit its controller.
     """
@@ -63,7 +63,7 @@ class Core:
             self.fingers,
         )
         self.stops = StopForecast(config, self.transmission)
-        self.tempo = SpeedOverride()
+        self.speed_override = SpeedOverride()
         self.memory = Memory(recorder, self.record, wake)
         self.tracer: Tracer = NO_TRACER
         self.allow_restored = False
@@ -127,7 +127,7 @@ class Core:
     def _forget_what_waits(self) -> None:
         self.hold = None
         self.nudges.clear()
-        self.tempo.end_pause()
+        self.speed_override.end_pause()
 
     def learn(self, evidence: Evidence, now_s: float, detail: str = "") -> None:
         """Weigh evidence about the position, and remember what came of it."""
@@ -236,17 +236,21 @@ class Core:
         known = self.belief.trust is not Trust.UNKNOWN
         joints = self.position.coordinates.joints if known else None
         lost = self.state is State.DISCONNECTED
-        return self.stops.bound(self.controller, joints, lost=lost, slowed=self.tempo.was_slowed)
+        return self.stops.bound(
+            self.controller, joints, lost=lost, slowed=self.speed_override.was_slowed
+        )
 
     def plans(self, legs: Iterable[MotionSegment], burst_s: float) -> None:
         """Announce from now on how a planned motion ends, until `settle`.
 
         Where it is slowed meanwhile, it is no longer the motion that was planned.
         """
-        self.tempo.begin()
+        self.speed_override.begin()
         self.stops.plan(self.controller, legs, burst_s)
 
-    def status(self, engine: Engine, *, simulated: bool, wakes: SchedulingJitter) -> Status:
+    def status(
+        self, engine: Engine, *, simulated: bool, scheduling_jitter: SchedulingJitter
+    ) -> Status:
         """Return a frozen picture of this moment."""
         known = self.belief.trust is not Trust.UNKNOWN
         joints, opening_mm = self.transmission.to_joints(self.seen)
@@ -283,9 +287,11 @@ class Core:
             notice_code=self.diagnostics.notice_code,
             torque=dialect(self.config.connection.dialect).torque,
             time_s=engine.now_s,
-            paused=self.tempo.paused,
-            speed_override=self.tempo.override,
-            wakes=wakes,
+            paused=self.speed_override.paused,
+            speed_override=self.speed_override.override,
+            scheduling_jitter=scheduling_jitter,
             underruns=self.controller.underruns,
-            carried=LinkStats(engine.bytes_sent, engine.bytes_heard, self.config.connection.baud),
+            link_stats=LinkStats(
+                engine.bytes_sent, engine.bytes_heard, self.config.connection.baud
+            ),
         )

@@ -149,7 +149,7 @@ class ClockProgress:
 def _stuck(clock: SimulatedClock) -> str:
     """Say who wants to go on at once, over and over."""
     guilty = [words for engine in clock.engines if (words := _hurry(engine, clock.now_s))]
-    who = guilty or [f"a flow {_on(engine)}" for engine in clock.engines]
+    who = guilty or [f"a task {_on(engine)}" for engine in clock.engines]
     return (
         f"simulated time does not pass at {clock.now_s:.6f} s: {'; '.join(who)}. This is a flaw of "
         "armdrive: please report it"

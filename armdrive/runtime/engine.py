@@ -1,7 +1,7 @@
-"""The engine: one exchange on the wire at a time, one flow of work at a time, no clock of its own.
+"""The engine: one exchange on the wire at a time, one task at a time, no clock of its own.
 
 `advance(now_s)` does all that is due by now and returns when it wants to be called next. Faults of
-the wire are thrown into the flow (tasks.py) where it waits, so that it can say what they mean for
+the wire are thrown into the task (tasks.py) where it waits, so that it can say what they mean for
 the arm. Whoever calls `advance` is the only one that touches the wire.
 """
 
@@ -36,10 +36,10 @@ from armdrive.transports.link import Link
 T = TypeVar("T")
 
 MOST_TURNS = 10_000
-"""A flow that takes more steps without waiting for anything is broken, and is ended."""
+"""A task that takes more steps without waiting for anything is broken, and is ended."""
 
 LAST_WORDS = 16
-"""A flow whose time is over may wait so often for something else: nothing is given to it."""
+"""A task whose time is over may wait so often for something else: nothing is given to it."""
 
 
 def _never() -> float:
@@ -47,7 +47,7 @@ def _never() -> float:
 
 
 class Engine:
-    """Carries bytes between one link and one controller, and runs flows over them."""
+    """Carries bytes between one link and one controller, and runs tasks over them."""
 
     def __init__(
         self,
@@ -105,7 +105,7 @@ class Engine:
 
     @property
     def busy(self) -> bool:
-        """Tell whether a flow is at work."""
+        """Tell whether a task is at work."""
         return self._task is not None or self._next is not None
 
     @property
@@ -127,21 +127,21 @@ class Engine:
         return self._broken
 
     def start(
-        self, flow: TaskBody[T], *, alone: bool = False, within_s: float = math.inf
+        self, body: TaskBody[T], *, alone: bool = False, within_s: float = math.inf
     ) -> Task[T]:
-        """Hand over a flow; it begins at an `advance`, when what is at work has ended.
+        """Hand over a task; it begins at an `advance`, when what is at work has ended.
 
         It ends with `NoAnswer` where it takes longer than `within_s`. The time counts from now
         on, but not while the motion of another call is at work.
         Raises `WrongState` while another one waits, or with `alone` while anything but routine
         is at work: nothing may begin to move when its caller no longer expects it to. A stop
-        that nobody has seen yet holds for this flow as well.
+        that nobody has seen yet holds for this task as well.
         """
         busy = self._task is not None and not self._task.routine and alone
         if self._next is not None or busy:
-            flow.close()
+            body.close()
             raise WrongState("something else is still at work: wait for its end, or stop the arm")
-        task = Task(flow, within_s=within_s)
+        task = Task(body, within_s=within_s)
         if self._broken is not None:
             task.fail(self._broken)
         else:
@@ -150,7 +150,7 @@ class Engine:
 
     @contextmanager
     def limited(self) -> Iterator[None]:
-        """Have what the flow at work does herein end within `call_limit_s`, as if it were a call.
+        """Have what the task at work does herein end within `call_limit_s`, as if it were a call.
 
         For the looks that are part of a motion, whose own time nobody knows beforehand.
         """
@@ -318,7 +318,7 @@ class Engine:
         self._finish(task)
 
     def _run(self) -> None:
-        """Let flows take steps until the present one waits for something that is not there yet."""
+        """Let tasks take steps until the present one waits for something that is not there yet."""
         turns = 0
         self._count_time()
         self._end_late()
@@ -327,7 +327,7 @@ class Engine:
                 return
             turns += 1
             if turns > MOST_TURNS:
-                self._resume(ArmError("a flow of work went round without waiting, and was ended"))
+                self._resume(ArmError("a task went round without waiting, and was ended"))
                 return
             if isinstance(self._wait, SleepUntil):
                 if self._wait.time_s > self.now_s and not self.stop_asked:
@@ -339,11 +339,11 @@ class Engine:
     def _begin(self) -> bool:
         task, self._next = self._next, None
         if task is None:
-            _, flow = self._idle(self.now_s)
-            if flow is None:
+            _, body = self._idle(self.now_s)
+            if body is None:
                 self.stop_asked = self.stop_hard = False  # nothing is left to stop
                 return False
-            task = Task(flow, routine=True, within_s=self.call_limit_s)
+            task = Task(body, routine=True, within_s=self.call_limit_s)
         self._task, self._wait = task, SleepUntil(-math.inf)
         self.received.clear()
         self._count_time()
@@ -369,7 +369,7 @@ class Engine:
         self._wait = None
         try:
             self._wait = task.step(outcome)
-        finally:  # also of Ctrl-C in simulated time: the flow is dead
+        finally:  # also of Ctrl-C in simulated time: the task is dead
             if task.over:
                 self._finish(task)
 

@@ -1,6 +1,6 @@
 """Whether somebody has paused the arm, and how fast it may go of what was asked.
 
-Any thread may ask; the flows look before each burst or segment. A stop, an error and a lost wire
+Any thread may ask; the tasks look before each burst or segment. A stop, an error and a lost wire
 end a pause together with the motion that waited in it. A motion that has waited too long is given
 up, and the pause stays.
 """

@@ -1,4 +1,4 @@
-"""What a flow waits for that moves nothing: replies, registers that are weighed, and the disk."""
+"""What a task waits for that moves nothing: replies, registers that are weighed, and the disk."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ TRIES = 3
 
 
 class RegisterReader:
-    """What a flow needs that moves nothing: the time, whether to stop, requests, registers."""
+    """What a task needs that moves nothing: the time, whether to stop, requests, registers."""
 
     def __init__(self, engine: Engine, core: Core) -> None:
         self.engine = engine

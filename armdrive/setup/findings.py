@@ -283,10 +283,10 @@ def measure(deadlines: int = DEADLINES, period_s: float = PERIOD_S) -> Schedulin
     return lateness.view()
 
 
-def finding(wakes: SchedulingJitter) -> Finding:
+def finding(scheduling_jitter: SchedulingJitter) -> Finding:
     """Say whether it is punctual enough to drive an arm smoothly."""
-    what = f"this computer's punctuality: {wakes}"
-    if wakes.p99_s <= LATE_S:
+    what = f"this computer's punctuality: {scheduling_jitter}"
+    if scheduling_jitter.p99_s <= LATE_S:
         return ok(what)
     return note(
         what,

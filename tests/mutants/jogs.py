@@ -146,8 +146,8 @@ MUTANTS = (
         name="a jog is twice as fast as asked",
         promise="a jog is no faster than asked",
         path="armdrive/motion/jog/session.py",
-        old="speed = capped(core, hold.speed) * core.tempo.override",
-        new="speed = min(2.0 * capped(core, hold.speed), 1.0) * core.tempo.override",
+        old="speed = capped(core, hold.speed) * core.speed_override.override",
+        new="speed = min(2.0 * capped(core, hold.speed), 1.0) * core.speed_override.override",
         tests=tests_of(
             "tests/armdrive/motion/jog/test_jogging_flow.py",
             "test_a_slow_hold_is_as_slow_as_asked_even_below_a_step_a_burst",

@@ -314,7 +314,7 @@ MUTANTS = (
         name="the speed override of a jog is ignored",
         promise="an override slows jogs",
         path="armdrive/motion/jog/session.py",
-        old="capped(core, hold.speed) * core.tempo.override",
+        old="capped(core, hold.speed) * core.speed_override.override",
         new="capped(core, hold.speed)",
         tests=tests_of(
             "tests/armdrive/motion/test_pausing.py",
@@ -338,7 +338,7 @@ MUTANTS = (
         path="armdrive/motion/execute.py",
         old=("        if core.position.coordinates == there:\n            done = further"),
         new=(
-            "        if core.position.coordinates == there or tempo.paused:\n"
+            "        if core.position.coordinates == there or speed_override.paused:\n"
             "            done = further"
         ),
         tests=tests_of(

@@ -393,9 +393,9 @@ MUTANTS = (
         promise="what waits never survives a fault",
         path="armdrive/runtime/arm_state.py",
         old=(
-            "        self.hold = None\n        self.nudges.clear()\n        self.tempo.end_pause()"
+            "        self.hold = None\n        self.nudges.clear()\n        self.speed_override.end_pause()"
         ),
-        new="        self.tempo.end_pause()",
+        new="        self.speed_override.end_pause()",
         tests=tests_of(
             "tests/armdrive/connect/test_reconnecting.py",
             "test_what_waits_never_survives_a_fault",

@@ -264,7 +264,7 @@ class JogScreen(DeskScreen):
         self.text("conduct").show(jog_text.conduct(status, settings, keys, armed=self.armed))
         self.text("joints").show(jog_text.joint_table(status, model, settings, keys, width))
         self.text("tip").show(jog_text.tip_lines(status, model, settings, keys, width, pose))
-        load = self._load.of(status.carried, self.desk.clock())
+        load = self._load.of(status.link_stats, self.desk.clock())
         force_n = self.desk.arm.gripper.force_n
         self.text("bottom").show(jog_text.bottom_lines(status, width, force_n, load))
         self.text("conduct").set_class(self.armed, "-armed")

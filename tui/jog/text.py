@@ -201,7 +201,7 @@ def _wire(status: Status, load: float | None) -> str:
     """Say how much of the wire is used."""
     if load is None:
         return ""
-    return f"wire {load:.0%} of {status.carried.baud} baud"
+    return f"wire {load:.0%} of {status.link_stats.baud} baud"
 
 
 def _inputs(dialect: str) -> int:

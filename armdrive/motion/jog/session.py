@@ -30,7 +30,7 @@ from kinematics.spaces import Joints, Pose
 
 def check_jog(core: Core, jog: Jog) -> None:
     """Raise for a jog that names no axis of this arm, or needs a position that is not known."""
-    if core.tempo.paused:
+    if core.speed_override.paused:
         raise WrongState("the arm is paused and is not jogged: resume it first (`armdrive resume`)")
     known = axis_names(core.config, jog.space)
     for name, _ in jog.axes:
@@ -61,7 +61,7 @@ def capped(core: Core, speed: float) -> float:
 def wish_of(core: Core, hold: ContinuousJog) -> Wish:
     """Return what somebody who holds a jog wants of the arm as it is now. Raises as `check_jog`."""
     check_jog(core, hold.jog)
-    speed = capped(core, hold.speed) * core.tempo.override
+    speed = capped(core, hold.speed) * core.speed_override.override
     return Wish(hold.jog, speed, known=core.position_known)
 
 
@@ -95,7 +95,7 @@ SHORTER_TRIES = 3
 def is_held(wire: MotionContext) -> bool:
     """Tell whether somebody holds a jog now."""
     hold = wire.core.hold
-    return hold is not None and hold.until_s > wire.now_s and not wire.core.tempo.paused
+    return hold is not None and hold.until_s > wire.now_s and not wire.core.speed_override.paused
 
 
 def held_burst(wire: MotionContext, course: JogCourse) -> TaskBody[bool]:
@@ -257,7 +257,7 @@ def jog_session(wire: MotionContext, speeds: SpeedLimits) -> TaskBody[Jogged]:
 def _serve(wire: MotionContext, speeds: SpeedLimits) -> TaskBody[None]:
     core, course = wire.core, course_of(wire.core, speeds)
     while not wire.stopping:
-        if core.tempo.paused:
+        if core.speed_override.paused:
             _give_up_paused(core)
         if core.nudges:
             course.stand()
@@ -299,7 +299,7 @@ def _increment(wire: MotionContext, speeds: SpeedLimits, nudge: IncrementalJog) 
     if found.legs:
         over = _overtaken(wire, core.holds)
         yield from drive_legs(wire, found.legs, core.config.motion.jog_burst_s, let_go=over)
-        if core.tempo.paused and core.position.coordinates != found.legs[-1].end:
+        if core.speed_override.paused and core.position.coordinates != found.legs[-1].end:
             core.diagnostics.notice = PAUSED
 
 

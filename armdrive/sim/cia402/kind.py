@@ -37,12 +37,12 @@ def _make(config: ArmConfig, world: World, options: Options) -> SimCia402:
     bits_s = options.whole("bitrate")
     if bits_s not in BITRATES:
         raise BadRequest(f"bitrate is one of {', '.join(map(str, BITRATES))}, not {bits_s}")
-    objects, habits = _objects(options), _habits(options)
+    objects, quirks = _objects(options), _quirks(options)
     points = [ServoPoint(count) for count in world.motors]
     drive = ShaftDrive(world, points, _top_rate(objects), SLACK_S)
     wired = switches(config, drive, behind=1)
     nodes = [
-        Cia402Node(index, number, objects, drive, wired[index], habits)
+        Cia402Node(index, number, objects, drive, wired[index], quirks)
         for index, number in enumerate(_numbers(config, len(world.motors)))
     ]
     return SimCia402(world, drive, nodes, bits_s)
@@ -91,7 +91,7 @@ def _top_rate(objects: Dictionary) -> float:
     return int(speed.default or 0) * int(increments.default or 0) / 60.0
 
 
-def _habits(options: Options) -> Cia402Quirks:
+def _quirks(options: Options) -> Cia402Quirks:
     answer_ms, boot_s = options.number("answer_ms"), options.number("boot_s")
     if not _ANSWER_MS[0] <= answer_ms <= _ANSWER_MS[1]:
         raise BadRequest(f"answer_ms is from 0 to {_ANSWER_MS[1]:g}, not {answer_ms:g}")

@@ -386,5 +386,5 @@ def _watch_switch(node: Cia402Node, now_s: float) -> None:
 
 
 def _runs_into_limit(node: Cia402Node, now_s: float) -> bool:
-    minds = node.habits.limits and node.enabled and node.switch.pressed
+    minds = node.quirks.limits and node.enabled and node.switch.pressed
     return minds and node.point.rate(now_s) * node.switch.way > 0

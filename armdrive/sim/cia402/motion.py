@@ -59,10 +59,10 @@ def follow(node: Cia402Node, now_s: float) -> None:
     power = node.number_of(PERIOD_POWER, _MS_POWER)
     period_s = max(node.number_of(PERIOD, 1) * 10.0**power, _SHORTEST_S)
     node.point.glide_to(
-        node.zero + target, period_s, top_rate(node), now_s, on=node.habits.extrapolates
+        node.zero + target, period_s, top_rate(node), now_s, on=node.quirks.extrapolates
     )
     node.ends = False
-    if node.habits.limits:
+    if node.quirks.limits:
         node.switch_s = switch_s(node, now_s)
 
 
@@ -85,7 +85,7 @@ def quickly(node: Cia402Node) -> float:
 def moved(node: Cia402Node, now_s: float) -> None:
     """Take note that a motion has begun, whose end something waits for."""
     node.ends, node.waits = True, False
-    node.switch_s = switch_s(node, now_s) if node.habits.limits else math.inf
+    node.switch_s = switch_s(node, now_s) if node.quirks.limits else math.inf
 
 
 def arrived(node: Cia402Node) -> bool:

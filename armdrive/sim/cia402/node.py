@@ -121,7 +121,7 @@ class Cia402Node:
         dictionary: Dictionary,
         drive: ShaftDrive[ServoPoint],
         switch: LimitSwitch,
-        habits: Cia402Quirks,
+        quirks: Cia402Quirks,
     ) -> None:
         self.index = index
         self.number = number
@@ -129,7 +129,7 @@ class Cia402Node:
         self.dictionary = dictionary
         self.drive = drive
         self.switch = switch
-        self.habits = habits
+        self.quirks = quirks
         self.powered = self.plugged = True
         self.mute = False
         self.withheld = False
@@ -190,7 +190,7 @@ class Cia402Node:
     @property
     def answer_s(self) -> float:
         """How long it takes to have a frame ready."""
-        return self.habits.answer_s
+        return self.quirks.answer_s
 
     @property
     def point(self) -> ServoPoint:
@@ -286,8 +286,8 @@ class Cia402Node:
     def begin(self, now_s: float) -> None:
         """Begin, the power having come: it takes a while until it says so."""
         self.renew()
-        self.boots_s = now_s + self.habits.boot_s
-        if not self.habits.keeps_position:
+        self.boots_s = now_s + self.quirks.boot_s
+        if not self.quirks.keeps_position:
             self.zero = self.shaft
 
     def restart(self, now_s: float) -> None:
@@ -304,4 +304,4 @@ class Cia402Node:
             if value is not None and entry.place.index not in COMMUNICATION:
                 self.store.set(entry.place, value)
         self._forget_talk()
-        self.boots_s = now_s + self.habits.reset_s
+        self.boots_s = now_s + self.quirks.reset_s

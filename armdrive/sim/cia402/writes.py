@@ -61,7 +61,7 @@ def refusal(node: Cia402Node, place: Place, value: Value) -> AbortCode | None:
     if not isinstance(value, int):
         return None
     if place == MODE:
-        return None if value in (OperationMode.NONE, *node.habits.modes) else AbortCode.VALUE
+        return None if value in (OperationMode.NONE, *node.quirks.modes) else AbortCode.VALUE
     if place in _RANGES:
         return None if value in _RANGES[place] else AbortCode.VALUE
     if place == CONSUMER_HEARTBEAT:

@@ -128,13 +128,13 @@ class SimMks(DrivesBox[MksNode]):
     def withhold_done(self, drive: int, withheld: bool) -> None:
         """Have a drive not say that a motion is done, or say it again."""
         node = self._node(drive)
-        node.says_done = node.habits.says_done and not withheld
+        node.says_done = node.quirks.says_done and not withheld
 
     # The box.
 
     def _listens(self, node: MksNode, frame: Frame) -> bool:
         meant = node.listens_to(frame.can_id)
-        return node.plugged and (meant or node.habits.watchdog_hears_all)
+        return node.plugged and (meant or node.quirks.watchdog_hears_all)
 
     def _bring(self, node: MksNode, frame: Frame) -> None:
         if node.awake and node.device.bitrate.bits_s == self._bits_s:

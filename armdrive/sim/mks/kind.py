@@ -27,7 +27,7 @@ def _make(config: ArmConfig, world: World, options: Options) -> SimMks:
     if bits_s not in bitrates:
         raise BadRequest(f"bitrate is one of {', '.join(map(str, bitrates))}, not {bits_s}")
     versions = _versions(options.text("firmware"), config, count)
-    drive, habits = ClosedLoopDrive(world), _habits(options)
+    drive, quirks = ClosedLoopDrive(world), _quirks(options)
     settings = drive_settings(
         config,
         count,
@@ -38,7 +38,7 @@ def _make(config: ArmConfig, world: World, options: Options) -> SimMks:
     )
     wired = switches(config, drive)
     nodes = [
-        MksNode(index, versions[index], Flash(settings[index]), drive, wired[index], habits)
+        MksNode(index, versions[index], Flash(settings[index]), drive, wired[index], quirks)
         for index in range(count)
     ]
     return SimMks(world, drive, nodes, bits_s)
@@ -66,7 +66,7 @@ def _version(word: str) -> Version:
     return first, second, third
 
 
-def _habits(options: Options) -> MksQuirks:
+def _quirks(options: Options) -> MksQuirks:
     answer_ms, stall_turns = options.number("answer_ms"), options.number("stall_turns")
     if not _ANSWER_MS[0] <= answer_ms <= _ANSWER_MS[1]:
         raise BadRequest(f"answer_ms is from 0 to {_ANSWER_MS[1]:g}, not {answer_ms:g}")

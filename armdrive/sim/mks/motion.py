@@ -156,7 +156,7 @@ def _watch_shaft(node: MksNode, now_s: float) -> None:
     if not error or not node.drive.holding[node.index]:
         node.astray_s = node.off_s = math.inf
         return
-    node.astray_s = min(node.astray_s, now_s) if error >= node.habits.stall_counts else math.inf
+    node.astray_s = min(node.astray_s, now_s) if error >= node.quirks.stall_counts else math.inf
     if node.seeking and homing_of(node).method == AGAINST_A_STOP:
         if node.astray_s < math.inf:
             _found(node, node.shaft)

@@ -231,21 +231,21 @@ class MksNode:
         flash: Flash,
         drive: ClosedLoopDrive,
         switch: LimitSwitch,
-        habits: MksQuirks,
+        quirks: MksQuirks,
     ) -> None:
         self.index = index
         self.firmware = firmware
         self.drive = drive
         self.switch = switch
-        self.habits = habits
+        self.quirks = quirks
         self.flash = flash
-        self.device = flash.device(firmware, new_id_answers=habits.new_id_answers)
+        self.device = flash.device(firmware, new_id_answers=quirks.new_id_answers)
         self.powered = True
         self.mute = False
         self.plugged = True
         """Whether its CAN cable is in."""
-        self.says_done = habits.says_done
-        self.enabled = habits.enabled_on
+        self.says_done = quirks.says_done
+        self.enabled = quirks.enabled_on
         self.calibrated = True
         self.zero = self.power_on_zero = 0
         self.said: list[bytes] = []
@@ -359,7 +359,7 @@ class MksNode:
 
     def refuse(self, asked: Asked) -> None:
         """Say, or do not even say, that it does no such thing now."""
-        if self.habits.says_refused:
+        if self.quirks.says_refused:
             self.tell(asked, Outcome.FAILED)
 
     def say(self, data: bytes) -> None:
@@ -370,7 +370,7 @@ class MksNode:
     @property
     def answer_s(self) -> float:
         """How long it takes to have an answer ready."""
-        return self.habits.answer_s
+        return self.quirks.answer_s
 
     # Power.
 
@@ -385,14 +385,14 @@ class MksNode:
         """Begin the firmware: settings are kept, the position is not."""
         self._forget(now_s)
         self.remake()
-        turned = self.shaft % COUNTS_PER_TURN if self.habits.keeps_angle else 0
+        turned = self.shaft % COUNTS_PER_TURN if self.quirks.keeps_angle else 0
         self.zero = self.power_on_zero = self.shaft - turned
-        self.set_enabled(self.habits.enabled_on, now_s)
+        self.set_enabled(self.quirks.enabled_on, now_s)
 
     def restart(self, now_s: float) -> None:
         """Begin anew, after a while in which nothing holds the shaft and nobody answers."""
         self.fall_silent(now_s)
-        self.boots_s = now_s + self.habits.boot_s
+        self.boots_s = now_s + self.quirks.boot_s
 
     def set_enabled(self, on: bool, now_s: float) -> None:
         """Switch the motor's current; what holds the shaft already goes on doing what it does."""
@@ -405,7 +405,7 @@ class MksNode:
 
     def remake(self) -> None:
         """Make its end of the bus anew, as its settings are."""
-        self.device = self.flash.device(self.firmware, new_id_answers=self.habits.new_id_answers)
+        self.device = self.flash.device(self.firmware, new_id_answers=self.quirks.new_id_answers)
 
     def recall_enabled(self, on: bool) -> None:
         """Be as a saved drive was; nothing comes down for it, as that has been saved too."""

@@ -96,7 +96,7 @@ def _error(node: MksNode, now_s: float) -> int:
 
 
 def _speed(node: MksNode, now_s: float) -> SpeedRead:
-    stands = abs(_error(node, now_s)) >= node.habits.stall_counts
+    stands = abs(_error(node, now_s)) >= node.quirks.stall_counts
     return SpeedRead(0 if stands else round(node.point.rpm(now_s)))
 
 
@@ -117,7 +117,7 @@ def _homing(node: MksNode, _: float) -> HomingRead:
 
 
 def _version(node: MksNode, _: float) -> VersionRead:
-    return VersionRead(node.calibrated, BOARD, bytes(node.firmware)[-node.habits.version_bytes :])
+    return VersionRead(node.calibrated, BOARD, bytes(node.firmware)[-node.quirks.version_bytes :])
 
 
 _READINGS: Mapping[Code, Callable[[MksNode, float], Reading]] = MappingProxyType(
@@ -201,7 +201,7 @@ def _gives_way(node: MksNode, asked: Asked) -> bool:
 
 
 def _supersede(node: MksNode, asked: Asked, now_s: float) -> None:
-    before, says = node.under_way, node.habits.superseded
+    before, says = node.under_way, node.quirks.superseded
     says = says if before is not None and isinstance(before.request, MoveAbsoluteAxis) else ""
     if before is not None and says == "first":
         node.tell(before, Outcome.FAILED)
@@ -229,7 +229,7 @@ def _search(node: MksNode, asked: Asked, now_s: float) -> None:
 def _go(node: MksNode, now_s: float) -> None:
     """Begin what is stored; nobody is told that it began."""
     asked, node.stored = node.stored, None
-    node.armed = node.armed and node.habits.stays_armed
+    node.armed = node.armed and node.quirks.stays_armed
     if asked is not None and node.can_move:
         begin(node, asked, now_s)
 

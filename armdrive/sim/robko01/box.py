@@ -196,14 +196,14 @@ class RobkoQuirks:
 class RobkoDrive(MotorDrive[UncoordinatedRack]):
     """Axes that go their own way; without current the counts go on and the arm does not."""
 
-    def __init__(self, world: World, habits: RobkoQuirks) -> None:
-        stretch = 1.0 + habits.slowness
+    def __init__(self, world: World, quirks: RobkoQuirks) -> None:
+        stretch = 1.0 + quirks.slowness
         rack = UncoordinatedRack(
             (0,) * len(world.motors),
-            acceleration_hz_s=habits.acceleration_steps_s2 / stretch**2,
-            top_hz=habits.top_speed_hz / stretch,
-            grid_s=habits.grid_s * stretch,
-            stagger_s=habits.grid_s * stretch / 8,
+            acceleration_hz_s=quirks.acceleration_steps_s2 / stretch**2,
+            top_hz=quirks.top_speed_hz / stretch,
+            grid_s=quirks.grid_s * stretch,
+            stagger_s=quirks.grid_s * stretch / 8,
         )
         super().__init__(world, rack)
 
@@ -222,12 +222,12 @@ class RobkoBox(DeviceBox):
         self,
         drive: RobkoDrive,
         clock: DeviceClock,
-        habits: RobkoQuirks,
+        quirks: RobkoQuirks,
         said: bytearray,
         inputs_set: Callable[[], int],
     ) -> None:
         self.clock = clock
-        self.habits = habits
+        self.quirks = quirks
         self._drive = drive
         self._said = said
         self._inputs_set = inputs_set
@@ -268,8 +268,8 @@ class RobkoBox(DeviceBox):
         return min(super().due_s(), self._own_due_s())
 
     def _own_due_s(self) -> float:
-        watched = self.habits.watchdog_s and self.enabled
-        return min(self._answer_s, self._fed_s + self.habits.watchdog_s if watched else math.inf)
+        watched = self.quirks.watchdog_s and self.enabled
+        return min(self._answer_s, self._fed_s + self.quirks.watchdog_s if watched else math.inf)
 
     def forget(self) -> None:
         """Begin the firmware anew."""
@@ -315,9 +315,9 @@ class RobkoBox(DeviceBox):
                 self._answer_s = now_s + THINKS_S
 
     def _reply(self, request: Request, now_s: float) -> None:
-        if self.habits.rearms and not self.enabled:
+        if self.quirks.rearms and not self.enabled:
             self._switch(True, now_s)
-        if isinstance(request, Ping | Inputs | Position) or self.habits.rearms:
+        if isinstance(request, Ping | Inputs | Position) or self.quirks.rearms:
             self._fed_s = now_s
         if isinstance(request, SavePosition | LoadPosition):
             self._codec.forget()
@@ -383,7 +383,7 @@ class RobkoBox(DeviceBox):
         ):
             if relative:
                 rack.move_to(axis, here[axis] + steps, self._hz(speed), now_s)
-            elif self.habits.absolute_sets_top:
+            elif self.quirks.absolute_sets_top:
                 rack.move_at(axis, steps, self._hz(speed), now_s)
             elif steps != here[axis]:
                 rack.move_to(axis, steps, self._hz(speed), now_s)
@@ -398,4 +398,4 @@ class RobkoBox(DeviceBox):
         return Acknowledged(Op.MOVE_SPEED)
 
     def _hz(self, speed_steps_s: float) -> float:
-        return speed_steps_s / (1.0 + self.habits.slowness)
+        return speed_steps_s / (1.0 + self.quirks.slowness)

@@ -30,19 +30,19 @@ class SimRobko(BoxedDevice):
         self,
         world: World | None = None,
         *,
-        habits: RobkoQuirks | None = None,
+        quirks: RobkoQuirks | None = None,
         baud: int | None = BAUD,
     ) -> None:
         world = world or World()
-        habits = habits or RobkoQuirks()
+        quirks = quirks or RobkoQuirks()
         world.energised = False
-        super().__init__(world, RobkoDrive(world, habits), baud)
-        self.box = RobkoBox(self._drive, self.clock, habits, self.said, lambda: self.inputs_set)
+        super().__init__(world, RobkoDrive(world, quirks), baud)
+        self.box = RobkoBox(self._drive, self.clock, quirks, self.said, lambda: self.inputs_set)
 
     def details(self) -> dict[str, Json]:
         """Return the board, its outputs and whether its motors are on."""
         return {
-            "board": self.box.habits.board,
+            "board": self.box.quirks.board,
             "enabled": self.box.enabled,
             "outputs": self.box.outputs,
             "dropped": self.box.dropped,

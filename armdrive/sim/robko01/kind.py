@@ -27,7 +27,7 @@ def _make(config: ArmConfig, world: World, options: Options) -> SimRobko:
     acceleration, watchdog_s = options.number("acceleration"), options.number("watchdog_s")
     if acceleration < 0.0 or watchdog_s < 0.0:
         raise BadRequest("acceleration and watchdog_s must be 0 or above")
-    habits = RobkoQuirks(
+    quirks = RobkoQuirks(
         board,
         acceleration or ACCELERATIONS_STEPS_S2[board],
         GRIDS_S[board],
@@ -36,7 +36,7 @@ def _make(config: ArmConfig, world: World, options: Options) -> SimRobko:
         options.flag("rearms"),
         TOP_SPEEDS_HZ[board],
     )
-    return SimRobko(world, habits=habits, baud=config.connection.baud)
+    return SimRobko(world, quirks=quirks, baud=config.connection.baud)
 
 
 KIND = SimDeviceKind(

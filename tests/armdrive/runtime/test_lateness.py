@@ -36,18 +36,18 @@ def test_early_is_not_late():
 def test_on_simulated_time_nothing_is_late():
     with sim_arm() as arm:
         arm.sleep(1.0)
-        assert arm.status.wakes.count == 0
+        assert arm.status.scheduling_jitter.count == 0
         assert "punctuality" not in str(arm.status)
 
 
 def test_a_thread_that_drives_an_arm_counts_its_deadlines():
     config = simulated_config("teachmover")
     with Arm(connect_simulated(config, pace="real")) as arm:
-        until(lambda: arm.status.wakes.count)
+        until(lambda: arm.status.scheduling_jitter.count)
         status = arm.status
-    assert status.wakes.count > 0
+    assert status.scheduling_jitter.count > 0
     assert "punctuality" in str(status)
-    assert status_view(status)["wakes"]["deadlines"] == status.wakes.count
+    assert status_view(status)["scheduling_jitter"]["deadlines"] == status.scheduling_jitter.count
 
 
 def test_the_doctor_measures_this_computer_and_judges_it():

@@ -235,8 +235,8 @@ def test_drives_that_stopped_by_themselves_in_motion_end_it_with_their_words():
 @pytest.mark.parametrize("habit", ["hold", "extrapolate"])
 @pytest.mark.parametrize("late_s", [0.32, 0.5, 0.9])
 @pytest.mark.parametrize("strategy", ["cyclic", "profile"])
-def test_who_comes_later_than_drives_wait_for_him_finds_the_motion_ended(strategy, late_s, habit):
-    rig = Rig({"strategy": strategy}, hold_after_loss=habit).ready()
+def test_who_comes_later_than_drives_wait_for_him_finds_the_motion_ended(strategy, late_s, quirk):
+    rig = Rig({"strategy": strategy}, hold_after_loss=quirk).ready()
     way = MoveBy(steps(60_000, -30_000), 20_000.0)
     rig.begin(way if strategy == "profile" else MoveAlong(iter([way]), 10.0))
     rig.run(0.5)
@@ -273,10 +273,10 @@ def test_targets_that_lay_in_the_computer_while_drives_stopped_do_not_have_the_m
 @pytest.mark.parametrize("habit", ["hold", "extrapolate"])
 @pytest.mark.parametrize("strategy", ["cyclic", "profile"])
 def test_targets_that_drives_were_given_before_they_stopped_and_no_sync_behind_move_nothing(
-    monkeypatch, strategy, habit
+    monkeypatch, strategy, quirk
 ):
     """Suspended between the two: the next SYNC would have drives act on what waits for it."""
-    rig = Rig({"strategy": strategy}, hold_after_loss=habit).ready()
+    rig = Rig({"strategy": strategy}, hold_after_loss=quirk).ready()
     way = MoveBy(steps(60_000, -30_000), 20_000.0)
     rig.begin(way if strategy == "profile" else MoveAlong(iter([way]), 10.0))
     rig.run(0.5)

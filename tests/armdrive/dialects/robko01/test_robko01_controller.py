@@ -137,7 +137,7 @@ class TestRequests:
     @pytest.mark.parametrize("fraction", [1.0, 0.5, 0.3, 0.1])
     @pytest.mark.parametrize("error", [0.0, 0.2])
     def test_a_motion_is_as_fast_as_was_asked_for(self, fraction, error):
-        script = enabled(habits=RobkoQuirks(slowness=error))
+        script = enabled(quirks=RobkoQuirks(slowness=error))
         wanted_hz = script.controller.usable_rate_hz(125.0 * fraction)
         for steps in (100, -100):
             began_s = script.now_s

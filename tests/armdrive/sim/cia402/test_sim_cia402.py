@@ -236,8 +236,8 @@ class TestCyclic:
         assert cyclic.count(1) == 100
 
     @pytest.mark.parametrize(("habit", "goes_on"), [("hold", False), ("extrapolate", True)])
-    def test_what_a_drive_does_whose_targets_stop(self, habit, goes_on):
-        bench = Bench(hold_after_loss=habit)
+    def test_what_a_drive_does_whose_targets_stop(self, quirk, goes_on):
+        bench = Bench(hold_after_loss=quirk)
         bench.set_up(1)
         bench.enable(1)
         drive_along(bench, range(50, 501, 50))

@@ -244,14 +244,14 @@ class TestSilence:
         assert bench.device.nodes[0].watch_stops == 1
 
     @pytest.mark.parametrize("habit", ["hold", "extrapolate"])
-    def test_even_one_that_runs_on_ends_after_so_much_silence(self, habit):
-        bench = self.ready(3, hold_after_loss=habit)
+    def test_even_one_that_runs_on_ends_after_so_much_silence(self, quirk):
+        bench = self.ready(3, hold_after_loss=quirk)
         moving_in_cycles(bench)
         bench.run(0.15)
         begun = bench.count(1)
         bench.run(0.1)
         there = bench.count(1)
-        assert (there > begun) is (habit == "extrapolate")
+        assert (there > begun) is (quirk == "extrapolate")
         bench.run(1.0)
         assert bench.count(1) == there
 

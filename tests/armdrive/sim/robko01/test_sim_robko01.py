@@ -47,9 +47,9 @@ def bench():
     return RobkoBench().enabled()
 
 
-def esp32(**habits) -> RobkoBench:
-    habits = {"grid_s": 0.0, "top_speed_hz": 100.0, **habits}
-    return RobkoBench(SimRobko(habits=RobkoQuirks(ESP32, **habits))).enabled()
+def esp32(**quirks) -> RobkoBench:
+    quirks = {"grid_s": 0.0, "top_speed_hz": 100.0, **quirks}
+    return RobkoBench(SimRobko(quirks=RobkoQuirks(ESP32, **quirks))).enabled()
 
 
 def positions(bench):
@@ -389,8 +389,8 @@ class TestPower:
 
 def test_settings_choose_the_board():
     config = simulated_config("robko01")
-    assert simulate_device(config).box.habits == RobkoQuirks()
-    chosen = simulate_device(config, settings={"board": "esp32", "watchdog_s": 3.0}).box.habits
+    assert simulate_device(config).box.quirks == RobkoQuirks()
+    chosen = simulate_device(config, settings={"board": "esp32", "watchdog_s": 3.0}).box.quirks
     assert chosen == RobkoQuirks(ESP32, 75.0, 0.0, watchdog_s=3.0, top_speed_hz=100.0)
     with pytest.raises(BadRequest):
         simulate_device(config, settings={"watchdog_s": -1.0})
