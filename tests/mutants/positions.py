@@ -393,7 +393,8 @@ MUTANTS = (
         promise="what waits never survives a fault",
         path="armdrive/runtime/arm_state.py",
         old=(
-            "        self.hold = None\n        self.nudges.clear()\n        self.speed_override.end_pause()"
+            "        self.hold = None\n        self.nudges.clear()\n"
+            "        self.speed_override.end_pause()"
         ),
         new="        self.speed_override.end_pause()",
         tests=tests_of(
