@@ -40,8 +40,9 @@ from kinematics.errors import KinematicsError
 
 MOVING = frozenset(
     {
-        "go", "move_j", "move_to", "move_l", "move_c", "move_path", "move_motors", "move_gripper",
-        "park", "home", "jog_j", "jog_l", "hold", "nudge", "grasp", "feel", "verify",
+        "run", "start", "move_j", "move_to", "move_l", "move_c", "move_path", "move_motors",
+        "move_gripper", "park", "home", "jog_j", "jog_l", "hold", "nudge", "grasp", "feel",
+        "verify",
     }
 )  # fmt: skip
 """The calls before which --step waits, and which are worth a line."""

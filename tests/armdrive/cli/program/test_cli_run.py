@@ -247,6 +247,22 @@ def test_each_motion_waits_for_enter(homed, write, monkeypatch):
     assert keys.taken == 3
 
 
+def test_each_motion_of_a_script_waits_for_enter(homed, write, monkeypatch):
+    keys = Keys()
+    monkeypatch.setattr("armdrive.cli.program.run_script.standard_input", lambda: keys)
+    script = """\
+from armdrive import Arm, JointMove
+with Arm.connect() as arm:
+    arm.run(JointMove({"base_deg": 20.0}))
+    arm.start(JointMove({"base_deg": 30.0})).wait()
+    arm.move_j(base_deg=40.0)
+    arm.read_inputs()
+"""
+    ran = homed("run", write(script, "moves.py"), "--step", code=0).out
+    assert all(f"line {line}: arm." in ran for line in (3, 4, 5))
+    assert keys.taken == 3
+
+
 def test_why_a_run_is_refused_by_a_program_that_holds_the_arm_is_said(homed, write, monkeypatch):
     path = write("ready\n")
     from armdrive.cli.chosen_arm import connect_remembered
