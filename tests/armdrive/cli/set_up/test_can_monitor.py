@@ -149,7 +149,7 @@ def test_what_a_second_program_sends_the_first_one_hears_too(bus):
 def test_the_frames_of_a_held_arm_are_told_by_its_holder(call, bus):
     with Arm.connect(bus.port, dialect="mks") as arm:
         told = call("can", "monitor", bus.port, "--count", "4", code=0).out
-        lines = call("can", "monitor", bus.port, "--id", "3", "--count", "4", "--json", code=0)
+        lines = call("can", "monitor", bus.port, "--id", "3", "--count", "12", "--json", code=0)
         view = call("can", "monitor", bus.port, "--seconds", "0.1", code=0).out
         at_last(arm.enable, arm.reset, NoAnswer)
     assert "holds" in told
@@ -157,7 +157,8 @@ def test_the_frames_of_a_held_arm_are_told_by_its_holder(call, bus):
     assert "read encoder" in told
     views = lines.json_lines
     kinds = [each["kind"] for each in views]
-    assert kinds in (["request", "answer"] * 2, ["answer", "request"] * 2)  # it may come between
+    assert set(kinds) == {"request", "answer"}
+    assert kinds.count("answer") <= kinds.count("request") + 1  # a busy drive may be asked again
     assert {each["id"] for each in views} == {3}
     assert {each["check"] for each in views} == {"right"}
 
