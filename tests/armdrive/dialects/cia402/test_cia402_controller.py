@@ -232,7 +232,7 @@ def test_drives_that_stopped_by_themselves_in_motion_end_it_with_their_words():
     assert rig.positions == there
 
 
-@pytest.mark.parametrize("habit", ["hold", "extrapolate"])
+@pytest.mark.parametrize("quirk", ["hold", "extrapolate"])
 @pytest.mark.parametrize("late_s", [0.32, 0.5, 0.9])
 @pytest.mark.parametrize("strategy", ["cyclic", "profile"])
 def test_who_comes_later_than_drives_wait_for_him_finds_the_motion_ended(strategy, late_s, quirk):
@@ -270,7 +270,7 @@ def test_targets_that_lay_in_the_computer_while_drives_stopped_do_not_have_the_m
     assert way.largest <= 20_000 * rig.controller.stopping(0.3).asked_motion_s  # of what lay there
 
 
-@pytest.mark.parametrize("habit", ["hold", "extrapolate"])
+@pytest.mark.parametrize("quirk", ["hold", "extrapolate"])
 @pytest.mark.parametrize("strategy", ["cyclic", "profile"])
 def test_targets_that_drives_were_given_before_they_stopped_and_no_sync_behind_move_nothing(
     monkeypatch, strategy, quirk

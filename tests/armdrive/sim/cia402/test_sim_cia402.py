@@ -235,7 +235,7 @@ class TestCyclic:
         assert cyclic.sync(0.1)[1][2] == 0
         assert cyclic.count(1) == 100
 
-    @pytest.mark.parametrize(("habit", "goes_on"), [("hold", False), ("extrapolate", True)])
+    @pytest.mark.parametrize(("quirk", "goes_on"), [("hold", False), ("extrapolate", True)])
     def test_what_a_drive_does_whose_targets_stop(self, quirk, goes_on):
         bench = Bench(hold_after_loss=quirk)
         bench.set_up(1)

@@ -243,7 +243,7 @@ class TestSilence:
         assert bench.read(1, ERROR_CODE) == 0x8130
         assert bench.device.nodes[0].watch_stops == 1
 
-    @pytest.mark.parametrize("habit", ["hold", "extrapolate"])
+    @pytest.mark.parametrize("quirk", ["hold", "extrapolate"])
     def test_even_one_that_runs_on_ends_after_so_much_silence(self, quirk):
         bench = self.ready(3, hold_after_loss=quirk)
         moving_in_cycles(bench)
