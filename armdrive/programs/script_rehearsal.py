@@ -71,9 +71,6 @@ def trace(arm: Arm, path: list[Point]) -> None:
         world.scene = cast("GripScene", TracedScene(arm, world.scene, path))
 
 
-GRASPS = ("grasp", "feel")
-
-
 class _Stage:
     """Gives a script its twins, and notes what it does with them."""
 
@@ -127,7 +124,7 @@ class _Stage:
         self._patience.ask(self.elapsed_s)
         mark = self.assumptions.mark = SourceMark(call.line, 1, self._script)
         self.calls.append((mark, call.name, self.elapsed_s))
-        if call.name in GRASPS:
+        if call.grasps:
             self._things[id(arm)].before_grasp(arm)
         elif call.name == "read_inputs":
             on = [str(number) for number, high in self._plan.inputs.items() if high]

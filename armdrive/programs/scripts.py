@@ -22,6 +22,7 @@ from armdrive.arm import Arm, standing_in
 from armdrive.connect.parts import ConnectOptions, connect
 from armdrive.errors import BadRequest
 from armdrive.errors.printable import printable_lines
+from armdrive.moves import GraspMove, MoveSequence
 from armdrive.text.reading import read_bytes
 from armdrive.trace import calls as recorded
 from armdrive.trace.calls import Tracer
@@ -44,9 +45,21 @@ class ScriptCall:
     name: str
     line: int
     at_s: float
+    grasps: bool = False
+    """Whether the fingers close on whatever is between them."""
 
 
 Told = Callable[["Arm", ScriptCall], object]
+
+
+GRASPS = ("grasp", "feel")
+"""Calls of a gripper that close it on what is between the fingers."""
+
+
+def _feels(argument: object) -> bool:
+    """Tell whether an argument of a call is a move that ends with a grasp."""
+    last = argument.moves[-1] if isinstance(argument, MoveSequence) else argument
+    return isinstance(last, GraspMove)
 
 
 class CallTracer:
@@ -63,7 +76,8 @@ class CallTracer:
         line = script_line(sys._getframe(1), self._script)  # noqa: SLF001 - the noted call's own
         if line is not None:
             now_s = self._arm.pace.now_s()
-            self._told(self._arm, ScriptCall(self._arm.config.name, name, line, now_s))
+            grasps = name in GRASPS or any(map(_feels, (*words, *named.values())))
+            self._told(self._arm, ScriptCall(self._arm.config.name, name, line, now_s, grasps))
         self._inner.called(name, words, named)
 
     def __getattr__(self, name: str) -> Any:

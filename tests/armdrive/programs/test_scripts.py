@@ -202,18 +202,19 @@ def test_an_arm_that_the_script_names_as_the_command_does_stands_where_it_stands
     assert (found.refusal, found.assumptions) == (None, ())
 
 
-def test_what_a_rehearsed_script_finds_is_assumed(call, write):
+@pytest.mark.parametrize("grasp", ["arm.gripper.grasp()", "arm.run(GraspMove()).width_mm"])
+def test_what_a_rehearsed_script_finds_is_assumed(call, write, grasp):
     write_arm_file(
         "bench", 'model = "teachmover"\n[connection]\ndialect = "teachmover"\nport = "/dev/none"\n'
     )
     path = write(
-        """\
-        from armdrive import Arm, Pose
+        f"""\
+        from armdrive import Arm, GraspMove, Pose
         with Arm.connect() as arm:
             arm.gripper.open()
             arm.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=60, pitch_deg=-90))
             arm.move_l(Pose.of(x_mm=250, y_mm=0, z_mm=15, pitch_deg=-90))
-            print(round(arm.gripper.grasp()), arm.read_inputs() >> 2 & 1)
+            print(round({grasp}), arm.read_inputs() >> 2 & 1)
         """
     )
     words = ("run", path, "--check", "--arm", "bench")
