@@ -1,11 +1,15 @@
 """What a type checker says of the calls of a program: nothing of right ones, and what is wrong."""
 
+import ast
+import inspect
 import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from armdrive import arm as arm_module
 
 PROGRAM = """\
 from armdrive import (
@@ -87,3 +91,31 @@ def test_a_type_checker_finds_what_is_wrong_and_nothing_else(tmp_path):
     }
     assert found == wrong, ended.stdout + ended.stderr
     assert "shown.py" not in ended.stdout
+
+
+def test_the_two_forms_of_a_call_with_wait_are_the_call_itself():
+    """With `wait=True`, the default, a call returns what was done; with False, a handle of it."""
+    (arm,) = (
+        each for each in ast.parse(inspect.getsource(arm_module)).body
+        if isinstance(each, ast.ClassDef) and each.name == "Arm"
+    )  # fmt: skip
+    forms: dict[str, list[ast.FunctionDef]] = {}
+    for each in arm.body:
+        if isinstance(each, ast.FunctionDef) and "wait" in {
+            one.arg for one in each.args.kwonlyargs
+        }:
+            forms.setdefault(each.name, []).append(each)
+    assert set(forms) == {"move_j", "move_to", "move_l", "move_c", "move_path"}
+    for waited, begun, call in forms.values():
+        at = [one.arg for one in call.args.kwonlyargs].index("wait")
+        for form, literal, default, returned in (
+            (waited, "Literal[True]", "True", "Moved"),
+            (begun, "Literal[False]", None, "Handle[Moved]"),
+            (call, "bool", "True", "Moved | Handle[Moved]"),
+        ):
+            wait, value = form.args.kwonlyargs[at], form.args.kw_defaults[at]
+            assert ast.unparse(wait.annotation) == literal
+            assert (value and ast.unparse(value)) == default
+            assert ast.unparse(form.returns) == returned
+            wait.annotation, form.args.kw_defaults[at] = None, None
+        assert ast.unparse(waited.args) == ast.unparse(begun.args) == ast.unparse(call.args)
