@@ -9,7 +9,7 @@ import pytest
 from can_setup_bench import ServedBus
 from hypothesis import given
 from hypothesis import strategies as st
-from waiting import at_last, soon
+from waiting import LONG_S, at_last
 
 from armdrive import Arm
 from armdrive.dialects.bus.words import FrameCheck, FrameKind
@@ -166,8 +166,17 @@ def test_the_frames_of_a_held_arm_are_told_by_its_holder(call, bus):
 @needs_pty
 def test_listening_to_a_held_arm_ends_when_it_is_given_back(call, bus):
     arm = Arm.connect(bus.port, dialect="mks")
-    soon(arm.close)
+    since, listened = arm.tracer.since, threading.Event()
+
+    def told(*words):
+        listened.set()
+        return since(*words)
+
+    arm.tracer.since = told
+    giving_back = threading.Thread(target=lambda: listened.wait(LONG_S) and arm.close())
+    giving_back.start()
     call("can", "monitor", bus.port, "--json", code=0)
+    giving_back.join()
     assert arm.closed
 
 
