@@ -18,8 +18,8 @@ from types import NoneType
 from typing import TypedDict, get_args
 
 from armdrive.errors import BadArgument, BadRequest
-from armdrive.errors.kinematic import refusal_of
-from kinematics.errors import KinematicsError, finite, suggestion
+from armdrive.errors.kinematic import checked_number
+from kinematics.errors import finite, suggestion
 from kinematics.paths.parts import ArcPart, JointPart, LinePart, PathPart, PosePart
 from kinematics.spaces import Joints, Pose
 
@@ -134,11 +134,8 @@ class Jog:
             raise BadRequest("a jog needs at least one axis, for example shoulder or z")
         if not isinstance(self.space, Space):
             raise BadArgument(f"space must be Space.JOINT or Space.CARTESIAN, not {self.space!r}")
-        try:
-            for name, amount in self.axes:
-                finite(f"the jog of {name}", amount)
-        except KinematicsError as error:
-            raise refusal_of(error) from None
+        for name, amount in self.axes:
+            checked_number(f"the jog of {name}", amount)
         if self.space is Space.JOINT and self.frame != BASE_FRAME:
             raise BadRequest(
                 f"joints turn in no frame: a jog in the frame {self.frame!r} is Cartesian (x, y, z)"
@@ -210,17 +207,9 @@ TOOL_FRAME = "tool"
 """The frame that goes with the hand: a goal in it is a change from where the hand is."""
 
 
-def number(name: str, value: object) -> float:
-    """Return a finite number; raises `BadNumber` that names it."""
-    try:
-        return finite(name, value)
-    except KinematicsError as error:
-        raise refusal_of(error) from None
-
-
 def speed_fraction(speed: float) -> float:
     """Check a speed: a fraction of the limits, above 0 and up to 1. Raises `BadRequest`."""
-    fraction = number("speed", speed)
+    fraction = checked_number("speed", speed)
     if not 0.0 < fraction <= 1.0:
         raise BadRequest(f"speed is a fraction of the limits, above 0 and up to 1, not {speed!r}")
     return fraction
@@ -250,7 +239,7 @@ class JointMove:
         if isinstance(self.goal, Mapping):
             if not self.goal:
                 raise BadRequest("name at least one joint, for example shoulder_deg=40")
-            angles = {word: number(word, value) for word, value in self.goal.items()}
+            angles = {word: checked_number(word, value) for word, value in self.goal.items()}
             object.__setattr__(self, "goal", angles)
         speed_fraction(self.speed)
 
@@ -337,7 +326,7 @@ class GripperMove:
 
     def __post_init__(self) -> None:
         if self.opening_mm is not None:
-            object.__setattr__(self, "opening_mm", number("opening_mm", self.opening_mm))
+            object.__setattr__(self, "opening_mm", checked_number("opening_mm", self.opening_mm))
         speed_fraction(self.speed)
 
 
@@ -348,7 +337,7 @@ class GraspMove:
     force_n: float = 8.9
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "force_n", number("force_n", self.force_n))
+        object.__setattr__(self, "force_n", checked_number("force_n", self.force_n))
 
 
 @dataclass(frozen=True, slots=True)

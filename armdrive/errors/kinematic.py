@@ -62,6 +62,14 @@ _REFUSALS: Mapping[type[mathematics.KinematicsError], type[Refused]] = MappingPr
 )
 
 
+def checked_number(name: str, value: object) -> float:
+    """Return a finite number; raises the `BadNumber` of an arm that names it."""
+    try:
+        return mathematics.finite(name, value)
+    except mathematics.BadNumber as error:
+        raise refusal_of(error) from None
+
+
 def refusal_of(error: mathematics.KinematicsError) -> Refused:
     """Return the same refusal as an `ArmError`, with all that the error tells."""
     if isinstance(error, Refused):

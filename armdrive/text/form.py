@@ -11,8 +11,8 @@ from dataclasses import MISSING, dataclass, fields
 from typing import Any, Generic, TypeVar
 
 from armdrive.errors import ArmError, BadArgument
-from armdrive.errors.kinematic import refusal_of
-from kinematics.errors import KinematicsError, finite, suggestion
+from armdrive.errors.kinematic import checked_number, refusal_of
+from kinematics.errors import KinematicsError, suggestion
 
 T = TypeVar("T")
 
@@ -40,10 +40,7 @@ def misfit(where: str, expected: str, found: object) -> BadArgument:
 def _number(data: Json, where: str) -> float:
     if isinstance(data, bool) or not isinstance(data, int | float):
         raise misfit(where, "a number", data)
-    try:
-        return finite(where, data)
-    except KinematicsError as error:
-        raise refusal_of(error) from None
+    return checked_number(where, data)
 
 
 def _text(data: Json, where: str) -> str:
