@@ -17,7 +17,7 @@ from armdrive.motion.execute import Moved
 from armdrive.motion.gripper import Grasped, check_grasp, check_opening, require_gripper
 from armdrive.motion.jog.session import Jogged, check_jog
 from armdrive.motion.preview import Preview, preview_move
-from armdrive.motion.resolve import Ground, is_cartesian, prepare
+from armdrive.motion.resolve import Ground, is_cartesian, prepare, resolved
 from armdrive.moves import (
     GraspMove,
     GripperMove,
@@ -85,9 +85,9 @@ class Moving:
         return handle.wait() if wait else handle
 
     def resolved(self, move: Move) -> Move:
-        """Return a move as it means the same from anywhere. Raises why it is refused."""
+        """Return a move as it means the same from anywhere; see `resolve.resolved`."""
         with self._parts.pace.lock:
-            return prepare(move, self.ground()).resolved
+            return resolved(move, self.ground())
 
     def preview(self, move: Move) -> Preview:
         """Return what a move would be, or why it is refused."""

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest, OutOfBounds, Refused
-from armdrive.motion.frames import BASE, goal_in_base
+from armdrive.motion.frames import BASE, TOOL, goal_in_base
 from armdrive.motion.jog.course import stride
 from armdrive.motion.plan import (
     MotionPlan,
@@ -124,6 +124,37 @@ def resolve(move: SingleMove, ground: Ground) -> SingleMove:
             return replace(move, opening_mm=ground.config.model.gripper_range_mm[1])
         case _:
             return move
+
+
+def resolved(move: Move, ground: Ground) -> Move:
+    """Return any move as it means the same from anywhere; planned only where that decides it.
+
+    A sequence in which a move depends on where the one before it ends is planned, and `park` and
+    an increment are.
+    """
+    if _needs_plan(move):
+        return prepare(move, ground).resolved
+    if isinstance(move, MoveSequence):
+        return MoveSequence(tuple(resolve(each, ground) for each in move.moves))
+    return resolve(move, ground)
+
+
+def _needs_plan(move: Move) -> bool:
+    if isinstance(move, MoveSequence):
+        first, *rest = move.moves
+        return _needs_plan(first) or any(map(_is_relative, rest))
+    return isinstance(move, ParkMove | JogMove)
+
+
+def _is_relative(move: SingleMove) -> bool:
+    """Tell whether what a move means depends on where the arm stands."""
+    match move:
+        case JointMove(goal=Mapping()) | ParkMove() | JogMove():
+            return True
+        case PoseMove(frame=frame) | LineMove(frame=frame) | ArcMove(frame=frame):
+            return frame == TOOL
+        case _:
+            return False
 
 
 def _point(name: str, frame: str, ground: Ground) -> Joints:

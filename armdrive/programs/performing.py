@@ -142,7 +142,7 @@ class Performer:
     def resolved(self, act: Act) -> ProgramMove | None:
         """Return the move of an act as it means the same from anywhere.
 
-        None of an act that is no move, and of a move that will be refused.
+        None of an act that is no move, and of one that leads nowhere.
         """
         if not isinstance(act, Go):
             return None
