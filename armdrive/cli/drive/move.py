@@ -10,8 +10,8 @@ from typing import Any
 from armdrive.arm import Arm
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.drive.arguments import COORDINATES
-from armdrive.cli.drive.preview_report import show_preview
-from armdrive.cli.presenter import emit, say
+from armdrive.cli.drive.preview_report import run_move
+from armdrive.cli.presenter import say
 from armdrive.cli.terminal_person import settle_trust
 from armdrive.errors import BadRequest
 from armdrive.motion.frames import BASE, TOOL
@@ -25,7 +25,6 @@ from armdrive.moves import (
     ParkMove,
     PoseMove,
 )
-from armdrive.status import status_view
 from kinematics.spaces import JOINT_NAMES, Pose
 
 
@@ -36,15 +35,7 @@ def run(options: argparse.Namespace) -> int:
         if not options.json:
             say(arm.status.which)
         settle_trust(arm)
-        move = _move(arm, options)
-        if options.preview:
-            return show_preview(arm.preview(move), as_json=options.json)
-        moved = arm.run(move)
-        if options.json:
-            emit(status_view(arm.status))
-        else:
-            say(str(moved))
-    return 0
+        return run_move(arm, _move(arm, options), options)
 
 
 def _check(options: argparse.Namespace) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.drive.preview_report import show_preview
+from armdrive.cli.drive.preview_report import run_move
 from armdrive.cli.options import Command
 from armdrive.cli.presenter import emit, say
 from armdrive.cli.terminal_person import settle_trust
@@ -36,14 +36,7 @@ def _go(options: argparse.Namespace) -> int:
         if not options.json:
             say(arm.status.which)
         settle_trust(arm)
-        if options.preview:
-            return show_preview(arm.preview(move), as_json=options.json)
-        moved = arm.run(move)
-        if options.json:
-            emit(status_view(arm.status))
-        else:
-            say(str(moved))
-    return 0
+        return run_move(arm, move, options)
 
 
 def _run(options: argparse.Namespace) -> int:
