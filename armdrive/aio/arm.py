@@ -198,6 +198,8 @@ class AsyncArm(AsyncConnection):
         )
         return Connecting(cls, target, options)
 
+    _run = awaited(Arm.run)
+
     @overload
     async def run(self, move: Motion) -> Moved: ...
     @overload
@@ -208,7 +210,9 @@ class AsyncArm(AsyncConnection):
     async def run(self, move: MoveSequence) -> Moved | Grasped: ...
     async def run(self, move: Move) -> Moved | Grasped | Jogged:
         """Carry out a move and wait for its end: `run(LineMove(pose, speed=0.5))`."""
-        return await awaited(Arm.run)(self, move)
+        return await self._run(move)
+
+    _start = begun(Arm.start)
 
     @overload
     async def start(self, move: Motion, *, stops: int | None = None) -> AsyncHandle[Moved]: ...
@@ -224,7 +228,7 @@ class AsyncArm(AsyncConnection):
         self, move: Move, *, stops: int | None = None
     ) -> AsyncHandle[Moved | Grasped | Jogged]:
         """Begin a move, and return a `Handle` that waits for its end or cancels it."""
-        return await begun(Arm.start)(self, move, stops=stops)
+        return await self._start(move, stops=stops)
 
     @overload
     async def move_j(

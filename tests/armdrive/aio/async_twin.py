@@ -210,7 +210,9 @@ def twins(source: Source) -> str:
         elif "overload" in marks:
             overloads += _overload(source, function)
         elif overloads and not _has_wait(function):
-            motions.append(f"{overloads}{_overloaded(source, function)}")
+            made = f"{_made_by(source, function)}({source.name}.{function.name})"
+            made = f"    _{function.name} = {made}\n\n"
+            motions.append(f"{made}{overloads}{_overloaded(source, function)}")
             overloads = ""
         elif _has_wait(function):
             motions.append(f"{overloads}{_motion(source, function)}")
@@ -282,9 +284,8 @@ def _has_wait(function: Function) -> bool:
 
 
 def _overloaded(source: Source, function: Function) -> str:
-    made = f"{_made_by(source, function)}({source.name}.{function.name})"
-    call = ", ".join(["self", *passed_on(function)])
-    body = f"        return await {made}({call})\n"
+    call = ", ".join(passed_on(function))
+    body = f"        return await self._{function.name}({call})\n"
     return f"{_awaited_signature(source, function)}{first_line(function)}{body}"
 
 
