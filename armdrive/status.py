@@ -316,18 +316,31 @@ def coded(words: str, code: str) -> str:
 # A status as plain data, with units in the names: what `--json` prints and sockets carry.
 
 
+def pose_numbers(pose: Pose) -> dict[str, float]:
+    """Return a pose in mm and degrees, to the last digit."""
+    yaw = {} if pose.yaw_deg is None else {"yaw_deg": pose.yaw_deg}
+    return {
+        "x_mm": pose.x_mm,
+        "y_mm": pose.y_mm,
+        "z_mm": pose.z_mm,
+        "pitch_deg": pose.pitch_deg,
+        "roll_deg": pose.roll_deg,
+        **yaw,
+    }
+
+
+def joints_numbers(joints: Joints) -> dict[str, float]:
+    """Return joint angles in degrees, to the last digit."""
+    return {f"{name}_deg": angle for name, angle in joints.deg.items()}
+
+
 def pose_view(pose: Pose | None) -> dict[str, float] | None:
     """Return a pose in mm and degrees."""
     if pose is None:
         return None
-    yaw = {} if pose.yaw_deg is None else {"yaw_deg": round(pose.yaw_deg, 4)}
     return {
-        "x_mm": round(pose.x_mm, 3),
-        "y_mm": round(pose.y_mm, 3),
-        "z_mm": round(pose.z_mm, 3),
-        "pitch_deg": round(pose.pitch_deg, 4),
-        "roll_deg": round(pose.roll_deg, 4),
-        **yaw,
+        key: round(value, 3 if key.endswith("_mm") else 4)
+        for key, value in pose_numbers(pose).items()
     }
 
 
@@ -335,7 +348,7 @@ def joints_view(joints: Joints | None) -> dict[str, float] | None:
     """Return joint angles in degrees."""
     if joints is None:
         return None
-    return {f"{name}_deg": round(angle, 4) for name, angle in joints.deg.items()}
+    return {key: round(angle, 4) for key, angle in joints_numbers(joints).items()}
 
 
 def violation_text(violation: LimitViolation) -> str:

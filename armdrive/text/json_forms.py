@@ -31,7 +31,7 @@ from armdrive.moves import (
     Space,
     jog_axes,
 )
-from armdrive.status import STATUS_FIELDS
+from armdrive.status import STATUS_FIELDS, joints_numbers, pose_numbers
 from armdrive.text.form import (
     NUMBER,
     TEXT,
@@ -111,18 +111,6 @@ def _tagged(key: str, tag: str, kind: type, **forms: Form[Any]) -> tuple[type, F
 # Poses and joint angles in JSON: mm and degrees, with the keys that every other output has.
 
 
-def _write_pose(pose: Pose) -> Json:
-    yaw = {} if pose.yaw_deg is None else {"yaw_deg": pose.yaw_deg}
-    return {
-        "x_mm": pose.x_mm,
-        "y_mm": pose.y_mm,
-        "z_mm": pose.z_mm,
-        "pitch_deg": pose.pitch_deg,
-        "roll_deg": pose.roll_deg,
-        **yaw,
-    }
-
-
 def _read_pose(data: Json, where: str) -> Pose:
     given = _NUMBERS.read(data, where)
     if missing := [key for key in _POSE_KEYS[:4] if key not in given]:
@@ -149,15 +137,13 @@ def _read_angles(data: Json, where: str) -> Mapping[str, float]:
 
 
 def _write_joints(joints: Joints | Angles) -> Json:
-    if isinstance(joints, Joints):
-        return {f"{name}_deg": angle for name, angle in joints.deg.items()}
-    return dict(joints)
+    return joints_numbers(joints) if isinstance(joints, Joints) else dict(joints)
 
 
 def _write_goal(goal: Pose | Joints | str) -> Json:
     if isinstance(goal, str):
         return goal
-    return _write_pose(goal) if isinstance(goal, Pose) else _write_joints(goal)
+    return pose_numbers(goal) if isinstance(goal, Pose) else _write_joints(goal)
 
 
 def _read_place(data: Json, where: str) -> Pose | str:
@@ -175,7 +161,7 @@ _NUMBERS = numbers("^[a-z0-9_]+_(deg|mm)$")
 _ANGLES: Form[Any] = Form(_write_joints, _read_angles, numbers("^[a-z0-9_]+_deg$").schema)
 
 POSE: Form[Pose] = Form(
-    _write_pose,
+    pose_numbers,
     _read_pose,
     {
         "type": "object",
