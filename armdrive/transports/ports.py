@@ -11,11 +11,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 
-from armdrive.errors import LinkError
+from armdrive.errors import LinkError, NoSuchPort
 from armdrive.transports.address import CanAddress, is_can
 from armdrive.transports.open_errors import (
     NET,
-    NoSuchPort,
     PortHolder,
     bring_up,
     can_interfaces,

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from armdrive.cli.presenter import emit, say
+from armdrive.errors import NoSuchPort
 from armdrive.setup.ports import (
     PortNaming,
     arm_files,
@@ -18,7 +19,6 @@ from armdrive.setup.ports import (
     strangers_to,
 )
 from armdrive.transports.address import CanAddress, is_can
-from armdrive.transports.open_errors import NoSuchPort
 from armdrive.transports.ports import PortInfo, ask_drivers, list_can_ports, list_ports
 
 
