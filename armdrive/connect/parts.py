@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from armdrive.blocking import Wait, blocking, coroutine_of
 from armdrive.config.arm import ArmConfig
-from armdrive.connect.port import PortOpening, overheard
 from armdrive.connect.reconnect import NewLink, Reconnector
 from armdrive.connect.target import DEFAULT_TARGET, find, simulation_forced, state_file
 from armdrive.dialog.operator import Operator
@@ -359,6 +358,8 @@ async def connect_real(
     With `reconnect` (by default as the arm file says) a lost wire is looked for until it is back.
     Where another dialect answers, the `DeviceFault` says which.
     """
+    from armdrive.connect.port import PortOpening, overheard  # a simulated arm has no port
+
     if simulation_forced():
         raise PortUnavailable(
             f"ARMDRIVE_FORCE_SIM is set, so the port of {config.name} stays closed: connect to its "

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from functools import cached_property
+from typing import TYPE_CHECKING, TypeVar
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialog.operator import PostureRequest
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.device import Option, Options, SimDevice, Value
-from armdrive.sim.faults.running import Faults, LinkCable
 from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody, play_of
@@ -19,6 +19,9 @@ from armdrive.sim.world.saved import MEND, Json, Saved, world_from_json
 from armdrive.sim.world.table import Stand, TableBlock
 from armdrive.transports.in_process import MemoryLink
 from kinematics.spaces import Joints, Motors
+
+if TYPE_CHECKING:
+    from armdrive.sim.faults.running import Faults
 
 # --- The operator --------------------------------------------------------------------------------
 #
@@ -92,18 +95,21 @@ TITLE = "simulated arm"
 """What links call the far end of their wire."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False)
 class SimulatedArm:
-    """The simulated counterpart of a connected arm. `world` is the physical truth.
-
-    `faults` makes things go wrong: `twin.faults.add("drop", 0.01, side="host")`.
-    """
+    """The simulated counterpart of a connected arm. `world` is the physical truth."""
 
     dialect: str
     device: SimDevice
     link: MemoryLink[PacedDevice]
     operator: SimulatedOperator
-    faults: Faults
+
+    @cached_property
+    def faults(self) -> Faults:
+        """Makes things go wrong: `twin.faults.add("drop", 0.01, side="host")`."""
+        from armdrive.sim.faults.running import Faults, LinkCable  # nothing goes wrong by itself
+
+        return Faults(self.device, self.link.line, LinkCable(self.link))
 
     @property
     def world(self) -> World:
@@ -155,10 +161,8 @@ class SimDeviceKind:
         device = self.simulate_device(
             config, saved, blocks=blocks, play=play, stand=stand, settings=options
         )
-        link = link_to(device)
         operator = SimulatedOperator(device.world, backlash_steps=config.backlash_steps)
-        faults = Faults(device, link.line, LinkCable(link))
-        return SimulatedArm(config.connection.dialect, device, link, operator, faults)
+        return SimulatedArm(config.connection.dialect, device, link_to(device), operator)
 
     def simulate_device(
         self,
