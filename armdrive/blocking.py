@@ -24,7 +24,7 @@ class Waiter(Protocol):
         """Let time pass until `done()`; False when the time is over first."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Wait:
     """A wait for `done()`. Awaiting it returns False when `timeout_s` is over first."""
 

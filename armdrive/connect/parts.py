@@ -158,7 +158,7 @@ class TaskRunner:
             )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Parts:
     """A connected arm in parts. Whoever takes them calls `release` at the end."""
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from armdrive.dialects.words import Describer
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Driver:
     """What is imported only when a dialect is used.
 
@@ -42,7 +42,7 @@ class Driver:
     pendant: PendantTools[Any] | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Language:
     """What the drives on a CAN bus speak; `silence` says what it means that nothing passes."""
 
@@ -59,7 +59,7 @@ class Language:
         return made()
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Dialect:
     """One dialect: `preset` is the arm that speaks it where no arm file says otherwise.
 

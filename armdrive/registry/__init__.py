@@ -71,7 +71,7 @@ def _cia402() -> SimDeviceKind:
     return KIND
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class RegistryRow:
     """One dialect: what it states about itself, and how its simulated device is made."""
 

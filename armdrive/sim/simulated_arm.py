@@ -37,7 +37,7 @@ SEEN_RAD = math.radians(1.0)
 """How well he can see whether an arm stands as it is drawn."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class SimulatedOperator:
     """Answers `home` for a simulated arm. He cannot lift an arm whose motors have no current."""
 
@@ -126,7 +126,7 @@ def link_to(device: SimDevice) -> MemoryLink[PacedDevice]:
     return MemoryLink(device.line(), TITLE)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class SimDeviceKind:
     """How the simulated device of one dialect is made, and what can be set of it.
 

@@ -48,7 +48,7 @@ HEADING = """\
 _HEADER = re.compile(r"\s*\[[^\[\]]+\]\s*(#.*)?")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class PointWriter:
     """Writes the tables of one arm's file; `fk` gives the pose for the comment of a point."""
 
