@@ -76,7 +76,7 @@ MOST_WRITES = 64
 @cache
 def recogniser() -> Recogniser:
     """Return what recognises the devices of every dialect that is not spoken on a bus."""
-    found = {name: row.driver().recognition for name, row in DIALECTS.items()}
+    found = {name: row.tools().recognition for name, row in DIALECTS.items()}
     return Recogniser(MappingProxyType({name: each for name, each in found.items() if each}))
 
 

@@ -1,7 +1,7 @@
 """What a dialect states about itself: one `Dialect` each, in its subpackage's `entry.py`.
 
-An entry is light, since every command of the command line reads all of them. What drives an arm
-is imported when it is asked for.
+An entry is light, since every command of the command line reads all of them. What drives an arm,
+and what looks at its device, are each imported when they are asked for.
 """
 
 from __future__ import annotations
@@ -24,17 +24,26 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Driver:
-    """What is imported only when a dialect is used.
+    """What drives an arm.
 
     `settings` is the class of what an arm file says in the section of the dialect's name.
     `controller` makes the driver's end from what the dialect is able to do and an arm.
-    `recognition` is None where the dialect is spoken on a bus, which is surveyed instead: `bus`
-    surveys its drives and sets them up, and `ear` makes what hears what they say. `pendant` reads
-    and writes the program of an arm that keeps one in a memory of its own.
     """
 
     settings: type[Any]
     controller: Callable[[Abilities, ArmConfig], Controller]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DeviceTools:
+    """What finds a device, sets it up and reads what it says; driving an arm needs none of it.
+
+    `talk` puts what passes into words. `recognition` is None where the dialect is spoken on a bus,
+    which is surveyed instead: `bus` surveys its drives and sets them up, and `ear` makes what hears
+    what they say. `pendant` reads and writes the program of an arm that keeps one in a memory of
+    its own.
+    """
+
     talk: Describer
     recognition: Recognition | None = None
     bus: BusTools | None = None
@@ -48,12 +57,12 @@ class Language:
 
     name: str
     title: str
-    driver: Callable[[], Driver]
+    tools: Callable[[], DeviceTools]
     silence: str
 
     def ear(self) -> Ear:
         """Make what hears it."""
-        made = self.driver().ear
+        made = self.tools().ear
         if made is None:
             raise LookupError(f"nothing hears {self.title}")
         return made()
@@ -77,17 +86,18 @@ class Dialect:
     torque: Torque
     abilities: Abilities
     driver: Callable[[], Driver]
+    tools: Callable[[], DeviceTools]
     language: Language | None = None
 
     @property
     def bus(self) -> BusTools | None:
         """How the drives on a bus are surveyed and set up; None where there is no bus."""
-        return self.driver().bus if self.can else None
+        return self.tools().bus if self.can else None
 
     @property
     def pendant(self) -> PendantTools[Any] | None:
         """How the arm's own program is read and written; None where it keeps none."""
-        return self.driver().pendant if self.abilities.pendant else None
+        return self.tools().pendant if self.abilities.pendant else None
 
     @property
     def can(self) -> bool:
