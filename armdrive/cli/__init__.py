@@ -21,14 +21,8 @@ if TYPE_CHECKING:
 # What may be typed after the commands of a group is light to load: `--help` needs no more.
 
 
-def _driving_arguments() -> Mapping[str, Arguments]:
-    from armdrive.cli.drive.arguments import ARGUMENTS
-
-    return ARGUMENTS
-
-
-def _program_arguments() -> Mapping[str, Arguments]:
-    from armdrive.cli.program.arguments import ARGUMENTS
+def _arm_arguments() -> Mapping[str, Arguments]:
+    from armdrive.cli.arm_arguments import ARGUMENTS
 
     return ARGUMENTS
 
@@ -110,16 +104,10 @@ def _status_commands() -> Mapping[str, Command]:
     return {"status": status.run, "watch": watch.run}
 
 
-def _replay_commands() -> Mapping[str, Command]:
-    from armdrive.cli.look import replay
+def _recording_commands() -> Mapping[str, Command]:
+    from armdrive.cli.look import log, replay
 
-    return {"replay": replay.run}
-
-
-def _log_commands() -> Mapping[str, Command]:
-    from armdrive.cli.look import log
-
-    return {"log": log.run}
+    return {"log": log.run, "replay": replay.run}
 
 
 def _arm_file_commands() -> Mapping[str, Command]:
@@ -146,10 +134,10 @@ def _sim_commands() -> Mapping[str, Command]:
     return {"sim": sim.run}
 
 
-def _pose_commands() -> Mapping[str, Command]:
-    from armdrive.cli.learn.poses import fk, ik
+def _lookup_commands() -> Mapping[str, Command]:
+    from armdrive.cli.learn import errors, poses
 
-    return {"fk": fk, "ik": ik}
+    return {"errors": errors.run, "fk": poses.fk, "ik": poses.ik}
 
 
 def _textbook_commands() -> Mapping[str, Command]:
@@ -164,80 +152,74 @@ def _drawing_commands() -> Mapping[str, Command]:
     return {"plot": plot.run}
 
 
-def _error_commands() -> Mapping[str, Command]:
-    from armdrive.cli.learn import errors
-
-    return {"errors": errors.run}
-
-
 _COMMANDS: Mapping[str, CommandRow] = MappingProxyType(
     {
         "demo": (
-            _program_arguments,
+            _arm_arguments,
             _teaching_commands,
             "watch the simulated arm pick and place blocks",
         ),
-        "jog": (_driving_arguments, _jog_commands, "drive an arm from the keyboard"),
-        "move": (_driving_arguments, _arm_commands, "move an arm to joint angles or to a pose"),
+        "jog": (_arm_arguments, _jog_commands, "drive an arm from the keyboard"),
+        "move": (_arm_arguments, _arm_commands, "move an arm to joint angles or to a pose"),
         "run": (
-            _program_arguments,
+            _arm_arguments,
             _run_commands,
             "run a program, or rehearse it: a program file or a Python script",
         ),
         "shell": (
-            _program_arguments,
+            _arm_arguments,
             _shell_commands,
             "type the words of a program at a prompt, each carried out at once",
         ),
         "points": (
-            _driving_arguments,
+            _arm_arguments,
             _point_commands,
             "name places of an arm, and go to them; step through sequences of them",
         ),
         "teach": (
-            _program_arguments,
+            _arm_arguments,
             _teaching_commands,
             "record sequences as the arm is moved, and edit them step by step",
         ),
         "pendant": (
-            _driving_arguments,
+            _arm_arguments,
             _teaching_commands,
             "the program in an arm's own memory: into a file, and back",
         ),
-        "home": (_driving_arguments, _arm_commands, "reference an arm in its reference posture"),
+        "home": (_arm_arguments, _arm_commands, "reference an arm in its reference posture"),
         "verify": (
-            _driving_arguments,
+            _arm_arguments,
             _arm_commands,
             "measure at the reference mark how far an arm has drifted",
         ),
         "enable": (
-            _driving_arguments,
+            _arm_arguments,
             _arm_commands,
             "switch the motors on, where the controller can",
         ),
         "reset": (
-            _driving_arguments,
+            _arm_arguments,
             _arm_commands,
             "leave an error, after looking at the arm; moves nothing",
         ),
         "disable": (
-            _driving_arguments,
+            _arm_arguments,
             _arm_commands,
             "switch the motors off, which lets the arm sag: parks it first",
         ),
         "stop": (
-            _driving_arguments,
+            _arm_arguments,
             _requests_to_other_programs,
             "stop an arm that another program drives",
         ),
         "pause": (
-            _driving_arguments,
+            _arm_arguments,
             _requests_to_other_programs,
             "have an arm wait that another program drives",
         ),
-        "resume": (_driving_arguments, _requests_to_other_programs, "let a paused arm go on"),
+        "resume": (_arm_arguments, _requests_to_other_programs, "let a paused arm go on"),
         "slow": (
-            _driving_arguments,
+            _arm_arguments,
             _requests_to_other_programs,
             "have an arm go slower than the program that drives it asks for",
         ),
@@ -254,16 +236,20 @@ _COMMANDS: Mapping[str, CommandRow] = MappingProxyType(
         ),
         "log": (
             _looking_arguments,
-            _log_commands,
+            _recording_commands,
             "read a recording in words: bytes, requests, intents, states, errors",
         ),
         "replay": (
             _looking_arguments,
-            _replay_commands,
+            _recording_commands,
             "replay a recording against a simulated twin, and show where they part",
         ),
-        "fk": (_learning_arguments, _pose_commands, "joint angles to the pose of the finger tips"),
-        "ik": (_learning_arguments, _pose_commands, "a pose to joint angles, every solution"),
+        "fk": (
+            _learning_arguments,
+            _lookup_commands,
+            "joint angles to the pose of the finger tips",
+        ),
+        "ik": (_learning_arguments, _lookup_commands, "a pose to joint angles, every solution"),
         "explain": (
             _learning_arguments,
             _textbook_commands,
@@ -293,7 +279,7 @@ _COMMANDS: Mapping[str, CommandRow] = MappingProxyType(
         "sim": (_set_up_arguments, _sim_commands, "run a simulated arm that speaks the real bytes"),
         "errors": (
             _learning_arguments,
-            _error_commands,
+            _lookup_commands,
             "what an error means for the arm, and what to do, by its code",
         ),
     }
