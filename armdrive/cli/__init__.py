@@ -134,10 +134,10 @@ def _sim_commands() -> Mapping[str, Command]:
     return {"sim": sim.run}
 
 
-def _lookup_commands() -> Mapping[str, Command]:
-    from armdrive.cli.learn import errors, poses
+def _pose_commands() -> Mapping[str, Command]:
+    from armdrive.cli.learn.poses import fk, ik
 
-    return {"errors": errors.run, "fk": poses.fk, "ik": poses.ik}
+    return {"fk": fk, "ik": ik}
 
 
 def _textbook_commands() -> Mapping[str, Command]:
@@ -150,6 +150,12 @@ def _drawing_commands() -> Mapping[str, Command]:
     from armdrive.cli.learn import plot
 
     return {"plot": plot.run}
+
+
+def _error_commands() -> Mapping[str, Command]:
+    from armdrive.cli.learn import errors
+
+    return {"errors": errors.run}
 
 
 _COMMANDS: Mapping[str, CommandRow] = MappingProxyType(
@@ -246,10 +252,10 @@ _COMMANDS: Mapping[str, CommandRow] = MappingProxyType(
         ),
         "fk": (
             _learning_arguments,
-            _lookup_commands,
+            _pose_commands,
             "joint angles to the pose of the finger tips",
         ),
-        "ik": (_learning_arguments, _lookup_commands, "a pose to joint angles, every solution"),
+        "ik": (_learning_arguments, _pose_commands, "a pose to joint angles, every solution"),
         "explain": (
             _learning_arguments,
             _textbook_commands,
@@ -279,7 +285,7 @@ _COMMANDS: Mapping[str, CommandRow] = MappingProxyType(
         "sim": (_set_up_arguments, _sim_commands, "run a simulated arm that speaks the real bytes"),
         "errors": (
             _learning_arguments,
-            _lookup_commands,
+            _error_commands,
             "what an error means for the arm, and what to do, by its code",
         ),
     }
