@@ -21,8 +21,14 @@ if TYPE_CHECKING:
 # What may be typed after the commands of a group is light to load: `--help` needs no more.
 
 
-def _arm_arguments() -> Mapping[str, Arguments]:
-    from armdrive.cli.arm_arguments import ARGUMENTS
+def _driving_arguments() -> Mapping[str, Arguments]:
+    from armdrive.cli.drive.arguments import ARGUMENTS
+
+    return ARGUMENTS
+
+
+def _program_arguments() -> Mapping[str, Arguments]:
+    from armdrive.cli.program.arguments import ARGUMENTS
 
     return ARGUMENTS
 
@@ -161,71 +167,71 @@ def _error_commands() -> Mapping[str, Command]:
 _COMMANDS: Mapping[str, CommandRow] = MappingProxyType(
     {
         "demo": (
-            _arm_arguments,
+            _program_arguments,
             _teaching_commands,
             "watch the simulated arm pick and place blocks",
         ),
-        "jog": (_arm_arguments, _jog_commands, "drive an arm from the keyboard"),
-        "move": (_arm_arguments, _arm_commands, "move an arm to joint angles or to a pose"),
+        "jog": (_driving_arguments, _jog_commands, "drive an arm from the keyboard"),
+        "move": (_driving_arguments, _arm_commands, "move an arm to joint angles or to a pose"),
         "run": (
-            _arm_arguments,
+            _program_arguments,
             _run_commands,
             "run a program, or rehearse it: a program file or a Python script",
         ),
         "shell": (
-            _arm_arguments,
+            _program_arguments,
             _shell_commands,
             "type the words of a program at a prompt, each carried out at once",
         ),
         "points": (
-            _arm_arguments,
+            _driving_arguments,
             _point_commands,
             "name places of an arm, and go to them; step through sequences of them",
         ),
         "teach": (
-            _arm_arguments,
+            _program_arguments,
             _teaching_commands,
             "record sequences as the arm is moved, and edit them step by step",
         ),
         "pendant": (
-            _arm_arguments,
+            _driving_arguments,
             _teaching_commands,
             "the program in an arm's own memory: into a file, and back",
         ),
-        "home": (_arm_arguments, _arm_commands, "reference an arm in its reference posture"),
+        "home": (_driving_arguments, _arm_commands, "reference an arm in its reference posture"),
         "verify": (
-            _arm_arguments,
+            _driving_arguments,
             _arm_commands,
             "measure at the reference mark how far an arm has drifted",
         ),
         "enable": (
-            _arm_arguments,
+            _driving_arguments,
             _arm_commands,
             "switch the motors on, where the controller can",
         ),
         "reset": (
-            _arm_arguments,
+            _driving_arguments,
             _arm_commands,
             "leave an error, after looking at the arm; moves nothing",
         ),
         "disable": (
-            _arm_arguments,
+            _driving_arguments,
             _arm_commands,
             "switch the motors off, which lets the arm sag: parks it first",
         ),
         "stop": (
-            _arm_arguments,
+            _driving_arguments,
             _requests_to_other_programs,
             "stop an arm that another program drives",
         ),
         "pause": (
-            _arm_arguments,
+            _driving_arguments,
             _requests_to_other_programs,
             "have an arm wait that another program drives",
         ),
-        "resume": (_arm_arguments, _requests_to_other_programs, "let a paused arm go on"),
+        "resume": (_driving_arguments, _requests_to_other_programs, "let a paused arm go on"),
         "slow": (
-            _arm_arguments,
+            _driving_arguments,
             _requests_to_other_programs,
             "have an arm go slower than the program that drives it asks for",
         ),
@@ -250,11 +256,7 @@ _COMMANDS: Mapping[str, CommandRow] = MappingProxyType(
             _recording_commands,
             "replay a recording against a simulated twin, and show where they part",
         ),
-        "fk": (
-            _learning_arguments,
-            _pose_commands,
-            "joint angles to the pose of the finger tips",
-        ),
+        "fk": (_learning_arguments, _pose_commands, "joint angles to the pose of the finger tips"),
         "ik": (_learning_arguments, _pose_commands, "a pose to joint angles, every solution"),
         "explain": (
             _learning_arguments,
