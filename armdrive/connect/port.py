@@ -15,7 +15,8 @@ from armdrive.errors import DeviceFault, LinkLost, PortUnavailable
 from armdrive.registry import DIALECTS
 from armdrive.runtime.received import NOT_THE_ANSWER, excerpt
 from armdrive.transports import opening, ports
-from armdrive.transports.address import PREFIX, CanAddress, is_can, scheme
+from armdrive.transports.address import PREFIX, is_can, scheme
+from armdrive.transports.can_address import CanAddress
 from armdrive.transports.link import Link
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from armdrive.errors import NoConnection, NoSuchPort, PortForbidden, PortInUse, PortUnavailable
-from armdrive.transports.address import CanAddress
+from armdrive.transports.can_address import CanAddress
 from kinematics.errors import suggestion
 
 if sys.platform != "win32":

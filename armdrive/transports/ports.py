@@ -12,7 +12,8 @@ from pathlib import Path
 from types import MappingProxyType
 
 from armdrive.errors import LinkError, NoSuchPort
-from armdrive.transports.address import CanAddress, is_can
+from armdrive.transports.address import is_can
+from armdrive.transports.can_address import CanAddress
 from armdrive.transports.open_errors import (
     NET,
     PortHolder,
