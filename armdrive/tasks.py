@@ -110,7 +110,7 @@ class MoveBy:
         return self.steps.largest / self.rate_hz if self.steps.largest else 0.0
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class MoveAlong:
     """Move along segments that the device queues, never more than `ahead_s` of them ahead.
 

@@ -45,7 +45,7 @@ HEADING = """\
 {key} = {format}
 """
 
-_HEADER = re.compile(r"\s*\[[^\[\]]+\]\s*(#.*)?")
+_HEADER = r"\s*\[[^\[\]]+\]\s*(#.*)?"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -155,7 +155,7 @@ def _blocks(text: str) -> Iterator[tuple[tuple[str, ...], str]]:
 
 def _named(line: str) -> tuple[str, ...] | None:
     """Return the names in a line that is a table's header."""
-    if not _HEADER.fullmatch(line.rstrip("\r\n")):
+    if not re.fullmatch(_HEADER, line.rstrip("\r\n")):
         return None
     try:
         table = tomllib.loads(line)

@@ -137,12 +137,12 @@ def require_format(table: Mapping[str, Any], failure: Failure = ArmFileError) ->
 
 # Values as TOML.
 
-_BARE = re.compile(r"[A-Za-z0-9_-]+")
+_BARE = r"[A-Za-z0-9_-]+"
 
 
 def key(name: str) -> str:
     """Return a key, quoted where it is no single word."""
-    return name if _BARE.fullmatch(name) else value(name)
+    return name if re.fullmatch(_BARE, name) else value(name)
 
 
 def value(given: Any) -> str:
