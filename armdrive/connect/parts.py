@@ -242,7 +242,7 @@ class _Driven:
             lost=self._lost,
             noticed=self._noticed,
             tracer=core.tracer,
-            received=Received(on_bus=dialect(core.config.connection.dialect).can),
+            received=Received(dialect(core.config.connection.dialect).driver().frames),
             call_limit_s=call_limit_s(core.config.device),
         )
         self.wire = MotionContext(self.engine, core)

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from armdrive.dialects.pendant import PendantTools
     from armdrive.dialects.recognition import Recognition
     from armdrive.dialects.words import Describer
+    from firmware_protocol.frames import Unpacker
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,11 +28,13 @@ class Driver:
     """What drives an arm.
 
     `settings` is the class of what an arm file says in the section of the dialect's name.
-    `controller` makes the driver's end from what the dialect is able to do and an arm.
+    `controller` makes the driver's end from what the dialect is able to do and an arm. `frames`
+    makes what reads the frames of a bus out of the bytes of its link.
     """
 
     settings: type[Any]
     controller: Callable[[Abilities, ArmConfig], Controller]
+    frames: Callable[[], Unpacker] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -36,6 +36,7 @@ from armdrive.tasks import (
     SwitchOn,
 )
 from firmware_protocol.canopen import OperationMode
+from firmware_protocol.frames import Unpacker
 from kinematics.spaces import Motors
 
 HOST_S = 0.03
@@ -193,4 +194,4 @@ _KNOWN = (
 )  # fmt: skip
 
 
-DRIVER = Driver(Cia402Settings, Cia402Controller)
+DRIVER = Driver(Cia402Settings, Cia402Controller, Unpacker)

@@ -38,6 +38,7 @@ from armdrive.tasks import (
     RequestRejected,
     SwitchOn,
 )
+from firmware_protocol.frames import Unpacker
 from firmware_protocol.mks import SPEED_MAX_RPM, Ability
 from kinematics.spaces import Motors
 
@@ -195,4 +196,4 @@ _KNOWN = (
 )  # fmt: skip
 
 
-DRIVER = Driver(MksSettings, MksController)
+DRIVER = Driver(MksSettings, MksController, Unpacker)
