@@ -274,7 +274,7 @@ class _Driven:
 # From an arm to its parts, over the wire that leads there.
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ConnectOptions:
     """The options of `Arm.connect`, which says what each does."""
 

@@ -210,25 +210,9 @@ def _list(row: object, where: str) -> StepList:
     return StepList(read, _text(entries, "note", where))
 
 
-@dataclass(frozen=True, slots=True)
-class _StepKeys:
-    """The keys of a step but for `gripper`, which is text or a number."""
-
-    point: str = ""
-    how: str = "joint"
-    speed: float = 1.0
-    gripper: str = ""
-    wait_s: float | None = None
-
-
 def _step(row: object, where: str) -> Step:
-    entries = dict(require_table(row, where))
-    gripper = entries.get("gripper")
-    if isinstance(gripper, int | float) and not isinstance(gripper, bool):
-        gripper = number(entries.pop("gripper"), f"{where}.gripper")
-    read = read_section(_StepKeys, entries, where)
     try:
-        return Step(read.point, read.how, read.speed, gripper, read.wait_s)
+        return read_section(Step, row, where)
     except BadRequest as error:
         raise ArmFileError(f"{where}: {error}") from None
 

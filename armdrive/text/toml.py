@@ -60,8 +60,9 @@ def _convert(wanted: Any, value: object, where: str) -> Any:
     """Check one value against its annotation; whole numbers are fine where floats belong."""
     origin = typing.get_origin(wanted)
     if origin in (types.UnionType, typing.Union):
-        wanted = next(one for one in typing.get_args(wanted) if one is not type(None))
-        return _convert(wanted, value, where)
+        kinds = [one for one in typing.get_args(wanted) if one is not type(None)]
+        plain = isinstance(value, int | float) and not isinstance(value, bool)
+        return _convert(float if plain and float in kinds else kinds[0], value, where)
     if origin is tuple:
         return _convert_tuple(wanted, value, where)
     if wanted is float:
