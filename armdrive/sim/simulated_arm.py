@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache
 from typing import TYPE_CHECKING, TypeVar
 
 from armdrive.config.arm import ArmConfig
@@ -95,7 +95,7 @@ TITLE = "simulated arm"
 """What links call the far end of their wire."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class SimulatedArm:
     """The simulated counterpart of a connected arm. `world` is the physical truth."""
 
@@ -103,13 +103,12 @@ class SimulatedArm:
     device: SimDevice
     link: MemoryLink[PacedDevice]
     operator: SimulatedOperator
+    faults_of_wire: Callable[[], Faults]
 
-    @cached_property
+    @property
     def faults(self) -> Faults:
         """Makes things go wrong: `twin.faults.add("drop", 0.01, side="host")`."""
-        from armdrive.sim.faults.running import Faults, LinkCable  # nothing goes wrong by itself
-
-        return Faults(self.device, self.link.line, LinkCable(self.link))
+        return self.faults_of_wire()
 
     @property
     def world(self) -> World:
@@ -124,6 +123,18 @@ class SimulatedArm:
 def link_to(device: SimDevice) -> MemoryLink[PacedDevice]:
     """Return a wire within this process to a device."""
     return MemoryLink(device.line(), TITLE)
+
+
+def faults_on(device: SimDevice, link: MemoryLink[PacedDevice]) -> Callable[[], Faults]:
+    """Return what gives the faults of a device and its wire, once somebody asks for them."""
+
+    @cache
+    def faults() -> Faults:
+        from armdrive.sim.faults.running import Faults, LinkCable  # nothing goes wrong by itself
+
+        return Faults(device, link.line, LinkCable(link))
+
+    return faults
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -162,7 +173,10 @@ class SimDeviceKind:
             config, saved, blocks=blocks, play=play, stand=stand, settings=options
         )
         operator = SimulatedOperator(device.world, backlash_steps=config.backlash_steps)
-        return SimulatedArm(config.connection.dialect, device, link_to(device), operator)
+        link = link_to(device)
+        return SimulatedArm(
+            config.connection.dialect, device, link, operator, faults_on(device, link)
+        )
 
     def simulate_device(
         self,
