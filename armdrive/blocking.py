@@ -10,7 +10,6 @@ from __future__ import annotations
 import functools
 import inspect
 from collections.abc import Callable, Coroutine, Generator
-from dataclasses import dataclass
 from typing import Any, ParamSpec, Protocol, TypeVar, cast
 
 P = ParamSpec("P")
@@ -24,13 +23,13 @@ class Waiter(Protocol):
         """Let time pass until `done()`; False when the time is over first."""
 
 
-@dataclass(frozen=True, slots=True)
 class Wait:
     """A wait for `done()`. Awaiting it returns False when `timeout_s` is over first."""
 
-    pace: Waiter
-    done: Callable[[], bool]
-    timeout_s: float
+    def __init__(self, pace: Waiter, done: Callable[[], bool], timeout_s: float) -> None:
+        self.pace = pace
+        self.done = done
+        self.timeout_s = timeout_s
 
     def __await__(self) -> Generator[Wait, bool, bool]:
         return (yield self)

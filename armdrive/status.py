@@ -74,7 +74,7 @@ class SchedulingJitter:
 NEVER_WOKEN = SchedulingJitter()
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Lateness:
     """Counts; touched by one thread."""
 

@@ -15,12 +15,19 @@ from typing import Any, Generic, TypeVar
 from armdrive.errors import ArmError, LinkLost
 from kinematics.spaces import Motors
 
+
+@dataclass(frozen=True, slots=True)
+class _PlainRequest:
+    """A request whose name says all of it."""
+
+
 # What the driver asks of a controller that keeps a program of its own, and what it hears.
 
 
-@dataclass(frozen=True, slots=True)
-class ReadProgram:
+class ReadProgram(_PlainRequest):
     """Ask for the program that the device keeps by itself. Never moves anything."""
+
+    __slots__ = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +110,7 @@ class MoveBy:
         return self.steps.largest / self.rate_hz if self.steps.largest else 0.0
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class MoveAlong:
     """Move along segments that the device queues, never more than `ahead_s` of them ahead.
 
@@ -122,9 +129,10 @@ class MoveAlong:
     held_back: Callable[[], bool] = never
 
 
-@dataclass(frozen=True, slots=True)
-class ReadPosition:
+class ReadPosition(_PlainRequest):
     """Ask for the position registers and the inputs. Never moves anything."""
+
+    __slots__ = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,19 +149,22 @@ class SetGripper:
     share: float
 
 
-@dataclass(frozen=True, slots=True)
-class DropCurrent:
+class DropCurrent(_PlainRequest):
     """Switch the motor current off: the arm can sag. Sent by an explicit `disable` alone."""
 
+    __slots__ = ()
 
-@dataclass(frozen=True, slots=True)
-class SwitchOn:
+
+class SwitchOn(_PlainRequest):
     """Switch the motor current on: the arm is held where it stands. Moves nothing."""
 
+    __slots__ = ()
 
-@dataclass(frozen=True, slots=True)
-class ClearFault:
+
+class ClearFault(_PlainRequest):
     """Leave the device's own state of alarm, if it has one. Moves nothing."""
+
+    __slots__ = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,9 +174,10 @@ class HomeDevice:
     groups: tuple[tuple[int, ...], ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class ReadSettings:
+class ReadSettings(_PlainRequest):
     """Read the device's settings and compare them with what the arm file expects."""
+
+    __slots__ = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,7 +28,7 @@ _SYNC = 0xC5
 _EXTENDED, _REMOTE, _UNUSED, _LENGTH = 0x80, 0x40, 0x30, 0x0F
 _HEADER, _CRC = 2, 2
 _CRC_BEGIN = 0xFFFF
-_TEXT = re.compile(r"([0-9A-F]{3}|[0-9A-F]{8})#(R[0-8]?|(?:[0-9A-F]{2}\.?){0,8})", re.IGNORECASE)
+_TEXT = r"([0-9A-F]{3}|[0-9A-F]{8})#(R[0-8]?|(?:[0-9A-F]{2}\.?){0,8})"
 
 
 def _flag(field: str, value: object) -> None:
@@ -61,7 +61,7 @@ class Frame:
     @classmethod
     def parse(cls, text: str) -> Frame:
         """Read what `str` writes; dots between bytes and small letters too. Raises `BadField`."""
-        found = _TEXT.fullmatch(text)
+        found = re.fullmatch(_TEXT, text, re.IGNORECASE)
         if found is None:
             raise BadField("frame", text, "three or eight hex digits, a #, and R or 0 to 8 bytes")
         number, rest = found.groups()

@@ -13,12 +13,8 @@ __all__ = ["DeskEnd", "run_desk", "run_watch"]
 
 def __getattr__(name: str) -> Any:
     """Load the desk when it is asked for: the table of keys alone, or a model, needs none of it."""
-    if name == "run_watch":
-        from tui.watch import run_watch
+    if name not in __all__:
+        raise AttributeError(f"module 'tui' has no attribute {name!r}")
+    from tui import startup, watch
 
-        return run_watch
-    if name in __all__:
-        from tui import startup
-
-        return getattr(startup, name)
-    raise AttributeError(f"module 'tui' has no attribute {name!r}")
+    return getattr(watch if name == "run_watch" else startup, name)

@@ -110,16 +110,10 @@ def _status_commands() -> Mapping[str, Command]:
     return {"status": status.run, "watch": watch.run}
 
 
-def _replay_commands() -> Mapping[str, Command]:
-    from armdrive.cli.look import replay
+def _recording_commands() -> Mapping[str, Command]:
+    from armdrive.cli.look import log, replay
 
-    return {"replay": replay.run}
-
-
-def _log_commands() -> Mapping[str, Command]:
-    from armdrive.cli.look import log
-
-    return {"log": log.run}
+    return {"log": log.run, "replay": replay.run}
 
 
 def _arm_file_commands() -> Mapping[str, Command]:
@@ -254,12 +248,12 @@ _COMMANDS: Mapping[str, CommandRow] = MappingProxyType(
         ),
         "log": (
             _looking_arguments,
-            _log_commands,
+            _recording_commands,
             "read a recording in words: bytes, requests, intents, states, errors",
         ),
         "replay": (
             _looking_arguments,
-            _replay_commands,
+            _recording_commands,
             "replay a recording against a simulated twin, and show where they part",
         ),
         "fk": (_learning_arguments, _pose_commands, "joint angles to the pose of the finger tips"),

@@ -13,7 +13,7 @@ Declare = Callable[[argparse.ArgumentParser], None]
 """Declares the options of a command."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Arguments:
     """What may be typed after a command, and the text that ends its help."""
 

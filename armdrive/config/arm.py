@@ -128,7 +128,7 @@ class DialectSection(Protocol):
         """Return what the device can do with an arm's settings; raises where they do not fit."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class DialectSections:
     """The dialects that an arm file may name: `default` is the one of a file that names none.
 

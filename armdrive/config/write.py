@@ -19,17 +19,8 @@ from armdrive.config.backlash import SLIDING, TURNING, Keyed, backlash_keys
 from armdrive.config.guards import guard_table
 from armdrive.config.preset import LENGTHS
 from armdrive.errors import ArmFileError
-from armdrive.text.toml import (
-    COMMENT_AT,
-    FORMAT_ENTRY,
-    TomlEntry,
-    TomlSection,
-    document,
-    key,
-    require_format,
-    require_table,
-    value,
-)
+from armdrive.text.toml import key, require_format, require_table, value
+from armdrive.text.toml_document import COMMENT_AT, FORMAT_ENTRY, TomlEntry, TomlSection, document
 from kinematics.presets import ArmPreset
 from kinematics.spaces import Pose
 from kinematics.transmission import MotorSpec, Transmission

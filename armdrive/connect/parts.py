@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from armdrive.blocking import Wait, blocking, coroutine_of
 from armdrive.config.arm import ArmConfig
-from armdrive.connect.port import PortOpening, overheard
 from armdrive.connect.reconnect import NewLink, Reconnector
 from armdrive.connect.target import DEFAULT_TARGET, find, simulation_forced, state_file
 from armdrive.dialog.operator import Operator
@@ -159,7 +158,7 @@ class TaskRunner:
             )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Parts:
     """A connected arm in parts. Whoever takes them calls `release` at the end."""
 
@@ -243,7 +242,7 @@ class _Driven:
             lost=self._lost,
             noticed=self._noticed,
             tracer=core.tracer,
-            received=Received(on_bus=dialect(core.config.connection.dialect).can),
+            received=Received(dialect(core.config.connection.dialect).driver().frames),
             call_limit_s=call_limit_s(core.config.device),
         )
         self.wire = MotionContext(self.engine, core)
@@ -275,7 +274,7 @@ class _Driven:
 # From an arm to its parts, over the wire that leads there.
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ConnectOptions:
     """The options of `Arm.connect`, which says what each does."""
 
@@ -359,6 +358,8 @@ async def connect_real(
     With `reconnect` (by default as the arm file says) a lost wire is looked for until it is back.
     Where another dialect answers, the `DeviceFault` says which.
     """
+    from armdrive.connect.port import PortOpening, overheard  # a simulated arm has no port
+
     if simulation_forced():
         raise PortUnavailable(
             f"ARMDRIVE_FORCE_SIM is set, so the port of {config.name} stays closed: connect to its "

@@ -14,7 +14,9 @@ from armdrive.dialects.recognition import Recogniser, comes_back, says_something
 from armdrive.errors import DeviceFault, LinkLost, PortUnavailable
 from armdrive.registry import DIALECTS
 from armdrive.runtime.received import NOT_THE_ANSWER, excerpt
-from armdrive.transports.address import PREFIX, CanAddress, is_can, scheme
+from armdrive.transports import opening, ports
+from armdrive.transports.address import PREFIX, is_can, scheme
+from armdrive.transports.can_address import CanAddress
 from armdrive.transports.link import Link
 
 
@@ -39,16 +41,12 @@ class PortOpening:
 
     def find(self) -> str:
         """Return the port's present name. Raises `NoSuchPort` where no port has the number."""
-        from armdrive.transports import ports
-
         if self._serial_number:
             self._port = ports.device_of(self._serial_number, self._port)
         return self._port
 
     def open(self) -> Link:
         """Open the wire, wherever it is now. Raises `PortUnavailable`; sends nothing."""
-        from armdrive.transports import opening, ports
-
         port = self.find()
         link = opening.open_link(
             self._heard(port),
@@ -79,7 +77,7 @@ MOST_WRITES = 64
 @cache
 def recogniser() -> Recogniser:
     """Return what recognises the devices of every dialect that is not spoken on a bus."""
-    found = {name: row.driver().recognition for name, row in DIALECTS.items()}
+    found = {name: row.tools().recognition for name, row in DIALECTS.items()}
     return Recogniser(MappingProxyType({name: each for name, each in found.items() if each}))
 
 

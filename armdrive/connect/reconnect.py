@@ -26,7 +26,7 @@ LET_GO_S = 3.0
 """So long the old wire is waited for, which has the port yet: a bus is still told a stop, say."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class NewLink:
     """How a lost wire is opened again: `open_again` raises `PortUnavailable` until it is there.
 

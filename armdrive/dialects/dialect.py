@@ -1,7 +1,7 @@
 """What a dialect states about itself: one `Dialect` each, in its subpackage's `entry.py`.
 
-An entry is light, since every command of the command line reads all of them. What drives an arm
-is imported when it is asked for.
+An entry is light, since every command of the command line reads all of them. What drives an arm,
+and what looks at its device, are each imported when they are asked for.
 """
 
 from __future__ import annotations
@@ -20,21 +20,33 @@ if TYPE_CHECKING:
     from armdrive.dialects.pendant import PendantTools
     from armdrive.dialects.recognition import Recognition
     from armdrive.dialects.words import Describer
+    from firmware_protocol.frames import Unpacker
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Driver:
-    """What is imported only when a dialect is used.
+    """What drives an arm.
 
     `settings` is the class of what an arm file says in the section of the dialect's name.
-    `controller` makes the driver's end from what the dialect is able to do and an arm.
-    `recognition` is None where the dialect is spoken on a bus, which is surveyed instead: `bus`
-    surveys its drives and sets them up, and `ear` makes what hears what they say. `pendant` reads
-    and writes the program of an arm that keeps one in a memory of its own.
+    `controller` makes the driver's end from what the dialect is able to do and an arm. `frames`
+    makes what reads the frames of a bus out of the bytes of its link.
     """
 
     settings: type[Any]
     controller: Callable[[Abilities, ArmConfig], Controller]
+    frames: Callable[[], Unpacker] | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DeviceTools:
+    """What finds a device, sets it up and reads what it says; driving an arm needs none of it.
+
+    `talk` puts what passes into words. `recognition` is None where the dialect is spoken on a bus,
+    which is surveyed instead: `bus` surveys its drives and sets them up, and `ear` makes what hears
+    what they say. `pendant` reads and writes the program of an arm that keeps one in a memory of
+    its own.
+    """
+
     talk: Describer
     recognition: Recognition | None = None
     bus: BusTools | None = None
@@ -42,24 +54,24 @@ class Driver:
     pendant: PendantTools[Any] | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Language:
     """What the drives on a CAN bus speak; `silence` says what it means that nothing passes."""
 
     name: str
     title: str
-    driver: Callable[[], Driver]
+    tools: Callable[[], DeviceTools]
     silence: str
 
     def ear(self) -> Ear:
         """Make what hears it."""
-        made = self.driver().ear
+        made = self.tools().ear
         if made is None:
             raise LookupError(f"nothing hears {self.title}")
         return made()
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Dialect:
     """One dialect: `preset` is the arm that speaks it where no arm file says otherwise.
 
@@ -77,17 +89,18 @@ class Dialect:
     torque: Torque
     abilities: Abilities
     driver: Callable[[], Driver]
+    tools: Callable[[], DeviceTools]
     language: Language | None = None
 
     @property
     def bus(self) -> BusTools | None:
         """How the drives on a bus are surveyed and set up; None where there is no bus."""
-        return self.driver().bus if self.can else None
+        return self.tools().bus if self.can else None
 
     @property
     def pendant(self) -> PendantTools[Any] | None:
         """How the arm's own program is read and written; None where it keeps none."""
-        return self.driver().pendant if self.abilities.pendant else None
+        return self.tools().pendant if self.abilities.pendant else None
 
     @property
     def can(self) -> bool:

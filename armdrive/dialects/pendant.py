@@ -20,7 +20,7 @@ Origin: TypeAlias = tuple[int, ...] | None
 """What the arm's registers have to be added to, to be motor steps; None where nobody knows it."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class PendantTools(Generic[P]):
     """One dialect's programs: out of the arm's words, out of a file's text, and back.
 

@@ -81,7 +81,7 @@ class Certainty(IntEnum):
     """Answers that another firmware could give too, numbers alone say."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Recognition:
     """How one dialect is recognised.
 
@@ -114,7 +114,7 @@ def in_safe_order(probes: Iterable[Probe]) -> tuple[Probe, ...]:
     return given
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Recogniser:
     """Knows the devices of several dialects, by the dialects' names."""
 

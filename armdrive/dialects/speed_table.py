@@ -57,7 +57,7 @@ class SpeedTable:
         return self.points[index], self.points[index + 1]
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class SpeedMeter:
     """How much slower than its table the arm is, for each part of the table."""
 

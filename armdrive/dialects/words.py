@@ -143,7 +143,7 @@ def escaped(data: bytes) -> str:
     return data.decode("latin-1").encode("unicode_escape").decode("ascii")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Describer:
     """How one dialect is cut into messages and put into words.
 

@@ -21,6 +21,10 @@
     |   +-- ProgramHalfWritten    6   a program did not come into the arm's memory whole
     +-- LinkError                 4
     |   +-- PortUnavailable       4   the port cannot be opened
+    |   |   +-- NoSuchPort        4   there is no such device, or nothing behind it
+    |   |   +-- PortInUse         4   another program has it
+    |   |   +-- PortForbidden     4   the user may not open it
+    |   |   +-- NoConnection      4   nobody answers at the other end of the network
     |   +-- LinkLost              4   the wire broke
     +-- ArmFileError              2   an arm file that cannot be used
     +-- PointsFileError           2   a file of points that cannot be used
@@ -219,6 +223,30 @@ class PortUnavailable(LinkError):
     """The port cannot be opened."""
 
     code = "E402"
+
+
+class NoSuchPort(PortUnavailable):
+    """There is no such device, or nothing behind it."""
+
+    code = "E403"
+
+
+class PortInUse(PortUnavailable):
+    """Another program has the port."""
+
+    code = "E404"
+
+
+class PortForbidden(PortUnavailable):
+    """The user may not open the port."""
+
+    code = "E405"
+
+
+class NoConnection(PortUnavailable):
+    """Nobody answers at that host and port."""
+
+    code = "E406"
 
 
 class LinkLost(LinkError):

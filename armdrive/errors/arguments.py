@@ -135,15 +135,25 @@ _EVERY, _NAMED = inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD
 
 
 class Arguments:
-    """The arguments of one call: how many there are, their names, and their rules."""
+    """The arguments of one call: how many there are, their names, and their rules.
+
+    They are worked out at the first call: a program makes few of all calls.
+    """
 
     def __init__(self, method: Method, rules: Mapping[str, Rule]) -> None:
-        self._name = method.__name__
-        self._signature = inspect.signature(method)
-        self._rules = {
+        self._method = method
+        self._known = rules
+
+    @functools.cached_property
+    def _signature(self) -> inspect.Signature:
+        return inspect.signature(self._method)
+
+    @functools.cached_property
+    def _rules(self) -> Mapping[str, tuple[Any, Rule]]:
+        return {
             each.name: (each.kind, rule)
             for each in self._signature.parameters.values()
-            if (rule := rule_of(each.name, str(each.annotation), rules)) is not None
+            if (rule := rule_of(each.name, str(each.annotation), self._known)) is not None
         }
 
     def taken(
@@ -171,7 +181,7 @@ class Arguments:
         strange = next((name for name in named if name not in known), "")
         hint = suggestion(strange, known) if strange else ""
         takes = ", ".join(known) or "nothing"
-        return f"{self._name}(): {why}{hint}; it takes {takes}"
+        return f"{self._method.__name__}(): {why}{hint}; it takes {takes}"
 
 
 def checked(rules: Mapping[str, Rule]) -> Callable[[Method], Method]:
@@ -181,16 +191,14 @@ def checked(rules: Mapping[str, Rule]) -> Callable[[Method], Method]:
         if (waiting := waiting_part(method)) is not None:
             return blocking(decorate(waiting))
 
-        @functools.cache
-        def arguments() -> Arguments:  # at the first call: a program makes few of all calls
-            return Arguments(method, rules)
+        arguments = Arguments(method, rules)
 
         if inspect.iscoroutinefunction(method):
 
             @functools.wraps(method)
             async def awaited(*words: Any, **named: Any) -> Any:
                 try:
-                    words, named = arguments().taken(words, named)
+                    words, named = arguments.taken(words, named)
                     return await method(*words, **named)
                 except KinematicsError as error:
                     raise refusal_of(error) from None
@@ -200,7 +208,7 @@ def checked(rules: Mapping[str, Rule]) -> Callable[[Method], Method]:
         @functools.wraps(method)
         def called(*words: Any, **named: Any) -> Any:
             try:
-                words, named = arguments().taken(words, named)
+                words, named = arguments.taken(words, named)
                 return method(*words, **named)
             except KinematicsError as error:
                 raise refusal_of(error) from None
@@ -219,8 +227,9 @@ def checked_calls(rules: Mapping[str, Rule], *only: str) -> Callable[[C], C]:
     check = checked(rules)
 
     def decorate(kind: C) -> C:
-        for name in only or (name for name in dir(kind) if _is_public(name)):
-            found = inspect.getattr_static(kind, name)
+        known = {name: each for base in reversed(kind.__mro__) for name, each in vars(base).items()}
+        for name in only or filter(_is_public, sorted(known)):
+            found = known[name]
             if inspect.isfunction(found) and not hasattr(
                 waiting_part(found) or found, "__wrapped__"
             ):

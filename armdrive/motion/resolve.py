@@ -57,7 +57,7 @@ PARK_RISE_MM = 60.0
 PARK_HEIGHT_MM = 30.0
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Ground:
     """What a move is resolved against: the arm, its speeds, its points, and where it stands."""
 

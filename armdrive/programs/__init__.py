@@ -2,9 +2,9 @@
 
 TYPE_CHECKING = False  # as typing's
 if TYPE_CHECKING:
-    from armdrive.programs.program import Program, read_program
+    from armdrive.programs.program import Program, read_program, written_program
 
-__all__ = ["Program", "read_program"]
+__all__ = ["Program", "read_program", "written_program"]
 
 
 def __getattr__(name: str) -> object:

@@ -15,6 +15,7 @@ from armdrive.programs.language.compiling import CompiledCode, OpCode
 from armdrive.programs.language.reading import read_tree
 from armdrive.programs.language.syntax import Define, Tree
 from armdrive.programs.language.values import ForwardKinematics, PlaceValue
+from armdrive.programs.language.writing import unparse
 from armdrive.programs.machine import Context, Machine, MachineState, ProgramWorld
 from armdrive.programs.problems import Problem, SourceMark, program_error
 from armdrive.storage.point_file import points_of
@@ -114,6 +115,11 @@ class Program:
 
 def _sha256(text: str) -> str:
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
+
+
+def written_program(tree: Tree, file: str = "") -> Program:
+    """Return the program of a tree: written down, and read again, so that it can be run."""
+    return read_program(unparse(tree), file)
 
 
 def read_program(

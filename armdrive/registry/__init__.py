@@ -10,7 +10,6 @@ dialect needs to be driven, simulated or read from a file is imported when a row
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -71,26 +70,19 @@ def _cia402() -> SimDeviceKind:
     return KIND
 
 
-@dataclass(frozen=True, slots=True)
-class RegistryRow:
-    """One dialect: what it states about itself, and how its simulated device is made."""
-
-    entry: Dialect
-    simulated: Callable[[], SimDeviceKind]
-
-
-_ROWS = (
-    RegistryRow(TEACHMOVER, _teachmover),
-    RegistryRow(ROBKO01, _robko01),
-    RegistryRow(ARMDROID, _armdroid),
-    RegistryRow(GRBL, _grbl),
-    RegistryRow(MKS, _mks),
-    RegistryRow(CIA402, _cia402),
+_ROWS: tuple[tuple[Dialect, Callable[[], SimDeviceKind]], ...] = (
+    (TEACHMOVER, _teachmover),
+    (ROBKO01, _robko01),
+    (ARMDROID, _armdroid),
+    (GRBL, _grbl),
+    (MKS, _mks),
+    (CIA402, _cia402),
 )
+"""Each dialect: what it states about itself, and what returns how its simulated device is made."""
 
-DIALECTS: Mapping[str, Dialect] = MappingProxyType({row.entry.name: row.entry for row in _ROWS})
+DIALECTS: Mapping[str, Dialect] = MappingProxyType({entry.name: entry for entry, _ in _ROWS})
 """What each dialect states about itself, by its name."""
-_SIMULATED = MappingProxyType({row.entry.name: row.simulated for row in _ROWS})
+_SIMULATED = MappingProxyType({entry.name: simulated for entry, simulated in _ROWS})
 
 DEFAULT = TEACHMOVER.name
 """The dialect of an arm file that names none, and of the simulated arm where no arm is named."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from firmware_protocol.frames import Unpacker
+from collections.abc import Callable, Iterable
+from typing import Protocol
 
 MOST_BYTES = 512
 """So much is remembered: more than any excerpt shows."""
@@ -15,24 +16,39 @@ NOT_THE_ANSWER = "but not the answer"
 ANOTHER = "and that port, baud rate and dialect are right"
 
 
-class Received:
-    """What has come since a call began. On a bus it is packed frames, elsewhere bytes."""
+class ReceivedFrame(Protocol):
+    """A frame, of which the id is told."""
 
-    def __init__(self, *, on_bus: bool = False) -> None:
-        self._on_bus = on_bus
+    @property
+    def can_id(self) -> int:
+        """The id that it was sent with."""
+
+
+class FrameReader(Protocol):
+    """Reads frames out of what comes in, whatever the chunks."""
+
+    def feed(self, data: bytes) -> Iterable[ReceivedFrame]:
+        """Take bytes; return the frames that they complete."""
+
+
+class Received:
+    """What has come since a call began: bytes, or the frames that `frames` reads out of them."""
+
+    def __init__(self, frames: Callable[[], FrameReader] | None = None) -> None:
+        self._frames = frames
         self.clear()
 
     def clear(self) -> None:
         """Forget what came: another call begins."""
         self.count = 0
         self._first = bytearray()
-        self._unpacker = Unpacker()
+        self._reader = None if self._frames is None else self._frames()
         self._ids: dict[int, None] = {}
 
     def add(self, data: bytes) -> None:
         """Take note of what came."""
-        if self._on_bus:
-            for frame in self._unpacker.feed(data):
+        if self._reader is not None:
+            for frame in self._reader.feed(data):
                 self.count += 1
                 if len(self._ids) <= MOST_IDS:
                     self._ids[frame.can_id] = None
@@ -42,12 +58,12 @@ class Received:
 
     def look_at(self, silent: str) -> str:
         """Return what a person does about it: `silent`, and more where bytes came."""
-        return silent if self._on_bus or not self.count else f"{silent}, {ANOTHER}"
+        return silent if self._frames or not self.count else f"{silent}, {ANOTHER}"
 
     def __str__(self) -> str:
         if not self.count:
             return "nothing was received"
-        if self._on_bus:
+        if self._frames:
             named = [f"{each:X}" for each in list(self._ids)[:MOST_IDS]]
             more = ", ..." if len(self._ids) > MOST_IDS else ""
             return f"{_many(self.count, 'frame')}, {NOT_THE_ANSWER}: ids {', '.join(named)}{more}"

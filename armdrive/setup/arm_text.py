@@ -17,7 +17,8 @@ from armdrive.setup.directions import SeenMotion, Signs, conclude
 from armdrive.setup.draft import GRIPPER_MOTOR, HALF_STEP, Draft
 from armdrive.setup.plan import MM, CommissioningPlan, Notes
 from armdrive.setup.templates import COUPLED, model_text, typed_text
-from armdrive.text.toml import FORMAT, FORMAT_ENTRY, FORMAT_KEY, TomlEntry, TomlSection, document
+from armdrive.text.toml import FORMAT, FORMAT_KEY
+from armdrive.text.toml_document import FORMAT_ENTRY, TomlEntry, TomlSection, document
 
 # The motors of an arm file: steps per turn as a sum, and which joints a motor sees which way.
 

@@ -37,7 +37,8 @@ from armdrive.storage import files as places
 from armdrive.text.reading import read_text
 from armdrive.transports import can_link
 from armdrive.transports import ports as port_lists
-from armdrive.transports.address import CanAddress, is_can
+from armdrive.transports.address import is_can
+from armdrive.transports.can_address import CanAddress
 from armdrive.transports.link import Link
 from firmware_protocol.frames import Frame
 

@@ -33,6 +33,8 @@ from armdrive.motion.dead_man import (
 if sys.platform != "win32":
     import termios
     import tty
+else:
+    import msvcrt
 
 ASK_FOCUS = b"\x1b[?1004$p"
 """Asks whether focus events are known (DECRQM); the answer ends in a number of `_KNOWN`."""
@@ -298,14 +300,12 @@ class _Console:
         sys.stdout.flush()
 
     def read(self, timeout_s: float) -> bytes:
-        import msvcrt
-
         until_s = self.now_s() + timeout_s
-        while not msvcrt.kbhit():  # type: ignore[attr-defined,unused-ignore]
+        while not msvcrt.kbhit():  # type: ignore[name-defined,unused-ignore]
             if self.now_s() >= until_s:
                 return b""
             time.sleep(self.LOOK_S)
-        return bytes(msvcrt.getch())  # type: ignore[attr-defined,unused-ignore]
+        return bytes(msvcrt.getch())  # type: ignore[name-defined,unused-ignore]
 
     def now_s(self) -> float:
         return time.perf_counter()

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from armdrive.dialog.conversation import Finding, note, ok, problem
-from armdrive.errors import ArmError
+from armdrive.errors import ArmError, NoSuchPort
 from armdrive.registry.arm_files import load_arm
 from armdrive.storage import files as places
 from armdrive.storage.lock_client import ask_holder
 from armdrive.text.toml import value as toml
 from armdrive.transports.address import scheme
-from armdrive.transports.open_errors import NoSuchPort, holder, owning_group, refusal
+from armdrive.transports.open_errors import holder, owning_group, refusal
 from armdrive.transports.ports import PortInfo, device_names, device_of, list_ports
 
 # Who has a port, and which arm files it belongs to: asked of files and local sockets alone.

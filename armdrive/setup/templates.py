@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from armdrive.registry import DIALECTS
-from armdrive.text.toml import FORMAT_ENTRY, TomlEntry, TomlSection, document
+from armdrive.text.toml_document import FORMAT_ENTRY, TomlEntry, TomlSection, document
 
 # Link tables of templates: joints by name, lengths that the interview asks for, and as a file.
 

@@ -239,11 +239,11 @@ class Agenda:
 # one; where a thread drives the device, call these methods on that thread or under its lock.
 
 
-@dataclass(slots=True)
 class DeviceClock:
     """The present time of a device: it keeps it, and its box reads it."""
 
-    now_s: float = 0.0
+    def __init__(self) -> None:
+        self.now_s = 0.0
 
 
 class DeviceBox(abc.ABC):

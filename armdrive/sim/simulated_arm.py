@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from functools import cache
+from typing import TYPE_CHECKING, TypeVar
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialog.operator import PostureRequest
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.device import Option, Options, SimDevice, Value
-from armdrive.sim.faults.running import Faults, LinkCable
 from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody, play_of
@@ -19,6 +19,9 @@ from armdrive.sim.world.saved import MEND, Json, Saved, world_from_json
 from armdrive.sim.world.table import Stand, TableBlock
 from armdrive.transports.in_process import MemoryLink
 from kinematics.spaces import Joints, Motors
+
+if TYPE_CHECKING:
+    from armdrive.sim.faults.running import Faults
 
 # --- The operator --------------------------------------------------------------------------------
 #
@@ -34,7 +37,7 @@ SEEN_RAD = math.radians(1.0)
 """How well he can see whether an arm stands as it is drawn."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class SimulatedOperator:
     """Answers `home` for a simulated arm. He cannot lift an arm whose motors have no current."""
 
@@ -92,18 +95,20 @@ TITLE = "simulated arm"
 """What links call the far end of their wire."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class SimulatedArm:
-    """The simulated counterpart of a connected arm. `world` is the physical truth.
-
-    `faults` makes things go wrong: `twin.faults.add("drop", 0.01, side="host")`.
-    """
+    """The simulated counterpart of a connected arm. `world` is the physical truth."""
 
     dialect: str
     device: SimDevice
     link: MemoryLink[PacedDevice]
     operator: SimulatedOperator
-    faults: Faults
+    faults_of_wire: Callable[[], Faults]
+
+    @property
+    def faults(self) -> Faults:
+        """Makes things go wrong: `twin.faults.add("drop", 0.01, side="host")`."""
+        return self.faults_of_wire()
 
     @property
     def world(self) -> World:
@@ -120,7 +125,19 @@ def link_to(device: SimDevice) -> MemoryLink[PacedDevice]:
     return MemoryLink(device.line(), TITLE)
 
 
-@dataclass(frozen=True, slots=True)
+def faults_on(device: SimDevice, link: MemoryLink[PacedDevice]) -> Callable[[], Faults]:
+    """Return what gives the faults of a device and its wire, once somebody asks for them."""
+
+    @cache
+    def faults() -> Faults:
+        from armdrive.sim.faults.running import Faults, LinkCable  # nothing goes wrong by itself
+
+        return Faults(device, link.line, LinkCable(link))
+
+    return faults
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class SimDeviceKind:
     """How the simulated device of one dialect is made, and what can be set of it.
 
@@ -155,10 +172,11 @@ class SimDeviceKind:
         device = self.simulate_device(
             config, saved, blocks=blocks, play=play, stand=stand, settings=options
         )
-        link = link_to(device)
         operator = SimulatedOperator(device.world, backlash_steps=config.backlash_steps)
-        faults = Faults(device, link.line, LinkCable(link))
-        return SimulatedArm(config.connection.dialect, device, link, operator, faults)
+        link = link_to(device)
+        return SimulatedArm(
+            config.connection.dialect, device, link, operator, faults_on(device, link)
+        )
 
     def simulate_device(
         self,

@@ -23,7 +23,7 @@ _ROUNDING = 1e-3
 """The share of a byte's time that may be missing through floating-point rounding."""
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class _Piece:
     data: bytes
     start_s: float

@@ -60,7 +60,7 @@ class Answerer(Protocol):
         """Answer a request: by one object, or by a stream of them."""
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class _Caller:
     """A caller whose request is incomplete; `until_s` is when its time is over."""
 

@@ -45,10 +45,10 @@ HEADING = """\
 {key} = {format}
 """
 
-_HEADER = re.compile(r"\s*\[[^\[\]]+\]\s*(#.*)?")
+_HEADER = r"\s*\[[^\[\]]+\]\s*(#.*)?"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class PointWriter:
     """Writes the tables of one arm's file; `fk` gives the pose for the comment of a point."""
 
@@ -155,7 +155,7 @@ def _blocks(text: str) -> Iterator[tuple[tuple[str, ...], str]]:
 
 def _named(line: str) -> tuple[str, ...] | None:
     """Return the names in a line that is a table's header."""
-    if not _HEADER.fullmatch(line.rstrip("\r\n")):
+    if not re.fullmatch(_HEADER, line.rstrip("\r\n")):
         return None
     try:
         table = tomllib.loads(line)

@@ -28,7 +28,7 @@ from armdrive.text.toml import (
 from kinematics.errors import BadNumber, finite
 from kinematics.spaces import Joints
 
-NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
+NAME = r"[A-Za-z][A-Za-z0-9_-]{0,39}"
 """What points and sequences may be called: one word, as in programs."""
 
 WAYS = ("joint", "line")
@@ -149,7 +149,7 @@ class Taught:
 
 def check_name(name: str) -> str:
     """Return a name that a point or a sequence may have; raises `BadRequest`."""
-    if not NAME.fullmatch(name):
+    if not re.fullmatch(NAME, name):
         raise BadRequest(
             f"{name!r} is no name: one word of letters, digits, - and _ that begins with a letter, "
             "of at most 40 characters"
@@ -210,25 +210,9 @@ def _list(row: object, where: str) -> StepList:
     return StepList(read, _text(entries, "note", where))
 
 
-@dataclass(frozen=True, slots=True)
-class _StepKeys:
-    """The keys of a step but for `gripper`, which is text or a number."""
-
-    point: str = ""
-    how: str = "joint"
-    speed: float = 1.0
-    gripper: str = ""
-    wait_s: float | None = None
-
-
 def _step(row: object, where: str) -> Step:
-    entries = dict(require_table(row, where))
-    gripper = entries.get("gripper")
-    if isinstance(gripper, int | float) and not isinstance(gripper, bool):
-        gripper = number(entries.pop("gripper"), f"{where}.gripper")
-    read = read_section(_StepKeys, entries, where)
     try:
-        return Step(read.point, read.how, read.speed, gripper, read.wait_s)
+        return read_section(Step, row, where)
     except BadRequest as error:
         raise ArmFileError(f"{where}: {error}") from None
 
@@ -254,10 +238,10 @@ def _moment(given: object, where: str) -> datetime | None:
 
 FORMS = "`to POINT [along a line] [at 30%]`, `gripper open|close|grasp|point|MM`, `wait SECONDS`"
 
-_SPEED = re.compile(r"(.*?)(?: at (\S+?) ?%)?")
-_LINE = re.compile(r"(\S+)( (?:along a )?line)?")
-_WIDTH = re.compile(r"(\S+?)(?: ?mm)?")
-_WAIT = re.compile(r"(\S+?)(?: ?s)?")
+_SPEED = r"(.*?)(?: at (\S+?) ?%)?"
+_LINE = r"(\S+)( (?:along a )?line)?"
+_WIDTH = r"(\S+?)(?: ?mm)?"
+_WAIT = r"(\S+?)(?: ?s)?"
 
 
 def parse_step(text: str) -> Step:
@@ -271,7 +255,7 @@ def parse_step(text: str) -> Step:
 
 def _to(rest: str) -> Step:
     words, speed = _at(rest)
-    found = _LINE.fullmatch(words)
+    found = re.fullmatch(_LINE, words)
     if found is None:
         raise BadRequest(f"{rest!r} is no way to a point: {FORMS}")
     return Step(check_name(found[1]), "line" if found[2] else "joint", speed)
@@ -281,20 +265,20 @@ def _gripper(rest: str) -> Step:
     words, speed = _at(rest)
     if words in GRIPPER_WORDS:
         return Step(gripper=words, speed=speed)
-    found = _WIDTH.fullmatch(words)
+    found = re.fullmatch(_WIDTH, words)
     if found is None:
         raise BadRequest(f"gripper is one of {', '.join(GRIPPER_WORDS)}, or mm, not {words!r}")
     return Step(gripper=_number(found[1], "an opening in mm"), speed=speed)
 
 
 def _wait(rest: str) -> Step:
-    found = _WAIT.fullmatch(rest)
+    found = re.fullmatch(_WAIT, rest)
     return Step(wait_s=_number(found[1] if found else rest, "a time in seconds"))
 
 
 def _at(rest: str) -> tuple[str, float]:
     """Split off the speed."""
-    found = _SPEED.fullmatch(rest)
+    found = re.fullmatch(_SPEED, rest)
     if found is None or found[2] is None:
         return rest, 1.0
     return found[1], _number(found[2], "a speed in percent") / 100.0

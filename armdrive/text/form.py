@@ -20,7 +20,7 @@ Json = Any
 """Plain data: what `json.loads` returns."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Form(Generic[T]):
     """How values of one type are written as JSON.
 

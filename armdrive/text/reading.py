@@ -123,12 +123,11 @@ LARGEST_INTEGER = 2**63 - 1
 _MARK = "\ufeff"
 """Windows' editors begin a file with this byte order mark."""
 
-_TOML_TOKEN = re.compile(
+_TOML_PART = (
     r'"""(?:[^"\\]|\\.|"(?!""))*+(?:"{3,5}|$)'  # several lines, with escapes
     r"|'''(?:[^']|'(?!''))*+(?:'{3,5}|$)"  # several lines, as they are
     r'|"(?:[^"\\\n]|\\.)*+"?|'
-    r"'[^'\n]*+'?|#[^\n]*+|[A-Za-z0-9_+-]++|[^\s]|\n",
-    re.DOTALL,
+    r"'[^'\n]*+'?|#[^\n]*+|[A-Za-z0-9_+-]++|[^\s]|\n"
 )
 _JSON_TOKEN = re.compile(r'"(?:[^"\\]|\\.)*+"?|[A-Za-z0-9_+.-]++|[^\s]', re.DOTALL)
 
@@ -234,7 +233,7 @@ def parse_json(text: str, failure: Failure) -> Any:
 
 def _toml_tokens(text: str) -> Iterator[str]:
     """Yield the tokens that tell how deep a document nests, without strings and comments."""
-    for found in _TOML_TOKEN.finditer(text):
+    for found in re.finditer(_TOML_PART, text, re.DOTALL):
         if found[0][0] not in "#\"'":
             yield found[0]
 

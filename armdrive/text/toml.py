@@ -9,11 +9,10 @@ from __future__ import annotations
 import json
 import math
 import re
-import textwrap
 import types
 import typing
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from collections.abc import Mapping
+from dataclasses import fields
 from typing import Any, TypeVar
 
 from armdrive.errors import ArmFileError
@@ -61,8 +60,9 @@ def _convert(wanted: Any, value: object, where: str) -> Any:
     """Check one value against its annotation; whole numbers are fine where floats belong."""
     origin = typing.get_origin(wanted)
     if origin in (types.UnionType, typing.Union):
-        wanted = next(one for one in typing.get_args(wanted) if one is not type(None))
-        return _convert(wanted, value, where)
+        kinds = [one for one in typing.get_args(wanted) if one is not type(None)]
+        plain = isinstance(value, int | float) and not isinstance(value, bool)
+        return _convert(float if plain and float in kinds else kinds[0], value, where)
     if origin is tuple:
         return _convert_tuple(wanted, value, where)
     if wanted is float:
@@ -136,69 +136,14 @@ def require_format(table: Mapping[str, Any], failure: Failure = ArmFileError) ->
         )
 
 
-# Writing TOML for people: values, and sections whose lines carry comments.
-#
-# Plain text is written rather than a document edited, so that no further library is needed.
+# Values as TOML.
 
-COMMENT_AT = 30
-"""The column that comments begin in, where the line before them is shorter."""
-
-WIDTH = 96
-"""The longest line of a heading."""
-
-_BARE = re.compile(r"[A-Za-z0-9_-]+")
-
-
-@dataclass(frozen=True, slots=True)
-class TomlEntry:
-    """One key with its value, and what a reader should know of it."""
-
-    key: str
-    value: Any
-    comment: str = ""
-
-
-FORMAT_ENTRY = TomlEntry(FORMAT_KEY, FORMAT)
-"""The first key of every file that armdrive writes for people."""
-
-
-@dataclass(frozen=True, slots=True)
-class TomlSection:
-    """A table of a document; the first one has no name, and one of an array says so."""
-
-    name: str
-    entries: tuple[TomlEntry, ...]
-    comment: str = ""
-    array: bool = field(default=False)
-
-
-def document(sections: Iterable[TomlSection], heading: str = "") -> str:
-    """Return the text of a document, one line at the end."""
-    lines = [each for line in heading.splitlines() for each in textwrap.wrap(line, WIDTH)]
-    blocks = ["\n".join(f"# {line}" for line in lines)] if lines else []
-    blocks += [_section(each) for each in sections if each.entries]
-    return "\n\n".join(blocks) + "\n"
-
-
-def _section(section: TomlSection) -> str:
-    lines = []
-    if section.name:
-        brackets = f"[[{section.name}]]" if section.array else f"[{section.name}]"
-        lines.append(_commented(brackets, section.comment))
-    lines += [
-        _commented(f"{key(each.key)} = {value(each.value)}", each.comment)
-        for each in section.entries
-    ]
-    return "\n".join(lines)
-
-
-def _commented(line: str, comment: str) -> str:
-    return f"{line.ljust(COMMENT_AT - 1)} # {comment}" if comment else line
+_BARE = r"[A-Za-z0-9_-]+"
 
 
 def key(name: str) -> str:
     """Return a key, quoted where it is no single word."""
-    return name if _BARE.fullmatch(name) else value(name)
+    return name if re.fullmatch(_BARE, name) else value(name)
 
 
 def value(given: Any) -> str:

@@ -6,18 +6,30 @@ another thread. Nothing here may raise into the driver.
 
 from __future__ import annotations
 
+import json
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import ArmError, StateFileError
+from armdrive.moves import Move
 from armdrive.status import State
-from armdrive.tasks import Event, Progress, Request
-from armdrive.trace.describe import call_words, error_words, event_words, request_words
+from armdrive.tasks import (
+    Alert,
+    Event,
+    MoveAlong,
+    MoveBy,
+    Progress,
+    ProtocolWarning,
+    Registers,
+    Request,
+    Timeout,
+)
+from armdrive.text.json_forms import move_to_json
 from armdrive.trace.entries import EntryCondition, EntryKind, EntryRing, TraceEntry
 from kinematics.errors import KinematicsError
 
@@ -89,13 +101,13 @@ class FlightRecorder:
     def asked(self, request: Request) -> None:
         """Note a request."""
         self.changed()
-        self._note(EntryKind.REQUEST, request_words(request))
+        self._note(EntryKind.REQUEST, _request_words(request))
 
     def told(self, event: Event) -> None:
         """Note an answer or an alert; reports of a motion under way are in the bytes."""
         if isinstance(event, Progress):
             return
-        self._note(*event_words(event))
+        self._note(*_event_words(event))
         self.changed()
 
     def changed(self) -> None:
@@ -115,13 +127,13 @@ class FlightRecorder:
     def called(self, name: str, words: tuple[Any, ...], named: dict[str, Any]) -> None:
         """Note a call."""
         self._last_error = 0
-        self._inbox.append((self._clock(), EntryKind.CALL, call_words(name, words, named)))
+        self._inbox.append((self._clock(), EntryKind.CALL, _call_words(name, words, named)))
 
     def raised(self, error: BaseException) -> None:
         """Note an error, once, however many calls it passes."""
         if id(error) != self._last_error:
             self._last_error = id(error)
-            self._inbox.append((self._clock(), EntryKind.RAISED, error_words(error)))
+            self._inbox.append((self._clock(), EntryKind.RAISED, _error_words(error)))
 
     def ended(self, error: BaseException | None) -> None:
         """Note how a task ended; an error that is no sentence for a person is a flaw of ours."""
@@ -133,12 +145,12 @@ class FlightRecorder:
 
     def lost(self, error: BaseException) -> None:
         """Note that the wire is lost, and write."""
-        self._note(EntryKind.LOST, error_words(error))
+        self._note(EntryKind.LOST, _error_words(error))
         self._write_soon("link-lost")
 
     def failed(self, error: BaseException) -> None:
         """Note that the engine has failed, and write."""
-        self._note(EntryKind.FAILED, error_words(error))
+        self._note(EntryKind.FAILED, _error_words(error))
         self._write_soon("engine-failed")
 
     # -- writing ------------------------------------------------------------------------------
@@ -236,3 +248,46 @@ def _write_recording(
     target = path or free_path(folder, header)
     write_recording(target, header, entries, most=folder)
     return target
+
+
+# Requests, answers, calls and errors in the words that a recording keeps.
+
+
+def _request_words(request: Request) -> str:
+    """Return a request in words; what is a program of its own is left out."""
+    if isinstance(request, MoveBy):
+        return f"MoveBy({_counts(request.steps)}; {request.rate_hz:g} steps/s)"
+    if isinstance(request, MoveAlong):
+        return f"MoveAlong({'jogging, ' if request.jog else ''}{request.ahead_s:g} s ahead)"
+    return repr(request)
+
+
+def _event_words(event: Event) -> tuple[EntryKind, str]:
+    """Return the kind of an answer or an alert, and its words; counts of motors come first."""
+    if isinstance(event, Registers):
+        return EntryKind.REGISTERS, f"{_counts(event.positions)}; {event}"
+    if isinstance(event, Alert):
+        return EntryKind.ALERT, f"{event.kind.value}: {event.text}"
+    if isinstance(event, ProtocolWarning):
+        return EntryKind.ODDITY, event.text
+    return EntryKind.SILENCE if isinstance(event, Timeout) else EntryKind.REPLY, str(event)
+
+
+def _call_words(name: str, words: tuple[Any, ...], named: Mapping[str, Any]) -> str:
+    """Return a call as it would be written; a move in its JSON form."""
+    shown = [_argument(word) for word in words]
+    shown += [f"{key}={_argument(value)}" for key, value in named.items()]
+    return f"{name}({', '.join(shown)})"
+
+
+def _argument(value: object) -> str:
+    return json.dumps(move_to_json(value)) if isinstance(value, get_args(Move)) else repr(value)
+
+
+def _error_words(error: BaseException) -> str:
+    """Return an error in words."""
+    return f"{type(error).__name__}: {error}"
+
+
+def _counts(counts: tuple[int, ...]) -> str:
+    return " ".join(map(str, counts))

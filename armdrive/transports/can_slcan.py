@@ -20,7 +20,7 @@ import serial
 from can.exceptions import error_check
 from can.interfaces.slcan import slcanBus
 
-from armdrive.transports.open_errors import NoConnection
+from armdrive.errors import NoConnection
 from firmware_protocol.frames import Frame
 from firmware_protocol.slcan import BELL, SlcanLines, frame_of, line_of
 

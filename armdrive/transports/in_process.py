@@ -7,9 +7,8 @@ from __future__ import annotations
 
 from typing import Generic, TypeVar
 
-from armdrive.errors import LinkLost
+from armdrive.errors import LinkLost, NoSuchPort
 from armdrive.transports.link import Bell, ByteLine
-from armdrive.transports.open_errors import NoSuchPort
 
 L = TypeVar("L", bound=ByteLine)
 

@@ -1,11 +1,4 @@
-"""Why a port could not be opened, as an error of its own kind that says what to do.
-
-PortUnavailable
-+-- NoSuchPort        there is no such device, or nothing behind it
-+-- PortInUse         another program has it
-+-- PortForbidden     the user may not open it
-+-- NoConnection      nobody answers at the other end of the network
-"""
+"""Why a port could not be opened, as a `PortUnavailable` of its own kind that says what to do."""
 
 from __future__ import annotations
 
@@ -17,8 +10,8 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from armdrive.errors import PortUnavailable
-from armdrive.transports.address import CanAddress
+from armdrive.errors import NoConnection, NoSuchPort, PortForbidden, PortInUse, PortUnavailable
+from armdrive.transports.can_address import CanAddress
 from kinematics.errors import suggestion
 
 if sys.platform != "win32":
@@ -98,30 +91,6 @@ _BUSY = frozenset({errno.EBUSY, errno.EAGAIN})
 _FORBIDDEN = frozenset({errno.EACCES, errno.EPERM})
 _NOBODY_OF_USE = frozenset({"root", "wheel"})
 """Groups that nobody should be put in for the sake of a port."""
-
-
-class NoSuchPort(PortUnavailable):
-    """There is no such device, or nothing behind it."""
-
-    code = "E403"
-
-
-class PortInUse(PortUnavailable):
-    """Another program has the port."""
-
-    code = "E404"
-
-
-class PortForbidden(PortUnavailable):
-    """The user may not open the port."""
-
-    code = "E405"
-
-
-class NoConnection(PortUnavailable):
-    """Nobody answers at that host and port."""
-
-    code = "E406"
 
 
 def refusal(port: str, error: BaseException, names: Names) -> PortUnavailable:

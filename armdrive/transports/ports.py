@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 
-from armdrive.errors import LinkError
-from armdrive.transports.address import CanAddress, is_can
+from armdrive.errors import LinkError, NoSuchPort
+from armdrive.transports.address import is_can
+from armdrive.transports.can_address import CanAddress
 from armdrive.transports.open_errors import (
     NET,
-    NoSuchPort,
     PortHolder,
     bring_up,
     can_interfaces,

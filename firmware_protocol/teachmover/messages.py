@@ -12,13 +12,7 @@ from enum import IntEnum
 from typing import ClassVar, TypeAlias
 
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
-from firmware_protocol.teachmover.program import (
-    MOTORS,
-    SPEED_MAX,
-    WORD_MAX,
-    ProgramRow,
-    six_steps,
-)
+from firmware_protocol.teachmover.program import MOTORS, SPEED_MAX, WORD_MAX, ProgramRow, six_steps
 
 ATTENTION = "@"
 """The character that a command starts with, until `Arm` changes it."""
@@ -102,31 +96,31 @@ class _Plain:
         return ()
 
 
-@dataclass(frozen=True, slots=True)
 class Read(_Plain):
     """Ask for the position registers, the last key and the inputs."""
 
+    __slots__ = ()
     name: ClassVar[str] = "READ"
 
 
-@dataclass(frozen=True, slots=True)
 class Reset(_Plain):
     """Zero the position registers **and switch the motor current off**: the arm can sag."""
 
+    __slots__ = ()
     name: ClassVar[str] = "RESET"
 
 
-@dataclass(frozen=True, slots=True)
 class Run(_Plain):
     """Run the program in the arm's memory."""
 
+    __slots__ = ()
     name: ClassVar[str] = "RUN"
 
 
-@dataclass(frozen=True, slots=True)
 class QDump(_Plain):
     """Ask for the program in the arm's memory."""
 
+    __slots__ = ()
     name: ClassVar[str] = "QDUMP"
 
 
@@ -149,17 +143,17 @@ class _AtSpeed:
         return () if self.speed is None else (self.speed,)
 
 
-@dataclass(frozen=True, slots=True)
 class Close(_AtSpeed):
     """Close the gripper until its switch trips; slow, and nothing stops it from the host."""
 
+    __slots__ = ()
     name: ClassVar[str] = "CLOSE"
 
 
-@dataclass(frozen=True, slots=True)
 class Set(_AtSpeed):
     """Hand control to the pendant; the answer comes when the pendant gives it back."""
 
+    __slots__ = ()
     name: ClassVar[str] = "SET"
 
 

@@ -14,7 +14,8 @@ from kinematics.chains.chain import Chain
 from kinematics.chains.generated import Jacobian
 from kinematics.chains.links import JointKind
 from kinematics.errors import KinematicsError, finite
-from kinematics.frames.matrices import Singular, singular, times
+from kinematics.frames.decompositions import Singular, singular
+from kinematics.frames.matrices import times
 from kinematics.frames.transforms import position_of
 from kinematics.frames.vectors import cross, subtract
 

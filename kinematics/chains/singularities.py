@@ -17,7 +17,8 @@ from kinematics.chains.generated import Generated, Jacobian, generated
 from kinematics.chains.jacobians import ALL_ROWS, POSITION_ROWS, dimensionless
 from kinematics.chains.links import JointKind
 from kinematics.errors import KinematicsError
-from kinematics.frames.matrices import singular, transposed
+from kinematics.frames.decompositions import singular
+from kinematics.frames.matrices import transposed
 from kinematics.frames.transforms import position_of
 from kinematics.frames.vectors import norm
 

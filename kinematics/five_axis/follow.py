@@ -26,7 +26,7 @@ STRAIGHT_RAD = 1e-6
 """An elbow nearer to straight than this is on neither side; the side its range allows is taken."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class FiveAxisFollower:
     """The branch on which a curve is followed.
 

@@ -44,7 +44,7 @@ PlaneAngles = tuple[float, float, float]
 """Shoulder, elbow, wrist pitch."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class PlaneProblem:
     """A goal (r, z in mm) in the plane at one plane pitch, on one side of the base axis.
 

@@ -245,7 +245,7 @@ LARGEST_TURN_RAD = 0.5
 """The furthest that a joint may turn between two waypoints: further is another posture."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class ToolFollower:
     """The posture near the one before; `arm` has limits widened to a start beyond them."""
 

@@ -14,7 +14,7 @@ from enum import Enum
 from typing import Generic, TypeVar
 
 from kinematics.errors import NoNearestRotation, NotAUnitQuaternion, ZeroVector, finite
-from kinematics.frames.matrices import symmetric_eigen
+from kinematics.frames.decompositions import symmetric_eigen
 from kinematics.frames.numbers import cos, sin
 from kinematics.frames.rotations import Matrix3
 from kinematics.frames.transforms import ROTATION_TOLERANCE, check_rotation, finite_matrix

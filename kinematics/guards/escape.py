@@ -121,7 +121,7 @@ def nearest_allowed(
     return search.best or search.on_the_way()
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class _Search:
     """The best pose so far, and where to go from one that is not allowed."""
 

@@ -158,7 +158,7 @@ def worst(broken: tuple[Violation, ...]) -> Violation | None:
     return deepest(broken) if broken else None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class GuardedArm:
     """Guards that know their arm, for many postures of it."""
 

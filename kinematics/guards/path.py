@@ -71,7 +71,7 @@ def first_violation(
     return None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class _Travel:
     """One joint motion, and how far no point of the arm travels on it.
 

@@ -58,7 +58,7 @@ LARGEST_BASE_TURN_RAD = 0.5
 """The furthest that the base may turn between two corners of a curve of the tip."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class HandCurve(Generic[T]):
     """A trace of the tip along which the hand turns, in the posture that a follower keeps.
 

@@ -27,27 +27,25 @@ class JointPart:
 
 
 @dataclass(frozen=True, slots=True)
-class PosePart:
+class _PartToPose:
+    goal: Pose
+    blend_mm: float = 0.0
+
+    def __post_init__(self) -> None:
+        require("goal", self.goal, Pose, A_POSE)
+        object.__setattr__(self, "blend_mm", _radius(self.blend_mm))
+
+
+class PosePart(_PartToPose):
     """Every joint turns in proportion, to the posture for a pose that is nearest."""
 
-    goal: Pose
-    blend_mm: float = 0.0
-
-    def __post_init__(self) -> None:
-        require("goal", self.goal, Pose, A_POSE)
-        object.__setattr__(self, "blend_mm", _radius(self.blend_mm))
+    __slots__ = ()
 
 
-@dataclass(frozen=True, slots=True)
-class LinePart:
+class LinePart(_PartToPose):
     """Straight to a pose, in x, y, z and the turn of the hand."""
 
-    goal: Pose
-    blend_mm: float = 0.0
-
-    def __post_init__(self) -> None:
-        require("goal", self.goal, Pose, A_POSE)
-        object.__setattr__(self, "blend_mm", _radius(self.blend_mm))
+    __slots__ = ()
 
 
 @dataclass(frozen=True, slots=True)

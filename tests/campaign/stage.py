@@ -20,8 +20,7 @@ from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS
 from armdrive.dialog.operator import PostureRequest
 from armdrive.registry import dialect, simulated_kind
 from armdrive.sim.device import DrivesOnBus, Options
-from armdrive.sim.faults.running import Faults, LinkCable
-from armdrive.sim.simulated_arm import TITLE, SimulatedArm, SimulatedOperator
+from armdrive.sim.simulated_arm import TITLE, SimulatedArm, SimulatedOperator, faults_on
 from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.body import ArmBody
 from armdrive.status import State
@@ -111,7 +110,7 @@ class Stage:
             device,
             self.link,
             SimulatedOperator(self.world, backlash_steps=self.config.backlash_steps),
-            Faults(device, self.link.line, LinkCable(self.link)),
+            faults_on(device, self.link),
         )
         self.disk = Disk()
         self.agenda = Agenda()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
@@ -52,7 +53,7 @@ class PointNaming:
     def good(self) -> bool:
         """Whether it is a name as it stands, or makes a step."""
         if self.purpose not in STEPS:
-            return NAME.fullmatch(self.text) is not None
+            return re.fullmatch(NAME, self.text) is not None
         try:
             self.step(0.0)
         except BadRequest:

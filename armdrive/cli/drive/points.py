@@ -149,30 +149,25 @@ def _change(options: argparse.Namespace, config: ArmConfig) -> tuple[Shape, str]
 # -- what needs more than the file of points -----------------------------------------------------
 
 
-def _drive(options: argparse.Namespace) -> int:
-    from armdrive.cli.drive.points_driving import ACTIONS as DRIVING
+def _elsewhere(options: argparse.Namespace) -> int:
+    from armdrive.cli.drive import points_driving, points_export
 
-    return DRIVING[options.action](options)
-
-
-def _export(options: argparse.Namespace) -> int:
-    from armdrive.cli.drive.points_export import export
-
-    return export(options)
+    actions = {**points_driving.ACTIONS, "export": points_export.export}
+    return actions[options.action](options)
 
 
 ACTIONS: Mapping[str, Command] = MappingProxyType(
     {
         "list": _list,
         "show": _show,
-        "save": _drive,
-        "go": _drive,
-        "run": _drive,
+        "save": _elsewhere,
+        "go": _elsewhere,
+        "run": _elsewhere,
         "rename": _rename,
         "delete": _delete,
         "copy": _shape,
         "mirror": _shape,
-        "export": _export,
+        "export": _elsewhere,
         "offset": _shape,
     }
 )

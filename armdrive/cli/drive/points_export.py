@@ -5,11 +5,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+import armdrive.programs as programs
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.presenter import emit, say
 from armdrive.errors import BadRequest
-from armdrive.programs.language.writing import unparse
-from armdrive.programs.program import read_program
 from armdrive.programs.teaching.export import program_of
 from armdrive.storage.files import DISK, replace_durably
 from armdrive.storage.point_file import points_of
@@ -23,9 +22,9 @@ def export(options: argparse.Namespace) -> int:
     config = chosen_target(options).config
     book = points_of(config.name, config.model.arm)
     steps, taught = book.sequence(options.name), book.read()
-    text = unparse(program_of(options.name, steps, taught.points, config.model.arm.fk))
-    program = read_program(text, str(path))  # what is written can be run
-    replace_durably(DISK, path.absolute(), text.encode("utf-8"))
+    tree = program_of(options.name, steps, taught.points, config.model.arm.fk)
+    program = programs.written_program(tree, str(path))
+    replace_durably(DISK, path.absolute(), program.text.encode("utf-8"))
     if options.json:
         emit({"file": str(path), "sha256": program.digest, "steps": len(steps.steps)})
     else:

@@ -8,12 +8,11 @@ from pathlib import Path
 from types import MappingProxyType
 
 from armdrive.cli.options import Arguments, add_json_option, number
+from kinematics.presets import PRESETS
 from kinematics.spaces import JOINT_NAMES
 
 
 def _add_model(parser: argparse.ArgumentParser) -> None:
-    from kinematics.presets import PRESETS  # geometry that the other commands do without
-
     models = f"one of {', '.join(PRESETS)}, a named system of `armdrive explain --list`"
     parser.add_argument(
         "--model", default="teachmover", help=f"{models}, or a .toml file with a link table"

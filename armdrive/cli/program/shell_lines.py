@@ -15,6 +15,14 @@ from armdrive.storage.files import DISK, replace_file
 if sys.platform != "win32":
     import termios
 
+READLINE: ModuleType | None
+try:
+    import readline
+except ImportError:  # Windows
+    READLINE = None
+else:
+    READLINE = readline
+
 HISTORY = "shell_history"
 LARGEST_BYTES = 1_000_000
 LIBEDIT_MARK = "_HiStOrY_V2_"
@@ -33,7 +41,7 @@ class TypedLines:
         self.interrupted = ""
         self._words = words
         self._found: list[str] = []
-        self._readline = _readline()
+        self._readline = READLINE
 
     def __enter__(self) -> Self:
         if self._readline is not None:
@@ -80,14 +88,6 @@ class TypedLines:
             low = text.lower()
             self._found = sorted({each for each in self._words() if each.lower().startswith(low)})
         return self._found[state] if state < len(self._found) else None
-
-
-def _readline() -> ModuleType | None:
-    try:
-        import readline
-    except ImportError:  # Windows
-        return None
-    return readline
 
 
 def _prepare(readline: ModuleType, complete: Callable[[str, int], str | None]) -> None:

@@ -14,14 +14,14 @@ from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import PortOpening
 from armdrive.connect.target import find, simulation_forced
 from armdrive.dialects.dialect import Language
-from armdrive.errors import ArmError, BadRequest
+from armdrive.errors import ArmError, BadRequest, PortInUse
 from armdrive.registry import LANGUAGES, USUAL, language_of
 from armdrive.setup import prober
 from armdrive.storage.lock_client import holder_words, notice_of, overhear_holder
 from armdrive.transports import opening
-from armdrive.transports.address import CanAddress, is_can
+from armdrive.transports.address import is_can
+from armdrive.transports.can_address import CanAddress
 from armdrive.transports.link import Link
-from armdrive.transports.open_errors import PortInUse
 from firmware_protocol.frames import Frame, Unpacker
 
 ONE_PROGRAM = (

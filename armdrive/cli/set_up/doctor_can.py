@@ -35,7 +35,8 @@ from armdrive.setup.finding import PROTOCOLS, ask_bus, is_command, nodes_heard
 from armdrive.setup.prober import RealClock
 from armdrive.storage.arm_lock import hold
 from armdrive.transports import ports
-from armdrive.transports.address import PREFIX, CanAddress, is_can
+from armdrive.transports.address import PREFIX, is_can
+from armdrive.transports.can_address import CanAddress
 from armdrive.transports.can_health import BusHealth
 from armdrive.transports.can_link import open_can_link
 

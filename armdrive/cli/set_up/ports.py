@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from armdrive.cli.presenter import emit, say
+from armdrive.errors import NoSuchPort
 from armdrive.setup.ports import (
     PortNaming,
     arm_files,
@@ -17,8 +18,8 @@ from armdrive.setup.ports import (
     same_port,
     strangers_to,
 )
-from armdrive.transports.address import CanAddress, is_can
-from armdrive.transports.open_errors import NoSuchPort
+from armdrive.transports.address import is_can
+from armdrive.transports.can_address import CanAddress
 from armdrive.transports.ports import PortInfo, ask_drivers, list_can_ports, list_ports
 
 

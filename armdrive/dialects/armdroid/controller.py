@@ -14,7 +14,6 @@ from typing import TypeAlias
 from armdrive.abilities import Abilities, Switching
 from armdrive.dialects.armdroid.exchange import LONGEST_OFFSETS, TRIES, BoardExchange
 from armdrive.dialects.armdroid.settings import ArmdroidSettings, StepRates, straying
-from armdrive.dialects.armdroid.words import RECOGNITION, TALK
 from armdrive.dialects.controller import StopPart, Stopping
 from armdrive.dialects.dialect import Driver
 from armdrive.dialects.exchange import BITS_A_BYTE, ScriptIO, ScriptRunner
@@ -255,6 +254,4 @@ def _nothing(reply: Reply) -> Script:
 DRIVER = Driver(
     ArmdroidSettings,
     lambda abilities, config: ArmdroidController(abilities, config.device, config.connection.baud),
-    TALK,
-    RECOGNITION,
 )

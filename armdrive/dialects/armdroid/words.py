@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
+from armdrive.dialects.dialect import DeviceTools
 from armdrive.dialects.recognition import (
     Certainty,
     Identity,
@@ -157,3 +158,5 @@ RECOGNITION = Recognition(
     details=Probe("v", "armdroid", BAUD, _VERSION, 0.5),
     obeys_letters=True,
 )
+
+TOOLS = DeviceTools(TALK, RECOGNITION)

@@ -18,8 +18,6 @@ from armdrive.dialects.cia402.compare import Cia402Comparing
 from armdrive.dialects.cia402.cycle import Script
 from armdrive.dialects.cia402.profile import BESIDE, TOP_HZ
 from armdrive.dialects.cia402.settings import CYCLIC, Cia402Settings
-from armdrive.dialects.cia402.survey import BUS
-from armdrive.dialects.cia402.words import TALK, CanopenEar
 from armdrive.dialects.controller import StopPart, Stopping
 from armdrive.dialects.dialect import Driver
 from armdrive.errors import Refused
@@ -38,6 +36,7 @@ from armdrive.tasks import (
     SwitchOn,
 )
 from firmware_protocol.canopen import OperationMode
+from firmware_protocol.frames import Unpacker
 from kinematics.spaces import Motors
 
 HOST_S = 0.03
@@ -195,4 +194,4 @@ _KNOWN = (
 )  # fmt: skip
 
 
-DRIVER = Driver(Cia402Settings, Cia402Controller, TALK, bus=BUS, ear=CanopenEar)
+DRIVER = Driver(Cia402Settings, Cia402Controller, Unpacker)

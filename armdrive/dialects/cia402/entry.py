@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
-from armdrive.dialects.dialect import Dialect, Driver, Language
+from armdrive.dialects.dialect import DeviceTools, Dialect, Driver, Language
 
 
 def _driver() -> Driver:
     from armdrive.dialects.cia402.controller import DRIVER
 
     return DRIVER
+
+
+def _tools() -> DeviceTools:
+    from armdrive.dialects.cia402.survey import TOOLS
+
+    return TOOLS
 
 
 ENTRY = Dialect(
@@ -47,10 +53,11 @@ ENTRY = Dialect(
         beats=True,
     ),
     driver=_driver,
+    tools=_tools,
     language=Language(
         "canopen",
         "CANopen",
-        _driver,
+        _tools,
         "An idle bus is silent where no drive was told to say heartbeats (object 1017)",
     ),
 )

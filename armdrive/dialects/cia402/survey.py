@@ -31,7 +31,8 @@ from armdrive.dialects.cia402.objects import (
     register_words,
     state_words,
 )
-from armdrive.dialects.cia402.words import OF_MASTER
+from armdrive.dialects.cia402.words import OF_MASTER, TALK, CanopenEar
+from armdrive.dialects.dialect import DeviceTools
 from armdrive.dialog.conversation import (
     ANSWER_S,
     LINGER_S,
@@ -446,3 +447,5 @@ BUS = BusTools(
     next="armdrive config new NAME --template minimover5-cia402 --port '{port}'",
 )
 """CANopen on a bus. Reading objects by SDO does nothing to MKS drives, whatever their ids."""
+
+TOOLS = DeviceTools(TALK, bus=BUS, ear=CanopenEar)

@@ -28,7 +28,6 @@ from armdrive.dialects.grbl.outputs import GrblOutputs
 from armdrive.dialects.grbl.planner import MotionBounds
 from armdrive.dialects.grbl.settings import BoardAxes, Comparison, GrblSettings, idle_key
 from armdrive.dialects.grbl.stops import GrblStops
-from armdrive.dialects.grbl.words import RECOGNITION, TALK
 from armdrive.errors import Refused
 from armdrive.tasks import (
     ClearFault,
@@ -179,4 +178,4 @@ class GrblController(ScriptRunner[HostEvent]):
         return self.bounds.stopping(burst_s, parts)
 
 
-DRIVER = Driver(GrblSettings, GrblController, TALK, RECOGNITION)
+DRIVER = Driver(GrblSettings, GrblController)

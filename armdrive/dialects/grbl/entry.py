@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
-from armdrive.dialects.dialect import Dialect, Driver
+from armdrive.dialects.dialect import DeviceTools, Dialect, Driver
 
 
 def _driver() -> Driver:
     from armdrive.dialects.grbl.controller import DRIVER
 
     return DRIVER
+
+
+def _tools() -> DeviceTools:
+    from armdrive.dialects.grbl.words import TOOLS
+
+    return TOOLS
 
 
 ENTRY = Dialect(
@@ -47,4 +53,5 @@ ENTRY = Dialect(
         inputs=11,
     ),
     driver=_driver,
+    tools=_tools,
 )

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 
+from armdrive.dialects.dialect import DeviceTools
 from armdrive.dialects.recognition import Certainty, Identity, Probe, Recognition, lines_of
 from armdrive.dialects.words import AnswerLines, Describer, Message, Sentences, Weight, plain
 from firmware_protocol.errors import RemoteProtocolError
@@ -171,3 +172,5 @@ RECOGNITION = Recognition(
     details=Probe("$I", "grbl", BAUD, b"$I\n", 0.5),
     installable=_FIRMWARE,
 )
+
+TOOLS = DeviceTools(TALK, RECOGNITION)

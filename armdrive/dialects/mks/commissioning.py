@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from armdrive.dialects.bus.tools import BusTools, CommissioningTools, DrivePlace, Turned
+from armdrive.dialects.dialect import DeviceTools
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.survey import (
     TRIES,
@@ -27,6 +28,7 @@ from armdrive.dialects.mks.survey import (
     setting_of,
     survey_drives,
 )
+from armdrive.dialects.mks.words import TALK, MksEar
 from armdrive.dialog.conversation import (
     About,
     Hear,
@@ -684,3 +686,5 @@ BUS = BusTools(
     ),
 )
 """The MKS protocol on a bus, by ids of one frame each."""
+
+TOOLS = DeviceTools(TALK, bus=BUS, ear=MksEar)

@@ -17,7 +17,6 @@ from armdrive.dialects.bus.segments import trapezoid_s
 from armdrive.dialects.controller import StopPart, Stopping
 from armdrive.dialects.dialect import Driver
 from armdrive.dialects.mks.bursts import MksBursts
-from armdrive.dialects.mks.commissioning import BUS
 from armdrive.dialects.mks.compare import MksComparing
 from armdrive.dialects.mks.drive import COUNTS_S_PER_RPM, WAY_S, slope_of
 from armdrive.dialects.mks.exchange import Script
@@ -25,7 +24,6 @@ from armdrive.dialects.mks.homing import MksHoming
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.steering import CATCH_UP, CATCH_UP_RPM
 from armdrive.dialects.mks.stops import STOP_POLL_S
-from armdrive.dialects.mks.words import TALK, MksEar
 from armdrive.errors import Refused
 from armdrive.tasks import (
     ClearFault,
@@ -40,6 +38,7 @@ from armdrive.tasks import (
     RequestRejected,
     SwitchOn,
 )
+from firmware_protocol.frames import Unpacker
 from firmware_protocol.mks import SPEED_MAX_RPM, Ability
 from kinematics.spaces import Motors
 
@@ -197,4 +196,4 @@ _KNOWN = (
 )  # fmt: skip
 
 
-DRIVER = Driver(MksSettings, MksController, TALK, bus=BUS, ear=MksEar)
+DRIVER = Driver(MksSettings, MksController, Unpacker)

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
-from armdrive.dialects.dialect import Dialect, Driver, Language
+from armdrive.dialects.dialect import DeviceTools, Dialect, Driver, Language
 
 
 def _driver() -> Driver:
     from armdrive.dialects.mks.controller import DRIVER
 
     return DRIVER
+
+
+def _tools() -> DeviceTools:
+    from armdrive.dialects.mks.commissioning import TOOLS
+
+    return TOOLS
 
 
 ENTRY = Dialect(
@@ -46,10 +52,11 @@ ENTRY = Dialect(
         jerk_s=0.05,
     ),
     driver=_driver,
+    tools=_tools,
     language=Language(
         "mks",
         "MKS drives",
-        _driver,
+        _tools,
         "An idle bus of drives is silent: they speak when they are asked",
     ),
 )

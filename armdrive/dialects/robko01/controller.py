@@ -19,7 +19,6 @@ from armdrive.dialects.exchange import BITS_A_BYTE, ScriptRunner
 from armdrive.dialects.robko01.exchange import MotorPower, RobkoExchange
 from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS, RobkoMotion, RobkoStart, RobkoWatch
 from armdrive.dialects.robko01.settings import PaceMeter, Pacing, RobkoSettings
-from armdrive.dialects.robko01.words import RECOGNITION, TALK
 from armdrive.errors import Refused
 from armdrive.tasks import (
     AlertKind,
@@ -206,6 +205,4 @@ class RobkoController(ScriptRunner[HostEvent]):
 DRIVER = Driver(
     RobkoSettings,
     lambda abilities, config: RobkoController(abilities, config.device, config.connection.baud),
-    TALK,
-    RECOGNITION,
 )

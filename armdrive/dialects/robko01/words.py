@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
+from armdrive.dialects.dialect import DeviceTools
 from armdrive.dialects.recognition import Certainty, Identity, Probe, Recognition, Risk
 from armdrive.dialects.words import Describer, Message, Sentences, Weight, moved, plain, standing
 from firmware_protocol.errors import RemoteProtocolError
@@ -132,3 +133,5 @@ RECOGNITION = Recognition(
     (Probe("ping", "robko01", 115_200, Host().send(Ping()), 0.15, times=6, risk=Risk.NOISE),),
     datagrams=True,
 )
+
+TOOLS = DeviceTools(TALK, RECOGNITION)

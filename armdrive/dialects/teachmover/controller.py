@@ -13,8 +13,6 @@ from armdrive.dialects.controller import StopPart, Stopping
 from armdrive.dialects.dialect import Driver
 from armdrive.dialects.exchange import BITS_A_BYTE, ScriptRunner
 from armdrive.dialects.speed_table import SpeedMeter, SpeedTable
-from armdrive.dialects.teachmover.pendant import PENDANT
-from armdrive.dialects.teachmover.words import FIRST_LINE, RECOGNITION, TALK
 from armdrive.errors import Refused
 from armdrive.tasks import (
     ClearFault,
@@ -121,6 +119,15 @@ LONGEST_LINE = len("@STEP 245,-32768,-32768,-32768,-32768,-32768,-32768,255\r")
 ANSWER = len("1\r")
 LONGEST_REGISTERS = len("1\r-32768,-32768,-32768,-32768,-32768,-32768,65535\r")
 STILL = (0, 0, 0, 0, 0, 0)
+
+FIRST_LINE = b"@25sd,,,,,d\r"
+"""Makes an Armdroid harmless that somebody took for a TeachMover.
+
+An Armdroid reads letters, not lines, and the D of `@READ` would repeat the last motion of five of
+its motors. Here `25s` sets a slow speed and empties its accumulator, the first `d` empties its
+index, five commas write zeros where the numbers of that motion were, and the last `d` moves
+nothing by nothing. A TeachMover understands none of it and answers `0`.
+"""
 
 HOST_S = 0.03
 """What an operating system and an adapter may add to a message's way."""
@@ -327,7 +334,4 @@ DRIVER = Driver(
     lambda abilities, config: TeachMoverController(
         abilities, config.device, config.connection.baud
     ),
-    TALK,
-    RECOGNITION,
-    pendant=PENDANT,
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
+from armdrive.dialects.dialect import DeviceTools
 from armdrive.dialects.recognition import (
     Certainty,
     Identity,
@@ -13,6 +14,8 @@ from armdrive.dialects.recognition import (
     Risk,
     lines_of,
 )
+from armdrive.dialects.teachmover.controller import FIRST_LINE
+from armdrive.dialects.teachmover.pendant import PENDANT
 from armdrive.dialects.words import (
     AnswerLines,
     Describer,
@@ -39,15 +42,6 @@ from firmware_protocol.teachmover.messages import (
 )
 from firmware_protocol.teachmover.program import MOVE_KIND, ProgramRow
 from firmware_protocol.teachmover.wire import decode_command, decode_reply, encode_command
-
-FIRST_LINE = b"@25sd,,,,,d\r"
-"""Makes an Armdroid harmless that somebody took for a TeachMover.
-
-An Armdroid reads letters, not lines, and the D of `@READ` would repeat the last motion of five of
-its motors. Here `25s` sets a slow speed and empties its accumulator, the first `d` empties its
-index, five commas write zeros where the numbers of that motion were, and the last `d` moves
-nothing by nothing. A TeachMover understands none of it and answers `0`.
-"""
 
 MOTORS = ("base", "shoulder", "elbow", "right wrist", "left wrist", "gripper")
 """In the order of `@STEP` and `@READ`."""
@@ -152,3 +146,5 @@ RECOGNITION = Recognition(
         ),
     ),
 )
+
+TOOLS = DeviceTools(TALK, RECOGNITION, pendant=PENDANT)

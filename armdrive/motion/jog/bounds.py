@@ -199,7 +199,7 @@ class JogPath(Protocol):
         """Say why there is no point after a time."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class JointJogPath:
     """Joints and gripper turn at rates, each until it meets its limit; none without `spans`."""
 

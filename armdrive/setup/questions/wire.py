@@ -9,7 +9,8 @@ from armdrive.setup.draft import Draft
 from armdrive.setup.questions.arm import ArmRow, fixed, plain
 from armdrive.setup.templates import available
 from armdrive.storage.files import file_name
-from armdrive.transports.address import CanAddress, is_can
+from armdrive.transports.address import is_can
+from armdrive.transports.can_address import CanAddress
 
 
 def _name(line: str) -> str:

@@ -17,10 +17,9 @@ from can_fault_bench import SETTLED_S, Bus, goes_on
 from waiting import at_last
 
 from armdrive import Arm
-from armdrive.errors import ArmError, DeviceFault, LinkLost, NoAnswer, SettingsDiffer
+from armdrive.errors import ArmError, DeviceFault, LinkLost, NoAnswer, PortInUse, SettingsDiffer
 from armdrive.sim.cia402.objects import without
 from armdrive.status import State, Trust
-from armdrive.transports.open_errors import PortInUse
 from firmware_protocol.canopen import DEVICE_TYPE, Nmt, NmtCommand
 from firmware_protocol.frames import pack
 from firmware_protocol.mks import (

@@ -10,8 +10,7 @@ from waiting import LONG_S
 
 from armdrive.connect import reconnect as mending
 from armdrive.connect.reconnect import NewLink, Reconnector
-from armdrive.errors import LinkLost
-from armdrive.transports.open_errors import PortInUse
+from armdrive.errors import LinkLost, PortInUse
 
 
 class OneHolder:

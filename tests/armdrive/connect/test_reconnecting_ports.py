@@ -14,10 +14,9 @@ from armdrive import Arm, LinkLost
 from armdrive.config.sections import Connection
 from armdrive.connect.port import PortOpening
 from armdrive.connect.target import find
-from armdrive.errors import PortUnavailable
+from armdrive.errors import NoSuchPort, PortUnavailable
 from armdrive.status import State, Trust
 from armdrive.transports import ports
-from armdrive.transports.open_errors import NoSuchPort
 
 needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 NUMBER = "A50285BI"

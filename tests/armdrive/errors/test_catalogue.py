@@ -14,12 +14,11 @@ import armdrive
 import firmware_protocol
 import kinematics
 from armdrive import Arm
-from armdrive.errors import ArmError, BadRequest, LinkLost, NotReferenced, WrongState
+from armdrive.errors import ArmError, BadRequest, LinkLost, NoSuchPort, NotReferenced, WrongState
 from armdrive.errors.printing import page
 from armdrive.errors.table import ENTRIES, GROUPS, by_code, entry, entry_of, error_view
 from armdrive.runtime.trust import RESULTS
 from armdrive.status import Evidence, Trust
-from armdrive.transports.open_errors import NoSuchPort
 from firmware_protocol.errors import ProtocolError
 from kinematics.errors import KinematicsError
 

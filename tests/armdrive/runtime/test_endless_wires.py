@@ -18,7 +18,7 @@ from armdrive.registry import DIALECTS
 from armdrive.runtime.deadlines import CALL_LIMIT_S, call_limit_s
 from armdrive.runtime.received import Received, excerpt
 from armdrive.status import State
-from firmware_protocol.frames import Frame, pack
+from firmware_protocol.frames import Frame, Unpacker, pack
 
 AFTER_S = 3.0
 """What has been waited for in a motion before its look is answered by nobody: a few exchanges."""
@@ -195,7 +195,7 @@ def test_what_was_received_in_words():
 
 
 def test_frames_that_were_received_are_told_by_their_ids():
-    heard = Received(on_bus=True)
+    heard = Received(Unpacker)
     heard.add(pack(Frame(0x701, b"\x05")))
     assert str(heard) == "1 frame was received, but not the answer: ids 701"
     for can_id in range(0x10, 0x30):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from recorder_bench import recorded_arm
 
-from armdrive.dialects.teachmover.words import FIRST_LINE
+from armdrive.dialects.teachmover.controller import FIRST_LINE
 from armdrive.registry import DIALECTS
 from armdrive.trace.describe import talk
 from armdrive.trace.entries import WIRE, EntryKind

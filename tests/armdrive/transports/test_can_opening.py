@@ -12,17 +12,12 @@ from can_bench import frames_of
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.errors import BadRequest, PortUnavailable
+from armdrive.errors import BadRequest, NoSuchPort, PortForbidden, PortInUse, PortUnavailable
 from armdrive.transports import open_errors as can_refusals
-from armdrive.transports.address import CanAddress, is_can, scheme
+from armdrive.transports.address import is_can, scheme
+from armdrive.transports.can_address import CanAddress
 from armdrive.transports.can_link import _filters
-from armdrive.transports.open_errors import (
-    NoSuchPort,
-    PortForbidden,
-    PortInUse,
-    can_refusal,
-    is_down,
-)
+from armdrive.transports.open_errors import can_refusal, is_down
 from armdrive.transports.opening import open_link
 from firmware_protocol.frames import Frame, pack
 

@@ -11,10 +11,9 @@ from cli_calls import write_arm_file
 from doctor_bench import plug
 
 from armdrive.cli.set_up import ports as ports_command
-from armdrive.errors import LinkError
+from armdrive.errors import LinkError, NoSuchPort
 from armdrive.transports import ports
 from armdrive.transports import ports as can_ports
-from armdrive.transports.open_errors import NoSuchPort
 from armdrive.transports.ports import (
     CanPort,
     PortInfo,

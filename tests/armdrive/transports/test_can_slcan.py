@@ -18,12 +18,11 @@ import can
 from can_adapter_served import Served
 from can_bench import LONG_S, frames_of, until_lost
 
-from armdrive.errors import PortUnavailable
+from armdrive.errors import NoConnection, NoSuchPort, PortInUse, PortUnavailable
 from armdrive.sim.serving.servers import PtyServer
 from armdrive.transports import can_slcan, can_threads
 from armdrive.transports.can_health import BusState
 from armdrive.transports.link import Bell
-from armdrive.transports.open_errors import NoConnection, NoSuchPort, PortInUse
 from armdrive.transports.opening import open_link
 from firmware_protocol.frames import Frame, pack
 

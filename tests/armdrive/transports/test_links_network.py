@@ -9,10 +9,9 @@ import serial
 from serial.rfc2217 import PortManager
 from waiting import FOREVER_S, LONG_S, looks, returns, soon
 
-from armdrive.errors import BadRequest, LinkLost
+from armdrive.errors import BadRequest, LinkLost, NoConnection
 from armdrive.transports import udp
 from armdrive.transports.address import host_and_port, scheme
-from armdrive.transports.open_errors import NoConnection
 from armdrive.transports.opening import open_link
 from armdrive.transports.serial_port import SerialLink
 from armdrive.transports.udp import UdpLink

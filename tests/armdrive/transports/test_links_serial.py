@@ -10,17 +10,9 @@ import tty
 import pytest
 import serial
 
-from armdrive.errors import PortUnavailable
+from armdrive.errors import NoSuchPort, PortForbidden, PortInUse, PortUnavailable
 from armdrive.transports import open_errors as refusals
-from armdrive.transports.open_errors import (
-    NoSuchPort,
-    PortForbidden,
-    PortHolder,
-    PortInUse,
-    holder,
-    holders,
-    refusal,
-)
+from armdrive.transports.open_errors import PortHolder, holder, holders, refusal
 from armdrive.transports.opening import open_link
 from armdrive.transports.serial_port import SerialLink, clear_hupcl
 

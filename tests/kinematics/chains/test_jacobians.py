@@ -4,13 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from chain_cases import (
-    MINI_MOVER,
-    PUMA,
-    chains_and_values,
-    columns_by_differences,
-    difference,
-)
+from chain_cases import MINI_MOVER, PUMA, chains_and_values, columns_by_differences, difference
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from kinematics_cases import arm_and_posture
@@ -27,7 +21,8 @@ from kinematics.chains.jacobians import (
 )
 from kinematics.chains.links import DHLink, JointKind
 from kinematics.five_axis.singularities import task_jacobian
-from kinematics.frames.matrices import singular, transposed
+from kinematics.frames.decompositions import singular
+from kinematics.frames.matrices import transposed
 
 
 @given(chains_and_values(most=6))

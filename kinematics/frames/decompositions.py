@@ -1,0 +1,134 @@
+"""Singular values and eigenvectors of small matrices, on plain floats.
+
+Enough for six motors or seven joints; beyond that numpy is the tool.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from operator import mul
+
+from kinematics.frames.matrices import Matrix, transposed
+
+ORTHOGONAL = 1e-13
+"""Cosine between two columns below which a sweep of rotations leaves them alone."""
+
+SWEEPS = 60
+"""Sweeps after which singular values are taken as they are; some six are usual."""
+
+
+@dataclass(frozen=True, slots=True)
+class Singular:
+    """A matrix as the sum of value * left * right over its singular values, largest first.
+
+    There are as many as the smaller of its dimensions. `left` are unit vectors of the rows'
+    space and `right` of the columns', each set orthogonal; the left vector of a value that is
+    exactly zero is zero too (of a matrix wider than high, the right one).
+    """
+
+    values: tuple[float, ...]
+    left: Matrix
+    right: Matrix
+
+
+def singular(matrix: Matrix) -> Singular:
+    """Return the singular value decomposition, by one-sided rotations (Hestenes, 1958).
+
+    Columns are rotated in pairs until they are orthogonal: small singular values come out as
+    exact, against their own size, as large ones, which elimination and normal equations lose.
+    """
+    if len(matrix) < len(matrix[0]):
+        turned = singular(transposed(matrix))
+        return Singular(turned.values, turned.right, turned.left)
+    columns = [list(column) for column in transposed(matrix)]
+    size = len(columns)
+    turns = [[1.0 if i == j else 0.0 for i in range(size)] for j in range(size)]
+    for _ in range(SWEEPS):
+        if not _sweep(columns, turns):
+            break
+    lengths = [math.hypot(*column) for column in columns]
+    order = sorted(range(size), key=lambda index: -lengths[index])
+    return Singular(
+        tuple(lengths[index] for index in order),
+        tuple(
+            tuple(entry / lengths[index] if lengths[index] else 0.0 for entry in columns[index])
+            for index in order
+        ),
+        tuple(tuple(turns[index]) for index in order),
+    )
+
+
+def _sweep(columns: list[list[float]], turns: list[list[float]]) -> bool:
+    """Make every pair of columns orthogonal once; whether any was not."""
+    turned = False
+    sizes = [sum(map(mul, column, column)) for column in columns]
+    for i in range(len(columns) - 1):
+        for j in range(i + 1, len(columns)):
+            one, other = columns[i], columns[j]
+            across = sum(map(mul, one, other))
+            if across * across <= ORTHOGONAL * ORTHOGONAL * sizes[i] * sizes[j]:
+                continue
+            turned = True
+            ratio = (sizes[j] - sizes[i]) / (2.0 * across)
+            tangent = math.copysign(1.0, ratio) / (abs(ratio) + math.sqrt(1.0 + ratio * ratio))
+            cosine = 1.0 / math.sqrt(1.0 + tangent * tangent)
+            sine = cosine * tangent
+            columns[i] = [cosine * a - sine * b for a, b in zip(one, other)]  # noqa: B905
+            columns[j] = [sine * a + cosine * b for a, b in zip(one, other)]  # noqa: B905
+            one, other = turns[i], turns[j]
+            turns[i] = [cosine * a - sine * b for a, b in zip(one, other)]  # noqa: B905
+            turns[j] = [sine * a + cosine * b for a, b in zip(one, other)]  # noqa: B905
+            sizes[i] = sum(map(mul, columns[i], columns[i]))
+            sizes[j] = sum(map(mul, columns[j], columns[j]))
+    return turned
+
+
+# Eigenvectors of a small symmetric matrix, by Jacobi's rotations (Golub and Van Loan, 8.5). The
+# method is slow for large matrices, but for one of 4x4 it is short, cannot fail, and finds every
+# eigenvector to the last digits.
+
+JACOBI_SWEEPS = 60
+"""Far more than the half dozen that a 4x4 matrix needs: convergence is quadratic."""
+
+SymmetricMatrix = list[list[float]]
+
+
+def symmetric_eigen(matrix: SymmetricMatrix) -> tuple[list[float], list[list[float]]]:
+    """Return the eigenvalues, largest first, and unit eigenvectors in the same order."""
+    work = [list(row) for row in matrix]
+    size = range(len(work))
+    vectors = [[float(row == column) for column in size] for row in size]
+    for _ in range(JACOBI_SWEEPS):
+        if all(work[p][q] == 0.0 for p in size for q in range(p)):
+            break
+        for p in size:
+            for q in range(p):
+                _annihilate(work, vectors, p, q)
+    order = sorted(size, key=lambda index: -work[index][index])
+    return [work[index][index] for index in order], [vectors[index] for index in order]
+
+
+def _annihilate(work: SymmetricMatrix, vectors: SymmetricMatrix, p: int, q: int) -> None:
+    """Turn the plane of p and q so that the entry (p, q) vanishes."""
+    off = work[p][q]
+    gap = work[q][q] - work[p][p]
+    if abs(off) <= 1e-18 * (abs(work[p][p]) + abs(work[q][q])):
+        work[p][q] = work[q][p] = 0.0  # nothing that the diagonal could still notice
+        return
+    slope = gap / (2.0 * off)
+    t = math.copysign(1.0, slope) / (abs(slope) + math.hypot(slope, 1.0))
+    c = 1.0 / math.hypot(t, 1.0)
+    s = t * c
+    for row in work:
+        row[p], row[q] = c * row[p] - s * row[q], s * row[p] + c * row[q]
+    work[p], work[q] = _turned(work[p], work[q], c, s)
+    vectors[p], vectors[q] = _turned(vectors[p], vectors[q], c, s)
+    work[p][q] = work[q][p] = 0.0
+
+
+def _turned(
+    first: list[float], second: list[float], c: float, s: float
+) -> tuple[list[float], list[float]]:
+    pairs = list(zip(first, second, strict=True))
+    return [c * a - s * b for a, b in pairs], [s * a + c * b for a, b in pairs]
