@@ -85,7 +85,7 @@ def another(*lacking: int, **objects: int):
         def put(dictionary) -> None:
             node.dictionary = dictionary
             node.store = node._fresh(node.number)
-            bus.twin.device.reset_drive(ELBOW)
+            bus.twin.device.drives().reset(ELBOW)
 
         changed = {DEVICE_TYPE: objects["kind"]} if objects else {}
         put(without(frozenset(lacking), changed))

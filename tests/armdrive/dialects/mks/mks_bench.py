@@ -11,7 +11,7 @@ from armdrive.config.sections import Connection
 from armdrive.dialects.mks.controller import MksController
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.registry import DIALECTS
-from armdrive.sim.mks.node import MksSetPoint
+from armdrive.sim.mks.motion import MksSetPoint
 from armdrive.tasks import Alert, Event, Progress, ProtocolWarning, SwitchOn
 from firmware_protocol.frames import Frame, Unpacker, pack
 from firmware_protocol.mks import (

@@ -109,9 +109,9 @@ class TestRetargeting:
     def test_from_1_0_5_a_new_target_replaces_the_old_one_without_a_jerk(self, superseded, heard):
         bench = Bench(firmware="1.0.5", superseded=superseded)
         bench.ask(1, MoveAbsoluteAxis(9 * TURN, 60, 240), 1.0)
-        before_rpm = bench.device.nodes[0].point.rpm(bench.now_s)
+        before_rpm = bench.device.nodes[0].motor.point.rpm(bench.now_s)
         assert said(bench.ask(1, MoveAbsoluteAxis(2 * TURN, 60, 240))) == heard
-        assert bench.device.nodes[0].point.rpm(bench.now_s) == pytest.approx(before_rpm)
+        assert bench.device.nodes[0].motor.point.rpm(bench.now_s) == pytest.approx(before_rpm)
         assert said(bench.run(3.0)) == [Done]
         assert bench.counts(1) == 2 * TURN
 
@@ -135,7 +135,7 @@ class TestRetargeting:
         for step in range(1, 50):
             bench.ask(1, MoveAbsoluteAxis(step * 656 + 2000, 60, 240), 0.04)
             if step > 5:
-                slowest = min(slowest, bench.device.nodes[0].point.rpm(bench.now_s))
+                slowest = min(slowest, bench.device.nodes[0].motor.point.rpm(bench.now_s))
         assert slowest == pytest.approx(60.0)
 
 
@@ -192,13 +192,13 @@ class TestWatchdog:
         bench.run(0.0)
         bench.run(0.2)
         node = bench.device.nodes[0]
-        assert node.point.rpm(bench.now_s) == pytest.approx(60.0)
+        assert node.motor.point.rpm(bench.now_s) == pytest.approx(60.0)
         bench.run(0.001 + 60 * 6 * 50e-6)  # the frame's time, and the ramp
         there = bench.world.motors
-        assert node.point.rpm(bench.now_s) == 0.0
+        assert node.motor.point.rpm(bench.now_s) == 0.0
         bench.run(1.0)
         assert bench.world.motors == there
-        assert node.watchdog_stops == 1
+        assert node.motion.watchdog_stops == 1
         assert said(bench.ask(1, MoveAbsoluteAxis(0, 60, 240), 0.1)) == [Started]
 
     def test_whatever_comes_feeds_it(self):
@@ -216,7 +216,7 @@ class TestWatchdog:
         bench.send(1, RunAtSpeed(60, 250))
         for _ in range(10):
             bench.ask(2, ReadEncoder(), 0.15)
-        assert (bench.device.nodes[0].watchdog_stops == 0) is hears_all
+        assert (bench.device.nodes[0].motion.watchdog_stops == 0) is hears_all
 
     def test_it_is_off_unless_somebody_switches_it_on(self):
         bench = Bench()
@@ -227,7 +227,7 @@ class TestWatchdog:
         bench = Bench()
         bench.ask(1, SilenceWatchdog(100))
         bench.run(5.0)
-        assert bench.device.nodes[0].watchdog_stops == 0
+        assert bench.device.nodes[0].motion.watchdog_stops == 0
 
 
 class TestTalking:
@@ -321,9 +321,9 @@ class TestAsShipped:
     def test_one_drive_after_the_other_is_given_its_id(self):
         bench = Bench(factory=True)
         for motor in range(6):
-            bench.device.power_drive(motor, False)
+            bench.device.drives().power(motor, False)
         for motor, node in reversed([*enumerate(IDS)]):
-            bench.device.power_drive(motor, True)
+            bench.device.drives().power(motor, True)
             assert said(bench.ask(1, SetId(node))) == [Done]
             assert said(bench.ask(node, SetMode(Mode.BUS_FOC))) == [Done]
         heard = [said(bench.ask(node, MoveAbsoluteAxis(500, 60, 0), 0.2)) for node in IDS]

@@ -1,0 +1,222 @@
+"""One drive on a simulated CAN bus: its quirks, its motor, its supply and its cable.
+
+These are the parts of every kind of drive. `BusNode` is what a kind adds: what it hears and says,
+and when it acts by itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Generic, Protocol, TypeVar
+
+from armdrive.errors import BadRequest
+from armdrive.sim.bus.shafts import LimitSwitch, ShaftDrive, ShaftPoint
+from armdrive.sim.device import Option, Options, Value
+from armdrive.sim.world.saved import Json, Saved
+from firmware_protocol.frames import Frame
+
+# --- Quirks --------------------------------------------------------------------------------------
+
+_LONGEST_MS = 1000.0
+
+
+@dataclass(frozen=True, slots=True)
+class Quirk:
+    """A point in which a real drive is not plain, or in which no source says what it does.
+
+    `source` is a manual with its version, a standard with its section, a project's source or an
+    observation. A `guess` is what nobody has measured: its default is the harsher behaviour for a
+    driver, as far as one is. Without a default a drive is always so, and nothing can be set.
+    """
+
+    name: str
+    does: str
+    source: str
+    default: Value | None = None
+    guess: bool = False
+    choices: tuple[str, ...] = ()
+    most: float = _LONGEST_MS
+    above_zero: bool = False
+
+    @property
+    def option(self) -> Option | None:
+        """The setting by which a person or a test chooses it."""
+        if self.default is None:
+            return None
+        return Option(self.name, self.default, self.does, self.choices)
+
+    def chosen(self, options: Options) -> Value:
+        """Return what was chosen. Raises `BadRequest` for a number out of range."""
+        if isinstance(self.default, bool):
+            return options.flag(self.name)
+        if not isinstance(self.default, float):
+            return options.text(self.name)
+        value = options.number(self.name)
+        if not 0.0 <= value <= self.most or (self.above_zero and not value):
+            low = "above 0 and at most" if self.above_zero else "from 0 to"
+            raise BadRequest(f"{self.name} is {low} {self.most:g}, not {value:g}")
+        return value
+
+
+def options_of(quirks: Iterable[Quirk]) -> tuple[Option, ...]:
+    """Return the settings of a table of quirks."""
+    return tuple(quirk.option for quirk in quirks if quirk.option is not None)
+
+
+def chosen(quirks: Iterable[Quirk], options: Options) -> dict[str, Any]:
+    """Return the value of each quirk that can be set, by its name. Raises `BadRequest`."""
+    return {row.name: row.chosen(options) for row in quirks if row.default is not None}
+
+
+def node_ids(ids: Sequence[int] | None, count: int) -> tuple[int, ...]:
+    """Return the ids of the drives of so many motors, from an arm file's. Raises `BadRequest`."""
+    numbers = tuple(ids or range(1, count + 1))[:count]
+    if len(numbers) < count:
+        raise BadRequest(f"ids of {len(numbers)} drives cannot turn the {count} motors of this arm")
+    return numbers
+
+
+# --- The motor -----------------------------------------------------------------------------------
+
+P = TypeVar("P", bound=ShaftPoint)
+
+
+class NodeMotor(Generic[P]):
+    """One motor of the arm as its drive sees it. Counts are those of its encoder."""
+
+    def __init__(self, shafts: ShaftDrive[P], index: int) -> None:
+        self.index = index
+        self.point: P = shafts.rack.each[index]
+        """Where it is meant to be."""
+        self._shafts = shafts
+        self.zero = self.shaft
+        """From where the drive counts."""
+
+    @property
+    def shaft(self) -> int:
+        """Where the shaft is, physically."""
+        return self._shafts.shafts[self.index]
+
+    @property
+    def counts(self) -> int:
+        """Where the drive says that the shaft is."""
+        return self.shaft - self.zero
+
+    @property
+    def holding(self) -> bool:
+        """Whether it has current."""
+        return self._shafts.holding[self.index]
+
+    @property
+    def moving(self) -> bool:
+        """Whether its set-point is under way, as of the last look."""
+        return self.point.moving(self._shafts.rack.now_s)
+
+    def look(self, now_s: float) -> None:
+        """Have all shafts be where their loops have brought them by now."""
+        self._shafts.look(now_s)
+
+    def hold(self, now_s: float) -> None:
+        """Give it current: it holds the shaft where that is."""
+        self._shafts.hold(self.index, now_s)
+
+    def release(self, now_s: float) -> None:
+        """Take its current: what it held comes down."""
+        self._shafts.release((self.index,), now_s)
+
+    def recall(self, holding: bool) -> None:
+        """Hold or not, as was saved; nothing comes down, since that has been saved too."""
+        self._shafts.holding[self.index] = holding
+        self._shafts.world.energised = all(self._shafts.holding)
+
+
+# --- The drive -----------------------------------------------------------------------------------
+
+
+class NodePort:
+    """A drive's supply and its place on the bus."""
+
+    def __init__(self, answer_s: float) -> None:
+        self.answer_s = answer_s
+        """How long it takes to have a frame ready."""
+        self.powered = self.plugged = True
+        self.mute = False
+        """Whether it says nothing, although it hears and obeys."""
+        self.withheld = False
+        """Whether it does not say that a motion is done."""
+        self.boots_s = -math.inf
+        """When its firmware begins; in the past once it has."""
+        self.said: list[bytes] = []
+        """What its box has to bring to the bus."""
+
+    @property
+    def booting(self) -> bool:
+        """Whether its firmware has not begun yet."""
+        return self.boots_s > -math.inf
+
+    @property
+    def awake(self) -> bool:
+        """Whether it has power, and has begun."""
+        return self.powered and not self.booting
+
+    def say(self, data: bytes) -> None:
+        """Have bytes brought to the bus."""
+        if data and self.powered and self.plugged and not self.mute:
+            self.said.append(data)
+
+
+class BusNode(Protocol):
+    """A drive on one motor, as its box knows it; the box calls `live` whenever `due_s` has come.
+
+    A brown-out or a reset frees the shaft and loses whatever was under way (`forget`). Then the
+    firmware begins: when power comes (`begin`), or by itself a while after a reset (`restart`).
+    """
+
+    motor: NodeMotor[Any]
+    switch: LimitSwitch
+    port: NodePort
+
+    def found(self) -> None:
+        """Be as a drive is found whose power came long ago."""
+
+    def listens(self, can_id: int) -> bool:
+        """Tell whether it takes a frame of an id from the bus."""
+
+    def hear(self, frame: Frame, now_s: float) -> None:
+        """Take a frame that it listens to."""
+
+    def due_s(self) -> float:
+        """Tell when it next does something by itself, apart from looking at its shaft."""
+
+    def live(self, now_s: float) -> None:
+        """Do whatever is due by now."""
+
+    def forget(self, now_s: float) -> None:
+        """Let the shaft go, and lose what is lost with the power."""
+
+    def begin(self, now_s: float) -> None:
+        """Begin, the power having come."""
+
+    def restart(self, now_s: float) -> None:
+        """Begin again, after a while in which nothing holds the shaft and nothing is answered."""
+
+    def set_id(self, node: int, now_s: float) -> int:
+        """Have another id, as by its keys or switches; return the old. Raises `BadRequest`."""
+
+    def set_mode(self, mode: int, now_s: float) -> int:
+        """Have another mode, as by its keys; return the old. Raises `BadRequest`."""
+
+    @property
+    def busy(self) -> bool:
+        """Whether it carries out an order."""
+
+    def seen(self, error: int, now_s: float) -> dict[str, Json]:
+        """Return what it would tell of itself, its shaft so many counts from its set-point."""
+
+    def known(self) -> dict[str, Json]:
+        """Return what is saved of it, apart from its power."""
+
+    def recall(self, saved: Saved) -> None:
+        """Know again what `known` wrote, its power being known. Raises `StateFileError`."""
