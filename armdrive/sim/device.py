@@ -319,7 +319,7 @@ class BoxedDevice:
     """
 
     title: ClassVar[str]
-    input_bits: int = 8
+    input_bits: ClassVar[int] = 8
     box: DeviceBox
 
     def __init__(self, world: World, drive: MotorDrive[Any], baud: int | None) -> None:

@@ -1,4 +1,4 @@
-"""Several simulated drives on one CAN bus: their time, their power, and what befalls one of them."""
+"""Several simulated drives on one CAN bus: their time, their power, and what befalls one."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Any, Generic, TypeVar
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.bus.line import Outbox
 from armdrive.sim.bus.node import BusNode
-from armdrive.sim.bus.shafts import ShaftDrive
 from armdrive.sim.device import DeviceBox, DeviceClock, SwitchState
+from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.world.saved import MEND, Json, Saved
 from firmware_protocol.frames import Unpacker
 from kinematics.spaces import Motors
@@ -49,8 +49,6 @@ class DrivesBox(DeviceBox, Generic[N]):
         self._outbox = Outbox()
         self._look_s = self._nodes_due_s = math.inf
         self._dues = [math.inf for _ in self.nodes]
-        for node in self.nodes:
-            node.found()
         self.collect()
 
     # What can be seen.
@@ -98,10 +96,12 @@ class DrivesBox(DeviceBox, Generic[N]):
     def count_from(self, counts: Sequence[int]) -> None:
         """Have the drives say that they stand there; nothing turns."""
         for node, count in zip(self.nodes, counts, strict=True):
-            node.motor.zero = node.motor.shaft - count
+            node.motor.count_from(count)
 
     def press(self, drive: int, on: bool) -> None:
-        """Press the limit switch of a drive, or let it go."""
+        """Press the limit switch of a drive, or let it go. Raises `BadRequest`."""
+        if not 0 <= drive < len(self.nodes):
+            raise BadRequest(f"input bits are 0 to {len(self.nodes) - 1}, not {drive}")
         self.nodes[drive].switch.held = on
         self.live()
 

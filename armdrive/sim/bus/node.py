@@ -11,9 +11,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeVar
 
+from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.sim.bus.shafts import LimitSwitch, ShaftDrive, ShaftPoint
-from armdrive.sim.device import Option, Options, Value
+from armdrive.sim.device import Option, Options, SwitchState, Value
+from armdrive.sim.mechanics.shafts import ShaftDrive, ShaftPoint
 from armdrive.sim.world.saved import Json, Saved
 from firmware_protocol.frames import Frame
 
@@ -32,42 +33,30 @@ class Quirk:
     """
 
     name: str
+    default: Value | None
     does: str
     source: str
-    default: Value | None = None
-    guess: bool = False
     choices: tuple[str, ...] = ()
+    guess: bool = False
     most: float = _LONGEST_MS
     above_zero: bool = False
 
-    @property
-    def option(self) -> Option | None:
-        """The setting by which a person or a test chooses it."""
-        if self.default is None:
-            return None
-        return Option(self.name, self.default, self.does, self.choices)
-
-    def chosen(self, options: Options) -> Value:
-        """Return what was chosen. Raises `BadRequest` for a number out of range."""
-        if isinstance(self.default, bool):
-            return options.flag(self.name)
-        if not isinstance(self.default, float):
-            return options.text(self.name)
-        value = options.number(self.name)
-        if not 0.0 <= value <= self.most or (self.above_zero and not value):
-            low = "above 0 and at most" if self.above_zero else "from 0 to"
-            raise BadRequest(f"{self.name} is {low} {self.most:g}, not {value:g}")
-        return value
+    def check(self, options: Options) -> None:
+        """Raise `BadRequest` for a number that is out of range."""
+        if isinstance(self.default, float):
+            value = options.number(self.name)
+            if not 0.0 <= value <= self.most or (self.above_zero and not value):
+                low = "above 0 and at most" if self.above_zero else "from 0 to"
+                raise BadRequest(f"{self.name} is {low} {self.most:g}, not {value:g}")
 
 
 def options_of(quirks: Iterable[Quirk]) -> tuple[Option, ...]:
-    """Return the settings of a table of quirks."""
-    return tuple(quirk.option for quirk in quirks if quirk.option is not None)
-
-
-def chosen(quirks: Iterable[Quirk], options: Options) -> dict[str, Any]:
-    """Return the value of each quirk that can be set, by its name. Raises `BadRequest`."""
-    return {row.name: row.chosen(options) for row in quirks if row.default is not None}
+    """Return the settings by which a person or a test chooses quirks."""
+    return tuple(
+        Option(row.name, row.default, row.does, row.choices)
+        for row in quirks
+        if row.default is not None
+    )
 
 
 def node_ids(ids: Sequence[int] | None, count: int) -> tuple[int, ...]:
@@ -76,6 +65,54 @@ def node_ids(ids: Sequence[int] | None, count: int) -> tuple[int, ...]:
     if len(numbers) < count:
         raise BadRequest(f"ids of {len(numbers)} drives cannot turn the {count} motors of this arm")
     return numbers
+
+
+# --- Limit switches ------------------------------------------------------------------------------
+
+
+class LimitSwitch:
+    """A switch on the shaft of one motor, at a count and beyond in a direction."""
+
+    def __init__(self, drive: ShaftDrive[Any], motor: int, at: int, way: int) -> None:
+        self.at = at
+        self.way = way
+        self.state = SwitchState.FREE
+        self.held = False
+        """Whether somebody presses it."""
+        self._drive = drive
+        self._motor = motor
+
+    @property
+    def pressed(self) -> bool:
+        """Whether the drive sees it pressed."""
+        if self.state is not SwitchState.FREE:
+            return self.state is SwitchState.CLOSED
+        return self.held or (self._drive.shafts[self._motor] - self.at) * self.way >= 0
+
+
+def switches(config: ArmConfig, drive: ShaftDrive[Any], *, behind: int = 0) -> list[LimitSwitch]:
+    """Return the limit switches: so many counts behind where homing ends by the arm file.
+
+    Where the file tells no such posture, they are at the upper end of each motor's travel.
+    """
+    turning = drive.world.body.transmission
+    if config.homing is not None:
+        homed = config.homing
+        places = [*turning.to_motors(homed.joints, homed.opening_mm)]
+    else:
+        places = [_highest(config, row) for row in turning.matrix]
+        places = [
+            place + math.ceil(motor.offset_steps)
+            for place, motor in zip(places, turning.motors, strict=True)
+        ]
+    return [LimitSwitch(drive, motor, at + behind, 1) for motor, at in enumerate(places)]
+
+
+def _highest(config: ArmConfig, row: tuple[float, ...]) -> int:
+    bounds = [(one.low_rad, one.high_rad) for one in config.model.arm.limits]
+    bounds.append(config.model.gripper_range_mm)
+    ends = (max(share * low, share * high) for share, (low, high) in zip(row, bounds, strict=False))
+    return math.ceil(sum(ends))
 
 
 # --- The motor -----------------------------------------------------------------------------------
@@ -113,6 +150,10 @@ class NodeMotor(Generic[P]):
     def moving(self) -> bool:
         """Whether its set-point is under way, as of the last look."""
         return self.point.moving(self._shafts.rack.now_s)
+
+    def count_from(self, counts: int) -> None:
+        """Have the drive say that the shaft stands there; nothing turns."""
+        self.zero = self.shaft - counts
 
     def look(self, now_s: float) -> None:
         """Have all shafts be where their loops have brought them by now."""
@@ -177,9 +218,6 @@ class BusNode(Protocol):
     motor: NodeMotor[Any]
     switch: LimitSwitch
     port: NodePort
-
-    def found(self) -> None:
-        """Be as a drive is found whose power came long ago."""
 
     def listens(self, can_id: int) -> bool:
         """Tell whether it takes a frame of an id from the bus."""

@@ -7,10 +7,10 @@ from typing import ClassVar
 
 from armdrive.sim.bus.box import DrivesBox, NodeControls
 from armdrive.sim.bus.line import BusLine
-from armdrive.sim.bus.shafts import ShaftDrive
 from armdrive.sim.cia402.motion import ServoPoint
 from armdrive.sim.cia402.node import Cia402Node
 from armdrive.sim.device import BoxedDevice, SwitchState
+from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import Json
 
@@ -59,7 +59,6 @@ class SimCia402(BoxedDevice):
         )
         self._controls = NodeControls(self.box, bits_s, lambda: self.powered)
         self._errors = Cia402Errors(self.box)
-        self.input_bits = len(self.nodes)
 
     def line(self) -> BusLine:
         """Make the bus of the drives."""
@@ -88,8 +87,8 @@ class SimCia402(BoxedDevice):
 
     def set_input(self, bit: int, on: bool) -> None:
         """Press the limit switch of a drive, or let it go."""
-        super().set_input(bit, on)
         self.box.press(bit, on)
+        super().set_input(bit, on)
 
     def set_switch(self, axis: int, state: SwitchState) -> None:
         """Have the limit switch of a motor (counted from 0) stick, or free it."""

@@ -6,14 +6,14 @@ import re
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.sim.bus.node import NodeMotor, chosen, node_ids, options_of
-from armdrive.sim.bus.shafts import ShaftDrive, switches
+from armdrive.sim.bus.node import NodeMotor, node_ids, options_of, switches
 from armdrive.sim.cia402.device import SimCia402
 from armdrive.sim.cia402.motion import ServoPoint
 from armdrive.sim.cia402.node import Cia402Node
 from armdrive.sim.cia402.objects import ENCODER_INCREMENTS, MOST_MOTOR_SPEED, dictionary, without
-from armdrive.sim.cia402.quirks import QUIRKS, Cia402Quirks
+from armdrive.sim.cia402.quirks import QUIRKS
 from armdrive.sim.device import Option, Options
+from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world.arm import World
 from firmware_protocol import canopen
@@ -32,12 +32,13 @@ def _make(config: ArmConfig, world: World, options: Options) -> SimCia402:
     if bits_s not in BITRATES:
         raise BadRequest(f"bitrate is one of {', '.join(map(str, BITRATES))}, not {bits_s}")
     objects = _objects(options)
-    quirks = Cia402Quirks(_modes(options), **chosen(QUIRKS, options))
+    for row in QUIRKS:
+        row.check(options)
     points = [ServoPoint(count) for count in world.motors]
     shafts = ShaftDrive(world, points, _top_rate(objects), SLACK_S)
     wired = zip(switches(config, shafts, behind=1), _numbers(config, len(points)), strict=True)
     nodes = [
-        Cia402Node(NodeMotor(shafts, index), switch, number, objects, quirks)
+        Cia402Node(NodeMotor(shafts, index), switch, number, objects, _modes(options), options)
         for index, (switch, number) in enumerate(wired)
     ]
     return SimCia402(world, shafts, nodes, bits_s)

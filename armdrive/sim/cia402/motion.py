@@ -9,12 +9,12 @@ from __future__ import annotations
 import math
 from enum import Enum
 
-from armdrive.sim.bus.node import NodeMotor
-from armdrive.sim.bus.shafts import LimitSwitch, ShaftPoint
+from armdrive.sim.bus.node import LimitSwitch, NodeMotor
 from armdrive.sim.cia402 import objects as places
 from armdrive.sim.cia402.objects import DriveObjects
-from armdrive.sim.cia402.quirks import Cia402Quirks
+from armdrive.sim.device import Options
 from armdrive.sim.mechanics.profiles import AxisProfile, ProfilePiece, nearest
+from armdrive.sim.mechanics.shafts import ShaftPoint
 from firmware_protocol import canopen
 from firmware_protocol.canopen import Place, SetPoint
 
@@ -93,7 +93,7 @@ class Cia402Motion:
         motor: NodeMotor[ServoPoint],
         switch: LimitSwitch,
         objects: DriveObjects,
-        quirks: Cia402Quirks,
+        quirks: Options,
     ) -> None:
         self._motor, self._point, self._switch = motor, motor.point, switch
         self._objects, self._quirks = objects, quirks
@@ -161,10 +161,10 @@ class Cia402Motion:
         target = self._within(self._objects.number_of(canopen.TARGET_POSITION, 0))
         power = self._objects.number_of(places.PERIOD_POWER, _MS_POWER)
         period_s = max(self._objects.number_of(places.PERIOD, 1) * 10.0**power, _SHORTEST_S)
-        on = self._quirks.hold_after_loss == "extrapolate"
+        on = self._quirks.text("hold_after_loss") == "extrapolate"
         self._point.glide_to(self._motor.zero + target, period_s, self._top_rate, now_s, on=on)
         self.ends = False
-        if self._quirks.limits:
+        if self._quirks.flag("limits"):
             self.switch_s = self._passes_switch_s(now_s)
 
     def brake(self, steep: float, now_s: float) -> None:
@@ -196,7 +196,7 @@ class Cia402Motion:
     def _begun(self, now_s: float) -> None:
         """Take note that a motion has begun, whose end something waits for."""
         self.ends, self.waits = True, False
-        self.switch_s = self._passes_switch_s(now_s) if self._quirks.limits else math.inf
+        self.switch_s = self._passes_switch_s(now_s) if self._quirks.flag("limits") else math.inf
 
     def _passes_switch_s(self, now_s: float) -> float:
         return self._point.passes_s(self._switch.at, self._switch.way, now_s)
@@ -239,7 +239,7 @@ class Cia402Motion:
         if self.switch_s <= now_s:
             self.switch_s = math.inf
         if not self.homing.searches:
-            minds = self._quirks.limits and self._switch.pressed
+            minds = self._quirks.flag("limits") and self._switch.pressed
             return minds and self._point.rate(now_s) * self._switch.way > 0
         if self.homing is Homing.SEEKING and self._switch.pressed:
             self._leave_switch(now_s)

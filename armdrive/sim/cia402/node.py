@@ -10,14 +10,13 @@ from types import MappingProxyType
 from typing import TypeVar
 
 from armdrive.errors import BadRequest, StateFileError
-from armdrive.sim.bus.node import NodeMotor, NodePort
-from armdrive.sim.bus.shafts import LimitSwitch
+from armdrive.sim.bus.node import LimitSwitch, NodeMotor, NodePort
 from armdrive.sim.cia402 import objects as places
 from armdrive.sim.cia402.motion import METHODS, Cia402Motion, Homing, ServoPoint
 from armdrive.sim.cia402.objects import PDO_PARAMETERS, DriveObjects
 from armdrive.sim.cia402.pdos import Pdos
-from armdrive.sim.cia402.quirks import Cia402Quirks
 from armdrive.sim.cia402.states import PDO_TOO_SHORT, Cia402States
+from armdrive.sim.device import Options
 from armdrive.sim.world.saved import MEND, Json, Saved
 from firmware_protocol import canopen
 from firmware_protocol.canopen import (
@@ -53,16 +52,18 @@ class Cia402Node:
         switch: LimitSwitch,
         number: int,
         dictionary: Dictionary,
-        quirks: Cia402Quirks,
+        modes: Collection[OperationMode],
+        quirks: Options,
     ) -> None:
         self.motor, self.switch = motor, switch
-        self.port = NodePort(quirks.answer_ms / 1000)
-        self.quirks = quirks
+        self.port = NodePort(quirks.number("answer_ms") / 1000)
+        self._modes, self._quirks = modes, quirks
         self.objects = DriveObjects(dictionary, number, serial=motor.index + 1)
         self.motion = Cia402Motion(motor, switch, self.objects, quirks)
         self.states = Cia402States(motor, self.motion, self.objects, self.say_emcy)
         self.pdos = Pdos(self.objects, self.read, self._act, self._say)
         self._forget_talk()
+        self.nmt.booted()  # it has said so long ago
 
     @property
     def number(self) -> int:
@@ -182,7 +183,7 @@ class Cia402Node:
         if place in OBJECTS and (allowed := OBJECTS[place].allows) is not None:
             return None if value in allowed else AbortCode.VALUE
         if place == canopen.MODE:
-            has = value in (OperationMode.NONE, *self.quirks.modes)
+            has = value in (OperationMode.NONE, *self._modes)
             return None if has else AbortCode.VALUE
         if place.index not in PDO_PARAMETERS:
             return None
@@ -192,12 +193,12 @@ class Cia402Node:
 
     def _written(self, written: Collection[Place], now_s: float) -> None:
         """Do what follows from objects that have been written together."""
-        followed, due = self.states.follows, _due_of(tuple(written))
-        for act in due.acts:
+        followed = self.states.follows
+        for act in _acts_of(tuple(written)):
             act(self, now_s)
-        if self.states.follows and (due.aims or not followed):
+        if self.states.follows and (canopen.TARGET_POSITION in written or not followed):
             self.motion.follow(now_s)
-        if due.rebuilds:
+        if any(place.index in PDO_PARAMETERS for place in written):
             self.pdos.rebuild()
 
     # Time.
@@ -251,10 +252,6 @@ class Cia402Node:
 
     # Power.
 
-    def found(self) -> None:
-        """Be as a drive is found whose power came long ago."""
-        self.nmt.booted()
-
     def forget(self, now_s: float) -> None:
         """Let the shaft go, and lose what is lost with the power."""
         self.motor.release(now_s)
@@ -263,9 +260,9 @@ class Cia402Node:
     def begin(self, now_s: float) -> None:
         """Begin, the power having come: it takes a while until it says so."""
         self._renew(self.number)
-        self.port.boots_s = now_s + self.quirks.boot_s
-        if not self.quirks.keeps_position:
-            self.motor.zero = self.motor.shaft
+        self.port.boots_s = now_s + self._quirks.number("boot_s")
+        if not self._quirks.flag("keeps_position"):
+            self.motor.count_from(0)
 
     def restart(self, now_s: float) -> None:
         """Begin again, as after a loss of power."""
@@ -287,7 +284,7 @@ class Cia402Node:
         self.states.forsaken = False
         self.objects.renew_communication(number)
         self._forget_talk()
-        self.port.boots_s = now_s + self.quirks.reset_ms / 1000
+        self.port.boots_s = now_s + self._quirks.number("reset_ms") / 1000
 
     def _forget_talk(self) -> None:
         self.nmt, self.sdo = canopen.NmtNode(self.number), canopen.SdoServer(self.number)
@@ -456,71 +453,44 @@ def _wrapped(count: int) -> int:
     return (count + _WRAP // 2) % _WRAP - _WRAP // 2
 
 
-OBJECTS: Mapping[Place, ObjectRow] = MappingProxyType(
-    {
-        canopen.QUICK_STOP_OPTION: ObjectRow(
-            frozenset(canopen.QuickStopOption), lambda node, _: node.states.set_quick_stop()
-        ),
-        canopen.PRODUCER_HEARTBEAT_MS: ObjectRow(does=Cia402Node.beat_on),
-        canopen.CONSUMER_HEARTBEAT: ObjectRow(
-            range(canopen.NODE_MAX + 1 << 16), lambda node, _: node.watch()
-        ),
-        canopen.MODE: ObjectRow(
-            does=lambda node, now_s: node.states.set_mode(
-                node.objects.number_of(canopen.MODE, 0), now_s
-            )
-        ),
-        canopen.CONTROLWORD: ObjectRow(does=lambda node, now_s: node.states.control(now_s)),
-        canopen.HEARTBEAT_REACTION: ObjectRow(range(4)),
-        canopen.FAULT_REACTION_OPTION: ObjectRow(range(5)),
-        canopen.PROFILE_ACCELERATION: ObjectRow(_ABOVE_ZERO),
-        canopen.PROFILE_DECELERATION: ObjectRow(_ABOVE_ZERO),
-        canopen.QUICK_STOP_DECELERATION: ObjectRow(_ABOVE_ZERO),
-        places.HOMING_METHOD: ObjectRow(METHODS),
-        places.PERIOD: ObjectRow(range(1, 256)),
-        places.PERIOD_POWER: ObjectRow(range(-4, 1)),
-        places.ERROR_COUNT: ObjectRow(range(1)),
-        canopen.STATUSWORD: ObjectRow(
-            tells=lambda node, now_s: (
-                node.states.statusword(now_s, withheld=node.port.withheld).value
-            )
-        ),
-        canopen.MODE_SHOWN: ObjectRow(tells=lambda node, _: node.states.mode),
-        canopen.POSITION: ObjectRow(tells=lambda node, _: _wrapped(node.motor.counts)),
-        canopen.FOLLOWING_ERROR: ObjectRow(
-            tells=lambda node, now_s: _wrapped(node.motion.behind(now_s))
-        ),
-        places.POSITION_DEMAND: ObjectRow(
-            tells=lambda node, now_s: _wrapped(node.motor.point.demand(now_s) - node.motor.zero)
-        ),
-        places.VELOCITY: ObjectRow(tells=lambda node, now_s: round(node.motor.point.rate(now_s))),
-        places.DIGITAL_INPUTS: ObjectRow(
-            tells=lambda node, _: node.switch.pressed << _UPPER_SWITCH
-        ),
-    }
-)
+# fmt: off
+OBJECTS: Mapping[Place, ObjectRow] = MappingProxyType({
+    canopen.QUICK_STOP_OPTION: ObjectRow(
+        frozenset(canopen.QuickStopOption), lambda node, _: node.states.set_quick_stop()),
+    canopen.PRODUCER_HEARTBEAT_MS: ObjectRow(does=Cia402Node.beat_on),
+    canopen.CONSUMER_HEARTBEAT: ObjectRow(
+        range(canopen.NODE_MAX + 1 << 16), lambda node, _: node.watch()),
+    canopen.MODE: ObjectRow(does=lambda node, now_s: node.states.set_mode(
+        node.objects.number_of(canopen.MODE, 0), now_s)),
+    canopen.CONTROLWORD: ObjectRow(does=lambda node, now_s: node.states.control(now_s)),
+    canopen.HEARTBEAT_REACTION: ObjectRow(range(4)),
+    canopen.FAULT_REACTION_OPTION: ObjectRow(range(5)),
+    canopen.PROFILE_ACCELERATION: ObjectRow(_ABOVE_ZERO),
+    canopen.PROFILE_DECELERATION: ObjectRow(_ABOVE_ZERO),
+    canopen.QUICK_STOP_DECELERATION: ObjectRow(_ABOVE_ZERO),
+    places.HOMING_METHOD: ObjectRow(METHODS),
+    places.PERIOD: ObjectRow(range(1, 256)),
+    places.PERIOD_POWER: ObjectRow(range(-4, 1)),
+    places.ERROR_COUNT: ObjectRow(range(1)),
+    canopen.STATUSWORD: ObjectRow(tells=lambda node, now_s: node.states.statusword(
+        now_s, withheld=node.port.withheld).value),
+    canopen.MODE_SHOWN: ObjectRow(tells=lambda node, _: node.states.mode),
+    canopen.POSITION: ObjectRow(tells=lambda node, _: _wrapped(node.motor.counts)),
+    canopen.FOLLOWING_ERROR: ObjectRow(
+        tells=lambda node, now_s: _wrapped(node.motion.behind(now_s))),
+    places.POSITION_DEMAND: ObjectRow(tells=lambda node, now_s: _wrapped(
+        node.motor.point.demand(now_s) - node.motor.zero)),
+    places.VELOCITY: ObjectRow(tells=lambda node, now_s: round(node.motor.point.rate(now_s))),
+    places.DIGITAL_INPUTS: ObjectRow(tells=lambda node, _: node.switch.pressed << _UPPER_SWITCH),
+})
+# fmt: on
 """What came together is acted on in this order: the mode before the controlword."""
 READINGS: Mapping[Place, Callable[[Cia402Node, float], int]] = MappingProxyType(
     {place: row.tells for place, row in OBJECTS.items() if row.tells is not None}
 )
 
 
-@dataclass(frozen=True, slots=True)
-class _Due:
-    """What objects ask for that have been written together."""
-
-    acts: tuple[Callable[[Cia402Node, float], None], ...]
-    aims: bool
-    """Whether there is a target among them."""
-    rebuilds: bool
-    """Whether a PDO is another one with them."""
-
-
 @lru_cache(maxsize=512)
-def _due_of(written: tuple[Place, ...]) -> _Due:
+def _acts_of(written: tuple[Place, ...]) -> tuple[Callable[[Cia402Node, float], None], ...]:
     """Work it out once: PDOs bring the same objects over and over."""
-    return _Due(
-        tuple(row.does for place, row in OBJECTS.items() if place in written and row.does),
-        canopen.TARGET_POSITION in written,
-        any(place.index in PDO_PARAMETERS for place in written),
-    )
+    return tuple(row.does for place, row in OBJECTS.items() if place in written and row.does)

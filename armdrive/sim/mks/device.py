@@ -7,8 +7,8 @@ from typing import ClassVar
 
 from armdrive.sim.bus.box import DrivesBox, NodeControls
 from armdrive.sim.bus.line import BusLine
-from armdrive.sim.bus.shafts import ShaftDrive
 from armdrive.sim.device import BoxedDevice, SwitchState
+from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.mks.motion import MksSetPoint
 from armdrive.sim.mks.node import MksNode
 from armdrive.sim.world.arm import World
@@ -34,7 +34,6 @@ class SimMks(BoxedDevice):
             shafts, self.nodes, self.clock, self.said, lambda: self.powered, idle_looks=True
         )
         self._controls = NodeControls(self.box, bits_s, lambda: self.powered)
-        self.input_bits = len(self.nodes)
 
     def line(self) -> BusLine:
         """Make the bus of the drives."""
@@ -59,8 +58,8 @@ class SimMks(BoxedDevice):
 
     def set_input(self, bit: int, on: bool) -> None:
         """Press the limit switch of a drive, or let it go."""
-        super().set_input(bit, on)
         self.box.press(bit, on)
+        super().set_input(bit, on)
 
     def set_switch(self, axis: int, state: SwitchState) -> None:
         """Have the limit switch of a motor (counted from 0) stick, or free it."""

@@ -7,13 +7,13 @@ from typing import Any
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.sim.bus.node import NodeMotor, chosen, node_ids, options_of
-from armdrive.sim.bus.shafts import ShaftDrive, switches
+from armdrive.sim.bus.node import NodeMotor, node_ids, options_of, switches
 from armdrive.sim.device import Option, Options
+from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.mks.device import SimMks
 from armdrive.sim.mks.motion import MAKES_UP, Flash, MksSetPoint
 from armdrive.sim.mks.node import MksNode
-from armdrive.sim.mks.quirks import QUIRKS, MksQuirks
+from armdrive.sim.mks.quirks import QUIRKS
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world.arm import World
 from firmware_protocol import mks
@@ -32,11 +32,12 @@ def _make(config: ArmConfig, world: World, options: Options) -> SimMks:
     if bits_s not in bitrates:
         raise BadRequest(f"bitrate is one of {', '.join(map(str, bitrates))}, not {bits_s}")
     versions = _versions(options.text("firmware"), config, count)
-    quirks = MksQuirks(**chosen(QUIRKS, options))
+    for row in QUIRKS:
+        row.check(options)
     settings = _settings(config, count, bitrates[bits_s], options)
     shafts = ShaftDrive(world, [MksSetPoint(each) for each in world.motors], MAKES_UP)
     nodes = [
-        MksNode(NodeMotor(shafts, index), switch, versions[index], Flash(own), quirks, bits_s)
+        MksNode(NodeMotor(shafts, index), switch, versions[index], Flash(own), options, bits_s)
         for index, (switch, own) in enumerate(zip(switches(config, shafts), settings, strict=True))
     ]
     return SimMks(world, shafts, nodes, bits_s)

@@ -12,10 +12,10 @@ from types import MappingProxyType
 from typing import Any, TypeVar, cast
 
 from armdrive.errors import StateFileError
-from armdrive.sim.bus.node import NodeMotor
-from armdrive.sim.bus.shafts import LimitSwitch, ShaftPoint, at_rate, dead
+from armdrive.sim.bus.node import LimitSwitch, NodeMotor
+from armdrive.sim.device import Options
 from armdrive.sim.mechanics.profiles import AxisProfile, ProfilePiece
-from armdrive.sim.mks.quirks import MksQuirks
+from armdrive.sim.mechanics.shafts import ShaftPoint, at_rate, dead
 from armdrive.sim.world.saved import MEND, Json, Saved
 from firmware_protocol import mks
 from firmware_protocol.errors import ProtocolError
@@ -201,6 +201,11 @@ _GOALS: Mapping[type, Callable[[NodeMotor[MksSetPoint], Any, float], int]] = Map
 """Where each kind of move leads; `pulse` is what a pulse is in counts."""
 
 
+def stall_counts(quirks: Options) -> int:
+    """Return how far behind its set-point a shaft is that stalls."""
+    return round(quirks.number("stall_turns") * COUNTS_PER_TURN)
+
+
 class MksMotion:
     """The motion of one drive, by its settings. `says` is told how it goes with what was asked.
 
@@ -212,7 +217,7 @@ class MksMotion:
         motor: NodeMotor[MksSetPoint],
         switch: LimitSwitch,
         flash: Flash,
-        quirks: MksQuirks,
+        quirks: Options,
         *,
         minds_arrival: bool,
         says: Callable[[mks.Asked, Outcome], None],
@@ -291,10 +296,14 @@ class MksMotion:
                 self._go(goal, getattr(order, "speed_rpm", 0), now_s)
         self._switch_s = self._passes_switch_s(now_s)
 
+    def arm(self, on: bool) -> None:
+        """Store motions from now on until they are started together, or no more."""
+        self.armed, self.stored = on, None
+
     def start_stored(self, now_s: float, *, able: bool) -> None:
         """Begin what is stored, if the drive is able to; nobody is told that it began."""
         asked, self.stored = self.stored, None
-        self.armed = self.armed and self._quirks.stays_armed
+        self.armed = self.armed and self._quirks.flag("stays_armed")
         if asked is not None and able:
             self.begin(asked, now_s)
 
@@ -377,7 +386,7 @@ class MksMotion:
         if not error or not self._motor.holding:
             self._stall_s = self._off_s = math.inf
             return
-        stalls = error >= self._quirks.stall_counts
+        stalls = error >= stall_counts(self._quirks)
         self._stall_s = min(self._stall_s, now_s) if stalls else math.inf
         if self._seeking and self._flash.homing.method == AGAINST_A_STOP:
             if stalls:

@@ -9,13 +9,12 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import TypeAlias, get_args
+from typing import Any, TypeAlias, get_args
 
 from armdrive.errors import BadRequest
-from armdrive.sim.bus.node import NodeMotor, NodePort
-from armdrive.sim.bus.shafts import LimitSwitch
-from armdrive.sim.mks.motion import AGAINST_A_STOP, Flash, MksMotion, MksSetPoint
-from armdrive.sim.mks.quirks import MksQuirks
+from armdrive.sim.bus.node import LimitSwitch, NodeMotor, NodePort
+from armdrive.sim.device import Options
+from armdrive.sim.mks.motion import AGAINST_A_STOP, Flash, MksMotion, MksSetPoint, stall_counts
 from armdrive.sim.world.saved import Json, Saved
 from firmware_protocol import mks
 from firmware_protocol.errors import BadField
@@ -35,11 +34,11 @@ class MksNode:
         switch: LimitSwitch,
         firmware: mks.Version,
         flash: Flash,
-        quirks: MksQuirks,
+        quirks: Options,
         bits_s: int,
     ) -> None:
         self.motor, self.switch = motor, switch
-        self.port = NodePort(quirks.answer_ms / 1000)
+        self.port = NodePort(quirks.number("answer_ms") / 1000)
         self.firmware, self.flash, self.quirks = firmware, flash, quirks
         self.device = self._device()
         """Its end of the bus."""
@@ -52,19 +51,21 @@ class MksNode:
             says=self.tell,
             lets_go=self._let_go,
         )
-        self.enabled = quirks.enabled_on
+        self.enabled = quirks.flag("enabled_on")
         self.calibrated = True
         self.stalled = False
         self.power_on_zero = motor.zero
         self.reports: dict[Code, tuple[float, float]] = {}
         """What it says by itself: the period and when it is due next."""
         self._bits_s = bits_s
+        self.begin(0.0)
 
     # Frames and time.
 
     def listens(self, can_id: int) -> bool:
         """Tell whether it takes a frame of an id from the bus."""
-        return self.port.plugged and (self._is_for(can_id) or self.quirks.watchdog_hears_all)
+        hears_all = self.quirks.flag("watchdog_hears_all")
+        return self.port.plugged and (self._is_for(can_id) or hears_all)
 
     def hear(self, frame: Frame, now_s: float) -> None:
         """Carry out what a frame asks for, if it is awake and listens at the bus's speed."""
@@ -105,15 +106,11 @@ class MksNode:
 
     def tell(self, asked: Asked, outcome: Outcome) -> None:
         """Say how it goes with what it was asked; that a motion is done, only if it does so."""
-        withheld = self.port.withheld or not self.quirks.says_done
+        withheld = self.port.withheld or not self.quirks.flag("says_done")
         quiet = withheld and outcome is Outcome.DONE and asked is self.motion.under_way
         self.port.say(b"" if quiet else self.device.tell(asked, outcome))
 
     # Power.
-
-    def found(self) -> None:
-        """Be as a drive is found whose power came long ago."""
-        self.begin(0.0)
 
     def forget(self, now_s: float) -> None:
         """Let the shaft go, and lose what is lost with the power."""
@@ -126,14 +123,14 @@ class MksNode:
         """Begin the firmware: settings are kept, the position is not."""
         self._restart_firmware(now_s)
         self.device = self._device()
-        turned = self.motor.shaft % COUNTS_PER_TURN if self.quirks.keeps_angle else 0
+        turned = self.motor.shaft % COUNTS_PER_TURN if self.quirks.flag("keeps_angle") else 0
         self.motor.zero = self.power_on_zero = self.motor.shaft - turned
-        self.set_enabled(self.quirks.enabled_on, now_s)
+        self.set_enabled(self.quirks.flag("enabled_on"), now_s)
 
     def restart(self, now_s: float) -> None:
         """Begin again, after a while in which nothing holds the shaft and nothing is answered."""
         self.forget(now_s)
-        self.port.boots_s = now_s + self.quirks.boot_ms / 1000
+        self.port.boots_s = now_s + self.quirks.number("boot_ms") / 1000
 
     def set_enabled(self, on: bool, now_s: float) -> None:
         """Switch the motor's current; what holds the shaft already goes on doing what it does."""
@@ -212,7 +209,7 @@ class MksNode:
             row.does(self, asked, now_s)
             if row.says is not None:
                 self.tell(asked, row.says)
-        elif self.quirks.says_refused:
+        elif self.quirks.flag("says_refused"):
             self.tell(asked, Outcome.FAILED)
 
     def _device(self) -> mks.Device:
@@ -224,7 +221,7 @@ class MksNode:
             group=group.node if isinstance(group, mks.SetGroup) else None,
             replies=self.flash.of(mks.SetReplies).mode,
             bitrate=self.flash.of(mks.SetBitrate).bitrate,
-            new_id_answers=self.quirks.new_id_answers,
+            new_id_answers=self.quirks.flag("new_id_answers"),
         )
 
     def _restart_firmware(self, now_s: float) -> None:
@@ -240,126 +237,8 @@ class MksNode:
 
 # --- Requests ------------------------------------------------------------------------------------
 
-Act: TypeAlias = Callable[[MksNode, Asked, float], None]
-
-
-def _moves(node: MksNode, asked: Asked, now_s: float) -> bool:
-    """Tell whether it takes a motion: nothing else is under way, or that gives way to it."""
-    if not _free(node):
-        return False
-    if node.motion.armed or not node.motion.moving(now_s):
-        return True
-    under_way = node.motion.under_way
-    before = None if under_way is None else under_way.request.code
-    if asked.request.code is Code.SPEED_MODE:
-        return before in (None, Code.SPEED_MODE)
-    able = mks.Ability.RETARGET in node.device.abilities
-    absolute = isinstance(asked.request, mks.MoveAbsoluteAxis)
-    return able and absolute and before in (None, Code.ABSOLUTE_AXIS)
-
-
-def _searches(node: MksNode, asked: Asked, now_s: float) -> bool:
-    """Tell whether it begins a search: it stands, and knows that way of homing."""
-    method = node.flash.homing.method if isinstance(asked.request, mks.Home) else 0
-    return _free(node) and not node.motion.moving(now_s) and method <= AGAINST_A_STOP
-
-
-def _free(node: MksNode) -> bool:
-    """Tell whether it takes motions: enabled, not stalled, in the bus's FOC mode, not homing."""
-    able = node.enabled and not node.stalled and node.flash.mode is mks.Mode.BUS_FOC
-    return able and not node.motion.searching
-
-
-def _switches(node: MksNode, asked: Asked, now_s: float) -> bool:  # noqa: ARG001
-    on = getattr(asked.request, "on", False)
-    return node.flash.mode.on_bus and not (on and node.stalled)
-
-
-def _stands(node: MksNode, asked: Asked, now_s: float) -> bool:  # noqa: ARG001
-    return not node.motion.moving(now_s)
-
-
-def _move(node: MksNode, asked: Asked, now_s: float) -> None:
-    """Begin or store a motion; what it replaces is said to have failed, before or after."""
-    motion, before = node.motion, None
-    if motion.armed:
-        motion.stored = asked
-        node.tell(asked, Outcome.STORED)
-        return
-    if motion.moving(now_s) and motion.under_way is not None:
-        absolute = isinstance(motion.under_way.request, mks.MoveAbsoluteAxis)
-        before = motion.under_way if absolute else None
-    if before is not None and node.quirks.superseded == "first":
-        node.tell(before, Outcome.FAILED)
-    motion.begin(asked, now_s)
-    node.tell(asked, Outcome.STARTED)
-    if before is not None and node.quirks.superseded == "last":
-        node.tell(before, Outcome.FAILED)
-
-
-def _stop(node: MksNode, asked: Asked, now_s: float) -> None:
-    node.motion.give_up(now_s)
-    node.motion.begin(asked, now_s)
-
-
-def _enable(node: MksNode, asked: Asked, now_s: float) -> None:
-    on = getattr(asked.request, "on", False)
-    if not on:
-        node.motion.give_up(now_s)
-    node.set_enabled(on, now_s)
-
-
-def _arm(node: MksNode, asked: Asked, now_s: float) -> None:  # noqa: ARG001
-    node.motion.armed, node.motion.stored = getattr(asked.request, "on", False), None
-
-
-def _zero(node: MksNode, asked: Asked, now_s: float) -> None:  # noqa: ARG001
-    node.motor.zero = node.motor.shaft
-
-
-def _clear(node: MksNode, asked: Asked, now_s: float) -> None:  # noqa: ARG001
-    if node.stalled:
-        node.stalled = False
-        node.set_enabled(True, now_s)
-
-
-def _restart(node: MksNode, asked: Asked, now_s: float) -> None:
-    node.tell(asked, Outcome.DONE)
-    said = [*node.port.said]
-    node.restart(now_s)
-    node.port.said += said
-
-
-def _report(node: MksNode, asked: Asked, now_s: float) -> None:
-    if isinstance(request := asked.request, mks.ReportByItself):
-        period_s = request.period_ms / 1000
-        if period_s:
-            node.reports[request.reading] = (period_s, now_s + period_s)
-        else:
-            node.reports.pop(request.reading, None)
-
-
-def _set(node: MksNode, asked: Asked, now_s: float) -> None:
-    setting = asked.request
-    if isinstance(setting, mks.SetMode) and setting.mode is not mks.Mode.BUS_FOC:
-        node.motion.halt(now_s)
-    if isinstance(setting, mks.SetCurrent):
-        setting = replace(setting, keep=True)
-    if isinstance(setting, mks.Setting):
-        node.flash.put(setting)
-
-
-def _answer(node: MksNode, asked: Asked, now_s: float) -> None:
-    reading = READINGS[asked.request.code](node, now_s)
-    node.port.say(node.device.answer(asked, reading))
-
-
-def _answer_setting(node: MksNode, asked: Asked, now_s: float) -> None:  # noqa: ARG001
-    if isinstance(asked.request, mks.ReadSetting):
-        setting = node.flash.get(asked.request.setting)
-        value = None if setting is None else setting.payload
-        told = mks.SettingRead(asked.request.setting, value)
-        node.port.say(node.device.answer(asked, told))
+Act: TypeAlias = Callable[[MksNode, Any, float], None]
+"""What is done with what was asked, an `Asked`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -372,40 +251,124 @@ class Command:
 
     does: Act
     says: Outcome | None = Outcome.DONE
-    able: Callable[[MksNode, Asked, float], bool] = lambda *_: True
+    able: Callable[[MksNode, Any, float], bool] = lambda *_: True
 
 
-_MOVE = Command(_move, None, able=_moves)
+def _free(node: MksNode) -> bool:
+    """Tell whether it takes motions: enabled, not stalled, in the bus's FOC mode, not homing."""
+    able = node.enabled and not node.stalled and node.flash.mode is mks.Mode.BUS_FOC
+    return able and not node.motion.searching
+
+
+def _moves(node: MksNode, asked: Asked, now_s: float) -> bool:
+    """Tell whether it takes a motion: nothing else is under way, or that gives way to it."""
+    motion, code = node.motion, asked.request.code
+    if not _free(node) or motion.armed or not motion.moving(now_s):
+        return _free(node)
+    if motion.under_way is not None and motion.under_way.request.code is not code:
+        return False
+    retargets = code is Code.ABSOLUTE_AXIS and mks.Ability.RETARGET in node.device.abilities
+    return retargets or code is Code.SPEED_MODE
+
+
+def _move(node: MksNode, asked: Asked, now_s: float) -> None:
+    """Begin or store a motion; what it replaces is said to have failed, before or after."""
+    motion, before = node.motion, node.motion.under_way
+    if motion.armed:
+        motion.stored = asked
+        node.tell(asked, Outcome.STORED)
+        return
+    absolute = before is not None and isinstance(before.request, mks.MoveAbsoluteAxis)
+    says = node.quirks.text("superseded") if absolute and motion.moving(now_s) else "never"
+    if before is not None and says == "first":
+        node.tell(before, Outcome.FAILED)
+    motion.begin(asked, now_s)
+    node.tell(asked, Outcome.STARTED)
+    if before is not None and says == "last":
+        node.tell(before, Outcome.FAILED)
+
+
+def _searches(node: MksNode, asked: Asked, now_s: float) -> bool:
+    """Tell whether it begins a search: it stands, and knows that way of homing."""
+    method = node.flash.homing.method if isinstance(asked.request, mks.Home) else 0
+    return _free(node) and not node.motion.moving(now_s) and method <= AGAINST_A_STOP
+
+
+def _stop(node: MksNode, asked: Asked, now_s: float) -> None:
+    node.motion.give_up(now_s)
+    node.motion.begin(asked, now_s)
+
+
+def _enable(node: MksNode, asked: Any, now_s: float) -> None:
+    if not asked.request.on:
+        node.motion.give_up(now_s)
+    node.set_enabled(asked.request.on, now_s)
+
+
+def _clear(node: MksNode, _: Asked, now_s: float) -> None:
+    if node.stalled:
+        node.stalled = False
+        node.set_enabled(True, now_s)
+
+
+def _restart(node: MksNode, asked: Asked, now_s: float) -> None:
+    node.tell(asked, Outcome.DONE)
+    said = [*node.port.said]
+    node.restart(now_s)
+    node.port.said += said
+
+
+def _report(node: MksNode, asked: Any, now_s: float) -> None:
+    period_s = asked.request.period_ms / 1000
+    if period_s:
+        node.reports[asked.request.reading] = (period_s, now_s + period_s)
+    else:
+        node.reports.pop(asked.request.reading, None)
+
+
+def _set(node: MksNode, asked: Any, now_s: float) -> None:
+    setting = asked.request
+    if isinstance(setting, mks.SetMode) and setting.mode is not mks.Mode.BUS_FOC:
+        node.motion.halt(now_s)
+    node.flash.put(replace(setting, keep=True) if isinstance(setting, mks.SetCurrent) else setting)
+
+
+def _tell_setting(node: MksNode, asked: Any, _: float) -> None:
+    setting = node.flash.get(asked.request.setting)
+    value = None if setting is None else setting.payload
+    node.port.say(node.device.answer(asked, mks.SettingRead(asked.request.setting, value)))
+
+
+def _tell(node: MksNode, asked: Asked, now_s: float) -> None:
+    node.port.say(node.device.answer(asked, READINGS[asked.request.code](node, now_s)))
+
+
+_MOVE = Command(_move, None, _moves)
 _SEARCH = Command(
-    lambda node, asked, now_s: node.motion.begin(asked, now_s), Outcome.STARTED, able=_searches
+    lambda node, asked, now_s: node.motion.begin(asked, now_s), Outcome.STARTED, _searches
 )
-COMMANDS: Mapping[type, Command] = MappingProxyType(
-    {
-        mks.MoveAbsoluteAxis: _MOVE,
-        mks.MoveRelativeAxis: _MOVE,
-        mks.MoveAbsolutePulses: _MOVE,
-        mks.MoveRelativePulses: _MOVE,
-        mks.RunAtSpeed: _MOVE,
-        mks.RunFor: _MOVE,
-        mks.Stop: Command(_stop, Outcome.STARTED),
-        mks.EmergencyStop: Command(lambda node, _, now_s: node.motion.halt(now_s)),
-        mks.Home: _SEARCH,
-        mks.GoToZero: _SEARCH,
-        mks.Calibrate: _SEARCH,
-        mks.Enable: Command(_enable, able=_switches),
-        mks.ArmSynchronous: Command(_arm),
-        mks.GoSynchronous: Command(
-            lambda node, _, now_s: node.motion.start_stored(now_s, able=_free(node)), None
-        ),
-        mks.SetZero: Command(_zero, able=_stands),
-        mks.ClearStall: Command(_clear),
-        mks.Restart: Command(_restart, None),
-        mks.ReportByItself: Command(_report),
-        mks.ReadSetting: Command(_answer_setting, None),
-        **dict.fromkeys(get_args(mks.Read), Command(_answer, None)),
-        **dict.fromkeys(get_args(mks.Setting), Command(_set)),
-    }
-)
+# fmt: off
+COMMANDS: Mapping[type, Command] = MappingProxyType({
+    mks.MoveAbsoluteAxis: _MOVE, mks.MoveRelativeAxis: _MOVE, mks.MoveAbsolutePulses: _MOVE,
+    mks.MoveRelativePulses: _MOVE, mks.RunAtSpeed: _MOVE, mks.RunFor: _MOVE,
+    mks.Home: _SEARCH, mks.GoToZero: _SEARCH, mks.Calibrate: _SEARCH,
+    mks.Stop: Command(_stop, Outcome.STARTED),
+    mks.EmergencyStop: Command(lambda node, _, now_s: node.motion.halt(now_s)),
+    mks.ArmSynchronous: Command(lambda node, asked, _: node.motion.arm(asked.request.on)),
+    mks.GoSynchronous: Command(
+        lambda node, _, now_s: node.motion.start_stored(now_s, able=_free(node)), None),
+    mks.Enable: Command(_enable, able=lambda node, asked, _: (
+        node.flash.mode.on_bus and not (asked.request.on and node.stalled))),
+    mks.ClearStall: Command(_clear),
+    mks.SetZero: Command(lambda node, *_: node.motor.count_from(0),
+                         able=lambda node, _, now_s: not node.motion.moving(now_s)),
+    mks.Restart: Command(_restart, None),
+    mks.ReportByItself: Command(_report),
+    mks.ReadSetting: Command(_tell_setting, None),
+    **dict.fromkeys(get_args(mks.Read), Command(_tell, None)),
+    **dict.fromkeys(get_args(mks.Setting), Command(_set)),
+})
+# fmt: on
 
 # --- Readings ------------------------------------------------------------------------------------
 
@@ -415,7 +378,7 @@ def _error(node: MksNode, now_s: float) -> int:
 
 
 def _speed(node: MksNode, now_s: float) -> mks.SpeedRead:
-    stands = abs(_error(node, now_s)) >= node.quirks.stall_counts
+    stands = abs(_error(node, now_s)) >= stall_counts(node.quirks)
     return mks.SpeedRead(0 if stands else round(node.motor.point.rpm(now_s)))
 
 
@@ -438,22 +401,22 @@ def _homing(node: MksNode, _: float) -> mks.HomingRead:
 
 
 def _version(node: MksNode, _: float) -> mks.VersionRead:
-    told = bytes(node.firmware)[1 if node.quirks.short_version else 0 :]
+    told = bytes(node.firmware)[1 if node.quirks.flag("short_version") else 0 :]
     return mks.VersionRead(node.calibrated, BOARD, told)
 
 
-READINGS: Mapping[Code, Callable[[MksNode, float], mks.Reading]] = MappingProxyType(
-    {
-        Code.ENCODER: lambda node, _: mks.EncoderRead(node.motor.counts),
-        Code.RAW_ENCODER: lambda node, _: mks.RawEncoderRead(node.motor.shaft - node.power_on_zero),
-        Code.SPEED: _speed,
-        Code.PULSES: _pulses,
-        Code.ANGLE_ERROR: _angle_error,
-        Code.INPUTS: lambda node, _: mks.InputsRead(int(node.switch.pressed)),
-        Code.ENABLED: lambda node, _: mks.EnabledRead(node.enabled),
-        Code.STALL: lambda node, _: mks.StallRead(node.stalled),
-        Code.STATE: lambda node, now_s: mks.StateRead(node.motion.state(now_s)),
-        Code.HOMING_STATE: _homing,
-        Code.VERSION: _version,
-    }
-)
+# fmt: off
+READINGS: Mapping[Code, Callable[[MksNode, float], mks.Reading]] = MappingProxyType({
+    Code.ENCODER: lambda node, _: mks.EncoderRead(node.motor.counts),
+    Code.RAW_ENCODER: lambda node, _: mks.RawEncoderRead(node.motor.shaft - node.power_on_zero),
+    Code.SPEED: _speed,
+    Code.PULSES: _pulses,
+    Code.ANGLE_ERROR: _angle_error,
+    Code.INPUTS: lambda node, _: mks.InputsRead(int(node.switch.pressed)),
+    Code.ENABLED: lambda node, _: mks.EnabledRead(node.enabled),
+    Code.STALL: lambda node, _: mks.StallRead(node.stalled),
+    Code.STATE: lambda node, now_s: mks.StateRead(node.motion.state(now_s)),
+    Code.HOMING_STATE: _homing,
+    Code.VERSION: _version,
+})
+# fmt: on
