@@ -31,7 +31,7 @@ class DrivesBox(DeviceBox, Generic[N]):
 
     def __init__(
         self,
-        shafts: ShaftDrive[Any],
+        shafts: ShaftDrive,
         nodes: Sequence[N],
         clock: DeviceClock,
         said: bytearray,

@@ -9,12 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Protocol
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
 from armdrive.sim.device import Option, Options, SwitchState, Value
-from armdrive.sim.mechanics.shafts import ShaftDrive, ShaftPoint
+from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.world.saved import Json, Saved
 from firmware_protocol.frames import Frame
 
@@ -73,7 +73,7 @@ def node_ids(ids: Sequence[int] | None, count: int) -> tuple[int, ...]:
 class LimitSwitch:
     """A switch on the shaft of one motor, at a count and beyond in a direction."""
 
-    def __init__(self, drive: ShaftDrive[Any], motor: int, at: int, way: int) -> None:
+    def __init__(self, drive: ShaftDrive, motor: int, at: int, way: int) -> None:
         self.at = at
         self.way = way
         self.state = SwitchState.FREE
@@ -90,7 +90,7 @@ class LimitSwitch:
         return self.held or (self._drive.shafts[self._motor] - self.at) * self.way >= 0
 
 
-def switches(config: ArmConfig, drive: ShaftDrive[Any], *, behind: int = 0) -> list[LimitSwitch]:
+def switches(config: ArmConfig, drive: ShaftDrive, *, behind: int = 0) -> list[LimitSwitch]:
     """Return the limit switches: so many counts behind where homing ends by the arm file.
 
     Where the file tells no such posture, they are at the upper end of each motor's travel.
@@ -117,15 +117,13 @@ def _highest(config: ArmConfig, row: tuple[float, ...]) -> int:
 
 # --- The motor -----------------------------------------------------------------------------------
 
-P = TypeVar("P", bound=ShaftPoint)
 
-
-class NodeMotor(Generic[P]):
+class NodeMotor:
     """One motor of the arm as its drive sees it. Counts are those of its encoder."""
 
-    def __init__(self, shafts: ShaftDrive[P], index: int) -> None:
+    def __init__(self, shafts: ShaftDrive, index: int) -> None:
         self.index = index
-        self.point: P = shafts.rack.each[index]
+        self.point = shafts.rack.each[index]
         """Where it is meant to be."""
         self._shafts = shafts
         self.zero = self.shaft
@@ -215,7 +213,7 @@ class BusNode(Protocol):
     firmware begins: when power comes (`begin`), or by itself a while after a reset (`restart`).
     """
 
-    motor: NodeMotor[Any]
+    motor: NodeMotor
     switch: LimitSwitch
     port: NodePort
 

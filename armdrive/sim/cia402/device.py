@@ -7,7 +7,6 @@ from typing import ClassVar
 
 from armdrive.sim.bus.box import DrivesBox, NodeControls
 from armdrive.sim.bus.line import BusLine
-from armdrive.sim.cia402.motion import ServoPoint
 from armdrive.sim.cia402.node import Cia402Node
 from armdrive.sim.device import BoxedDevice, SwitchState
 from armdrive.sim.mechanics.shafts import ShaftDrive
@@ -48,7 +47,7 @@ class SimCia402(BoxedDevice):
     def __init__(
         self,
         world: World,
-        shafts: ShaftDrive[ServoPoint],
+        shafts: ShaftDrive,
         nodes: Sequence[Cia402Node],
         bits_s: int,
     ) -> None:

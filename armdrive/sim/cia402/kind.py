@@ -8,7 +8,6 @@ from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
 from armdrive.sim.bus.node import NodeMotor, node_ids, options_of, switches
 from armdrive.sim.cia402.device import SimCia402
-from armdrive.sim.cia402.motion import ServoPoint
 from armdrive.sim.cia402.node import Cia402Node
 from armdrive.sim.cia402.objects import ENCODER_INCREMENTS, MOST_MOTOR_SPEED, dictionary, without
 from armdrive.sim.cia402.quirks import QUIRKS
@@ -34,9 +33,10 @@ def _make(config: ArmConfig, world: World, options: Options) -> SimCia402:
     objects = _objects(options)
     for row in QUIRKS:
         row.check(options)
-    points = [ServoPoint(count) for count in world.motors]
-    shafts = ShaftDrive(world, points, _top_rate(objects), SLACK_S)
-    wired = zip(switches(config, shafts, behind=1), _numbers(config, len(points)), strict=True)
+    shafts = ShaftDrive(world, _top_rate(objects), SLACK_S)
+    wired = zip(
+        switches(config, shafts, behind=1), _numbers(config, len(world.motors)), strict=True
+    )
     nodes = [
         Cia402Node(NodeMotor(shafts, index), switch, number, objects, _modes(options), options)
         for index, (switch, number) in enumerate(wired)

@@ -13,52 +13,8 @@ from armdrive.sim.bus.node import LimitSwitch, NodeMotor
 from armdrive.sim.cia402 import objects as places
 from armdrive.sim.cia402.objects import DriveObjects
 from armdrive.sim.device import Options
-from armdrive.sim.mechanics.profiles import AxisProfile, ProfilePiece, nearest
-from armdrive.sim.mechanics.shafts import ShaftPoint
 from firmware_protocol import canopen
 from firmware_protocol.canopen import Place, SetPoint
-
-# --- The set-point: what the motor can follow of its commands ------------------------------------
-
-
-class ServoPoint(ShaftPoint):
-    """A point that glides from target to target, no faster than its motor can turn."""
-
-    def __init__(self, at: int) -> None:
-        super().__init__(at)
-        self._demand: ProfilePiece | None = None
-
-    def demand(self, now_s: float) -> int:
-        """Return where it was told to be: ahead of where it is, of what it cannot follow."""
-        return self.at(now_s) if self._demand is None else nearest(self._demand.at(now_s))
-
-    def glide_to(
-        self, target: int, period_s: float, most_rate: float, now_s: float, *, on: bool = False
-    ) -> None:
-        """Go straight to a target within a period, and stand there; or go `on` beyond it."""
-        told, here = self.demand(now_s), self._state(now_s)[0]
-        rate = (target - told) / period_s
-        self._demand = ProfilePiece(now_s, told, rate, 0.0, period_s)
-        way = target - here
-        able = math.copysign(min(abs(way) / period_s, most_rate), way)
-        pieces = [ProfilePiece(now_s, here, able, 0.0, abs(way / able) if able else 0.0)]
-        if on and able:
-            self._demand = ProfilePiece(now_s, told, rate, 0.0, math.inf)
-            pieces.append(ProfilePiece(pieces[0].end_s, target, able, 0.0, math.inf))
-        self._profile = AxisProfile(pieces, target)
-        self._end_s = max(self._profile.end_s, now_s)
-
-    def hold(self, at: int) -> None:
-        """Stand dead at an increment."""
-        super().hold(at)
-        self._demand = None
-
-    def _begin(self, profile: AxisProfile, now_s: float) -> None:
-        super()._begin(profile, now_s)
-        self._demand = None
-
-
-# --- Motions -------------------------------------------------------------------------------------
 
 AT_UPPER_SWITCH = 18
 IN_PLACE = (35, 37)
@@ -90,7 +46,7 @@ class Cia402Motion:
 
     def __init__(
         self,
-        motor: NodeMotor[ServoPoint],
+        motor: NodeMotor,
         switch: LimitSwitch,
         objects: DriveObjects,
         quirks: Options,

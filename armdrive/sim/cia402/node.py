@@ -12,7 +12,7 @@ from typing import TypeVar
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.bus.node import LimitSwitch, NodeMotor, NodePort
 from armdrive.sim.cia402 import objects as places
-from armdrive.sim.cia402.motion import METHODS, Cia402Motion, Homing, ServoPoint
+from armdrive.sim.cia402.motion import METHODS, Cia402Motion, Homing
 from armdrive.sim.cia402.objects import PDO_PARAMETERS, DriveObjects
 from armdrive.sim.cia402.pdos import Pdos
 from armdrive.sim.cia402.states import PDO_TOO_SHORT, Cia402States
@@ -48,7 +48,7 @@ class Cia402Node:
 
     def __init__(
         self,
-        motor: NodeMotor[ServoPoint],
+        motor: NodeMotor,
         switch: LimitSwitch,
         number: int,
         dictionary: Dictionary,

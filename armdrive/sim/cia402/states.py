@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from functools import cache
 
 from armdrive.sim.bus.node import NodeMotor
-from armdrive.sim.cia402.motion import Cia402Motion, Homing, ServoPoint
+from armdrive.sim.cia402.motion import Cia402Motion, Homing
 from armdrive.sim.cia402.objects import ERROR_COUNT, LAST_ERROR, DriveObjects
 from firmware_protocol import canopen
 from firmware_protocol.canopen import (
@@ -68,7 +68,7 @@ class Cia402States:
 
     def __init__(
         self,
-        motor: NodeMotor[ServoPoint],
+        motor: NodeMotor,
         motion: Cia402Motion,
         objects: DriveObjects,
         emcy: Callable[[int], None],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Generic, TypeVar
+from dataclasses import replace
 
 from armdrive.sim.mechanics.motors import MotorDrive
 from armdrive.sim.mechanics.profiles import (
@@ -33,6 +33,7 @@ class ShaftPoint:
     def __init__(self, at: int) -> None:
         self._profile = standing(at)
         self._end_s = -math.inf
+        self._demand: ProfilePiece | None = None
 
     @property
     def end_s(self) -> float:
@@ -57,9 +58,21 @@ class ShaftPoint:
         """Return how fast it goes, in counts a second."""
         return self._profile.speed_at(now_s)
 
+    def gain(self, now_s: float) -> float:
+        """Return how much faster it gets, in counts a second squared; below 0 while it brakes."""
+        piece = next((each for each in self._profile.pieces if now_s < each.end_s), None)
+        if piece is None:
+            return 0.0
+        brakes = piece.acceleration * piece.speed_at(now_s) < 0.0
+        return -abs(piece.acceleration) if brakes else abs(piece.acceleration)
+
+    def demand(self, now_s: float) -> int:
+        """Return where it was told to glide to by now: ahead of what its motor can follow."""
+        return self.at(now_s) if self._demand is None else nearest(self._demand.at(now_s))
+
     def hold(self, at: int) -> None:
         """Stand dead at a count."""
-        self._profile, self._end_s = standing(at), -math.inf
+        self._profile, self._end_s, self._demand = standing(at), -math.inf, None
 
     def go_to(
         self, goal: int, rate: float, slope: float, now_s: float, *, braking: float | None = None
@@ -78,6 +91,41 @@ class ShaftPoint:
         """Run until told otherwise; a rate of 0 ends it."""
         position, speed = self._state(now_s)
         self._begin(at_rate(position, speed, rate, slope, now_s), now_s)
+
+    def go_for(self, rate: float, slope: float, time_s: float, now_s: float) -> None:
+        """Run for a time, and then slow down."""
+        self.go_at(rate, slope, now_s)
+        over_s = now_s + time_s
+        pieces = [
+            replace(piece, duration_s=min(piece.duration_s, over_s - piece.start_s))
+            for piece in self._profile.pieces
+            if piece.start_s < over_s
+        ]
+        last = pieces[-1]
+        end = at_rate(last.at(over_s), last.speed_at(over_s), 0.0, slope, over_s)
+        self._begin(AxisProfile((*pieces, *end.pieces), end.end), now_s)
+        self._end_s = max(self._end_s, over_s)
+
+    def there_and_back(self, counts: int, rate: float, now_s: float) -> None:
+        """Turn by so many counts and back again, without a ramp."""
+        here = float(self.at(now_s))
+        there = dead(here, here + counts, rate, now_s)
+        back = dead(here + counts, here, rate, there.end_s)
+        self._begin(AxisProfile((*there.pieces, *back.pieces), here), now_s)
+
+    def glide_to(
+        self, target: int, period_s: float, most_rate: float, now_s: float, *, on: bool = False
+    ) -> None:
+        """Go straight to a target within a period, no faster than at a rate; or go `on` beyond."""
+        told, here = self.demand(now_s), self._state(now_s)[0]
+        rate, way = (target - told) / period_s, target - here
+        able = math.copysign(min(abs(way) / period_s, most_rate), way)
+        pieces = [ProfilePiece(now_s, here, able, 0.0, abs(way / able) if able else 0.0)]
+        goes_on = on and bool(able)
+        if goes_on:
+            pieces.append(ProfilePiece(pieces[0].end_s, target, able, 0.0, math.inf))
+        self._begin(AxisProfile(pieces, target), now_s)
+        self._demand = ProfilePiece(now_s, told, rate, 0.0, math.inf if goes_on else period_s)
 
     def passes_s(self, count: int, way: int, now_s: float) -> float:
         """Return when it comes to a count or beyond, seen in a direction; infinity for never.
@@ -113,7 +161,7 @@ class ShaftPoint:
         return self._profile.at(now_s), self._profile.speed_at(now_s)
 
     def _begin(self, profile: AxisProfile, now_s: float) -> None:
-        self._profile, self._end_s = profile, max(profile.end_s, now_s)
+        self._profile, self._end_s, self._demand = profile, max(profile.end_s, now_s), None
 
 
 def dead(position: float, goal: float, rate: float, now_s: float) -> AxisProfile:
@@ -139,8 +187,6 @@ def at_rate(
 # A motor in a closed loop makes up for what it has lost, as far as the arm lets it. Counts are
 # those of the world's motors, and of their shafts where there is play between the two.
 
-P = TypeVar("P", bound=ShaftPoint)
-
 LOOK_S = 0.05
 """So often an arm in motion is looked at, and its shafts are made to follow."""
 SLACK_S = 0.001
@@ -149,10 +195,10 @@ WATCH_S = 0.01
 """So often while a shaft is not where it should be."""
 
 
-class ShaftPoints(Generic[P]):
+class ShaftPoints:
     """The set-points of all drives, as a rack of motors."""
 
-    def __init__(self, each: Sequence[P]) -> None:
+    def __init__(self, each: Sequence[ShaftPoint]) -> None:
         self.each = tuple(each)
         self.now_s = 0.0
 
@@ -192,17 +238,15 @@ class ShaftPoints(Generic[P]):
         """Do nothing: a zero is a matter of what a drive says, and no shaft turns for it."""
 
 
-class ShaftDrive(MotorDrive[ShaftPoints[P]]):
+class ShaftDrive(MotorDrive[ShaftPoints]):
     """Six loops and one arm. `holding` says which drives have current: the others turn freely.
 
     `makes_up` is how many counts a second a drive makes up for, beyond what its set-point goes.
     `slack_s` is how old may be what nobody has asked for; who asks has it `look`.
     """
 
-    def __init__(
-        self, world: World, points: Sequence[P], makes_up: float, slack_s: float = SLACK_S
-    ) -> None:
-        super().__init__(world, ShaftPoints(points))
+    def __init__(self, world: World, makes_up: float, slack_s: float = SLACK_S) -> None:
+        super().__init__(world, ShaftPoints([ShaftPoint(count) for count in world.motors]))
         self._makes_up, self._slack_s = makes_up, slack_s
         self.holding = [False] * len(world.motors)
         world.energised = False  # found at rest: whatever came down has done so long ago

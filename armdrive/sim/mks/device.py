@@ -9,7 +9,6 @@ from armdrive.sim.bus.box import DrivesBox, NodeControls
 from armdrive.sim.bus.line import BusLine
 from armdrive.sim.device import BoxedDevice, SwitchState
 from armdrive.sim.mechanics.shafts import ShaftDrive
-from armdrive.sim.mks.motion import MksSetPoint
 from armdrive.sim.mks.node import MksNode
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import Json
@@ -24,7 +23,7 @@ class SimMks(BoxedDevice):
     def __init__(
         self,
         world: World,
-        shafts: ShaftDrive[MksSetPoint],
+        shafts: ShaftDrive,
         nodes: Sequence[MksNode],
         bits_s: int,
     ) -> None:

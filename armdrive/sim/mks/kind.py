@@ -11,7 +11,7 @@ from armdrive.sim.bus.node import NodeMotor, node_ids, options_of, switches
 from armdrive.sim.device import Option, Options
 from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.mks.device import SimMks
-from armdrive.sim.mks.motion import MAKES_UP, Flash, MksSetPoint
+from armdrive.sim.mks.motion import MAKES_UP, Flash
 from armdrive.sim.mks.node import MksNode
 from armdrive.sim.mks.quirks import QUIRKS
 from armdrive.sim.simulated_arm import SimDeviceKind
@@ -35,7 +35,7 @@ def _make(config: ArmConfig, world: World, options: Options) -> SimMks:
     for row in QUIRKS:
         row.check(options)
     settings = _settings(config, count, bitrates[bits_s], options)
-    shafts = ShaftDrive(world, [MksSetPoint(each) for each in world.motors], MAKES_UP)
+    shafts = ShaftDrive(world, MAKES_UP)
     nodes = [
         MksNode(NodeMotor(shafts, index), switch, versions[index], Flash(own), options, bits_s)
         for index, (switch, own) in enumerate(zip(switches(config, shafts), settings, strict=True))

@@ -7,15 +7,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, TypeVar, cast
 
 from armdrive.errors import StateFileError
 from armdrive.sim.bus.node import LimitSwitch, NodeMotor
 from armdrive.sim.device import Options
-from armdrive.sim.mechanics.profiles import AxisProfile, ProfilePiece
-from armdrive.sim.mechanics.shafts import ShaftPoint, at_rate, dead
+from armdrive.sim.mechanics.shafts import ShaftPoint
 from armdrive.sim.world.saved import MEND, Json, Saved
 from firmware_protocol import mks
 from firmware_protocol.errors import ProtocolError
@@ -111,64 +109,26 @@ def _read(code: Code, text: str) -> mks.Setting:
     return setting
 
 
-# --- The set-point in the drive's own measures: rpm, and steps of acceleration -------------------
+# --- The drive's own measures: rpm, and steps of acceleration ------------------------------------
 
-_RPM = COUNTS_PER_TURN / 60.0
+RPM = COUNTS_PER_TURN / 60.0
 """Counts a second of one rpm."""
-MAKES_UP = mks.SPEED_MAX_RPM * _RPM
+MAKES_UP = mks.SPEED_MAX_RPM * RPM
 """Counts a second: no drive makes up for what it has lost faster than it turns."""
 
 
-class MksSetPoint(ShaftPoint):
-    """It stands, or is under way on a ramped profile from whatever it did before."""
-
-    def rpm(self, now_s: float) -> float:
-        """Return how fast it goes; positive is counter-clockwise."""
-        return self.rate(now_s) / _RPM
-
-    def move_to(self, goal: int, rpm: float, acc: int, now_s: float) -> None:
-        """Go to a count, from whatever is under way."""
-        self.go_to(goal, rpm * _RPM, _slope(acc), now_s)
-
-    def run(self, rpm: float, acc: int, now_s: float) -> None:
-        """Run until told otherwise; a speed of 0 ends it."""
-        self.go_at(rpm * _RPM, _slope(acc), now_s)
-
-    def run_for(self, rpm: float, acc: int, time_s: float, now_s: float) -> None:
-        """Run for a time, and then slow down."""
-        self.run(rpm, acc, now_s)
-        over_s = now_s + time_s
-        pieces = [_cut(piece, over_s) for piece in self._profile.pieces if piece.start_s < over_s]
-        last = pieces[-1]
-        end = at_rate(last.at(over_s), last.speed_at(over_s), 0.0, _slope(acc), over_s)
-        self._begin(AxisProfile((*pieces, *end.pieces), end.end), now_s)
-        self._end_s = max(self._end_s, over_s)
-
-    def there_and_back(self, counts: int, rpm: float, now_s: float) -> None:
-        """Turn by so many counts and back again."""
-        here = float(self.at(now_s))
-        there = dead(here, here + counts, rpm * _RPM, now_s)
-        back = dead(here + counts, here, rpm * _RPM, there.end_s)
-        self._begin(AxisProfile((*there.pieces, *back.pieces), here), now_s)
-
-    def state(self, now_s: float) -> mks.MotorState:
-        """Return what the drive says it does."""
-        if not self.moving(now_s):
-            return mks.MotorState.STOPPED
-        piece = next(each for each in self._profile.pieces if now_s < each.end_s)
-        change = piece.acceleration * piece.speed_at(now_s)
-        if not piece.acceleration:
-            return mks.MotorState.FULL_SPEED
-        return mks.MotorState.ACCELERATING if change >= 0.0 else mks.MotorState.DECELERATING
-
-
-def _slope(acc: int) -> float:
+def slope(acc: int) -> float:
     """Return the counts a second squared of the drive's own measure; infinity without a ramp."""
-    return mks.ramp_rpm_s(acc) * _RPM
+    return mks.ramp_rpm_s(acc) * RPM
 
 
-def _cut(piece: ProfilePiece, over_s: float) -> ProfilePiece:
-    return replace(piece, duration_s=min(piece.duration_s, over_s - piece.start_s))
+def state_of(point: ShaftPoint, now_s: float) -> mks.MotorState:
+    """Return what a drive says of its motor that follows a set-point."""
+    if not point.moving(now_s):
+        return mks.MotorState.STOPPED
+    if not (gain := point.gain(now_s)):
+        return mks.MotorState.FULL_SPEED
+    return mks.MotorState.ACCELERATING if gain > 0.0 else mks.MotorState.DECELERATING
 
 
 # --- A motion ------------------------------------------------------------------------------------
@@ -186,7 +146,7 @@ ARRIVAL_PER_TURN = 65_536
 AGAINST_A_STOP = 1
 """The way of homing that feels for the end; 0 looks for the switch."""
 
-_GOALS: Mapping[type, Callable[[NodeMotor[MksSetPoint], Any, float], int]] = MappingProxyType(
+_GOALS: Mapping[type, Callable[[NodeMotor, Any, float], int]] = MappingProxyType(
     {
         mks.MoveAbsoluteAxis: lambda motor, order, _: motor.zero + order.counts,
         mks.MoveRelativeAxis: lambda motor, order, _: motor.point.end + order.counts,
@@ -214,7 +174,7 @@ class MksMotion:
 
     def __init__(
         self,
-        motor: NodeMotor[MksSetPoint],
+        motor: NodeMotor,
         switch: LimitSwitch,
         flash: Flash,
         quirks: Options,
@@ -262,7 +222,7 @@ class MksMotion:
     def state(self, now_s: float) -> mks.MotorState:
         """Return what the drive says that its motor does."""
         if not self.searching or self.under_way is None:
-            return self._point.state(now_s)
+            return state_of(self._point, now_s)
         calibrates = self.under_way.request.code is Code.CALIBRATE
         return mks.MotorState.CALIBRATING if calibrates else mks.MotorState.HOMING
 
@@ -274,21 +234,21 @@ class MksMotion:
 
     def begin(self, asked: mks.Asked, now_s: float) -> None:
         """Have the set-point do what was asked, whatever it did before."""
-        request, point = asked.request, self._point
+        request = asked.request
         self.under_way, self._waits = asked, False
         self._acc = getattr(request, "acc", HOMING_ACC)
         match request:
             case mks.RunAtSpeed():
-                point.run(self._flash.rpm_of(request.speed_rpm), self._acc, now_s)
+                self._run(self._rate_of(request.speed_rpm), now_s)
             case mks.RunFor():
-                time_s = request.duration_ms / 1000
-                point.run_for(self._flash.rpm_of(request.speed_rpm), self._acc, time_s, now_s)
+                rate, time_s = self._rate_of(request.speed_rpm), request.duration_ms / 1000
+                self._point.go_for(rate, slope(self._acc), time_s, now_s)
             case mks.Stop():
-                point.run(0.0, request.acc, now_s)
+                self._run(0.0, now_s)
             case mks.GoToZero():
                 self._go(self._motor.zero, self._flash.homing.speed_rpm, now_s)
             case mks.Calibrate():
-                point.there_and_back(COUNTS_PER_TURN, CALIBRATION_RPM, now_s)
+                self._point.there_and_back(COUNTS_PER_TURN, CALIBRATION_RPM * RPM, now_s)
             case mks.Home():
                 self._seek(now_s)
             case order:
@@ -346,7 +306,13 @@ class MksMotion:
         self._watch_end(now_s)
 
     def _go(self, goal: int, speed_rpm: int, now_s: float) -> None:
-        self._point.move_to(goal, self._flash.rpm_of(max(speed_rpm, 1)), self._acc, now_s)
+        self._point.go_to(goal, self._rate_of(max(speed_rpm, 1)), slope(self._acc), now_s)
+
+    def _run(self, rate: float, now_s: float) -> None:
+        self._point.go_at(rate, slope(self._acc), now_s)
+
+    def _rate_of(self, speed_rpm: int) -> float:
+        return self._flash.rpm_of(speed_rpm) * RPM
 
     def _seek(self, now_s: float) -> None:
         """Begin to search for the zero: first away from the switch, where that is pressed."""
@@ -357,8 +323,7 @@ class MksMotion:
         self._search_towards(-self._seeking if self._backing else self._seeking, now_s)
 
     def _search_towards(self, way: int, now_s: float) -> None:
-        rpm = self._flash.rpm_of(max(self._flash.homing.speed_rpm, 1))
-        self._point.run(way * rpm, self._acc, now_s)
+        self._run(way * self._flash.rpm_of(max(self._flash.homing.speed_rpm, 1)) * RPM, now_s)
 
     def _passes_switch_s(self, now_s: float) -> float:
         """Return when the set-point comes to where the switch changes, if that matters."""
@@ -376,7 +341,7 @@ class MksMotion:
         moves = self.under_way is not None and self._point.moving(now_s)
         if moves and not self._expired and now_s >= self.heard_s + self._flash.timeout_s:
             self.give_up(now_s)
-            self._point.run(0.0, self._acc, now_s)
+            self._run(0.0, now_s)
             self._expired = True
             self.watchdog_stops += 1
 
@@ -439,8 +404,8 @@ class MksMotion:
 
     def _limit(self, asked: mks.Asked, now_s: float) -> None:
         """End what leads into the switch; what leads away from it goes on."""
-        rpm = self._point.rpm(now_s) or self._point.rpm(now_s + 1e-6)
-        if rpm * self._switch.way > 0:
+        rate = self._point.rate(now_s) or self._point.rate(now_s + 1e-6)
+        if rate * self._switch.way > 0:
             self._point.hold(self._point.at(now_s))
             searches, self.under_way = self.searching, None
             if not searches:

@@ -14,7 +14,7 @@ from typing import Any, TypeAlias, get_args
 from armdrive.errors import BadRequest
 from armdrive.sim.bus.node import LimitSwitch, NodeMotor, NodePort
 from armdrive.sim.device import Options
-from armdrive.sim.mks.motion import AGAINST_A_STOP, Flash, MksMotion, MksSetPoint, stall_counts
+from armdrive.sim.mks.motion import AGAINST_A_STOP, RPM, Flash, MksMotion, stall_counts
 from armdrive.sim.world.saved import Json, Saved
 from firmware_protocol import mks
 from firmware_protocol.errors import BadField
@@ -30,7 +30,7 @@ class MksNode:
 
     def __init__(
         self,
-        motor: NodeMotor[MksSetPoint],
+        motor: NodeMotor,
         switch: LimitSwitch,
         firmware: mks.Version,
         flash: Flash,
@@ -175,7 +175,7 @@ class MksNode:
             "enabled": self.enabled,
             "stalled": self.stalled,
             "state": self.motion.state(now_s).name.lower(),
-            "rpm": round(self.motor.point.rpm(now_s), 2),
+            "rpm": round(self.motor.point.rate(now_s) / RPM, 2),
             "error_counts": error,
             "stored": self.motion.stored is not None,
             "watchdog_s": 0.0 if math.isinf(timeout_s) else timeout_s,
@@ -379,7 +379,7 @@ def _error(node: MksNode, now_s: float) -> int:
 
 def _speed(node: MksNode, now_s: float) -> mks.SpeedRead:
     stands = abs(_error(node, now_s)) >= stall_counts(node.quirks)
-    return mks.SpeedRead(0 if stands else round(node.motor.point.rpm(now_s)))
+    return mks.SpeedRead(0 if stands else round(node.motor.point.rate(now_s) / RPM))
 
 
 def _pulses(node: MksNode, now_s: float) -> mks.PulsesRead:
