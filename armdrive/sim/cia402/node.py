@@ -13,8 +13,7 @@ from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.bus.node import LimitSwitch, NodeMotor, NodePort
 from armdrive.sim.cia402 import objects as places
 from armdrive.sim.cia402.motion import METHODS, Cia402Motion, Homing
-from armdrive.sim.cia402.objects import PDO_PARAMETERS, DriveObjects
-from armdrive.sim.cia402.pdos import Pdos
+from armdrive.sim.cia402.objects import DriveObjects
 from armdrive.sim.cia402.states import PDO_TOO_SHORT, Cia402States
 from armdrive.sim.device import Options
 from armdrive.sim.world.saved import MEND, Json, Saved
@@ -34,6 +33,7 @@ from firmware_protocol.canopen import (
     ReadAsked,
     WriteAsked,
 )
+from firmware_protocol.canopen.pdo_device import PDO_PARAMETERS, DevicePdos
 from firmware_protocol.errors import BadField, ProtocolError, RemoteProtocolError
 from firmware_protocol.frames import Frame, pack
 
@@ -61,7 +61,7 @@ class Cia402Node:
         self.objects = DriveObjects(dictionary, number, serial=motor.index + 1)
         self.motion = Cia402Motion(motor, switch, self.objects, quirks)
         self.states = Cia402States(motor, self.motion, self.objects, self.say_emcy)
-        self.pdos = Pdos(self.objects, self.read, self._act, self._say)
+        self.pdos = DevicePdos(dictionary, self.objects.whole, self.read, self._act, self._say)
         self._forget_talk()
         self.nmt.booted()  # it has said so long ago
 

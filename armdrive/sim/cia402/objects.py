@@ -12,7 +12,6 @@ from firmware_protocol.canopen import AbortCode, Dictionary, ObjectStore, Place,
 EDS = "cia402.eds"
 COMMUNICATION = range(0x1000, 0x2000)
 """Indices of what a reset of the communication brings back."""
-PDO_PARAMETERS = range(0x1400, 0x1C00)
 
 DEVICE_NAME = Place(0x1008)
 ERROR_COUNT, LAST_ERROR = Place(0x1003, 0), Place(0x1003, 1)
@@ -82,6 +81,10 @@ class DriveObjects:
             value = before.value(entry.place)
             if value is not None and entry.place.index not in COMMUNICATION:
                 self._store.set(entry.place, value)
+
+    def whole(self, place: Place) -> int:
+        """Return the whole number that an object holds; 0 where it holds none."""
+        return self.number_of(place, 0)
 
     def number_of(self, place: Place, default: int) -> int:
         """Return what an object holds; the default where there is none, or nothing in it."""

@@ -1,4 +1,8 @@
-"""The PDOs of a simulated CiA 402 drive, by its objects: when each is sent and acted on."""
+"""A device's end of PDOs: what its objects make of them, when each is sent and acted on.
+
+No clock and no wire: its owner hands times in, in seconds, and frames out.
+Source: CiA 301, PDO communication and mapping parameters.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +11,16 @@ import struct
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 
-from armdrive.sim.cia402.objects import DriveObjects
-from firmware_protocol.canopen import NOT_VALID, AbortCode, Mapped, Mapping, Place
+from firmware_protocol.canopen.objects import Dictionary
+from firmware_protocol.canopen.pdo import Mapped, Mapping
+from firmware_protocol.canopen.pdo_setup import NOT_VALID
+from firmware_protocol.canopen.sdo_codes import AbortCode
+from firmware_protocol.canopen.sdo_messages import Place
 from firmware_protocol.errors import BadField, RemoteProtocolError
 from firmware_protocol.frames import DATA_MAX, STANDARD_ID_MAX, Frame
 
+PDO_PARAMETERS = range(0x1400, 0x1C00)
+"""Indices of the objects that describe them."""
 COUNT = 4
 RECEIVED, TRANSMITTED = (0x1400, 0x1600), (0x1800, 0x1A00)
 """Where communication and mapping of a direction begin."""
@@ -25,7 +34,7 @@ _INHIBIT_S, _EVENT_S = 1e-4, 1e-3
 
 
 @dataclass(slots=True)
-class SimPdo:
+class DevicePdo:
     """One that exists, and where it stands."""
 
     can_id: int
@@ -64,23 +73,24 @@ class SimPdo:
         return self.transmission <= SYNCHRONOUS_MOST
 
 
-class Pdos:
-    """Those that exist. `read` returns what an object is now, and `say` brings a frame to the bus.
+class DevicePdos:
+    """Those that exist. `value` is what an object holds; `read` what it is at a moment.
 
-    `act` is handed what a PDO has brought, once that is acted on.
+    `say` brings a frame to the bus; `act` is handed what a PDO has brought, once that is acted on.
     """
 
     def __init__(
         self,
-        objects: DriveObjects,
+        dictionary: Dictionary,
+        value: Callable[[Place], int],
         read: Callable[[Place, float], int],
         act: Callable[[Sequence[tuple[Place, int]], float], None],
         say: Callable[[Frame], None],
     ) -> None:
-        self._objects = objects
+        self._dictionary, self._value = dictionary, value
         self._read, self._act, self._say = read, act, say
-        self._received: dict[int, SimPdo] = {}
-        self._transmitted: tuple[SimPdo, ...] = ()
+        self._received: dict[int, DevicePdo] = {}
+        self._transmitted: tuple[DevicePdo, ...] = ()
         self.rebuild()
 
     @property
@@ -133,7 +143,7 @@ class Pdos:
                 elif data != pdo.data:
                     pdo.due_s = min(pdo.due_s, pdo.free_s)
 
-    def _send_in_turn(self, pdo: SimPdo, now_s: float) -> None:
+    def _send_in_turn(self, pdo: DevicePdo, now_s: float) -> None:
         data = self._packed(pdo, now_s)
         pdo.beats += 1
         if pdo.transmission == AT_CHANGE and data == pdo.data:
@@ -142,10 +152,10 @@ class Pdos:
             pdo.beats = 0
             self._send(pdo, data, now_s)
 
-    def _packed(self, pdo: SimPdo, now_s: float) -> bytes:
+    def _packed(self, pdo: DevicePdo, now_s: float) -> bytes:
         return pdo.pack([self._read(place, now_s) for place in pdo.places])
 
-    def _send(self, pdo: SimPdo, data: bytes, now_s: float) -> None:
+    def _send(self, pdo: DevicePdo, data: bytes, now_s: float) -> None:
         self._say(Frame(pdo.can_id, data))
         pdo.data = data
         pdo.free_s = now_s + pdo.inhibit_s
@@ -180,35 +190,32 @@ class Pdos:
 
     def _refused_entry(self, word: int, *, received: bool) -> AbortCode | None:
         try:
-            place = Mapped.of(word, self._objects.dictionary).place
+            place = Mapped.of(word, self._dictionary).place
         except (BadField, RemoteProtocolError):
             return AbortCode.NO_OBJECT if word else None
-        entry = self._objects.dictionary.find(place)
+        entry = self._dictionary.find(place)
         fits = entry is not None and entry.mappable
         if fits and entry is not None:
             fits = entry.access.writable if received else entry.access.readable
         return None if fits else AbortCode.NOT_MAPPABLE
 
-    def _described(self, communication: int, mapping: int, number: int) -> SimPdo | None:
+    def _described(self, communication: int, mapping: int, number: int) -> DevicePdo | None:
         cob = self._value(Place(communication + number, _COB))
         count = self._value(Place(mapping + number, 0))
         if not cob or cob & NOT_VALID or not count:
             return None
         words = [self._value(Place(mapping + number, sub)) for sub in range(1, count + 1)]
         try:
-            mapped = Mapping(tuple(Mapped.of(word, self._objects.dictionary) for word in words))
+            mapped = Mapping(tuple(Mapped.of(word, self._dictionary) for word in words))
         except (BadField, RemoteProtocolError):  # as shipped it maps what this drive lacks
             return None
-        return SimPdo(
+        return DevicePdo(
             cob & STANDARD_ID_MAX,
             mapped,
             self._value(Place(communication + number, _TRANSMISSION)),
             self._value(Place(communication + number, _INHIBIT)) * _INHIBIT_S,
             self._value(Place(communication + number, _EVENT)) * _EVENT_S,
         )
-
-    def _value(self, place: Place) -> int:
-        return self._objects.number_of(place, 0)
 
 
 def _code(entry: Mapped) -> str:
