@@ -66,7 +66,7 @@ class DrivesBox(DeviceBox, Generic[N]):
     @property
     def inputs(self) -> int:
         """A bit for each drive's limit switch."""
-        return sum(node.switch.pressed << node.motor.index for node in self.nodes)
+        return sum(node.motor.switch.pressed << node.motor.index for node in self.nodes)
 
     def seen(self) -> list[Json]:
         """Return the drives one by one, as they would tell it."""
@@ -102,12 +102,12 @@ class DrivesBox(DeviceBox, Generic[N]):
         """Press the limit switch of a drive, or let it go. Raises `BadRequest`."""
         if not 0 <= drive < len(self.nodes):
             raise BadRequest(f"input bits are 0 to {len(self.nodes) - 1}, not {drive}")
-        self.nodes[drive].switch.held = on
+        self.nodes[drive].motor.switch.held = on
         self.live()
 
     def set_switch(self, drive: int, state: SwitchState) -> None:
         """Have the limit switch of a drive stick, or free it."""
-        self.nodes[drive].switch.state = state
+        self.nodes[drive].motor.switch.state = state
         self.live()
 
     # Time.

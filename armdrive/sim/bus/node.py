@@ -67,19 +67,17 @@ def node_ids(ids: Sequence[int] | None, count: int) -> tuple[int, ...]:
     return numbers
 
 
-# --- Limit switches ------------------------------------------------------------------------------
+# --- The motor, and the limit switch on its shaft ------------------------------------------------
 
 
 class LimitSwitch:
     """A switch on the shaft of one motor, at a count and beyond in a direction."""
 
-    def __init__(self, drive: ShaftDrive, motor: int, at: int, way: int) -> None:
-        self.at = at
-        self.way = way
+    def __init__(self, motor: NodeMotor, at: int, way: int) -> None:
+        self.at, self.way = at, way
         self.state = SwitchState.FREE
         self.held = False
         """Whether somebody presses it."""
-        self._drive = drive
         self._motor = motor
 
     @property
@@ -87,47 +85,20 @@ class LimitSwitch:
         """Whether the drive sees it pressed."""
         if self.state is not SwitchState.FREE:
             return self.state is SwitchState.CLOSED
-        return self.held or (self._drive.shafts[self._motor] - self.at) * self.way >= 0
-
-
-def switches(config: ArmConfig, drive: ShaftDrive, *, behind: int = 0) -> list[LimitSwitch]:
-    """Return the limit switches: so many counts behind where homing ends by the arm file.
-
-    Where the file tells no such posture, they are at the upper end of each motor's travel.
-    """
-    turning = drive.world.body.transmission
-    if config.homing is not None:
-        homed = config.homing
-        places = [*turning.to_motors(homed.joints, homed.opening_mm)]
-    else:
-        places = [_highest(config, row) for row in turning.matrix]
-        places = [
-            place + math.ceil(motor.offset_steps)
-            for place, motor in zip(places, turning.motors, strict=True)
-        ]
-    return [LimitSwitch(drive, motor, at + behind, 1) for motor, at in enumerate(places)]
-
-
-def _highest(config: ArmConfig, row: tuple[float, ...]) -> int:
-    bounds = [(one.low_rad, one.high_rad) for one in config.model.arm.limits]
-    bounds.append(config.model.gripper_range_mm)
-    ends = (max(share * low, share * high) for share, (low, high) in zip(row, bounds, strict=False))
-    return math.ceil(sum(ends))
-
-
-# --- The motor -----------------------------------------------------------------------------------
+        return self.held or (self._motor.shaft - self.at) * self.way >= 0
 
 
 class NodeMotor:
     """One motor of the arm as its drive sees it. Counts are those of its encoder."""
 
-    def __init__(self, shafts: ShaftDrive, index: int) -> None:
+    def __init__(self, shafts: ShaftDrive, index: int, switch_at: int) -> None:
         self.index = index
         self.point = shafts.rack.each[index]
         """Where it is meant to be."""
         self._shafts = shafts
         self.zero = self.shaft
         """From where the drive counts."""
+        self.switch = LimitSwitch(self, switch_at, 1)
 
     @property
     def shaft(self) -> int:
@@ -169,6 +140,29 @@ class NodeMotor:
         """Hold or not, as was saved; nothing comes down, since that has been saved too."""
         self._shafts.holding[self.index] = holding
         self._shafts.world.energised = all(self._shafts.holding)
+
+
+def motors_of(config: ArmConfig, shafts: ShaftDrive, *, behind: int = 0) -> list[NodeMotor]:
+    """Return the motors, with switches so many counts behind where homing ends by the arm file.
+
+    Where the file tells no such posture, they are at the upper end of each motor's travel.
+    """
+    turning, homed = shafts.world.body.transmission, config.homing
+    if homed is not None:
+        places = [*turning.to_motors(homed.joints, homed.opening_mm)]
+    else:
+        places = [
+            _highest(config, row) + math.ceil(motor.offset_steps)
+            for row, motor in zip(turning.matrix, turning.motors, strict=True)
+        ]
+    return [NodeMotor(shafts, index, at + behind) for index, at in enumerate(places)]
+
+
+def _highest(config: ArmConfig, row: tuple[float, ...]) -> int:
+    bounds = [(one.low_rad, one.high_rad) for one in config.model.arm.limits]
+    bounds.append(config.model.gripper_range_mm)
+    ends = (max(share * low, share * high) for share, (low, high) in zip(row, bounds, strict=False))
+    return math.ceil(sum(ends))
 
 
 # --- The drive -----------------------------------------------------------------------------------
@@ -214,7 +208,6 @@ class BusNode(Protocol):
     """
 
     motor: NodeMotor
-    switch: LimitSwitch
     port: NodePort
 
     def listens(self, can_id: int) -> bool:

@@ -6,7 +6,7 @@ import re
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.sim.bus.node import NodeMotor, node_ids, options_of, switches
+from armdrive.sim.bus.node import motors_of, node_ids, options_of
 from armdrive.sim.cia402.device import SimCia402
 from armdrive.sim.cia402.node import Cia402Node
 from armdrive.sim.cia402.objects import ENCODER_INCREMENTS, MOST_MOTOR_SPEED, dictionary, without
@@ -34,12 +34,10 @@ def _make(config: ArmConfig, world: World, options: Options) -> SimCia402:
     for row in QUIRKS:
         row.check(options)
     shafts = ShaftDrive(world, _top_rate(objects), SLACK_S)
-    wired = zip(
-        switches(config, shafts, behind=1), _numbers(config, len(world.motors)), strict=True
-    )
+    motors, modes = motors_of(config, shafts, behind=1), _modes(options)
     nodes = [
-        Cia402Node(NodeMotor(shafts, index), switch, number, objects, _modes(options), options)
-        for index, (switch, number) in enumerate(wired)
+        Cia402Node(motor, number, objects, modes, options)
+        for motor, number in zip(motors, _numbers(config, len(motors)), strict=True)
     ]
     return SimCia402(world, shafts, nodes, bits_s)
 

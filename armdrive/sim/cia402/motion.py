@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from enum import Enum
 
-from armdrive.sim.bus.node import LimitSwitch, NodeMotor
+from armdrive.sim.bus.node import NodeMotor
 from armdrive.sim.cia402 import objects as places
 from armdrive.sim.cia402.objects import DriveObjects
 from armdrive.sim.device import Options
@@ -47,11 +47,10 @@ class Cia402Motion:
     def __init__(
         self,
         motor: NodeMotor,
-        switch: LimitSwitch,
         objects: DriveObjects,
         quirks: Options,
     ) -> None:
-        self._motor, self._point, self._switch = motor, motor.point, switch
+        self._motor, self._point, self._switch = motor, motor.point, motor.switch
         self._objects, self._quirks = objects, quirks
         self.forget()
 

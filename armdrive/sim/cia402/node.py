@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import TypeVar
 
 from armdrive.errors import BadRequest, StateFileError
-from armdrive.sim.bus.node import LimitSwitch, NodeMotor, NodePort
+from armdrive.sim.bus.node import NodeMotor, NodePort
 from armdrive.sim.cia402 import objects as places
 from armdrive.sim.cia402.motion import METHODS, Cia402Motion, Homing
 from armdrive.sim.cia402.objects import DriveObjects
@@ -18,21 +18,7 @@ from armdrive.sim.cia402.states import PDO_TOO_SHORT, Cia402States
 from armdrive.sim.device import Options
 from armdrive.sim.world.saved import MEND, Json, Saved
 from firmware_protocol import canopen
-from firmware_protocol.canopen import (
-    AbortCode,
-    Command,
-    Controlword,
-    Dictionary,
-    DriveState,
-    Happening,
-    HeartbeatWatch,
-    NmtCommand,
-    NodeState,
-    OperationMode,
-    Place,
-    ReadAsked,
-    WriteAsked,
-)
+from firmware_protocol.canopen import AbortCode, NmtCommand, NodeState, OperationMode, Place
 from firmware_protocol.canopen.pdo_device import PDO_PARAMETERS, DevicePdos
 from firmware_protocol.errors import BadField, ProtocolError, RemoteProtocolError
 from firmware_protocol.frames import Frame, pack
@@ -49,17 +35,16 @@ class Cia402Node:
     def __init__(
         self,
         motor: NodeMotor,
-        switch: LimitSwitch,
         number: int,
-        dictionary: Dictionary,
+        dictionary: canopen.Dictionary,
         modes: Collection[OperationMode],
         quirks: Options,
     ) -> None:
-        self.motor, self.switch = motor, switch
+        self.motor = motor
         self.port = NodePort(quirks.number("answer_ms") / 1000)
         self._modes, self._quirks = modes, quirks
         self.objects = DriveObjects(dictionary, number, serial=motor.index + 1)
-        self.motion = Cia402Motion(motor, switch, self.objects, quirks)
+        self.motion = Cia402Motion(motor, self.objects, quirks)
         self.states = Cia402States(motor, self.motion, self.objects, self.say_emcy)
         self.pdos = DevicePdos(dictionary, self.objects.whole, self.read, self._act, self._say)
         self._forget_talk()
@@ -139,16 +124,16 @@ class Cia402Node:
             return
         said = [self.sdo.receive_frame(frame)]
         while (event := self.sdo.next_event()) is not None:
-            if isinstance(event, ReadAsked):
+            if isinstance(event, canopen.ReadAsked):
                 if event.place in READINGS:
                     self.objects.keep(event.place, self.read(event.place, now_s))
                 said.append(self.objects.stored().answer(self.sdo, event))
-            elif isinstance(event, WriteAsked):
+            elif isinstance(event, canopen.WriteAsked):
                 said.append(self._write(event, now_s))
         for each in said:
             self._say(each)
 
-    def _write(self, ask: WriteAsked, now_s: float) -> Frame | None:
+    def _write(self, ask: canopen.WriteAsked, now_s: float) -> Frame | None:
         entry = self.objects.dictionary.find(ask.place)
         try:
             value = None if entry is None else entry.type.unpack(ask.data, exact=ask.exact)
@@ -246,9 +231,9 @@ class Cia402Node:
         self.silent_s, self.states.forsaken = math.inf, False
 
     @property
-    def _watched(self) -> HeartbeatWatch | None:
+    def _watched(self) -> canopen.HeartbeatWatch | None:
         """Whose silence it minds, and when."""
-        return HeartbeatWatch.of(self.objects.number_of(canopen.CONSUMER_HEARTBEAT, 0))
+        return canopen.HeartbeatWatch.of(self.objects.number_of(canopen.CONSUMER_HEARTBEAT, 0))
 
     # Power.
 
@@ -335,14 +320,14 @@ class Cia402Node:
     def known(self) -> dict[str, Json]:
         """Return what it is, and what its objects hold that they do not at first."""
         state, machine = self.states.state, self.states.machine
-        state = DriveState.FAULT if state is DriveState.FAULT_REACTION else state
-        leaves = state is DriveState.QUICK_STOP and not machine.quick_stop.stays
+        state = canopen.DriveState.FAULT if state is canopen.DriveState.FAULT_REACTION else state
+        leaves = state is canopen.DriveState.QUICK_STOP and not machine.quick_stop.stays
         booting = self.nmt.state is NodeState.BOOTING
         talks = NodeState.PRE_OPERATIONAL if booting else self.nmt.state
         return {
             "id": self.number,
             "nmt": talks.name.lower(),
-            "state": (DriveState.DISABLED if leaves else state).name.lower(),
+            "state": (canopen.DriveState.DISABLED if leaves else state).name.lower(),
             "homed": self.motion.homing is Homing.DONE,
             "ailing": [*sorted(self.states.ailing)],
             "objects": self._changed_objects(),
@@ -389,16 +374,16 @@ class Cia402Node:
         self.states.mode = self.objects.number_of(canopen.MODE, 0)
         self.states.set_quick_stop()
 
-    def _recall_state(self, state: DriveState) -> None:
+    def _recall_state(self, state: canopen.DriveState) -> None:
         """Be as a saved drive was; nothing comes down for it, as that has been saved too."""
         machine = self.states.machine
-        if state is DriveState.FAULT:
-            machine.happen(Happening.FAULT)
-            machine.happen(Happening.REACTED)
+        if state is canopen.DriveState.FAULT:
+            machine.happen(canopen.Happening.FAULT)
+            machine.happen(canopen.Happening.REACTED)
             if not self.states.ailing:
                 machine.mend()
         for command in _WAYS[state]:
-            machine.control(Controlword.of(command))
+            machine.control(canopen.Controlword.of(command))
         self.motor.recall(self.port.powered and self.states.state.holds)
         self.motion.goal = self.motor.counts
 
@@ -407,15 +392,15 @@ class Cia402Node:
 
 S = TypeVar("S")
 
-_SHUT_DOWN, _ON = Command.SHUT_DOWN, Command.SWITCH_ON
-_ENABLE, _STOP = Command.ENABLE_OPERATION, Command.QUICK_STOP
-_WAYS: dict[DriveState, tuple[Command, ...]] = {
-    DriveState.DISABLED: (),
-    DriveState.READY: (_SHUT_DOWN,),
-    DriveState.SWITCHED_ON: (_SHUT_DOWN, _ON),
-    DriveState.ENABLED: (_SHUT_DOWN, _ENABLE),
-    DriveState.QUICK_STOP: (_SHUT_DOWN, _ENABLE, _STOP),
-    DriveState.FAULT: (),
+_SHUT_DOWN, _ON = canopen.Command.SHUT_DOWN, canopen.Command.SWITCH_ON
+_ENABLE, _STOP = canopen.Command.ENABLE_OPERATION, canopen.Command.QUICK_STOP
+_WAYS: dict[canopen.DriveState, tuple[canopen.Command, ...]] = {
+    canopen.DriveState.DISABLED: (),
+    canopen.DriveState.READY: (_SHUT_DOWN,),
+    canopen.DriveState.SWITCHED_ON: (_SHUT_DOWN, _ON),
+    canopen.DriveState.ENABLED: (_SHUT_DOWN, _ENABLE),
+    canopen.DriveState.QUICK_STOP: (_SHUT_DOWN, _ENABLE, _STOP),
+    canopen.DriveState.FAULT: (),
 }
 _ORDERS = {NodeState.OPERATIONAL: NmtCommand.START, NodeState.STOPPED: NmtCommand.STOP}
 _STATES = {state.name.lower(): state for state in _WAYS}
@@ -481,7 +466,8 @@ OBJECTS: Mapping[Place, ObjectRow] = MappingProxyType({
     places.POSITION_DEMAND: ObjectRow(tells=lambda node, now_s: _wrapped(
         node.motor.point.demand(now_s) - node.motor.zero)),
     places.VELOCITY: ObjectRow(tells=lambda node, now_s: round(node.motor.point.rate(now_s))),
-    places.DIGITAL_INPUTS: ObjectRow(tells=lambda node, _: node.switch.pressed << _UPPER_SWITCH),
+    places.DIGITAL_INPUTS: ObjectRow(
+        tells=lambda node, _: node.motor.switch.pressed << _UPPER_SWITCH),
 })
 # fmt: on
 """What came together is acted on in this order: the mode before the controlword."""

@@ -12,17 +12,11 @@ from armdrive.sim.cia402.objects import ERROR_COUNT, LAST_ERROR, DriveObjects
 from firmware_protocol import canopen
 from firmware_protocol.canopen import (
     Command,
-    ControlBit,
-    Controlword,
     DriveState,
-    ErrorRegister,
     Happening,
     OperationMode,
     QuickStopOption,
-    SetPoint,
     StatusBit,
-    Statusword,
-    Transition,
 )
 
 HEARTBEAT_MISSING = 0x8130
@@ -31,9 +25,9 @@ TOO_FAR_BEHIND = 0x8611
 LIMIT_REACHED = 0x8612
 
 _KINDS = {
-    0x2: ErrorRegister.CURRENT,
-    0x3: ErrorRegister.VOLTAGE,
-    0x4: ErrorRegister.TEMPERATURE,
+    0x2: canopen.ErrorRegister.CURRENT,
+    0x3: canopen.ErrorRegister.VOLTAGE,
+    0x4: canopen.ErrorRegister.TEMPERATURE,
 }
 """The kind of an error by the first digit of its code; the others are the profile's."""
 _OF_TALK = range(0x8100, 0x8300)
@@ -110,7 +104,7 @@ class Cia402States:
 
     def control(self, now_s: float) -> None:
         """Obey the controlword, as it stands in its object."""
-        word = Controlword(self._objects.number_of(canopen.CONTROLWORD, 0))
+        word = canopen.Controlword(self._objects.number_of(canopen.CONTROLWORD, 0))
         halted = self.machine.points.halted
         target = self._objects.number_of(canopen.TARGET_POSITION, 0)
         taken, point = self.machine.control(word, target)
@@ -118,7 +112,7 @@ class Cia402States:
         if not self.enabled:
             return
         if self.mode == OperationMode.HOMING:
-            if not word.has(ControlBit.NEW_SET_POINT) or self.machine.points.halted:
+            if not word.has(canopen.ControlBit.NEW_SET_POINT) or self.machine.points.halted:
                 self._motion.break_off_homing(now_s)
             elif point is not None:
                 self._forget_targets()
@@ -147,9 +141,9 @@ class Cia402States:
 
     def command(self, what: Command, now_s: float) -> None:
         """Have the drive do by itself what a controlword would."""
-        self._take(self.machine.control(Controlword.of(what))[0], now_s)
+        self._take(self.machine.control(canopen.Controlword.of(what))[0], now_s)
 
-    def _take(self, taken: Iterable[Transition], now_s: float) -> None:
+    def _take(self, taken: Iterable[canopen.Transition], now_s: float) -> None:
         """Do what changes of the state mean for the motor."""
         for row in taken:
             if row.number == _FAULT_RESET:
@@ -167,7 +161,7 @@ class Cia402States:
                 self._astray_s = math.inf
                 self._motion.let_go(now_s)
 
-    def _go_to(self, point: SetPoint | None, now_s: float, *, halted: bool) -> None:
+    def _go_to(self, point: canopen.SetPoint | None, now_s: float, *, halted: bool) -> None:
         points = self.machine.points
         if point is not None:
             self._motion.aim(point)
@@ -265,10 +259,10 @@ class Cia402States:
 
     def _report(self, code: int) -> None:
         """Say that something is wrong, and keep it."""
-        kind = _KINDS.get(code >> 12, ErrorRegister.DEVICE_PROFILE)
-        kind = ErrorRegister.COMMUNICATION if code in _OF_TALK else kind
+        kind = _KINDS.get(code >> 12, canopen.ErrorRegister.DEVICE_PROFILE)
+        kind = canopen.ErrorRegister.COMMUNICATION if code in _OF_TALK else kind
         register = self._objects.number_of(canopen.ERROR_REGISTER, 0)
-        self._objects.keep(canopen.ERROR_REGISTER, ErrorRegister.GENERIC | kind | register)
+        self._objects.keep(canopen.ERROR_REGISTER, canopen.ErrorRegister.GENERIC | kind | register)
         self._objects.keep(canopen.ERROR_CODE, code)
         self._objects.keep(LAST_ERROR, code)
         self._objects.keep(ERROR_COUNT, 1)
@@ -301,7 +295,7 @@ class Cia402States:
 
     # The statusword.
 
-    def statusword(self, now_s: float, *, withheld: bool) -> Statusword:
+    def statusword(self, now_s: float, *, withheld: bool) -> canopen.Statusword:
         """Return what it says of itself; `withheld`: it does not say that a target is reached."""
         word = self.machine.statusword(_common(self._astray, self._motion.limited, self.forsaken))
         if not self.enabled:
@@ -309,7 +303,7 @@ class Cia402States:
             bits = StatusBit(0) if moves else StatusBit.REACHED
         else:
             bits = self._bits_of_mode(word.bits & _OF_MODE, now_s, withheld=withheld)
-        return Statusword(word.value & ~_OF_MODE_MASK | int(bits))
+        return canopen.Statusword(word.value & ~_OF_MODE_MASK | int(bits))
 
     def _bits_of_mode(self, bits: StatusBit, now_s: float, *, withheld: bool) -> StatusBit:
         """Return bits 10, 12 and 13 as the mode means them."""

@@ -7,7 +7,7 @@ from typing import Any
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.sim.bus.node import NodeMotor, node_ids, options_of, switches
+from armdrive.sim.bus.node import motors_of, node_ids, options_of
 from armdrive.sim.device import Option, Options
 from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.mks.device import SimMks
@@ -37,8 +37,8 @@ def _make(config: ArmConfig, world: World, options: Options) -> SimMks:
     settings = _settings(config, count, bitrates[bits_s], options)
     shafts = ShaftDrive(world, MAKES_UP)
     nodes = [
-        MksNode(NodeMotor(shafts, index), switch, versions[index], Flash(own), options, bits_s)
-        for index, (switch, own) in enumerate(zip(switches(config, shafts), settings, strict=True))
+        MksNode(motor, version, Flash(own), options, bits_s)
+        for motor, version, own in zip(motors_of(config, shafts), versions, settings, strict=True)
     ]
     return SimMks(world, shafts, nodes, bits_s)
 

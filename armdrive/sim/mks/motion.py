@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import Any, TypeVar, cast
 
 from armdrive.errors import StateFileError
-from armdrive.sim.bus.node import LimitSwitch, NodeMotor
+from armdrive.sim.bus.node import NodeMotor
 from armdrive.sim.device import Options
 from armdrive.sim.mechanics.shafts import ShaftPoint
 from armdrive.sim.world.saved import MEND, Json, Saved
@@ -175,7 +175,6 @@ class MksMotion:
     def __init__(
         self,
         motor: NodeMotor,
-        switch: LimitSwitch,
         flash: Flash,
         quirks: Options,
         *,
@@ -183,7 +182,7 @@ class MksMotion:
         says: Callable[[mks.Asked, Outcome], None],
         lets_go: Callable[[float], None],
     ) -> None:
-        self._motor, self._point, self._switch = motor, motor.point, switch
+        self._motor, self._point, self._switch = motor, motor.point, motor.switch
         self._flash, self._quirks = flash, quirks
         self._minds_arrival = minds_arrival
         self._says, self._lets_go = says, lets_go

@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Any, TypeAlias, get_args
 
 from armdrive.errors import BadRequest
-from armdrive.sim.bus.node import LimitSwitch, NodeMotor, NodePort
+from armdrive.sim.bus.node import NodeMotor, NodePort
 from armdrive.sim.device import Options
 from armdrive.sim.mks.motion import AGAINST_A_STOP, RPM, Flash, MksMotion, stall_counts
 from armdrive.sim.world.saved import Json, Saved
@@ -31,20 +31,18 @@ class MksNode:
     def __init__(
         self,
         motor: NodeMotor,
-        switch: LimitSwitch,
         firmware: mks.Version,
         flash: Flash,
         quirks: Options,
         bits_s: int,
     ) -> None:
-        self.motor, self.switch = motor, switch
+        self.motor = motor
         self.port = NodePort(quirks.number("answer_ms") / 1000)
         self.firmware, self.flash, self.quirks = firmware, flash, quirks
         self.device = self._device()
         """Its end of the bus."""
         self.motion = MksMotion(
             motor,
-            switch,
             flash,
             quirks,
             minds_arrival=mks.Ability.ARRIVAL_THRESHOLD in self.device.abilities,
@@ -412,7 +410,7 @@ READINGS: Mapping[Code, Callable[[MksNode, float], mks.Reading]] = MappingProxyT
     Code.SPEED: _speed,
     Code.PULSES: _pulses,
     Code.ANGLE_ERROR: _angle_error,
-    Code.INPUTS: lambda node, _: mks.InputsRead(int(node.switch.pressed)),
+    Code.INPUTS: lambda node, _: mks.InputsRead(int(node.motor.switch.pressed)),
     Code.ENABLED: lambda node, _: mks.EnabledRead(node.enabled),
     Code.STALL: lambda node, _: mks.StallRead(node.stalled),
     Code.STATE: lambda node, now_s: mks.StateRead(node.motion.state(now_s)),
