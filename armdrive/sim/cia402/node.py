@@ -20,7 +20,7 @@ from armdrive.sim.world.saved import MEND, Json, Saved
 from firmware_protocol import canopen
 from firmware_protocol.canopen import AbortCode, NmtCommand, NodeState, OperationMode, Place
 from firmware_protocol.canopen.pdo_device import PDO_PARAMETERS, DevicePdos
-from firmware_protocol.errors import BadField, ProtocolError, RemoteProtocolError
+from firmware_protocol.errors import BadField, RemoteProtocolError
 from firmware_protocol.frames import Frame, pack
 
 NMT, SYNC = canopen.cob_id(canopen.Service.NMT), canopen.cob_id(canopen.Service.SYNC)
@@ -330,7 +330,7 @@ class Cia402Node:
             "state": (canopen.DriveState.DISABLED if leaves else state).name.lower(),
             "homed": self.motion.homing is Homing.DONE,
             "ailing": [*sorted(self.states.ailing)],
-            "objects": self._changed_objects(),
+            "objects": self.objects.changed(READINGS),
         }
 
     def recall(self, saved: Saved) -> None:
@@ -338,7 +338,9 @@ class Cia402Node:
         number, homed = saved.whole("id", 1, canopen.NODE_MAX), saved.flag("homed")
         self.states.ailing = {code for code in saved.items("ailing") if isinstance(code, int)}
         self._renew(number)
-        self._recall_objects(saved.table("objects"))
+        self.objects.recall(saved.table("objects"))
+        self.states.mode = self.objects.number_of(canopen.MODE, 0)
+        self.states.set_quick_stop()
         talks = _of(_TALKS, saved.text("nmt"))
         self.nmt.booted()
         if talks in _ORDERS:
@@ -347,32 +349,6 @@ class Cia402Node:
         self.beat_on(0.0)
         self._recall_state(_of(_STATES, saved.text("state")))
         self.motion.homing = Homing.DONE if homed else Homing.NONE
-
-    def _changed_objects(self) -> dict[str, Json]:
-        """Return the objects that are not as they are at first, as they are on the bus."""
-        changed: dict[str, Json] = {}
-        store = self.objects.stored()
-        for entry in self.objects.dictionary:
-            place, value = entry.place, store.value(entry.place)
-            if place not in READINGS and value is not None and value != entry.initial(self.number):
-                changed[f"{place.index:04X}:{place.sub:02X}"] = entry.type.pack(value).hex()
-        return changed
-
-    def _recall_objects(self, saved: Saved) -> None:
-        for key in [*saved.data]:
-            text = saved.text(str(key))
-            try:
-                index, sub = (int(part, 16) for part in str(key).split(":"))
-                place = Place(index, sub)
-                entry = self.objects.dictionary.find(place)
-                value = None if entry is None else entry.type.unpack(bytes.fromhex(text))
-            except (ProtocolError, ValueError):
-                value = None
-            if value is None:
-                raise StateFileError(f"a saved drive's object {key} cannot be {text!r:.60}; {MEND}")
-            self.objects.recall(place, value)
-        self.states.mode = self.objects.number_of(canopen.MODE, 0)
-        self.states.set_quick_stop()
 
     def _recall_state(self, state: canopen.DriveState) -> None:
         """Be as a saved drive was; nothing comes down for it, as that has been saved too."""

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import replace
 from functools import cache
 from importlib.resources import files
 
-from firmware_protocol.canopen import AbortCode, Dictionary, ObjectStore, Place, Value, read_eds
+from armdrive.errors import StateFileError
+from armdrive.sim.world.saved import MEND, Json, Saved
+from firmware_protocol.canopen import AbortCode, Dictionary, ObjectStore, Place, read_eds
+from firmware_protocol.errors import ProtocolError
 
 EDS = "cia402.eds"
 COMMUNICATION = range(0x1000, 0x2000)
@@ -101,10 +104,31 @@ class DriveObjects:
             self._numbers[place] = value
             self._unstored.add(place)
 
-    def recall(self, place: Place, value: Value) -> None:
-        """Have an object hold what was saved of it."""
-        self._store.set(place, value)
-        self._numbers.pop(place, None)
+    def changed(self, apart: Container[Place]) -> dict[str, Json]:
+        """Return what objects hold that they do not at first, as on the bus, to be saved."""
+        changed: dict[str, Json] = {}
+        store = self.stored()
+        for entry in self.dictionary:
+            place, value = entry.place, store.value(entry.place)
+            if place not in apart and value is not None and value != entry.initial(self.node):
+                changed[f"{place.index:04X}:{place.sub:02X}"] = entry.type.pack(value).hex()
+        return changed
+
+    def recall(self, saved: Saved) -> None:
+        """Hold again what `changed` returned. Raises `StateFileError`."""
+        for key in [*saved.data]:
+            text = saved.text(str(key))
+            try:
+                index, sub = (int(part, 16) for part in str(key).split(":"))
+                place = Place(index, sub)
+                entry = self.dictionary.find(place)
+                value = None if entry is None else entry.type.unpack(bytes.fromhex(text))
+            except (ProtocolError, ValueError):
+                value = None
+            if value is None:
+                raise StateFileError(f"a saved drive's object {key} cannot be {text!r:.60}; {MEND}")
+            self._store.set(place, value)
+            self._numbers.pop(place, None)
 
     def stored(self) -> ObjectStore:
         """Return the objects, all of them as they are."""

@@ -26,7 +26,9 @@ BOARD = 2
 
 
 class MksNode:
-    """A drive on one motor (a `BusNode`)."""
+    """A drive on one motor (a `BusNode`); `device` is its end of the bus."""
+
+    device: mks.Device
 
     def __init__(
         self,
@@ -39,8 +41,7 @@ class MksNode:
         self.motor = motor
         self.port = NodePort(quirks.number("answer_ms") / 1000)
         self.firmware, self.flash, self.quirks = firmware, flash, quirks
-        self.device = self._device()
-        """Its end of the bus."""
+        self.remake()
         self.motion = MksMotion(
             motor,
             flash,
@@ -120,7 +121,7 @@ class MksNode:
     def begin(self, now_s: float) -> None:
         """Begin the firmware: settings are kept, the position is not."""
         self._restart_firmware(now_s)
-        self.device = self._device()
+        self.remake()
         turned = self.motor.shaft % COUNTS_PER_TURN if self.quirks.flag("keeps_angle") else 0
         self.motor.zero = self.power_on_zero = self.motor.shaft - turned
         self.set_enabled(self.quirks.flag("enabled_on"), now_s)
@@ -149,7 +150,7 @@ class MksNode:
             raise BadRequest(str(error)) from None
         before = self.flash.of(mks.SetId).node
         self.flash.put(setting)
-        self.device = self._device()
+        self.remake()
         return before
 
     def set_mode(self, mode: int, now_s: float) -> int:
@@ -194,7 +195,7 @@ class MksNode:
         self.stalled = saved.flag("stalled")
         self.motion.homing = mks.HomingState.DONE if saved.flag("homed") else None
         self.flash.recall(saved.table("settings"))
-        self.device = self._device()
+        self.remake()
         self.enabled = saved.flag("enabled")
         self.motor.recall(self.enabled and self.port.awake)
 
@@ -210,10 +211,10 @@ class MksNode:
         elif self.quirks.flag("says_refused"):
             self.tell(asked, Outcome.FAILED)
 
-    def _device(self) -> mks.Device:
-        """Make its end of the bus, as its settings are."""
+    def remake(self) -> None:
+        """Make its end of the bus as its settings are."""
         group = self.flash.get(Code.GROUP)
-        return mks.Device(
+        self.device = mks.Device(
             self.flash.of(mks.SetId).node,
             self.firmware,
             group=group.node if isinstance(group, mks.SetGroup) else None,

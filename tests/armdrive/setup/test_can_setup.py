@@ -46,7 +46,7 @@ def test_new_drives_come_out_with_ids_settings_and_a_watchdog_that_was_seen_to_w
     assert outcome.finished
     assert bench.ids() == IDS
     for node in bench.device.nodes:
-        assert node.mode is Mode.BUS_FOC
+        assert node.flash.mode is Mode.BUS_FOC
         assert node.flash.of(SetReplies).mode is ReplyMode.FULL
         assert node.flash.of(SilenceWatchdog).timeout_ms == 500
         assert node.motion.watchdog_stops == 1
