@@ -16,8 +16,8 @@ QUIRKS: tuple[Quirk, ...] = (
     Quirk("enabled_on", True, "drives hold their shafts as soon as they have power",
           "not published; one that holds again obeys the next order from its new zero", guess=True),
     Quirk("keeps_angle", False, "after power-on a position is the angle within a turn, not 0",
-          "not published; of the sister model 42C makerbase-mks/MKS-SERVO42C says that it is zero "
-          '("Serial command to set the encoder value to 0")', guess=True),
+          "not published; of its sister it is zero by a user of makerbase-mks/MKS-SERVO42C on "
+          'GitHub ("Serial command to set the encoder value to 0")', guess=True),
     Quirk("says_done", True, "drives say that a motion is done",
           f"{_MANUALS}: reply 2; firmware 1.0.5 has failed to (makerbase-motor/MKS-SERVO42D-57D, "
           '"Position Mode by Relative Axis Never Reports Complete")'),
@@ -41,9 +41,9 @@ QUIRKS: tuple[Quirk, ...] = (
           _UNKNOWN, guess=True),
     Quirk("silent_restart", None,
           "a drive that restarts says nothing, counts from a new zero, and obeys the next order",
-          f"{_MANUALS} have no boot message, heartbeat or error message"),
+          "no manual or program that is known has a boot message or heartbeat", guess=True),
     Quirk("silent_watchdog", None, "a drive that its watchdog has stopped says nothing",
-          "the manual 1.0.9 names no reply for it (98)"),
+          "no manual or program that is known has a reply for it (98)", guess=True),
     Quirk("silent_group", None, "from 1.0.2 on a drive answers nothing that is for all or a group",
           f"{_NOTES}, V1.0.2"),
     Quirk("done_anyway", None,
