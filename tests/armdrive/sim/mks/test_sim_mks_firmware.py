@@ -156,7 +156,7 @@ class TestSynchronousStart:
         bench.send(BROADCAST, GoSynchronous())
         assert said(bench.run(1.1)) == [Done] * 6
         ends = [at for at, event in bench.heard if isinstance(event, Done)][-6:]
-        assert ends[0] - began_s == pytest.approx(1.0, abs=0.001)
+        assert ends[0] - began_s == pytest.approx(1.0, abs=0.002)
         # all at the same moment, and then one after the other on the bus
         assert ends[-1] - ends[0] < 5 * 90 / 500_000
         assert tuple(bench.world.motors - there) == (TURN,) * 6
@@ -295,8 +295,8 @@ class TestTalking:
     def test_a_restart_loses_the_position_and_nobody_answers_for_a_while(self):
         bench = Bench()
         bench.ask(1, MoveAbsoluteAxis(1000, 60, 0), 0.5)
-        assert said(bench.ask(1, Restart(), 0.1)) == [Done]
-        assert bench.ask(1, ReadEncoder(), 0.1) == []
+        assert said(bench.ask(1, Restart(), 0.04)) == [Done]
+        assert bench.ask(1, ReadEncoder(), 0.04) == []
         assert not bench.world.energised
         bench.host.forget(1)
         bench.run(0.5)
