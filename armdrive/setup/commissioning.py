@@ -183,7 +183,7 @@ class Practice:
     def _plug(self, motor: int, *, on: bool) -> None:
         device: Any = self._twin.device
         if isinstance(device, DrivesOnBus):
-            device.plug_drive(motor, on)
+            device.drives().plug(motor, on)
 
     def _seen(self, asked: AskPerson) -> str:
         drive = self._plan.drives[asked.motor]

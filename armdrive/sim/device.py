@@ -157,47 +157,62 @@ class HasSwitches(Protocol):
         """Have the switch of an axis (counted from 0) stick, or free it."""
 
 
-@runtime_checkable
-class DrivesOnBus(Protocol):
-    """A device that says and hears packed frames; its drives are counted from 0, as the motors."""
+class DriveControls(Protocol):
+    """What can be done to single drives on a bus, counted from 0 as the motors."""
 
+    @property
     def bits_s(self) -> int:
-        """Return the speed of its bus."""
+        """The speed of their bus."""
 
-    def mute_drive(self, drive: int, mute: bool) -> None:
+    def mute(self, drive: int, on: bool) -> None:
         """Have a drive say nothing, while it hears and obeys; or speak again."""
 
-    def plug_drive(self, drive: int, on: bool) -> None:
+    def plug(self, drive: int, on: bool) -> None:
         """Plug a drive's CAN cable in, or pull it: it neither hears nor says anything then."""
 
-    def power_drive(self, drive: int, on: bool) -> None:
+    def power(self, drive: int, on: bool) -> None:
         """Take a drive's supply away, and what it holds comes down; or give it back."""
 
-    def reset_drive(self, drive: int) -> None:
-        """Have a drive's firmware begin anew, in motion or not."""
+    def reset(self, drive: int) -> None:
+        """Have a drive's firmware begin again, in motion or not."""
 
-    def set_drive_id(self, drive: int, node: int) -> int:
+    def set_id(self, drive: int, node: int) -> int:
         """Give a drive an id, another one's perhaps; return the old. Raises `BadRequest`."""
 
-    def set_drive_mode(self, drive: int, mode: int) -> int:
+    def set_mode(self, drive: int, mode: int) -> int:
         """Give a drive a mode, as at its own keys; return the old. Raises `BadRequest`."""
 
-    def withhold_done(self, drive: int, withheld: bool) -> None:
+    def withhold_done(self, drive: int, on: bool) -> None:
         """Have a drive not say that a motion is done, or say it again."""
 
 
 @runtime_checkable
-class SaysEmergencies(Protocol):
-    """Drives that say error codes by themselves, counted from 0."""
+class DrivesOnBus(Protocol):
+    """A device that says and hears packed frames."""
 
-    def ail_drive(self, drive: int, code: int) -> None:
+    def drives(self) -> DriveControls:
+        """Return what can be done to its drives."""
+
+
+class DriveErrors(Protocol):
+    """What can be wrong with single drives that say error codes by themselves."""
+
+    def ail(self, drive: int, code: int) -> None:
         """Have something be wrong with a drive: it fails, until it is mended and reset."""
 
-    def mend_drive(self, drive: int, code: int) -> None:
+    def mend(self, drive: int, code: int) -> None:
         """Have what was wrong with a drive be right again; its fault is to be reset yet."""
 
-    def warn_drive(self, drive: int, code: int) -> None:
+    def warn(self, drive: int, code: int) -> None:
         """Have a drive say an error code, and go on."""
+
+
+@runtime_checkable
+class SaysEmergencies(Protocol):
+    """A device whose drives say error codes by themselves."""
+
+    def errors(self) -> DriveErrors:
+        """Return what can be wrong with its drives."""
 
 
 def lacks(device: SimDevice, what: str) -> BadRequest:

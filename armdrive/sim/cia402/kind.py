@@ -6,54 +6,47 @@ import re
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.sim.bus.drives import ShaftDrive, switches
+from armdrive.sim.bus.node import motors_of, node_ids, options_of
 from armdrive.sim.cia402.device import SimCia402
-from armdrive.sim.cia402.node import Cia402Node, Cia402Quirks, ServoPoint
+from armdrive.sim.cia402.node import Cia402Node
 from armdrive.sim.cia402.objects import ENCODER_INCREMENTS, MOST_MOTOR_SPEED, dictionary, without
+from armdrive.sim.cia402.quirks import QUIRKS
 from armdrive.sim.device import Option, Options
+from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world.arm import World
-from firmware_protocol.canopen import (
-    DEVICE_TYPE,
-    FOLLOWING_ERROR_WINDOW,
-    NODE_MAX,
-    SUPPORTED_MODES,
-    Dictionary,
-    OperationMode,
-    Place,
-    supported_word,
-)
+from firmware_protocol import canopen
+from firmware_protocol.canopen import Dictionary, OperationMode, Place
 
 PROFILE = 402
 BITRATES = (10_000, 20_000, 50_000, 125_000, 250_000, 500_000, 800_000, 1_000_000)
 """Of CiA 301."""
-_INDICES = re.compile(r"[0-9A-Fa-f]{4}(\+[0-9A-Fa-f]{4})*")
-_ANSWER_MS = (0.0, 1000.0)
 SLACK_S = 0.005
 """Orders that wait for their SYNC mind no shaft; who looks at its end sees what a period did."""
+_INDICES = re.compile(r"[0-9A-Fa-f]{4}(\+[0-9A-Fa-f]{4})*")
 
 
 def _make(config: ArmConfig, world: World, options: Options) -> SimCia402:
     bits_s = options.whole("bitrate")
     if bits_s not in BITRATES:
         raise BadRequest(f"bitrate is one of {', '.join(map(str, BITRATES))}, not {bits_s}")
-    objects, quirks = _objects(options), _quirks(options)
-    points = [ServoPoint(count) for count in world.motors]
-    drive = ShaftDrive(world, points, _top_rate(objects), SLACK_S)
-    wired = switches(config, drive, behind=1)
+    objects = _objects(options)
+    for row in QUIRKS:
+        row.check(options)
+    shafts = ShaftDrive(world, _top_rate(objects), SLACK_S)
+    motors, modes = motors_of(config, shafts, behind=1), _modes(options)
     nodes = [
-        Cia402Node(index, number, objects, drive, wired[index], quirks)
-        for index, number in enumerate(_numbers(config, len(world.motors)))
+        Cia402Node(motor, number, objects, modes, options)
+        for motor, number in zip(motors, _numbers(config, len(motors)), strict=True)
     ]
-    return SimCia402(world, drive, nodes, bits_s)
+    return SimCia402(world, shafts, nodes, bits_s)
 
 
 def _numbers(config: ArmConfig, count: int) -> tuple[int, ...]:
-    numbers = tuple(getattr(config.device, "ids", ()) or range(1, count + 1))[:count]
-    if len(numbers) < count:
-        raise BadRequest(f"ids of {len(numbers)} drives cannot turn the {count} motors of this arm")
-    if not all(1 <= number <= NODE_MAX for number in numbers):
-        raise BadRequest(f"node ids are 1 to {NODE_MAX}, not {', '.join(map(str, numbers))}")
+    numbers = node_ids(getattr(config.device, "ids", ()), count)
+    if not all(1 <= number <= canopen.NODE_MAX for number in numbers):
+        told = ", ".join(map(str, numbers))
+        raise BadRequest(f"node ids are 1 to {canopen.NODE_MAX}, not {told}")
     return numbers
 
 
@@ -65,14 +58,14 @@ def _objects(options: Options) -> Dictionary:
     if not 0 <= profile <= 0xFFFF:
         raise BadRequest(f"profile is 0 to 65535, not {profile}")
     indices = frozenset(int(word, 16) for word in missing.split("+") if word)
-    kind = dictionary().find(DEVICE_TYPE)
+    kind = dictionary().find(canopen.DEVICE_TYPE)
     high = 0 if kind is None else int(kind.default or 0) & ~0xFFFF
     changed: dict[Place, int] = {
-        DEVICE_TYPE: high | profile,
-        SUPPORTED_MODES: supported_word(_modes(options)),
+        canopen.DEVICE_TYPE: high | profile,
+        canopen.SUPPORTED_MODES: canopen.supported_word(_modes(options)),
     }
     if (window := options.whole("following_window")) >= 0:
-        changed[FOLLOWING_ERROR_WINDOW] = window
+        changed[canopen.FOLLOWING_ERROR_WINDOW] = window
     return without(indices, changed)
 
 
@@ -91,22 +84,6 @@ def _top_rate(objects: Dictionary) -> float:
     return int(speed.default or 0) * int(increments.default or 0) / 60.0
 
 
-def _quirks(options: Options) -> Cia402Quirks:
-    answer_ms, boot_s = options.number("answer_ms"), options.number("boot_s")
-    if not _ANSWER_MS[0] <= answer_ms <= _ANSWER_MS[1]:
-        raise BadRequest(f"answer_ms is from 0 to {_ANSWER_MS[1]:g}, not {answer_ms:g}")
-    if not 0.0 < boot_s <= 60.0:
-        raise BadRequest(f"boot_s is above 0 and at most 60, not {boot_s:g}")
-    return Cia402Quirks(
-        modes=_modes(options),
-        extrapolates=options.text("hold_after_loss") == "extrapolate",
-        limits=options.flag("limits"),
-        keeps_position=options.flag("keeps_position"),
-        answer_s=answer_ms / 1000,
-        boot_s=boot_s,
-    )
-
-
 KIND = SimDeviceKind(
     title="arm on CiA 402 drives",
     device=SimCia402,
@@ -117,16 +94,7 @@ KIND = SimDeviceKind(
         Option("homing", True, "drives can home by themselves"),
         Option("missing", "", "objects that the drives lack: 60C2 say, or more joined by +"),
         Option("profile", PROFILE, "the device profile that 1000 tells"),
-        Option(
-            "hold_after_loss",
-            "hold",
-            "what a drive does when its cyclic targets stop: stand at the last, or run on",
-            ("hold", "extrapolate"),
-        ),
-        Option("limits", False, "a pressed limit switch has a drive quick-stop that leads into it"),
         Option("following_window", -1, "increments that a shaft may be behind at first; -1: EDS"),
-        Option("keeps_position", False, "after power-on the position is what it was, not 0"),
-        Option("answer_ms", 0.5, "milliseconds until a drive has a frame ready"),
-        Option("boot_s", 0.5, "seconds from power or reset to the boot-up message"),
+        *options_of(QUIRKS),
     ),
 )

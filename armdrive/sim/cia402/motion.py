@@ -1,210 +1,221 @@
-"""How a simulated CiA 402 drive moves: by ramps, from SYNC to SYNC, to a stop, home."""
+"""How a simulated CiA 402 drive moves: by ramps, from SYNC to SYNC, to a stop, home.
+
+Increments are the shaft's own, whatever zero was set. Times are in seconds, speeds in increments a
+second.
+"""
 
 from __future__ import annotations
 
 import math
+from enum import Enum
 
-from armdrive.sim.cia402.node import Cia402Node, Homing
-from armdrive.sim.cia402.objects import (
-    ENCODER_INCREMENTS,
-    HOME_OFFSET,
-    HOMING_ACCELERATION,
-    HOMING_CREEP,
-    HOMING_METHOD,
-    HOMING_SPEED,
-    LEAST_POSITION,
-    MOST_MOTOR_SPEED,
-    MOST_POSITION,
-    PERIOD,
-    PERIOD_POWER,
-    POSITION_WINDOW,
-)
-from firmware_protocol.canopen import (
-    PROFILE_ACCELERATION,
-    PROFILE_DECELERATION,
-    PROFILE_SPEED,
-    QUICK_STOP_DECELERATION,
-    TARGET_POSITION,
-    OperationMode,
-    Place,
-    SetPoint,
-)
-
-_USUAL_SLOPE, _USUAL_WINDOW = 100_000, 10
-_MS_POWER = -3
-_SHORTEST_S = 1e-4
-
-
-def aim(node: Cia402Node, point: SetPoint) -> None:
-    """Take a set-point as the goal: a relative one begins where the last goal was."""
-    base = node.goal if point.relative else 0
-    node.goal = within(node, base + point.target)
-
-
-def go(node: Cia402Node, now_s: float) -> None:
-    """Go to the goal with speed and ramps of the profile."""
-    node.point.go_to(
-        node.zero + node.goal,
-        max(min(node.number_of(PROFILE_SPEED, 0), top_rate(node)), 1.0),
-        slope(node, PROFILE_ACCELERATION),
-        now_s,
-        braking=slope(node, PROFILE_DECELERATION),
-    )
-    moved(node, now_s)
-
-
-def follow(node: Cia402Node, now_s: float) -> None:
-    """Go straight to what the target is now, within the period of interpolation."""
-    target = within(node, node.number_of(TARGET_POSITION, 0))
-    power = node.number_of(PERIOD_POWER, _MS_POWER)
-    period_s = max(node.number_of(PERIOD, 1) * 10.0**power, _SHORTEST_S)
-    node.point.glide_to(
-        node.zero + target, period_s, top_rate(node), now_s, on=node.quirks.extrapolates
-    )
-    node.ends = False
-    if node.quirks.limits:
-        node.switch_s = switch_s(node, now_s)
-
-
-def brake(node: Cia402Node, steep: float, now_s: float) -> None:
-    """Slow down to a stand, and hold there."""
-    node.point.go_at(0.0, steep, now_s)
-    moved(node, now_s)
-
-
-def slow_down(node: Cia402Node, now_s: float) -> None:
-    """Slow down by the ramp of the profile."""
-    brake(node, slope(node, PROFILE_DECELERATION), now_s)
-
-
-def quickly(node: Cia402Node) -> float:
-    """Return the ramp of a quick stop."""
-    return slope(node, QUICK_STOP_DECELERATION)
-
-
-def moved(node: Cia402Node, now_s: float) -> None:
-    """Take note that a motion has begun, whose end something waits for."""
-    node.ends, node.waits = True, False
-    node.switch_s = switch_s(node, now_s) if node.quirks.limits else math.inf
-
-
-def arrived(node: Cia402Node) -> bool:
-    """Tell whether the shaft is where the set-point has ended, as nearly as its window asks."""
-    return abs(node.point.end - node.shaft) <= node.number_of(POSITION_WINDOW, _USUAL_WINDOW)
-
-
-def switch_s(node: Cia402Node, now_s: float) -> float:
-    """Return when the set-point comes to the limit switch."""
-    return node.point.passes_s(node.switch.at, node.switch.way, now_s)
-
-
-def slope(node: Cia402Node, place: Place) -> float:
-    """Return an acceleration that an object holds."""
-    return float(max(node.number_of(place, _USUAL_SLOPE), 1))
-
-
-def top_rate(node: Cia402Node) -> float:
-    """Return the increments a second that the motor can turn."""
-    return node.number_of(MOST_MOTOR_SPEED, 3000) * node.number_of(ENCODER_INCREMENTS, 10_000) / 60
-
-
-def within(node: Cia402Node, target: int) -> int:
-    """Return a target as the software limits let it be."""
-    low, high = node.number_of(LEAST_POSITION, 0), node.number_of(MOST_POSITION, 0)
-    held = min(max(target, low), high) if low < high else target
-    node.limited = held != target
-    return held
-
-
-def set_mode(node: Cia402Node, mode: int, now_s: float) -> None:
-    """Have another mode: what is under way ends, slowing down."""
-    if mode == node.mode:
-        return
-    if node.enabled and node.point.moving(now_s):
-        slow_down(node, now_s)
-    node.mode, node.homing = mode, node.homing.given_up
-    forget_targets(node)
-
-
-def forget_targets(node: Cia402Node) -> None:
-    """Drive to none of what was handed over."""
-    while node.machine.points.active is not None:
-        node.machine.points.arrived()
-
-
-def of_profile(node: Cia402Node) -> bool:
-    """Tell whether it drives to set-points by itself."""
-    return node.mode == OperationMode.PROFILE_POSITION
-
-
-# --- Homing by the methods 18, 35 and 37 of object 6098 ------------------------------------------
-#
-# Method 18 goes up to the limit switch, and slowly back until it opens. Methods 35 and 37 take the
-# place where the drive stands. From then on the position at home is the offset of 607C.
+from armdrive.sim.bus.node import NodeMotor
+from armdrive.sim.cia402 import objects as places
+from armdrive.sim.cia402.objects import DriveObjects
+from armdrive.sim.device import Options
+from firmware_protocol import canopen
+from firmware_protocol.canopen import Place, SetPoint
 
 AT_UPPER_SWITCH = 18
 IN_PLACE = (35, 37)
 METHODS = frozenset((0, AT_UPPER_SWITCH, *IN_PLACE))
-_USUAL_HOMING_SLOPE = 100_000
-_USUAL_SPEED = 1000
+"""Of homing (6098): 18 goes up to the limit switch, and slowly back until it opens; 35 and 37 take
+the place where the drive stands. From then on the position at home is the offset of 607C."""
+_USUAL_SLOPE, _USUAL_SPEED, _USUAL_WINDOW = 100_000, 1000, 10
+_MS_POWER = -3
+_SHORTEST_S = 1e-4
 
 
-def begin(node: Cia402Node, now_s: float) -> None:
-    """Go home, by the method that is set."""
-    forget_targets(node)
-    method = node.number_of(HOMING_METHOD, 0)
-    if method in IN_PLACE:
-        _found(node, node.shaft)
-    elif method == AT_UPPER_SWITCH:
-        (_leave if node.switch.pressed else _seek)(node, now_s)
-    else:
-        node.homing = Homing.FAILED
+class Homing(Enum):
+    """How far a drive has come on its way home."""
+
+    NONE = "not begun, or broken off"
+    SEEKING = "on its way to its switch"
+    LEAVING = "on its way off its switch"
+    DONE = "home"
+    FAILED = "failed"
+
+    @property
+    def searches(self) -> bool:
+        """Whether it is on its way."""
+        return self in (Homing.SEEKING, Homing.LEAVING)
 
 
-def give_up(node: Cia402Node, now_s: float) -> None:
-    """Break a search off, slowing down."""
-    if node.homing.searches:
-        node.homing, node.switch_s = Homing.NONE, math.inf
-        brake(node, _slope(node), now_s)
+class Cia402Motion:
+    """The motion of one drive, by its objects."""
 
+    def __init__(
+        self,
+        motor: NodeMotor,
+        objects: DriveObjects,
+        quirks: Options,
+    ) -> None:
+        self._motor, self._point, self._switch = motor, motor.point, motor.switch
+        self._objects, self._quirks = objects, quirks
+        self.forget()
 
-def watch_switch(node: Cia402Node) -> None:
-    """Do what is due at the switch: turn back there, or be home."""
-    now_s = node.drive.rack.now_s
-    if node.homing is Homing.SEEKING and node.switch.pressed:
-        _leave(node, now_s)
-    elif node.homing is Homing.LEAVING and not node.switch.pressed:
-        _found(node, node.point.at(now_s))
+    def forget(self) -> None:
+        """Know nothing of what was before the firmware began."""
+        self.homing = Homing.NONE
+        self.goal = 0
+        """Where the last set-point leads, as the drive counts."""
+        self.limited = False
+        """Whether a target was cut off at a software limit."""
+        self.ends = False
+        """Whether something waits for the end of a motion."""
+        self.waits = False
+        """Whether the set-point has come to its end, and the shaft has not."""
+        self.switch_s = math.inf
+        """When the set-point comes to where the switch changes, as far as that is minded."""
 
+    @property
+    def due_s(self) -> float:
+        """When a motion ends, or comes to the switch, as far as something waits for that."""
+        end_s = self._point.end_s if self.ends and not self.waits else math.inf
+        return min(end_s, self.switch_s)
 
-def _seek(node: Cia402Node, now_s: float) -> None:
-    node.homing = Homing.SEEKING
-    _run(node, node.switch.way * _speed(node, fast=True), now_s)
-    node.switch_s = node.point.passes_s(node.switch.at, node.switch.way, now_s)
+    @property
+    def arrived(self) -> bool:
+        """Whether the shaft is where the set-point has ended, as nearly as its window asks."""
+        window = self._objects.number_of(places.POSITION_WINDOW, _USUAL_WINDOW)
+        return abs(self._point.end - self._motor.shaft) <= window
 
+    def moving(self, now_s: float) -> bool:
+        """Tell whether the set-point is under way."""
+        return self._point.moving(now_s)
 
-def _leave(node: Cia402Node, now_s: float) -> None:
-    node.homing = Homing.LEAVING
-    way = -node.switch.way
-    _run(node, way * _speed(node, fast=False), now_s)
-    node.switch_s = node.point.passes_s(node.switch.at + way, way, now_s)
+    def behind(self, now_s: float) -> int:
+        """Return how far the shaft is from where it was told to be; 0 where nothing holds it."""
+        return self._point.demand(now_s) - self._motor.shaft if self._motor.holding else 0
 
+    # Targets.
 
-def _run(node: Cia402Node, rate: float, now_s: float) -> None:
-    node.point.go_at(rate, _slope(node), now_s)
-    node.ends = False
+    def stay(self) -> None:
+        """Have the goal be where the set-point ends."""
+        self.goal = self._point.end - self._motor.zero
 
+    def aim(self, point: SetPoint) -> None:
+        """Take a set-point as the goal: a relative one begins where the last goal was."""
+        base = self.goal if point.relative else 0
+        self.goal = self._within(base + point.target)
 
-def _found(node: Cia402Node, at: int) -> None:
-    node.point.hold(at)
-    node.goal = node.number_of(HOME_OFFSET, 0)
-    node.zero = at - node.goal
-    node.homing, node.switch_s, node.ends = Homing.DONE, math.inf, False
+    def go(self, now_s: float) -> None:
+        """Go to the goal with speed and ramps of the profile."""
+        speed = self._objects.number_of(canopen.PROFILE_SPEED, 0)
+        self._point.go_to(
+            self._motor.zero + self.goal,
+            max(min(speed, self._top_rate), 1.0),
+            self.slope(canopen.PROFILE_ACCELERATION),
+            now_s,
+            braking=self.slope(canopen.PROFILE_DECELERATION),
+        )
+        self._begun(now_s)
 
+    def follow(self, now_s: float) -> None:
+        """Go straight to what the target is now, within the period of interpolation."""
+        target = self._within(self._objects.number_of(canopen.TARGET_POSITION, 0))
+        power = self._objects.number_of(places.PERIOD_POWER, _MS_POWER)
+        period_s = max(self._objects.number_of(places.PERIOD, 1) * 10.0**power, _SHORTEST_S)
+        on = self._quirks.text("hold_after_loss") == "extrapolate"
+        self._point.glide_to(self._motor.zero + target, period_s, self._top_rate, now_s, on=on)
+        self.ends = False
+        if self._quirks.flag("limits"):
+            self.switch_s = self._passes_switch_s(now_s)
 
-def _speed(node: Cia402Node, *, fast: bool) -> float:
-    return float(max(node.number_of(HOMING_SPEED if fast else HOMING_CREEP, _USUAL_SPEED), 1))
+    def brake(self, steep: float, now_s: float) -> None:
+        """Slow down to a stand, and hold there."""
+        self._point.go_at(0.0, steep, now_s)
+        self._begun(now_s)
 
+    def slow_down(self, now_s: float) -> None:
+        """Slow down by the ramp of the profile."""
+        self.brake(self.slope(canopen.PROFILE_DECELERATION), now_s)
 
-def _slope(node: Cia402Node) -> float:
-    return float(max(node.number_of(HOMING_ACCELERATION, _USUAL_HOMING_SLOPE), 1))
+    def let_go(self, now_s: float) -> None:
+        """Take the motor's current: what it holds comes down, and nothing is minded any more."""
+        self.spoil_homing()
+        self.ends, self.switch_s = False, math.inf
+        if self._motor.holding:
+            self._motor.release(now_s)
+
+    def slope(self, place: Place) -> float:
+        """Return an acceleration that an object holds."""
+        return float(max(self._objects.number_of(place, _USUAL_SLOPE), 1))
+
+    @property
+    def _top_rate(self) -> float:
+        """The increments a second that the motor can turn."""
+        rpm = self._objects.number_of(places.MOST_MOTOR_SPEED, 3000)
+        return rpm * self._objects.number_of(places.ENCODER_INCREMENTS, 10_000) / 60
+
+    def _begun(self, now_s: float) -> None:
+        """Take note that a motion has begun, whose end something waits for."""
+        self.ends, self.waits = True, False
+        self.switch_s = self._passes_switch_s(now_s) if self._quirks.flag("limits") else math.inf
+
+    def _passes_switch_s(self, now_s: float) -> float:
+        return self._point.passes_s(self._switch.at, self._switch.way, now_s)
+
+    def _within(self, target: int) -> int:
+        """Return a target as the software limits let it be."""
+        low = self._objects.number_of(places.LEAST_POSITION, 0)
+        high = self._objects.number_of(places.MOST_POSITION, 0)
+        held = min(max(target, low), high) if low < high else target
+        self.limited = held != target
+        return held
+
+    # Homing, and the switch.
+
+    def home(self, now_s: float) -> None:
+        """Go home, by the method that is set."""
+        method = self._objects.number_of(places.HOMING_METHOD, 0)
+        if method in IN_PLACE:
+            self._found(self._motor.shaft)
+        elif method != AT_UPPER_SWITCH:
+            self.homing = Homing.FAILED
+        elif self._switch.pressed:
+            self._leave_switch(now_s)
+        else:
+            self.homing = Homing.SEEKING
+            self._search(self._switch.way, places.HOMING_SPEED, self._switch.at, now_s)
+
+    def spoil_homing(self) -> None:
+        """Have a search or a failed one be forgotten; what is home stays home."""
+        self.homing = Homing.DONE if self.homing is Homing.DONE else Homing.NONE
+
+    def break_off_homing(self, now_s: float) -> None:
+        """Break a search off, slowing down."""
+        if self.homing.searches:
+            self.homing, self.switch_s = Homing.NONE, math.inf
+            self.brake(self.slope(places.HOMING_ACCELERATION), now_s)
+
+    def watch_switch(self, now_s: float) -> bool:
+        """Do what is due at the switch; True where a motion runs into it that it should end."""
+        if self.switch_s <= now_s:
+            self.switch_s = math.inf
+        if not self.homing.searches:
+            minds = self._quirks.flag("limits") and self._switch.pressed
+            return minds and self._point.rate(now_s) * self._switch.way > 0
+        if self.homing is Homing.SEEKING and self._switch.pressed:
+            self._leave_switch(now_s)
+        elif self.homing is Homing.LEAVING and not self._switch.pressed:
+            self._found(self._point.at(now_s))
+        return False
+
+    def _leave_switch(self, now_s: float) -> None:
+        self.homing = Homing.LEAVING
+        way = -self._switch.way
+        self._search(way, places.HOMING_CREEP, self._switch.at + way, now_s)
+
+    def _search(self, way: int, speed: Place, at: int, now_s: float) -> None:
+        """Run towards the place where the switch changes."""
+        rate = float(max(self._objects.number_of(speed, _USUAL_SPEED), 1))
+        self._point.go_at(way * rate, self.slope(places.HOMING_ACCELERATION), now_s)
+        self.ends = False
+        self.switch_s = self._point.passes_s(at, way, now_s)
+
+    def _found(self, at: int) -> None:
+        self._point.hold(at)
+        self.goal = self._objects.number_of(places.HOME_OFFSET, 0)
+        self._motor.zero = at - self.goal
+        self.homing, self.switch_s, self.ends = Homing.DONE, math.inf, False

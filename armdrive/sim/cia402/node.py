@@ -1,307 +1,458 @@
-"""One simulated CiA 402 drive: its firmware's quirks, its set-point, and what it knows.
-
-`messages` is what it hears and says, `objects` and `writes` its objects, `states` its states, and
-`motion` how it moves.
-"""
+"""One simulated CiA 402 drive: the table of its objects, what it hears and says, and its power."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Collection, Container, Mapping, Sequence
 from dataclasses import dataclass
-from enum import Enum
+from functools import lru_cache
+from types import MappingProxyType
+from typing import TypeVar
 
-from armdrive.sim.bus.drives import LimitSwitch, ShaftDrive, ShaftPoint
-from armdrive.sim.cia402.objects import COMMUNICATION, SERIAL_NUMBER, Pdos
-from armdrive.sim.mechanics.profiles import AxisProfile, ProfilePiece, nearest
-from firmware_protocol.canopen import (
-    PRODUCER_HEARTBEAT_MS,
-    AbortCode,
-    Dictionary,
-    DriveDevice,
-    DriveState,
-    Happening,
-    NmtNode,
-    ObjectStore,
-    OperationMode,
-    Place,
-    SdoServer,
-)
+from armdrive.errors import BadRequest, StateFileError
+from armdrive.sim.bus.node import NodeMotor, NodePort
+from armdrive.sim.cia402 import objects as places
+from armdrive.sim.cia402.motion import METHODS, Cia402Motion, Homing
+from armdrive.sim.cia402.objects import DriveObjects
+from armdrive.sim.cia402.states import PDO_TOO_SHORT, Cia402States
+from armdrive.sim.device import Options
+from armdrive.sim.world.saved import MEND, Json, Saved
+from firmware_protocol import canopen
+from firmware_protocol.canopen import AbortCode, NmtCommand, NodeState, OperationMode, Place
+from firmware_protocol.canopen.pdo_device import PDO_PARAMETERS, DevicePdos
+from firmware_protocol.errors import BadField, RemoteProtocolError
 from firmware_protocol.frames import Frame, pack
 
-# --- What CiA 402 leaves to the maker of a drive, and how far homing has come --------------------
-
-
-class Homing(Enum):
-    """How far a drive has come on its way home."""
-
-    NONE = "not begun, or broken off"
-    SEEKING = "on its way to its switch"
-    LEAVING = "on its way off its switch"
-    DONE = "home"
-    FAILED = "failed"
-
-    @property
-    def searches(self) -> bool:
-        """Whether it is on its way."""
-        return self in (Homing.SEEKING, Homing.LEAVING)
-
-    @property
-    def given_up(self) -> Homing:
-        """What is left of it when it is broken off."""
-        return Homing.DONE if self is Homing.DONE else Homing.NONE
-
-
-@dataclass(frozen=True, slots=True)
-class Cia402Quirks:
-    """What CiA 402 leaves to the maker; `kind.KIND` says what each means."""
-
-    modes: frozenset[OperationMode]
-    extrapolates: bool = False
-    limits: bool = False
-    keeps_position: bool = False
-    answer_s: float = 0.0005
-    boot_s: float = 0.5
-    reset_s: float = 0.02
-
-
-# --- The set-point: what the motor can follow of its commands ------------------------------------
-#
-# Increments are the shaft's own, whatever zero was set. Times are in seconds, speeds in increments
-# a second.
-
-
-class ServoPoint(ShaftPoint):
-    """A point that glides from target to target, no faster than its motor can turn."""
-
-    def __init__(self, at: int) -> None:
-        super().__init__(at)
-        self._demand: ProfilePiece | None = None
-
-    def demand(self, now_s: float) -> int:
-        """Return where it was told to be: ahead of where it is, of what it cannot follow."""
-        return self.at(now_s) if self._demand is None else nearest(self._demand.at(now_s))
-
-    def glide_to(
-        self, target: int, period_s: float, most_rate: float, now_s: float, *, on: bool = False
-    ) -> None:
-        """Go straight to a target within a period, and stand there; or go `on` beyond it."""
-        told, here = self.demand(now_s), self._state(now_s)[0]
-        rate = (target - told) / period_s
-        self._demand = ProfilePiece(now_s, told, rate, 0.0, period_s)
-        way = target - here
-        able = math.copysign(min(abs(way) / period_s, most_rate), way)
-        pieces = [ProfilePiece(now_s, here, able, 0.0, abs(way / able) if able else 0.0)]
-        if on and able:
-            self._demand = ProfilePiece(now_s, told, rate, 0.0, math.inf)
-            pieces.append(ProfilePiece(pieces[0].end_s, target, able, 0.0, math.inf))
-        self._profile = AxisProfile(pieces, target)
-        self._end_s = max(self._profile.end_s, now_s)
-
-    def hold(self, at: int) -> None:
-        """Stand dead at an increment."""
-        super().hold(at)
-        self._demand = None
-
-    def _begin(self, profile: AxisProfile, now_s: float) -> None:
-        super()._begin(profile, now_s)
-        self._demand = None
-
-
+NMT, SYNC = canopen.cob_id(canopen.Service.NMT), canopen.cob_id(canopen.Service.SYNC)
+_SDO, _HEARTBEAT = 0x600, 0x700
+_HEARTBEATS = range(0x701, 0x780)
 _ROUNDING = 1e-6
 
 
 class Cia402Node:
-    """A drive on the motor of its index. Its owner calls `messages.live` once time has passed."""
+    """A drive on one motor (a `BusNode`); `number` is its node id."""
 
     def __init__(
         self,
-        index: int,
+        motor: NodeMotor,
         number: int,
-        dictionary: Dictionary,
-        drive: ShaftDrive[ServoPoint],
-        switch: LimitSwitch,
-        quirks: Cia402Quirks,
+        dictionary: canopen.Dictionary,
+        modes: Collection[OperationMode],
+        quirks: Options,
     ) -> None:
-        self.index = index
-        self.number = number
-        """Its node id."""
-        self.dictionary = dictionary
-        self.drive = drive
-        self.switch = switch
-        self.quirks = quirks
-        self.powered = self.plugged = True
-        self.mute = False
-        self.withheld = False
-        """Whether it does not say that a target is reached."""
-        self.ailing: set[int] = set()
-        """Error codes of what is wrong with it until somebody mends it."""
-        self.zero = drive.shafts[index]
-        self.said: list[bytes] = []
-        """What its owner has to bring to the bus."""
-        self.store = self._fresh(number)
-        self._forget()
-
-    def _fresh(self, number: int) -> ObjectStore:
-        store = ObjectStore(self.dictionary, number)
-        if self.dictionary.find(SERIAL_NUMBER):
-            store.set(SERIAL_NUMBER, self.index + 1)
-        self._numbers: dict[Place, int] = {}
-        self._unstored: set[Place] = set()
-        return store
-
-    def _forget(self) -> None:
-        """Know nothing of what was before the firmware began."""
-        self.machine = DriveDevice()
-        self.machine.happen(Happening.INITIALISED)
-        self.mode: int = OperationMode.NONE
-        self.boots_s = -math.inf
-        self.homing = Homing.NONE
-        self.goal = 0
-        """Where the last set-point leads, as it counts."""
-        self.ends = False
-        """Whether something waits for the end of a motion."""
-        self.switch_s = math.inf
-        """When the set-point comes to where the switch changes, as far as that is minded."""
-        self.waits = False
-        """Whether the set-point has come to its end, and the shaft has not."""
-        self.astray_s = math.inf
-        """Since when the shaft has been farther from its set-point than the window."""
-        self.astray = False
-        """Whether that has been a fault."""
-        self.limited = False
-        """Whether a target was cut off at a software limit."""
-        self.watch_stops = 0
-        """How often the silence of its master has made it react."""
+        self.motor = motor
+        self.port = NodePort(quirks.number("answer_ms") / 1000)
+        self._modes, self._quirks = modes, quirks
+        self.objects = DriveObjects(dictionary, number, serial=motor.index + 1)
+        self.motion = Cia402Motion(motor, self.objects, quirks)
+        self.states = Cia402States(motor, self.motion, self.objects, self.say_emcy)
+        self.pdos = DevicePdos(dictionary, self.objects.whole, self.read, self._act, self._say)
         self._forget_talk()
-
-    def _forget_talk(self) -> None:
-        self.nmt, self.sdo = NmtNode(self.number), SdoServer(self.number)
-        self.pdos = Pdos(self.store, self.dictionary)
-        self.beat_s = math.inf
-        """When its next heartbeat is due: all drives beat together."""
-        self.silent_s = math.inf
-        """When its master's silence is too long; infinity until that has been heard once."""
-        self.forsaken = False
-        """Whether its master has been silent for too long."""
-
-    # What it is.
+        self.nmt.booted()  # it has said so long ago
 
     @property
-    def answer_s(self) -> float:
-        """How long it takes to have a frame ready."""
-        return self.quirks.answer_s
+    def number(self) -> int:
+        """Its node id."""
+        return self.objects.node
+
+    # Frames.
+
+    def listens(self, can_id: int) -> bool:
+        """Tell whether it takes a frame of an id from the bus."""
+        if not (self.port.powered and self.port.plugged):
+            return False
+        if can_id in (NMT, SYNC, _SDO + self.number) or can_id in self.pdos.received:
+            return True
+        return can_id in _HEARTBEATS
+
+    def hear(self, frame: Frame, now_s: float) -> None:
+        """Take a frame that it listens to, and say what changes by it."""
+        if frame.can_id in (SYNC, _SDO + self.number):  # depends on where the shaft is just now
+            self.motor.look(now_s)
+            self.live(now_s)
+        if not (frame.extended or frame.remote or self.port.booting):
+            self._take(frame, now_s)
+        self._tell_changes(now_s)
+
+    def _take(self, frame: Frame, now_s: float) -> None:
+        by_pdo = self.nmt.takes("pdo")
+        if frame.can_id == SYNC:
+            if by_pdo:
+                self.pdos.sync(now_s)
+        elif frame.can_id in self.pdos.received:
+            if by_pdo and not self.pdos.take(frame, now_s):
+                self.say_emcy(PDO_TOO_SHORT)
+        elif frame.can_id == _SDO + self.number:
+            self._serve(frame, now_s)
+        elif frame.can_id == NMT:
+            self._order(frame, now_s)
+        else:
+            self._hear_beat(frame.can_id - _HEARTBEAT, now_s)
+
+    def _say(self, frame: Frame | None) -> None:
+        self.port.say(b"" if frame is None else pack(frame))
+
+    def say_emcy(self, code: int) -> None:
+        """Say an EMCY, whatever it is that has caused it."""
+        if self.nmt.takes("emcy"):
+            register = self.objects.number_of(canopen.ERROR_REGISTER, 0)
+            self._say(canopen.Emergency(self.number, code, register).frame)
+
+    def _tell_changes(self, now_s: float) -> None:
+        if self.nmt.takes("pdo"):
+            self.pdos.tell_changes(now_s)
+
+    def _order(self, frame: Frame, now_s: float) -> None:
+        order = self.nmt.receive_frame(frame)
+        if order is NmtCommand.START:
+            self.pdos.rebuild()
+        elif order is NmtCommand.STOP:
+            self.states.react(now_s)
+        elif order is NmtCommand.RESET_NODE:
+            self.restart(now_s)
+        elif order is NmtCommand.RESET_COMMUNICATION:
+            self._renew_talk(self.number, now_s)
+
+    def _hear_beat(self, sender: int, now_s: float) -> None:
+        watch = self._watched
+        if watch is not None and watch.node == sender:
+            self.silent_s = now_s + watch.silence_ms / 1000
+            self.states.take_back()
+
+    def _serve(self, frame: Frame, now_s: float) -> None:
+        if not self.nmt.takes("sdo"):
+            return
+        said = [self.sdo.receive_frame(frame)]
+        while (event := self.sdo.next_event()) is not None:
+            if isinstance(event, canopen.ReadAsked):
+                if event.place in READINGS:
+                    self.objects.keep(event.place, self.read(event.place, now_s))
+                said.append(self.objects.stored().answer(self.sdo, event))
+            elif isinstance(event, canopen.WriteAsked):
+                said.append(self._write(event, now_s))
+        for each in said:
+            self._say(each)
+
+    def _write(self, ask: canopen.WriteAsked, now_s: float) -> Frame | None:
+        entry = self.objects.dictionary.find(ask.place)
+        try:
+            value = None if entry is None else entry.type.unpack(ask.data, exact=ask.exact)
+        except (BadField, RemoteProtocolError):
+            value = None  # the store says what is wrong with it
+        refused: AbortCode | None = None
+        if entry is not None and entry.access.writable and isinstance(value, int):
+            refused = self._refusal(ask.place, value)
+        refused = refused or self.objects.write(ask.place, ask.data, exact=ask.exact)
+        if refused is not None:
+            return self.sdo.refuse(ask, refused)
+        accepted = self.sdo.accept(ask)
+        self._written((ask.place,), now_s)
+        return accepted
+
+    # Objects.
+
+    def read(self, place: Place, now_s: float) -> int:
+        """Return what an object that is a number is now."""
+        told = READINGS.get(place)
+        return self.objects.number_of(place, 0) if told is None else told(self, now_s)
+
+    def _act(self, values: Sequence[tuple[Place, int]], now_s: float) -> None:
+        """Take over what a PDO has brought; a value that an object may not have is left out."""
+        taken = [(place, value) for place, value in values if self._refusal(place, value) is None]
+        for place, value in taken:
+            self.objects.keep(place, value)
+        self._written([place for place, _ in taken], now_s)
+
+    def _refusal(self, place: Place, value: int) -> AbortCode | None:
+        """Return why an object may not become a value that is one of its type; None if it may."""
+        if place in OBJECTS and (allowed := OBJECTS[place].allows) is not None:
+            return None if value in allowed else AbortCode.VALUE
+        if place == canopen.MODE:
+            has = value in (OperationMode.NONE, *self._modes)
+            return None if has else AbortCode.VALUE
+        if place.index not in PDO_PARAMETERS:
+            return None
+        if self.nmt.state is NodeState.OPERATIONAL:
+            return AbortCode.DEVICE_STATE
+        return self.pdos.refusal(place, value)
+
+    def _written(self, written: Collection[Place], now_s: float) -> None:
+        """Do what follows from objects that have been written together."""
+        followed = self.states.follows
+        for act in _acts_of(tuple(written)):
+            act(self, now_s)
+        if self.states.follows and (canopen.TARGET_POSITION in written or not followed):
+            self.motion.follow(now_s)
+        if any(place.index in PDO_PARAMETERS for place in written):
+            self.pdos.rebuild()
+
+    # Time.
 
     @property
-    def point(self) -> ServoPoint:
-        """Its set-point."""
-        return self.drive.rack.each[self.index]
+    def busy(self) -> bool:
+        """Whether its motor moves."""
+        return self.motor.moving
 
-    @property
-    def shaft(self) -> int:
-        """Where its shaft is."""
-        return self.drive.shafts[self.index]
+    def due_s(self) -> float:
+        """Tell when it next does something by itself, apart from looking at its shaft."""
+        if not self.port.powered:
+            return math.inf
+        if self.port.booting:
+            return min(self.port.boots_s, self.states.due_s)
+        due_s = min(self.beat_s, self.silent_s, self.states.due_s)
+        return min(due_s, self.pdos.due_s) if self.nmt.takes("pdo") else due_s
 
-    @property
-    def counts(self) -> int:
-        """Where it says that its shaft is."""
-        return self.shaft - self.zero
-
-    @property
-    def holding(self) -> bool:
-        """Whether its motor has current."""
-        return self.drive.holding[self.index]
-
-    @property
-    def booting(self) -> bool:
-        """Whether its communication has not begun yet."""
-        return self.boots_s > -math.inf
-
-    @property
-    def state(self) -> DriveState:
-        """What its state machine says."""
-        return self.machine.state
-
-    @property
-    def enabled(self) -> bool:
-        """Whether it does what it is told."""
-        return self.machine.state is DriveState.ENABLED
-
-    # Its objects. What they hold is asked for far too often to be unpacked every time.
-
-    def number_of(self, place: Place, default: int) -> int:
-        """Return what an object holds; the default where there is none, or nothing in it."""
-        known = self._numbers.get(place)
-        if known is not None:
-            return known
-        value = self.store.value(place) if self.dictionary.find(place) else None
-        self._numbers[place] = default if value is None else int(value)
-        return self._numbers[place]
-
-    def keep(self, place: Place, value: int) -> None:
-        """Have an object hold a number, if there is such an object."""
-        if self.dictionary.find(place):
-            self._numbers[place] = value
-            self._unstored.add(place)
-
-    def stored(self) -> ObjectStore:
-        """Return the objects, all of them as they are."""
-        for place in self._unstored:
-            self.store.set(place, self._numbers[place])
-        self._unstored.clear()
-        return self.store
-
-    def write(self, place: Place, data: bytes, *, exact: bool) -> AbortCode | None:
-        """Have a master write an object; returns why not, or None."""
-        refused = self.stored().write(place, data, exact=exact)
-        self._numbers.pop(place, None)
-        return refused
-
-    # What it says.
+    def live(self, now_s: float) -> None:
+        """Do whatever is due by now."""
+        if not self.port.powered:
+            return
+        if self.port.booting and self.port.boots_s <= now_s:
+            self.port.boots_s = -math.inf
+            self._say(self.nmt.booted())
+            for code in sorted(self.states.ailing):
+                self.states.fault(code, now_s)
+        if self.beat_s <= now_s:
+            self.beat_on(self.beat_s)
+            self._say(self.nmt.heartbeat.frame)
+        if self.silent_s <= now_s:
+            self.silent_s = math.inf
+            self.states.forsake(now_s)
+        self.states.live(now_s)
+        self._tell_changes(now_s)
 
     def beat_on(self, now_s: float) -> None:
         """Have its next heartbeat be due, all drives of a period with one: few wakes for all."""
-        period_s = self.number_of(PRODUCER_HEARTBEAT_MS, 0) / 1000
+        period_s = self.objects.number_of(canopen.PRODUCER_HEARTBEAT_MS, 0) / 1000
         beats = math.floor(now_s / period_s + _ROUNDING) + 1 if period_s else 0
         self.beat_s = beats * period_s if period_s else math.inf
 
-    def say(self, frames: Iterable[Frame | None]) -> None:
-        """Have frames brought to the bus."""
-        if self.powered and self.plugged and not self.mute:
-            self.said += [pack(frame) for frame in frames if frame is not None]
+    def watch(self) -> None:
+        """Begin to watch its master again, with the first heartbeat that comes."""
+        self.silent_s, self.states.forsaken = math.inf, False
+
+    @property
+    def _watched(self) -> canopen.HeartbeatWatch | None:
+        """Whose silence it minds, and when."""
+        return canopen.HeartbeatWatch.of(self.objects.number_of(canopen.CONSUMER_HEARTBEAT, 0))
 
     # Power.
 
-    def fall_silent(self, now_s: float) -> None:
-        """Lose power or be reset: the shaft is free, and all that was under way is forgotten."""
-        self.drive.release((self.index,), now_s)
-        self.renew()
-
-    def renew(self) -> None:
-        """Know nothing but what it is."""
-        self.said.clear()
-        self.store = self._fresh(self.number)
-        self._forget()
+    def forget(self, now_s: float) -> None:
+        """Let the shaft go, and lose what is lost with the power."""
+        self.motor.release(now_s)
+        self._renew(self.number)
 
     def begin(self, now_s: float) -> None:
         """Begin, the power having come: it takes a while until it says so."""
-        self.renew()
-        self.boots_s = now_s + self.quirks.boot_s
-        if not self.quirks.keeps_position:
-            self.zero = self.shaft
+        self._renew(self.number)
+        self.port.boots_s = now_s + self._quirks.number("boot_s")
+        if not self._quirks.flag("keeps_position"):
+            self.motor.count_from(0)
 
     def restart(self, now_s: float) -> None:
-        """Begin anew, as after a loss of power."""
-        self.fall_silent(now_s)
+        """Begin again, as after a loss of power."""
+        self.forget(now_s)
         self.begin(now_s)
 
-    def renew_talk(self, number: int, now_s: float) -> None:
-        """Have the communication begin anew, perhaps with another node id; the motor goes on."""
-        before = self.stored()
-        self.number, self.store = number, self._fresh(number)
-        for entry in self.dictionary:
-            value = before.value(entry.place)
-            if value is not None and entry.place.index not in COMMUNICATION:
-                self.store.set(entry.place, value)
+    def _renew(self, number: int) -> None:
+        """Know nothing but what it is."""
+        self.port.said.clear()
+        self.port.boots_s = -math.inf
+        self.objects.renew(number)
+        self.motion.forget()
+        self.states.forget()
         self._forget_talk()
-        self.boots_s = now_s + self.quirks.reset_s
+
+    def _renew_talk(self, number: int, now_s: float) -> None:
+        """Have the communication begin again, perhaps with another id; the motor goes on."""
+        self.states.react(now_s)
+        self.states.forsaken = False
+        self.objects.renew_communication(number)
+        self._forget_talk()
+        self.port.boots_s = now_s + self._quirks.number("reset_ms") / 1000
+
+    def _forget_talk(self) -> None:
+        self.nmt, self.sdo = canopen.NmtNode(self.number), canopen.SdoServer(self.number)
+        self.pdos.rebuild()
+        self.beat_s = math.inf
+        """When its next heartbeat is due."""
+        self.silent_s = math.inf
+        """When its master's silence is too long; infinity until that has been heard once."""
+
+    # What a person changes and sees.
+
+    def set_id(self, node: int, now_s: float) -> int:
+        """Have another id, as by its switches; return the old. Raises `BadRequest`."""
+        if not 1 <= node <= canopen.NODE_MAX:
+            raise BadRequest(f"node ids are 1 to {canopen.NODE_MAX}, not {node}")
+        before = self.number
+        self._renew_talk(node, now_s)
+        return before
+
+    def set_mode(self, mode: int, now_s: float) -> int:
+        """Have another mode, as by its maker's program; return the old. Raises `BadRequest`."""
+        modes = [*OperationMode]
+        if mode not in modes:
+            raise BadRequest(f"modes are {', '.join(str(int(each)) for each in modes)}, not {mode}")
+        before = self.states.mode
+        self.objects.keep(canopen.MODE, mode)
+        self.states.set_mode(mode, now_s)
+        return before
+
+    def seen(self, error: int, now_s: float) -> dict[str, Json]:
+        """Return what it would tell of itself, its shaft so many counts from its set-point."""
+        watch = self._watched
+        return {
+            "id": self.number,
+            "powered": self.port.powered,
+            "nmt": self.nmt.state.name.lower(),
+            "state": self.states.state.name.lower(),
+            "mode": self.states.mode,
+            "statusword": f"{self.read(canopen.STATUSWORD, now_s):04X}",
+            "error_code": f"{self.objects.number_of(canopen.ERROR_CODE, 0):04X}",
+            "rate": round(self.motor.point.rate(now_s), 2),
+            "error_counts": error,
+            "homed": self.motion.homing is Homing.DONE,
+            "watch_s": 0.0 if watch is None else watch.silence_ms / 1000,
+            "watch_stops": self.states.watch_stops,
+        }
+
+    def known(self) -> dict[str, Json]:
+        """Return what it is, and what its objects hold that they do not at first."""
+        state, machine = self.states.state, self.states.machine
+        state = canopen.DriveState.FAULT if state is canopen.DriveState.FAULT_REACTION else state
+        leaves = state is canopen.DriveState.QUICK_STOP and not machine.quick_stop.stays
+        booting = self.nmt.state is NodeState.BOOTING
+        talks = NodeState.PRE_OPERATIONAL if booting else self.nmt.state
+        return {
+            "id": self.number,
+            "nmt": talks.name.lower(),
+            "state": (canopen.DriveState.DISABLED if leaves else state).name.lower(),
+            "homed": self.motion.homing is Homing.DONE,
+            "ailing": [*sorted(self.states.ailing)],
+            "objects": self.objects.changed(READINGS),
+        }
+
+    def recall(self, saved: Saved) -> None:
+        """Know again what `known` wrote, its power being known. Raises `StateFileError`."""
+        number, homed = saved.whole("id", 1, canopen.NODE_MAX), saved.flag("homed")
+        self.states.ailing = {code for code in saved.items("ailing") if isinstance(code, int)}
+        self._renew(number)
+        self.objects.recall(saved.table("objects"))
+        self.states.mode = self.objects.number_of(canopen.MODE, 0)
+        self.states.set_quick_stop()
+        talks = _of(_TALKS, saved.text("nmt"))
+        self.nmt.booted()
+        if talks in _ORDERS:
+            self.nmt.receive_frame(canopen.Nmt(_ORDERS[talks], number).frame)
+        self.pdos.rebuild()
+        self.beat_on(0.0)
+        self._recall_state(_of(_STATES, saved.text("state")))
+        self.motion.homing = Homing.DONE if homed else Homing.NONE
+
+    def _recall_state(self, state: canopen.DriveState) -> None:
+        """Be as a saved drive was; nothing comes down for it, as that has been saved too."""
+        machine = self.states.machine
+        if state is canopen.DriveState.FAULT:
+            machine.happen(canopen.Happening.FAULT)
+            machine.happen(canopen.Happening.REACTED)
+            if not self.states.ailing:
+                machine.mend()
+        for command in _WAYS[state]:
+            machine.control(canopen.Controlword.of(command))
+        self.motor.recall(self.port.powered and self.states.state.holds)
+        self.motion.goal = self.motor.counts
+
+
+# --- How a drive comes to the state in which it was saved ----------------------------------------
+
+S = TypeVar("S")
+
+_SHUT_DOWN, _ON = canopen.Command.SHUT_DOWN, canopen.Command.SWITCH_ON
+_ENABLE, _STOP = canopen.Command.ENABLE_OPERATION, canopen.Command.QUICK_STOP
+_WAYS: dict[canopen.DriveState, tuple[canopen.Command, ...]] = {
+    canopen.DriveState.DISABLED: (),
+    canopen.DriveState.READY: (_SHUT_DOWN,),
+    canopen.DriveState.SWITCHED_ON: (_SHUT_DOWN, _ON),
+    canopen.DriveState.ENABLED: (_SHUT_DOWN, _ENABLE),
+    canopen.DriveState.QUICK_STOP: (_SHUT_DOWN, _ENABLE, _STOP),
+    canopen.DriveState.FAULT: (),
+}
+_ORDERS = {NodeState.OPERATIONAL: NmtCommand.START, NodeState.STOPPED: NmtCommand.STOP}
+_STATES = {state.name.lower(): state for state in _WAYS}
+_TALKS = {state.name.lower(): state for state in (NodeState.PRE_OPERATIONAL, *_ORDERS)}
+
+
+def _of(names: Mapping[str, S], text: str) -> S:
+    if text not in names:
+        raise StateFileError(f"a saved drive cannot be {text!r:.60}; {MEND}")
+    return names[text]
+
+
+# --- The objects that are more than numbers kept -------------------------------------------------
+#
+# The EDS says of each object how it is coded and whether it may be read and written. A row adds
+# which values it may have, what follows from a write, and what is measured when it is read.
+
+_UPPER_SWITCH = 1
+"""The bit of 60FD that is the upper limit switch."""
+_WRAP = 1 << 32
+_ABOVE_ZERO = range(1, 1 << 32)
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectRow:
+    """What one object may be, does and tells."""
+
+    allows: Container[int] | None = None
+    does: Callable[[Cia402Node, float], None] | None = None
+    tells: Callable[[Cia402Node, float], int] | None = None
+
+
+def _wrapped(count: int) -> int:
+    """Return a count as 32 bits hold it."""
+    return (count + _WRAP // 2) % _WRAP - _WRAP // 2
+
+
+# fmt: off
+OBJECTS: Mapping[Place, ObjectRow] = MappingProxyType({
+    canopen.QUICK_STOP_OPTION: ObjectRow(
+        frozenset(canopen.QuickStopOption), lambda node, _: node.states.set_quick_stop()),
+    canopen.PRODUCER_HEARTBEAT_MS: ObjectRow(does=Cia402Node.beat_on),
+    canopen.CONSUMER_HEARTBEAT: ObjectRow(
+        range(canopen.NODE_MAX + 1 << 16), lambda node, _: node.watch()),
+    canopen.MODE: ObjectRow(does=lambda node, now_s: node.states.set_mode(
+        node.objects.number_of(canopen.MODE, 0), now_s)),
+    canopen.CONTROLWORD: ObjectRow(does=lambda node, now_s: node.states.control(now_s)),
+    canopen.HEARTBEAT_REACTION: ObjectRow(range(4)),
+    canopen.FAULT_REACTION_OPTION: ObjectRow(range(5)),
+    canopen.PROFILE_ACCELERATION: ObjectRow(_ABOVE_ZERO),
+    canopen.PROFILE_DECELERATION: ObjectRow(_ABOVE_ZERO),
+    canopen.QUICK_STOP_DECELERATION: ObjectRow(_ABOVE_ZERO),
+    places.HOMING_METHOD: ObjectRow(METHODS),
+    places.PERIOD: ObjectRow(range(1, 256)),
+    places.PERIOD_POWER: ObjectRow(range(-4, 1)),
+    places.ERROR_COUNT: ObjectRow(range(1)),
+    canopen.STATUSWORD: ObjectRow(tells=lambda node, now_s: node.states.statusword(
+        now_s, withheld=node.port.withheld).value),
+    canopen.MODE_SHOWN: ObjectRow(tells=lambda node, _: node.states.mode),
+    canopen.POSITION: ObjectRow(tells=lambda node, _: _wrapped(node.motor.counts)),
+    canopen.FOLLOWING_ERROR: ObjectRow(
+        tells=lambda node, now_s: _wrapped(node.motion.behind(now_s))),
+    places.POSITION_DEMAND: ObjectRow(tells=lambda node, now_s: _wrapped(
+        node.motor.point.demand(now_s) - node.motor.zero)),
+    places.VELOCITY: ObjectRow(tells=lambda node, now_s: round(node.motor.point.rate(now_s))),
+    places.DIGITAL_INPUTS: ObjectRow(
+        tells=lambda node, _: node.motor.switch.pressed << _UPPER_SWITCH),
+})
+# fmt: on
+"""What came together is acted on in this order: the mode before the controlword."""
+READINGS: Mapping[Place, Callable[[Cia402Node, float], int]] = MappingProxyType(
+    {place: row.tells for place, row in OBJECTS.items() if row.tells is not None}
+)
+
+
+@lru_cache(maxsize=512)
+def _acts_of(written: tuple[Place, ...]) -> tuple[Callable[[Cia402Node, float], None], ...]:
+    """Work it out once: PDOs bring the same objects over and over."""
+    return tuple(row.does for place, row in OBJECTS.items() if place in written and row.does)

@@ -3,45 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import cache
 
-from armdrive.sim.cia402 import motion as homing
-from armdrive.sim.cia402.motion import (
-    aim,
-    arrived,
-    brake,
-    forget_targets,
-    go,
-    of_profile,
-    quickly,
-    slope,
-    slow_down,
-)
-from armdrive.sim.cia402.node import Cia402Node
-from armdrive.sim.cia402.objects import ERROR_COUNT, LAST_ERROR
+from armdrive.sim.bus.node import NodeMotor
+from armdrive.sim.cia402.motion import Cia402Motion, Homing
+from armdrive.sim.cia402.objects import ERROR_COUNT, LAST_ERROR, DriveObjects
+from firmware_protocol import canopen
 from firmware_protocol.canopen import (
-    CONTROLWORD,
-    ERROR_CODE,
-    ERROR_REGISTER,
-    FAULT_REACTION_OPTION,
-    HEARTBEAT_REACTION,
-    PROFILE_DECELERATION,
-    QUICK_STOP_DECELERATION,
-    TARGET_POSITION,
     Command,
-    ControlBit,
-    Controlword,
     DriveState,
-    Emergency,
-    ErrorRegister,
     Happening,
     OperationMode,
     QuickStopOption,
-    SetPoint,
-    Transition,
+    StatusBit,
 )
-
-# --- Errors: EMCY, error register, error code, history -------------------------------------------
 
 HEARTBEAT_MISSING = 0x8130
 PDO_TOO_SHORT = 0x8210
@@ -49,196 +25,309 @@ TOO_FAR_BEHIND = 0x8611
 LIMIT_REACHED = 0x8612
 
 _KINDS = {
-    0x2: ErrorRegister.CURRENT,
-    0x3: ErrorRegister.VOLTAGE,
-    0x4: ErrorRegister.TEMPERATURE,
+    0x2: canopen.ErrorRegister.CURRENT,
+    0x3: canopen.ErrorRegister.VOLTAGE,
+    0x4: canopen.ErrorRegister.TEMPERATURE,
 }
+"""The kind of an error by the first digit of its code; the others are the profile's."""
 _OF_TALK = range(0x8100, 0x8300)
-
-
-def report(node: Cia402Node, code: int) -> None:
-    """Say that something is wrong, and keep it."""
-    register = ErrorRegister.GENERIC | _kind(code) | node.number_of(ERROR_REGISTER, 0)
-    node.keep(ERROR_REGISTER, register)
-    node.keep(ERROR_CODE, code)
-    node.keep(LAST_ERROR, code)
-    node.keep(ERROR_COUNT, 1)
-    say(node, code)
-
-
-def over(node: Cia402Node) -> None:
-    """Say that nothing is wrong any more, if something was."""
-    if node.number_of(ERROR_REGISTER, 0):
-        node.keep(ERROR_REGISTER, 0)
-        node.keep(ERROR_CODE, 0)
-        say(node, 0)
-
-
-def say(node: Cia402Node, code: int) -> None:
-    """Say an EMCY, whatever it is that has caused it."""
-    if node.nmt.takes("emcy"):
-        node.say((Emergency(node.number, code, node.number_of(ERROR_REGISTER, 0)).frame,))
-
-
-def _kind(code: int) -> int:
-    if code in _OF_TALK:
-        return ErrorRegister.COMMUNICATION
-    return _KINDS.get(code >> 12, ErrorRegister.DEVICE_PROFILE)
-
-
 _FAULT_RESET = 15
-_ON_RAMP = (QuickStopOption.RAMP, QuickStopOption.RAMP_AND_STAY)
-_ON_QUICK_RAMP = (QuickStopOption.QUICK_RAMP, QuickStopOption.QUICK_RAMP_AND_STAY)
+_QUICK_STOP_RAMPS = {
+    QuickStopOption.RAMP: canopen.PROFILE_DECELERATION,
+    QuickStopOption.RAMP_AND_STAY: canopen.PROFILE_DECELERATION,
+    QuickStopOption.QUICK_RAMP: canopen.QUICK_STOP_DECELERATION,
+    QuickStopOption.QUICK_RAMP_AND_STAY: canopen.QUICK_STOP_DECELERATION,
+}
+"""By what ramp 605A has it brake; with other options without one."""
 _FREE_AT_ONCE, _BY_QUICK_RAMP = 0, 2
-_RAMPS = {1: PROFILE_DECELERATION}
+_FAULT_RAMPS = {1: canopen.PROFILE_DECELERATION}
 """By what ramp 605E has it brake, where that is not the quick stop's."""
-
-
-def control(node: Cia402Node, now_s: float) -> None:
-    """Obey the controlword, as it stands in its object."""
-    word = Controlword(node.number_of(CONTROLWORD, 0))
-    halted = node.machine.points.halted
-    taken, point = node.machine.control(word, node.number_of(TARGET_POSITION, 0))
-    take(node, taken, now_s)
-    if not node.enabled:
-        return
-    if node.mode == OperationMode.HOMING:
-        _control_homing(node, word, point, now_s)
-    elif of_profile(node):
-        _control_profile(node, point, now_s, halted=halted)
-    else:
-        forget_targets(node)
-        if node.machine.points.halted and not halted and node.point.moving(now_s):
-            slow_down(node, now_s)
-
-
-def take(node: Cia402Node, taken: Iterable[Transition], now_s: float) -> None:
-    """Do what changes of the state mean for the motor."""
-    for row in taken:
-        if row.number == _FAULT_RESET:
-            node.astray = False
-            over(node)
-        if row.end is DriveState.QUICK_STOP:
-            homing.give_up(node, now_s)
-            brake(node, _stopping_slope(node), now_s)
-        if row.end is DriveState.ENABLED:
-            if not node.holding:
-                node.drive.hold(node.index, now_s)
-            node.goal = node.point.end - node.zero
-        if not row.end.holds:
-            let_go(node, now_s)
-
-
-def let_go(node: Cia402Node, now_s: float) -> None:
-    """Take the motor's current: what it holds comes down."""
-    node.homing = node.homing.given_up
-    node.ends, node.astray_s, node.switch_s = False, math.inf, math.inf
-    if node.holding:
-        node.drive.release((node.index,), now_s)
-
-
-def command(node: Cia402Node, what: Command, now_s: float) -> None:
-    """Have the drive do by itself what a controlword would."""
-    take(node, node.machine.control(Controlword.of(what))[0], now_s)
-
-
-def fault(node: Cia402Node, code: int, now_s: float) -> None:
-    """Fail, and say why: by 605E it brakes, and then its motor is free."""
-    report(node, code)
-    changed = node.machine.happen(Happening.FAULT)
-    if not node.ailing:
-        node.machine.mend()  # what it was is over; a reset leads out once it has reacted
-    if changed is None:
-        return
-    homing.give_up(node, now_s)
-    reaction = node.number_of(FAULT_REACTION_OPTION, _BY_QUICK_RAMP)
-    if not node.holding or reaction == _FREE_AT_ONCE:
-        brake(node, math.inf, now_s)
-    else:
-        brake(node, slope(node, _RAMPS.get(reaction, QUICK_STOP_DECELERATION)), now_s)
-
-
-def watch_end(node: Cia402Node, now_s: float) -> None:
-    """Do what is due when a motion has ended."""
-    if not node.ends or node.point.moving(now_s):
-        return
-    if node.state is DriveState.FAULT_REACTION:
-        node.ends = False
-        take(node, _happened(node, Happening.REACTED), now_s)
-    elif node.state is DriveState.QUICK_STOP:
-        node.ends = False
-        take(node, _happened(node, Happening.QUICK_STOPPED), now_s)
-    elif node.enabled:
-        _watch_arrival(node, now_s)
-    else:
-        node.ends = False
-
-
-def _watch_arrival(node: Cia402Node, now_s: float) -> None:
-    node.waits = not arrived(node)
-    if node.waits:
-        return
-    node.ends, points = False, node.machine.points
-    if points.halted:
-        points.stood()
-    elif of_profile(node) and points.active is not None and (after := points.arrived()) is not None:
-        aim(node, after)
-        go(node, now_s)
-
-
-def _control_profile(
-    node: Cia402Node, point: SetPoint | None, now_s: float, *, halted: bool
-) -> None:
-    points = node.machine.points
-    if point is not None:
-        aim(node, point)
-    if points.halted:
-        if not halted:
-            slow_down(node, now_s)
-    elif point is not None or (halted and points.active is not None):
-        go(node, now_s)
-
-
-def _control_homing(
-    node: Cia402Node, word: Controlword, point: SetPoint | None, now_s: float
-) -> None:
-    if not word.has(ControlBit.NEW_SET_POINT) or node.machine.points.halted:
-        homing.give_up(node, now_s)
-    elif point is not None:
-        homing.begin(node, now_s)
-
-
-def _stopping_slope(node: Cia402Node) -> float:
-    option = node.machine.quick_stop
-    if option in _ON_RAMP:
-        return slope(node, PROFILE_DECELERATION)
-    return quickly(node) if option in _ON_QUICK_RAMP else math.inf
-
-
-def _happened(node: Cia402Node, happening: Happening) -> Iterable[Transition]:
-    row = node.machine.happen(happening)
-    return () if row is None else (row,)
-
-
-# --- A lost master: object 6007 ------------------------------------------------------------------
-
 _FAULT = 1
-_COMMANDS = {2: Command.DISABLE_VOLTAGE, 3: Command.QUICK_STOP}
+_REACTIONS = {2: Command.DISABLE_VOLTAGE, 3: Command.QUICK_STOP}
+"""What 6007 has it do when its master is lost, besides nothing and a fault."""
+_FAULTY = (DriveState.FAULT, DriveState.FAULT_REACTION)
+_OBEYING = (DriveState.ENABLED, DriveState.QUICK_STOP)
+_UNWATCHED = 0xFFFF_FFFF
+_OF_MODE = StatusBit.REACHED | StatusBit.ACKNOWLEDGED
+_OF_MODE_MASK = int(_OF_MODE)
+_ENDS = {
+    DriveState.FAULT_REACTION: Happening.REACTED,
+    DriveState.QUICK_STOP: Happening.QUICK_STOPPED,
+}
+"""What it is that a motion has ended, in these states."""
 
 
-def forsake(node: Cia402Node, now_s: float) -> None:
-    """Miss its master's heartbeat: say so, and react."""
-    node.forsaken = True
-    node.watch_stops += 1
-    if node.number_of(HEARTBEAT_REACTION, _FAULT) != _FAULT:
-        report(node, HEARTBEAT_MISSING)
-    react(node, now_s, HEARTBEAT_MISSING)
+class Cia402States:
+    """The state machine of one drive. `emcy` says an error code, 0 that nothing is wrong."""
+
+    def __init__(
+        self,
+        motor: NodeMotor,
+        motion: Cia402Motion,
+        objects: DriveObjects,
+        emcy: Callable[[int], None],
+    ) -> None:
+        self._motor, self._motion, self._objects, self._emcy = motor, motion, objects, emcy
+        self.ailing: set[int] = set()
+        """Error codes of what is wrong with it until somebody mends it."""
+        self.forget()
+
+    def forget(self) -> None:
+        """Know nothing of what was before the firmware began."""
+        self.machine = canopen.DriveDevice()
+        self.machine.happen(Happening.INITIALISED)
+        self.mode: int = OperationMode.NONE
+        self.watch_stops = 0
+        """How often the silence of its master has made it react."""
+        self.forsaken = False
+        """Whether its master has been silent for too long."""
+        self._astray = False  # the shaft was too far away, which was a fault
+        self._astray_s = math.inf  # since when it is farther away than the window
+
+    @property
+    def state(self) -> DriveState:
+        """What its state machine says."""
+        return self.machine.state
+
+    @property
+    def enabled(self) -> bool:
+        """Whether it does what it is told."""
+        return self.machine.state is DriveState.ENABLED
+
+    @property
+    def follows(self) -> bool:
+        """Whether it goes wherever its target is: also to an old one, when that begins."""
+        cyclic = self.mode == OperationMode.CYCLIC_POSITION
+        return cyclic and self.enabled and not self.machine.points.halted
+
+    # What a master orders.
+
+    def control(self, now_s: float) -> None:
+        """Obey the controlword, as it stands in its object."""
+        word = canopen.Controlword(self._objects.number_of(canopen.CONTROLWORD, 0))
+        halted = self.machine.points.halted
+        target = self._objects.number_of(canopen.TARGET_POSITION, 0)
+        taken, point = self.machine.control(word, target)
+        self._take(taken, now_s)
+        if not self.enabled:
+            return
+        if self.mode == OperationMode.HOMING:
+            if not word.has(canopen.ControlBit.NEW_SET_POINT) or self.machine.points.halted:
+                self._motion.break_off_homing(now_s)
+            elif point is not None:
+                self._forget_targets()
+                self._motion.home(now_s)
+        elif self.mode == OperationMode.PROFILE_POSITION:
+            self._go_to(point, now_s, halted=halted)
+        else:
+            self._forget_targets()
+            if self.machine.points.halted and not halted and self._motion.moving(now_s):
+                self._motion.slow_down(now_s)
+
+    def set_mode(self, mode: int, now_s: float) -> None:
+        """Have another mode: what is under way ends, slowing down."""
+        if mode == self.mode:
+            return
+        if self.enabled and self._motion.moving(now_s):
+            self._motion.slow_down(now_s)
+        self.mode = mode
+        self._motion.spoil_homing()
+        self._forget_targets()
+
+    def set_quick_stop(self) -> None:
+        """Take over how a quick stop ends (605A)."""
+        option = self._objects.number_of(canopen.QUICK_STOP_OPTION, 2)
+        self.machine.quick_stop = QuickStopOption(option)
+
+    def command(self, what: Command, now_s: float) -> None:
+        """Have the drive do by itself what a controlword would."""
+        self._take(self.machine.control(canopen.Controlword.of(what))[0], now_s)
+
+    def _take(self, taken: Iterable[canopen.Transition], now_s: float) -> None:
+        """Do what changes of the state mean for the motor."""
+        for row in taken:
+            if row.number == _FAULT_RESET:
+                self._astray = False
+                self.over()
+            if row.end is DriveState.QUICK_STOP:
+                ramp = _QUICK_STOP_RAMPS.get(self.machine.quick_stop)
+                self._motion.break_off_homing(now_s)
+                self._motion.brake(math.inf if ramp is None else self._motion.slope(ramp), now_s)
+            if row.end is DriveState.ENABLED:
+                if not self._motor.holding:
+                    self._motor.hold(now_s)
+                self._motion.stay()
+            if not row.end.holds:
+                self._astray_s = math.inf
+                self._motion.let_go(now_s)
+
+    def _go_to(self, point: canopen.SetPoint | None, now_s: float, *, halted: bool) -> None:
+        points = self.machine.points
+        if point is not None:
+            self._motion.aim(point)
+        if points.halted:
+            if not halted:
+                self._motion.slow_down(now_s)
+        elif point is not None or (halted and points.active is not None):
+            self._motion.go(now_s)
+
+    def _forget_targets(self) -> None:
+        while self.machine.points.active is not None:
+            self.machine.points.arrived()
+
+    # What it watches by itself.
+
+    @property
+    def due_s(self) -> float:
+        """When a motion ends, or the shaft has been too far away for too long."""
+        return min(self._motion.due_s, self._astray_s + self._patience_s)
+
+    def live(self, now_s: float) -> None:
+        """Watch the shaft, the switch and the end of a motion."""
+        self._watch_shaft(now_s)
+        if self._motion.watch_switch(now_s) and self.enabled:
+            self._report(LIMIT_REACHED)
+            self.command(Command.QUICK_STOP, now_s)
+        self._watch_end(now_s)
+
+    @property
+    def _patience_s(self) -> float:
+        return self._objects.number_of(canopen.FOLLOWING_ERROR_TIMEOUT_MS, 0) / 1000
+
+    def _watch_shaft(self, now_s: float) -> None:
+        """Fail where the shaft has been too far from where it was told to be, for too long."""
+        window = self._objects.number_of(canopen.FOLLOWING_ERROR_WINDOW, _UNWATCHED)
+        watches = self._motor.holding and self.state in _OBEYING and window != _UNWATCHED
+        if not watches or abs(self._motion.behind(now_s)) <= window:
+            self._astray_s = math.inf
+            return
+        self._astray_s = min(self._astray_s, now_s)
+        if now_s >= self._astray_s + self._patience_s:
+            self._astray_s, self._astray = math.inf, True
+            self.fault(TOO_FAR_BEHIND, now_s)
+
+    def _watch_end(self, now_s: float) -> None:
+        """Do what is due when a motion has ended."""
+        motion, points = self._motion, self.machine.points
+        if not motion.ends or motion.moving(now_s):
+            return
+        if not self.enabled:
+            motion.ends = False
+            if self.state in _ENDS and (row := self.machine.happen(_ENDS[self.state])) is not None:
+                self._take((row,), now_s)
+            return
+        motion.waits = not motion.arrived
+        if motion.waits:
+            return
+        motion.ends = False
+        if points.halted:
+            points.stood()
+        elif self.mode == OperationMode.PROFILE_POSITION and points.active is not None:
+            after = points.arrived()
+            if after is not None:
+                motion.aim(after)
+                motion.go(now_s)
+
+    # Errors: EMCY, error register, error code, history.
+
+    def fault(self, code: int, now_s: float) -> None:
+        """Fail, and say why: by 605E it brakes, and then its motor is free."""
+        self._report(code)
+        changed = self.machine.happen(Happening.FAULT)
+        if not self.ailing:
+            self.machine.mend()  # what it was is over; a reset leads out once it has reacted
+        if changed is None:
+            return
+        self._motion.break_off_homing(now_s)
+        reaction = self._objects.number_of(canopen.FAULT_REACTION_OPTION, _BY_QUICK_RAMP)
+        ramp = _FAULT_RAMPS.get(reaction, canopen.QUICK_STOP_DECELERATION)
+        free = not self._motor.holding or reaction == _FREE_AT_ONCE
+        self._motion.brake(math.inf if free else self._motion.slope(ramp), now_s)
+
+    def mend(self, code: int) -> None:
+        """Have what was wrong be right again; its fault is to be reset yet."""
+        self.ailing.discard(code)
+        if not self.ailing:
+            self.machine.mend()
+
+    def over(self) -> None:
+        """Say that nothing is wrong any more, if something was."""
+        if self._objects.number_of(canopen.ERROR_REGISTER, 0):
+            self._objects.keep(canopen.ERROR_REGISTER, 0)
+            self._objects.keep(canopen.ERROR_CODE, 0)
+            self._emcy(0)
+
+    def _report(self, code: int) -> None:
+        """Say that something is wrong, and keep it."""
+        kind = _KINDS.get(code >> 12, canopen.ErrorRegister.DEVICE_PROFILE)
+        kind = canopen.ErrorRegister.COMMUNICATION if code in _OF_TALK else kind
+        register = self._objects.number_of(canopen.ERROR_REGISTER, 0)
+        self._objects.keep(canopen.ERROR_REGISTER, canopen.ErrorRegister.GENERIC | kind | register)
+        self._objects.keep(canopen.ERROR_CODE, code)
+        self._objects.keep(LAST_ERROR, code)
+        self._objects.keep(ERROR_COUNT, 1)
+        self._emcy(code)
+
+    # A lost master: object 6007.
+
+    def forsake(self, now_s: float) -> None:
+        """Miss its master's heartbeat: say so, and react."""
+        self.forsaken = True
+        self.watch_stops += 1
+        if self._objects.number_of(canopen.HEARTBEAT_REACTION, _FAULT) != _FAULT:
+            self._report(HEARTBEAT_MISSING)
+        self.react(now_s)
+
+    def react(self, now_s: float) -> None:
+        """Do what 6007 says: nothing, a fault, let the motor go, or a quick stop."""
+        reaction = self._objects.number_of(canopen.HEARTBEAT_REACTION, _FAULT)
+        if reaction == _FAULT:
+            self.fault(HEARTBEAT_MISSING, now_s)
+        elif reaction in _REACTIONS and self.enabled:
+            self.command(_REACTIONS[reaction], now_s)
+
+    def take_back(self) -> None:
+        """Have its master be heard again."""
+        if self.forsaken:
+            self.forsaken = False
+            if self.state not in _FAULTY:
+                self.over()
+
+    # The statusword.
+
+    def statusword(self, now_s: float, *, withheld: bool) -> canopen.Statusword:
+        """Return what it says of itself; `withheld`: it does not say that a target is reached."""
+        word = self.machine.statusword(_common(self._astray, self._motion.limited, self.forsaken))
+        if not self.enabled:
+            moves = self._motion.moving(now_s)
+            bits = StatusBit(0) if moves else StatusBit.REACHED
+        else:
+            bits = self._bits_of_mode(word.bits & _OF_MODE, now_s, withheld=withheld)
+        return canopen.Statusword(word.value & ~_OF_MODE_MASK | int(bits))
+
+    def _bits_of_mode(self, bits: StatusBit, now_s: float, *, withheld: bool) -> StatusBit:
+        """Return bits 10, 12 and 13 as the mode means them."""
+        motion = self._motion
+        match self.mode:
+            case OperationMode.PROFILE_POSITION:
+                return bits & ~StatusBit.REACHED if withheld else bits
+            case OperationMode.CYCLIC_POSITION:  # it follows its targets; bit 10 says nothing
+                halted = self.machine.points.halted
+                return StatusBit(0) if halted else StatusBit.ACKNOWLEDGED
+            case OperationMode.HOMING:
+                if motion.homing is Homing.FAILED:
+                    return StatusBit.FOLLOWING_ERROR | StatusBit.REACHED
+                stands = not motion.moving(now_s) and motion.arrived
+                if motion.homing.searches or not stands or withheld:
+                    return StatusBit(0)
+                home = motion.homing is Homing.DONE
+                return StatusBit.REACHED | (StatusBit.ACKNOWLEDGED if home else StatusBit(0))
+        return StatusBit(0) if motion.moving(now_s) else StatusBit.REACHED
 
 
-def react(node: Cia402Node, now_s: float, code: int = HEARTBEAT_MISSING) -> None:
-    """Do what 6007 says: nothing, a fault, let the motor go, or a quick stop."""
-    reaction = node.number_of(HEARTBEAT_REACTION, _FAULT)
-    if reaction == _FAULT:
-        fault(node, code, now_s)
-    elif reaction in _COMMANDS and node.state is DriveState.ENABLED:
-        command(node, _COMMANDS[reaction], now_s)
+@cache
+def _common(astray: bool, limited: bool, forsaken: bool) -> StatusBit:
+    bits = StatusBit.VOLTAGE
+    bits |= StatusBit.FOLLOWING_ERROR if astray else StatusBit(0)
+    bits |= StatusBit.LIMITED if limited else StatusBit(0)
+    return bits | StatusBit.WARNING if forsaken else bits

@@ -14,6 +14,8 @@ from typing import Any
 
 from armdrive.errors import BadRequest
 from armdrive.sim.device import (
+    DriveControls,
+    DriveErrors,
     DrivesOnBus,
     HasSwitches,
     Resettable,
@@ -290,12 +292,12 @@ def alone(bench: FaultBench, _: FaultRequest) -> Begin:
 
 def mute_drive(bench: FaultBench, request: FaultRequest) -> Begin:
     """Have a drive say nothing, while it hears and obeys."""
-    return _lasting(bench, request, lambda drives, at, on: drives.mute_drive(at, on))
+    return _lasting(bench, request, lambda drives, at, on: drives.mute(at, on))
 
 
 def dead_drive(bench: FaultBench, request: FaultRequest) -> Begin:
     """Take a drive's supply away."""
-    return _lasting(bench, request, lambda drives, at, on: drives.power_drive(at, not on))
+    return _lasting(bench, request, lambda drives, at, on: drives.power(at, not on))
 
 
 def without_done(bench: FaultBench, request: FaultRequest) -> Begin:
@@ -306,17 +308,17 @@ def without_done(bench: FaultBench, request: FaultRequest) -> Begin:
 def reset_drive(bench: FaultBench, request: FaultRequest) -> Begin:
     """Have a drive's firmware begin anew."""
     drives, at = _drives(bench), motor_of(bench, request.words[0])
-    return lambda: drives.reset_drive(at)
+    return lambda: drives.reset(at)
 
 
 def other_mode(bench: FaultBench, request: FaultRequest) -> Begin:
     """Give a drive another mode, as somebody does at its keys."""
-    return _changed(bench, request, lambda drives, at, mode: drives.set_drive_mode(at, mode))
+    return _changed(bench, request, lambda drives, at, mode: drives.set_mode(at, mode))
 
 
 def other_id(bench: FaultBench, request: FaultRequest) -> Begin:
     """Give a drive another id, one that another has perhaps."""
-    return _changed(bench, request, lambda drives, at, node: drives.set_drive_id(at, node))
+    return _changed(bench, request, lambda drives, at, node: drives.set_id(at, node))
 
 
 def ailing_drive(bench: FaultBench, request: FaultRequest) -> Begin:
@@ -325,8 +327,8 @@ def ailing_drive(bench: FaultBench, request: FaultRequest) -> Begin:
     code = _code(request.words[1])
 
     def begin() -> Running:
-        drives.ail_drive(at, code)
-        return Running(lambda: drives.mend_drive(at, code))
+        drives.ail(at, code)
+        return Running(lambda: drives.mend(at, code))
 
     return begin
 
@@ -335,13 +337,13 @@ def warning_drive(bench: FaultBench, request: FaultRequest) -> Begin:
     """Have a drive say an EMCY, and go on."""
     drives, at = _emergencies(bench), motor_of(bench, request.words[0])
     code = _code(request.words[1])
-    return lambda: drives.warn_drive(at, code)
+    return lambda: drives.warn(at, code)
 
 
-def _emergencies(bench: FaultBench) -> SaysEmergencies:
+def _emergencies(bench: FaultBench) -> DriveErrors:
     if not isinstance(bench.device, SaysEmergencies):
         raise lacks(bench.device, "error codes of its own")
-    return bench.device
+    return bench.device.errors()
 
 
 def _code(word: str) -> int:
@@ -350,15 +352,15 @@ def _code(word: str) -> int:
     return int(word, 16)
 
 
-def _drives(bench: FaultBench) -> DrivesOnBus:
+def _drives(bench: FaultBench) -> DriveControls:
     device = bench.device
     if not isinstance(device, DrivesOnBus):
         raise BadRequest(f"the simulated {device.title} has no drives on a bus")
-    return device
+    return device.drives()
 
 
 def _lasting(
-    bench: FaultBench, request: FaultRequest, switch: Callable[[DrivesOnBus, int, bool], None]
+    bench: FaultBench, request: FaultRequest, switch: Callable[[DriveControls, int, bool], None]
 ) -> Begin:
     drives, at = _drives(bench), motor_of(bench, request.words[0])
 
@@ -370,7 +372,7 @@ def _lasting(
 
 
 def _changed(
-    bench: FaultBench, request: FaultRequest, change: Callable[[DrivesOnBus, int, int], int]
+    bench: FaultBench, request: FaultRequest, change: Callable[[DriveControls, int, int], int]
 ) -> Begin:
     drives, at = _drives(bench), motor_of(bench, request.words[0])
     value = whole(request.words[1])

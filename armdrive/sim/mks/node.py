@@ -1,414 +1,421 @@
-"""One simulated MKS drive: its settings, its set-point, its shaft, and what it says.
+"""One simulated MKS drive: the table of what it does with each request, its readings and its power.
 
-`requests` carries out its requests; `motion` carries its motions on.
+The codec decodes requests and knows which firmware has which (`firmware_protocol.mks`).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import TypeVar, cast
+from types import MappingProxyType
+from typing import Any, TypeAlias, get_args
 
-from armdrive.errors import StateFileError
-from armdrive.sim.bus.drives import LimitSwitch, ShaftDrive, ShaftPoint, at_rate, dead
-from armdrive.sim.mechanics.profiles import AxisProfile, ProfilePiece
-from armdrive.sim.world.arm import World
-from armdrive.sim.world.saved import MEND, Json, Saved
-from firmware_protocol.errors import ProtocolError
-from firmware_protocol.mks import (
-    COUNTS_PER_TURN,
-    SPEED_MAX_RPM,
-    Asked,
-    Bitrate,
-    Code,
-    Device,
-    HomingState,
-    Mode,
-    MotorState,
-    Outcome,
-    ReplyMode,
-    SetArrival,
-    SetBitrate,
-    SetCurrent,
-    SetDirection,
-    SetGroup,
-    SetHoldingCurrent,
-    SetHoming,
-    SetId,
-    SetMicrosteps,
-    SetMode,
-    SetPositionProtection,
-    SetReplies,
-    SetStallProtection,
-    Setting,
-    SettingRead,
-    SilenceWatchdog,
-    Version,
-    as_setting,
-    ramp_rpm_s,
-    true_rpm,
-)
+from armdrive.errors import BadRequest
+from armdrive.sim.bus.node import NodeMotor, NodePort
+from armdrive.sim.device import Options
+from armdrive.sim.mks.motion import AGAINST_A_STOP, RPM, Flash, MksMotion, stall_counts
+from armdrive.sim.world.saved import Json, Saved
+from firmware_protocol import mks
+from firmware_protocol.errors import BadField
+from firmware_protocol.frames import Frame, pack
+from firmware_protocol.mks import COUNTS_PER_TURN, Asked, Code, Outcome
 
-# --- The settings that outlast the power, as shipped or as an arm needs them ---------------------
-
-S = TypeVar("S", bound=Setting)
-
-FACTORY: tuple[Setting, ...] = (
-    SetMode(Mode.PULSE_FOC),
-    SetCurrent(1600),
-    SetHoldingCurrent(50),
-    SetMicrosteps(16),
-    SetDirection(False),
-    SetStallProtection(False),
-    SetPositionProtection(False, 66, 14_000),
-    SetHoming(active_high=False, counter_clockwise=False, speed_rpm=60, limits=False, method=0),
-    SetArrival(True),
-    SilenceWatchdog(0),
-    SetBitrate(Bitrate.K500),
-    SetId(1),
-    SetReplies(ReplyMode.FULL),
-)
-"""As a drive is shipped; it belongs to no group. Numbers that are not in the manual are usual."""
-
-
-class Flash:
-    """The settings of one drive."""
-
-    def __init__(self, changed: Iterable[Setting] = ()) -> None:
-        self._settings: dict[Code, Setting] = {each.code: each for each in (*FACTORY, *changed)}
-
-    def of(self, kind: type[S]) -> S:
-        """Return a setting by its kind; a group's id may be none, and is not asked for so."""
-        return cast(S, self._settings[kind.code])
-
-    def get(self, code: Code) -> Setting | None:
-        """Return a setting by its code; None for a group's id where there is none."""
-        return self._settings.get(code)
-
-    def put(self, setting: Setting) -> None:
-        """Keep a setting."""
-        self._settings[setting.code] = setting
-
-    def device(self, firmware: Version, *, new_id_answers: bool) -> Device:
-        """Make an end of the bus that is as it is set up."""
-        group = self._settings.get(Code.GROUP)
-        return Device(
-            self.of(SetId).node,
-            firmware,
-            group=group.node if isinstance(group, SetGroup) else None,
-            replies=self.of(SetReplies).mode,
-            bitrate=self.of(SetBitrate).bitrate,
-            new_id_answers=new_id_answers,
-        )
-
-    def to_json(self) -> dict[str, Json]:
-        """Return the settings as they are on the bus, by the name of their code."""
-        return {code.name.lower(): each.payload.hex() for code, each in self._settings.items()}
-
-    @classmethod
-    def from_json(cls, saved: Saved) -> Flash:
-        """Know again what `to_json` wrote. Raises `StateFileError`."""
-        codes = [each.code for each in FACTORY]
-        codes += [Code.GROUP] if saved.has(Code.GROUP.name.lower()) else []
-        found = cls(_read(code, saved.text(code.name.lower())) for code in codes)
-        saved.end()
-        return found
-
-
-def _read(code: Code, text: str) -> Setting:
-    try:
-        setting = as_setting(SettingRead(code, bytes.fromhex(text)))
-    except (ProtocolError, ValueError):
-        setting = None
-    if setting is None:
-        raise StateFileError(f"a saved drive's {code.name.lower()} cannot be {text!r:.60}; {MEND}")
-    return setting
-
-
-# --- The set-point in the drive's own measures: rpm, and steps of acceleration -------------------
-#
-# Encoder counts are the shaft's own, whatever zero was set. Times are in seconds.
-
-_RPM = COUNTS_PER_TURN / 60.0
-"""Counts a second of one rpm."""
-
-
-class MksSetPoint(ShaftPoint):
-    """It stands, or is under way on a ramped profile from whatever it did before."""
-
-    def rpm(self, now_s: float) -> float:
-        """Return how fast it goes; positive is counter-clockwise."""
-        return self.rate(now_s) / _RPM
-
-    def move_to(self, goal: int, rpm: float, acc: int, now_s: float) -> None:
-        """Go to a count, from whatever is under way."""
-        self.go_to(goal, rpm * _RPM, _slope(acc), now_s)
-
-    def run(self, rpm: float, acc: int, now_s: float) -> None:
-        """Run until told otherwise; a speed of 0 ends it."""
-        self.go_at(rpm * _RPM, _slope(acc), now_s)
-
-    def run_for(self, rpm: float, acc: int, time_s: float, now_s: float) -> None:
-        """Run for a time, and then slow down."""
-        self.run(rpm, acc, now_s)
-        over_s = now_s + time_s
-        pieces = [_cut(piece, over_s) for piece in self._profile.pieces if piece.start_s < over_s]
-        last = pieces[-1]
-        end = at_rate(last.at(over_s), last.speed_at(over_s), 0.0, _slope(acc), over_s)
-        self._begin(AxisProfile((*pieces, *end.pieces), end.end), now_s)
-        self._end_s = max(self._end_s, over_s)
-
-    def there_and_back(self, counts: int, rpm: float, now_s: float) -> None:
-        """Turn by so many counts and back again."""
-        here = float(self.at(now_s))
-        there = dead(here, here + counts, rpm * _RPM, now_s)
-        back = dead(here + counts, here, rpm * _RPM, there.end_s)
-        self._begin(AxisProfile((*there.pieces, *back.pieces), here), now_s)
-
-    def state(self, now_s: float) -> MotorState:
-        """Return what the drive says it does."""
-        if not self.moving(now_s):
-            return MotorState.STOPPED
-        piece = next(each for each in self._profile.pieces if now_s < each.end_s)
-        change = piece.acceleration * piece.speed_at(now_s)
-        if not piece.acceleration:
-            return MotorState.FULL_SPEED
-        return MotorState.ACCELERATING if change >= 0.0 else MotorState.DECELERATING
-
-
-def _slope(acc: int) -> float:
-    """Return the counts a second squared of the drive's own measure; infinity without a ramp."""
-    return ramp_rpm_s(acc) * _RPM
-
-
-def _cut(piece: ProfilePiece, over_s: float) -> ProfilePiece:
-    return replace(piece, duration_s=min(piece.duration_s, over_s - piece.start_s))
-
-
-# --- The shafts ----------------------------------------------------------------------------------
-
-MAKES_UP = SPEED_MAX_RPM / 60.0 * COUNTS_PER_TURN
-"""Counts a second: no drive makes up for what it has lost faster than it turns."""
-
-
-class ClosedLoopDrive(ShaftDrive[MksSetPoint]):
-    """Six loops and one arm."""
-
-    def __init__(self, world: World) -> None:
-        super().__init__(world, [MksSetPoint(count) for count in world.motors], MAKES_UP)
-
-
-FULL_STEPS = 200
-"""Of a motor's turn."""
-
-
-@dataclass(frozen=True, slots=True)
-class MksQuirks:
-    """What public sources leave open of these drives; `kind.KIND` says what each means."""
-
-    says_done: bool = True
-    says_refused: bool = True
-    superseded: str = "first"
-    keeps_angle: bool = False
-    enabled_on: bool = True
-    watchdog_hears_all: bool = False
-    stays_armed: bool = False
-    new_id_answers: bool = True
-    version_bytes: int = 3
-    answer_s: float = 0.0002
-    boot_s: float = 0.5
-    stall_counts: int = COUNTS_PER_TURN // 10
+BOARD = 2
+"""A SERVO42D on CAN."""
 
 
 class MksNode:
-    """A drive on the motor of its index. Its owner calls `motion.happen` once time has passed."""
+    """A drive on one motor (a `BusNode`); `device` is its end of the bus."""
+
+    device: mks.Device
 
     def __init__(
         self,
-        index: int,
-        firmware: Version,
+        motor: NodeMotor,
+        firmware: mks.Version,
         flash: Flash,
-        drive: ClosedLoopDrive,
-        switch: LimitSwitch,
-        quirks: MksQuirks,
+        quirks: Options,
+        bits_s: int,
     ) -> None:
-        self.index = index
-        self.firmware = firmware
-        self.drive = drive
-        self.switch = switch
-        self.quirks = quirks
-        self.flash = flash
-        self.device = flash.device(firmware, new_id_answers=quirks.new_id_answers)
-        self.powered = True
-        self.mute = False
-        self.plugged = True
-        """Whether its CAN cable is in."""
-        self.says_done = quirks.says_done
-        self.enabled = quirks.enabled_on
+        self.motor = motor
+        self.port = NodePort(quirks.number("answer_ms") / 1000)
+        self.firmware, self.flash, self.quirks = firmware, flash, quirks
+        self.remake()
+        self.motion = MksMotion(
+            motor,
+            flash,
+            quirks,
+            minds_arrival=mks.Ability.ARRIVAL_THRESHOLD in self.device.abilities,
+            says=self.tell,
+            lets_go=self._let_go,
+        )
+        self.enabled = quirks.flag("enabled_on")
         self.calibrated = True
-        self.zero = self.power_on_zero = 0
-        self.said: list[bytes] = []
-        """What its owner has to bring to the bus."""
-        self._forget(0.0)
-
-    def _forget(self, now_s: float) -> None:
-        """Know nothing of what was before the firmware began."""
         self.stalled = False
-        self.astray_s = math.inf
-        """Since when the shaft has been as far from its set-point as a stall brings it."""
-        self.off_s = math.inf
-        """Since when it has been farther than position protection lets it be."""
-        self.armed = False
-        self.stored: Asked | None = None
-        self.under_way: Asked | None = None
-        self.acc = 0
-        self.waits = False
-        """Whether the set-point has come to its end, and the shaft has not."""
-        self.seeking = 0
-        """Which way a search for the switch goes; 0 for none."""
-        self.backing = False
-        """Whether the search goes away from a switch that was pressed when it began."""
-        self.switch_s = math.inf
-        """When the set-point comes to the switch, as far as that is to be noticed."""
-        self.homing: HomingState | None = None
-        self.heard_s = now_s
-        self.expired = False
-        """Whether the watchdog has stopped it, and nothing was heard since."""
-        self.watchdog_stops = 0
-        """How often the watchdog has stopped it."""
-        self.boots_s = -math.inf
+        self.power_on_zero = motor.zero
         self.reports: dict[Code, tuple[float, float]] = {}
         """What it says by itself: the period and when it is due next."""
+        self._bits_s = bits_s
+        self.begin(0.0)
 
-    # What it is.
+    # Frames and time.
 
-    @property
-    def point(self) -> MksSetPoint:
-        """Its set-point."""
-        return self.drive.rack.each[self.index]
+    def listens(self, can_id: int) -> bool:
+        """Tell whether it takes a frame of an id from the bus."""
+        hears_all = self.quirks.flag("watchdog_hears_all")
+        return self.port.plugged and (self._is_for(can_id) or hears_all)
 
-    @property
-    def shaft(self) -> int:
-        """Where its shaft is."""
-        return self.drive.shafts[self.index]
+    def hear(self, frame: Frame, now_s: float) -> None:
+        """Carry out what a frame asks for, if it is awake and listens at the bus's speed."""
+        if not self.port.awake or self.device.bitrate.bits_s != self._bits_s:
+            return
+        self.motion.hear(now_s)
+        if self._is_for(frame.can_id):
+            self.device.receive_data(pack(frame))
+        while (event := self.device.next_event()) is not None:
+            if isinstance(event, Asked):
+                if event.request.code is not Code.ABSOLUTE_AXIS:  # a stream minds no shaft
+                    self.motor.look(now_s)
+                self._obey(event, now_s)
 
-    @property
-    def counts(self) -> int:
-        """Where it says that its shaft is."""
-        return self.shaft - self.zero
+    def due_s(self) -> float:
+        """Tell when it next does something by itself, apart from looking at its shaft."""
+        if not self.port.powered:
+            return math.inf
+        if self.port.booting:
+            return self.port.boots_s
+        return min((self.motion.due_s(), *(due_s for _, due_s in self.reports.values())))
 
-    @property
-    def awake(self) -> bool:
-        """Whether it has power, and has begun."""
-        return self.powered and not self.booting
-
-    @property
-    def booting(self) -> bool:
-        """Whether its firmware has not begun yet."""
-        return self.boots_s > -math.inf
-
-    @property
-    def mode(self) -> Mode:
-        """Who commands it."""
-        return self.flash.of(SetMode).mode
-
-    @property
-    def microsteps(self) -> int:
-        """The pulses of a full step."""
-        return self.flash.of(SetMicrosteps).microsteps
-
-    @property
-    def counts_per_pulse(self) -> float:
-        """How far a pulse turns the shaft."""
-        return COUNTS_PER_TURN / (FULL_STEPS * self.microsteps)
-
-    @property
-    def can_move(self) -> bool:
-        """Whether it takes motions: enabled, not stalled, in the bus's FOC mode, not homing."""
-        free = self.enabled and not self.stalled and self.mode is Mode.BUS_FOC
-        return free and not self.searching
+    def live(self, now_s: float) -> None:
+        """Do whatever is due by now."""
+        if self.port.booting and self.port.boots_s <= now_s:
+            self.begin(now_s)
+        if self.port.awake:
+            self.motion.live(now_s)
+            for code, (period_s, due_s) in self.reports.items():
+                if due_s <= now_s:
+                    self.reports[code] = (period_s, due_s + period_s)
+                    self.port.say(self.device.report(READINGS[code](self, now_s)))
 
     @property
-    def searching(self) -> bool:
-        """Whether a homing or a calibration is under way."""
-        code = None if self.under_way is None else self.under_way.request.code
-        return code in (Code.HOME, Code.CALIBRATE)
-
-    @property
-    def timeout_s(self) -> float:
-        """How long it may hear nothing while it moves; infinity without a watchdog."""
-        timeout_ms = self.flash.of(SilenceWatchdog).timeout_ms
-        return timeout_ms / 1000 if timeout_ms else math.inf
-
-    def rpm_of(self, speed_rpm: int) -> float:
-        """Return how fast a speed really is."""
-        top = self.mode.top_rpm
-        return min(max(true_rpm(speed_rpm, self.microsteps), -top), top)
-
-    def listens_to(self, can_id: int) -> bool:
-        """Tell whether a frame with an id is for it."""
-        return can_id in (0, self.device.node, self.device.group)
-
-    # What it says.
+    def busy(self) -> bool:
+        """Whether a motion is under way."""
+        return self.motion.under_way is not None
 
     def tell(self, asked: Asked, outcome: Outcome) -> None:
         """Say how it goes with what it was asked; that a motion is done, only if it does so."""
-        quiet = outcome is Outcome.DONE and asked is self.under_way and not self.says_done
-        self.say(b"" if quiet else self.device.tell(asked, outcome))
-
-    def refuse(self, asked: Asked) -> None:
-        """Say, or do not even say, that it does no such thing now."""
-        if self.quirks.says_refused:
-            self.tell(asked, Outcome.FAILED)
-
-    def say(self, data: bytes) -> None:
-        """Have bytes brought to the bus."""
-        if data and self.plugged and not self.mute and self.awake:
-            self.said.append(data)
-
-    @property
-    def answer_s(self) -> float:
-        """How long it takes to have an answer ready."""
-        return self.quirks.answer_s
+        withheld = self.port.withheld or not self.quirks.flag("says_done")
+        quiet = withheld and outcome is Outcome.DONE and asked is self.motion.under_way
+        self.port.say(b"" if quiet else self.device.tell(asked, outcome))
 
     # Power.
 
-    def fall_silent(self, now_s: float) -> None:
-        """Lose power or be reset: the shaft is free, and all that was under way is forgotten."""
-        self.drive.release((self.index,), now_s)
-        self._forget(now_s)
+    def forget(self, now_s: float) -> None:
+        """Let the shaft go, and lose what is lost with the power."""
+        self.motor.release(now_s)
+        self._restart_firmware(now_s)
         self.device.discard()
-        self.said.clear()
+        self.port.said.clear()
 
     def begin(self, now_s: float) -> None:
         """Begin the firmware: settings are kept, the position is not."""
-        self._forget(now_s)
+        self._restart_firmware(now_s)
         self.remake()
-        turned = self.shaft % COUNTS_PER_TURN if self.quirks.keeps_angle else 0
-        self.zero = self.power_on_zero = self.shaft - turned
-        self.set_enabled(self.quirks.enabled_on, now_s)
+        turned = self.motor.shaft % COUNTS_PER_TURN if self.quirks.flag("keeps_angle") else 0
+        self.motor.zero = self.power_on_zero = self.motor.shaft - turned
+        self.set_enabled(self.quirks.flag("enabled_on"), now_s)
 
     def restart(self, now_s: float) -> None:
-        """Begin anew, after a while in which nothing holds the shaft and nobody answers."""
-        self.fall_silent(now_s)
-        self.boots_s = now_s + self.quirks.boot_s
+        """Begin again, after a while in which nothing holds the shaft and nothing is answered."""
+        self.forget(now_s)
+        self.port.boots_s = now_s + self.quirks.number("boot_ms") / 1000
 
     def set_enabled(self, on: bool, now_s: float) -> None:
         """Switch the motor's current; what holds the shaft already goes on doing what it does."""
         self.enabled = on
         if not on:
-            self.under_way, self.seeking = None, 0
-            self.drive.release((self.index,), now_s)
-        elif not self.drive.holding[self.index]:
-            self.drive.hold(self.index, now_s)
+            self.motion.drop()
+            self.motor.release(now_s)
+        elif not self.motor.holding:
+            self.motor.hold(now_s)
+
+    # What a person changes and sees.
+
+    def set_id(self, node: int, now_s: float) -> int:  # noqa: ARG002
+        """Have another id, as by its keys; return the old. Raises `BadRequest`."""
+        try:
+            setting = mks.SetId(node)
+        except BadField as error:
+            raise BadRequest(str(error)) from None
+        before = self.flash.of(mks.SetId).node
+        self.flash.put(setting)
+        self.remake()
+        return before
+
+    def set_mode(self, mode: int, now_s: float) -> int:
+        """Have another mode, as by its keys; return the old. Raises `BadRequest`."""
+        modes = [*mks.Mode]
+        if mode not in modes:
+            raise BadRequest(f"modes are {int(modes[0])} to {int(modes[-1])}, not {mode}")
+        before = self.flash.mode
+        self.motion.halt(now_s)
+        self.flash.put(mks.SetMode(mks.Mode(mode)))
+        return before
+
+    def seen(self, error: int, now_s: float) -> dict[str, Json]:
+        """Return what it would tell of itself, its shaft so many counts from its set-point."""
+        timeout_s = self.flash.timeout_s
+        return {
+            "id": self.device.node,
+            "firmware": ".".join(map(str, self.firmware)),
+            "powered": self.port.powered,
+            "mode": self.flash.mode.name.lower(),
+            "enabled": self.enabled,
+            "stalled": self.stalled,
+            "state": self.motion.state(now_s).name.lower(),
+            "rpm": round(self.motor.point.rate(now_s) / RPM, 2),
+            "error_counts": error,
+            "stored": self.motion.stored is not None,
+            "watchdog_s": 0.0 if math.isinf(timeout_s) else timeout_s,
+            "watchdog_stops": self.motion.watchdog_stops,
+        }
+
+    def known(self) -> dict[str, Json]:
+        """Return what it is set up to be, and whether it holds its shaft."""
+        return {
+            "enabled": self.enabled,
+            "stalled": self.stalled,
+            "homed": self.motion.homing is mks.HomingState.DONE,
+            "settings": self.flash.to_json(),
+        }
+
+    def recall(self, saved: Saved) -> None:
+        """Know again what `known` wrote, its power being known. Raises `StateFileError`."""
+        self.stalled = saved.flag("stalled")
+        self.motion.homing = mks.HomingState.DONE if saved.flag("homed") else None
+        self.flash.recall(saved.table("settings"))
+        self.remake()
+        self.enabled = saved.flag("enabled")
+        self.motor.recall(self.enabled and self.port.awake)
+
+    def _is_for(self, can_id: int) -> bool:
+        return can_id in (mks.BROADCAST, self.device.node, self.device.group)
+
+    def _obey(self, asked: Asked, now_s: float) -> None:
+        row = COMMANDS[type(asked.request)]
+        if row.able(self, asked, now_s):
+            row.does(self, asked, now_s)
+            if row.says is not None:
+                self.tell(asked, row.says)
+        elif self.quirks.flag("says_refused"):
+            self.tell(asked, Outcome.FAILED)
 
     def remake(self) -> None:
-        """Make its end of the bus anew, as its settings are."""
-        self.device = self.flash.device(self.firmware, new_id_answers=self.quirks.new_id_answers)
+        """Make its end of the bus as its settings are."""
+        group = self.flash.get(Code.GROUP)
+        self.device = mks.Device(
+            self.flash.of(mks.SetId).node,
+            self.firmware,
+            group=group.node if isinstance(group, mks.SetGroup) else None,
+            replies=self.flash.of(mks.SetReplies).mode,
+            bitrate=self.flash.of(mks.SetBitrate).bitrate,
+            new_id_answers=self.quirks.flag("new_id_answers"),
+        )
 
-    def recall_enabled(self, on: bool) -> None:
-        """Be as a saved drive was; nothing comes down for it, as that has been saved too."""
-        self.enabled = on
-        self.drive.holding[self.index] = on and self.awake
-        self.drive.world.energised = all(self.drive.holding)
+    def _restart_firmware(self, now_s: float) -> None:
+        self.stalled = False
+        self.reports.clear()
+        self.motion.forget(now_s)
+        self.port.boots_s = -math.inf
+
+    def _let_go(self, now_s: float) -> None:
+        self.stalled = True
+        self.set_enabled(False, now_s)
+
+
+# --- Requests ------------------------------------------------------------------------------------
+
+Act: TypeAlias = Callable[[MksNode, Any, float], None]
+"""What is done with what was asked, an `Asked`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """What a drive does with a request, what it says then, and when it does it at all.
+
+    Without `says`, `does` says something itself, or nothing is said. What a drive is not able to do
+    now is refused.
+    """
+
+    does: Act
+    says: Outcome | None = Outcome.DONE
+    able: Callable[[MksNode, Any, float], bool] = lambda *_: True
+
+
+def _free(node: MksNode) -> bool:
+    """Tell whether it takes motions: enabled, not stalled, in the bus's FOC mode, not homing."""
+    able = node.enabled and not node.stalled and node.flash.mode is mks.Mode.BUS_FOC
+    return able and not node.motion.searching
+
+
+def _moves(node: MksNode, asked: Asked, now_s: float) -> bool:
+    """Tell whether it takes a motion: nothing else is under way, or that gives way to it."""
+    motion, code = node.motion, asked.request.code
+    if not _free(node) or motion.armed or not motion.moving(now_s):
+        return _free(node)
+    if motion.under_way is not None and motion.under_way.request.code is not code:
+        return False
+    retargets = code is Code.ABSOLUTE_AXIS and mks.Ability.RETARGET in node.device.abilities
+    return retargets or code is Code.SPEED_MODE
+
+
+def _move(node: MksNode, asked: Asked, now_s: float) -> None:
+    """Begin or store a motion; what it replaces is said to have failed, before or after."""
+    motion, before = node.motion, node.motion.under_way
+    if motion.armed:
+        motion.stored = asked
+        node.tell(asked, Outcome.STORED)
+        return
+    absolute = before is not None and isinstance(before.request, mks.MoveAbsoluteAxis)
+    says = node.quirks.text("superseded") if absolute and motion.moving(now_s) else "never"
+    if before is not None and says == "first":
+        node.tell(before, Outcome.FAILED)
+    motion.begin(asked, now_s)
+    node.tell(asked, Outcome.STARTED)
+    if before is not None and says == "last":
+        node.tell(before, Outcome.FAILED)
+
+
+def _searches(node: MksNode, asked: Asked, now_s: float) -> bool:
+    """Tell whether it begins a search: it stands, and knows that way of homing."""
+    method = node.flash.homing.method if isinstance(asked.request, mks.Home) else 0
+    return _free(node) and not node.motion.moving(now_s) and method <= AGAINST_A_STOP
+
+
+def _stop(node: MksNode, asked: Asked, now_s: float) -> None:
+    node.motion.give_up(now_s)
+    node.motion.begin(asked, now_s)
+
+
+def _enable(node: MksNode, asked: Any, now_s: float) -> None:
+    if not asked.request.on:
+        node.motion.give_up(now_s)
+    node.set_enabled(asked.request.on, now_s)
+
+
+def _clear(node: MksNode, _: Asked, now_s: float) -> None:
+    if node.stalled:
+        node.stalled = False
+        node.set_enabled(True, now_s)
+
+
+def _restart(node: MksNode, asked: Asked, now_s: float) -> None:
+    node.tell(asked, Outcome.DONE)
+    said = [*node.port.said]
+    node.restart(now_s)
+    node.port.said += said
+
+
+def _report(node: MksNode, asked: Any, now_s: float) -> None:
+    period_s = asked.request.period_ms / 1000
+    if period_s:
+        node.reports[asked.request.reading] = (period_s, now_s + period_s)
+    else:
+        node.reports.pop(asked.request.reading, None)
+
+
+def _set(node: MksNode, asked: Any, now_s: float) -> None:
+    setting = asked.request
+    if isinstance(setting, mks.SetMode) and setting.mode is not mks.Mode.BUS_FOC:
+        node.motion.halt(now_s)
+    node.flash.put(replace(setting, keep=True) if isinstance(setting, mks.SetCurrent) else setting)
+
+
+def _tell_setting(node: MksNode, asked: Any, _: float) -> None:
+    setting = node.flash.get(asked.request.setting)
+    value = None if setting is None else setting.payload
+    node.port.say(node.device.answer(asked, mks.SettingRead(asked.request.setting, value)))
+
+
+def _tell(node: MksNode, asked: Asked, now_s: float) -> None:
+    node.port.say(node.device.answer(asked, READINGS[asked.request.code](node, now_s)))
+
+
+_MOVE = Command(_move, None, _moves)
+_SEARCH = Command(
+    lambda node, asked, now_s: node.motion.begin(asked, now_s), Outcome.STARTED, _searches
+)
+# fmt: off
+COMMANDS: Mapping[type, Command] = MappingProxyType({
+    mks.MoveAbsoluteAxis: _MOVE, mks.MoveRelativeAxis: _MOVE, mks.MoveAbsolutePulses: _MOVE,
+    mks.MoveRelativePulses: _MOVE, mks.RunAtSpeed: _MOVE, mks.RunFor: _MOVE,
+    mks.Home: _SEARCH, mks.GoToZero: _SEARCH, mks.Calibrate: _SEARCH,
+    mks.Stop: Command(_stop, Outcome.STARTED),
+    mks.EmergencyStop: Command(lambda node, _, now_s: node.motion.halt(now_s)),
+    mks.ArmSynchronous: Command(lambda node, asked, _: node.motion.arm(asked.request.on)),
+    mks.GoSynchronous: Command(
+        lambda node, _, now_s: node.motion.start_stored(now_s, able=_free(node)), None),
+    mks.Enable: Command(_enable, able=lambda node, asked, _: (
+        node.flash.mode.on_bus and not (asked.request.on and node.stalled))),
+    mks.ClearStall: Command(_clear),
+    mks.SetZero: Command(lambda node, *_: node.motor.count_from(0),
+                         able=lambda node, _, now_s: not node.motion.moving(now_s)),
+    mks.Restart: Command(_restart, None),
+    mks.ReportByItself: Command(_report),
+    mks.ReadSetting: Command(_tell_setting, None),
+    **dict.fromkeys(get_args(mks.Read), Command(_tell, None)),
+    **dict.fromkeys(get_args(mks.Setting), Command(_set)),
+})
+# fmt: on
+
+# --- Readings ------------------------------------------------------------------------------------
+
+
+def _error(node: MksNode, now_s: float) -> int:
+    return node.motor.point.at(now_s) - node.motor.shaft
+
+
+def _speed(node: MksNode, now_s: float) -> mks.SpeedRead:
+    stands = abs(_error(node, now_s)) >= stall_counts(node.quirks)
+    return mks.SpeedRead(0 if stands else round(node.motor.point.rate(now_s) / RPM))
+
+
+def _pulses(node: MksNode, now_s: float) -> mks.PulsesRead:
+    way = node.motor.point.at(now_s) - node.motor.zero
+    return mks.PulsesRead(round(way / node.flash.counts_per_pulse))
+
+
+def _angle_error(node: MksNode, now_s: float) -> mks.AngleErrorRead:
+    error = _error(node, now_s) * mks.ANGLE_ERROR_PER_TURN / COUNTS_PER_TURN
+    return mks.AngleErrorRead(round(error))
+
+
+def _homing(node: MksNode, _: float) -> mks.HomingRead:
+    """Return how homing stands: one that has never been asked for has failed."""
+    if mks.Ability.HOMING_BY_COMMAND_READ not in node.device.abilities:
+        return mks.HomingRead(mks.HomingState.FAILED)
+    found = mks.HomingState.FAILED if node.motion.homing is None else node.motion.homing
+    return mks.HomingRead(mks.HomingState.FAILED, found)
+
+
+def _version(node: MksNode, _: float) -> mks.VersionRead:
+    told = bytes(node.firmware)[1 if node.quirks.flag("short_version") else 0 :]
+    return mks.VersionRead(node.calibrated, BOARD, told)
+
+
+# fmt: off
+READINGS: Mapping[Code, Callable[[MksNode, float], mks.Reading]] = MappingProxyType({
+    Code.ENCODER: lambda node, _: mks.EncoderRead(node.motor.counts),
+    Code.RAW_ENCODER: lambda node, _: mks.RawEncoderRead(node.motor.shaft - node.power_on_zero),
+    Code.SPEED: _speed,
+    Code.PULSES: _pulses,
+    Code.ANGLE_ERROR: _angle_error,
+    Code.INPUTS: lambda node, _: mks.InputsRead(int(node.motor.switch.pressed)),
+    Code.ENABLED: lambda node, _: mks.EnabledRead(node.enabled),
+    Code.STALL: lambda node, _: mks.StallRead(node.stalled),
+    Code.STATE: lambda node, now_s: mks.StateRead(node.motion.state(now_s)),
+    Code.HOMING_STATE: _homing,
+    Code.VERSION: _version,
+})
+# fmt: on

@@ -79,12 +79,12 @@ def another(*lacking: int, **objects: int):
 
     def spoil(bus: Bus) -> Callable[[], None]:
         node = bus.twin.device.nodes[ELBOW]
-        right = node.dictionary
+        right = node.objects.dictionary
 
         def put(dictionary) -> None:
-            node.dictionary = dictionary
-            node.store = node._fresh(node.number)
-            bus.twin.device.reset_drive(ELBOW)
+            node.objects.dictionary = node.pdos._dictionary = dictionary
+            node.objects.renew(node.number)
+            bus.twin.device.drives().reset(ELBOW)
 
         changed = {DEVICE_TYPE: objects["kind"]} if objects else {}
         put(without(frozenset(lacking), changed))

@@ -46,10 +46,10 @@ def test_new_drives_come_out_with_ids_settings_and_a_watchdog_that_was_seen_to_w
     assert outcome.finished
     assert bench.ids() == IDS
     for node in bench.device.nodes:
-        assert node.mode is Mode.BUS_FOC
+        assert node.flash.mode is Mode.BUS_FOC
         assert node.flash.of(SetReplies).mode is ReplyMode.FULL
         assert node.flash.of(SilenceWatchdog).timeout_ms == 500
-        assert node.watchdog_stops == 1
+        assert node.motion.watchdog_stops == 1
     assert set(outcome.notes) == set(NAMES)
     assert all(each.done and each.watchdog for each in outcome.notes.values())
 
@@ -177,8 +177,8 @@ def test_what_was_done_before_is_said_at_the_beginning():
 
 def test_a_drive_that_was_done_and_has_lost_its_mode_is_set_up_once_more():
     bench = Bench(factory=False)
-    bench.device.plug_drive(2, True)
-    bench.device.set_drive_mode(2, Mode.PULSE_FOC)
+    bench.device.drives().plug(2, True)
+    bench.device.drives().set_mode(2, Mode.PULSE_FOC)
     bench.kept["elbow"] = Notes(done=True, watchdog=True)
     assert bench.one("elbow")
     assert (3, SetMode(Mode.BUS_FOC)) in bench.said

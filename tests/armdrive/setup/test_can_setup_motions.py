@@ -33,7 +33,7 @@ def test_ctrl_c_in_motion_stops_the_motor():
     assert (2, EmergencyStop()) in bench.said[-9:]
     moved = abs(bench.twin.world.motors[1] - bench.plan.drives[1].trial.steps)
     bench.run(hear(1.0))
-    assert not any(node.point.moving(bench.clock.now_s()) for node in bench.device.nodes)
+    assert not any(node.motor.point.moving(bench.clock.now_s()) for node in bench.device.nodes)
     assert abs(bench.twin.world.motors[1] - bench.plan.drives[1].trial.steps) == moved
 
 
@@ -118,14 +118,17 @@ def test_calibration_turns_a_motor_only_after_its_own_yes(word):
 def test_a_watchdog_that_does_not_stop_the_motor_is_found_out():
     bench = Bench()
     node = bench.device.nodes[1]
-    bench.person.says["Try the watchdog?"] = lambda: setattr(node, "heard_s", math.inf) or "yes"
-    bring = bench.device._bring
+    bench.person.says["Try the watchdog?"] = lambda: deafen() or "yes"
+    hear = node.hear
 
-    def deaf_to_silence(one, frame):
-        bring(one, frame)
-        one.heard_s = math.inf
+    def deafen():
+        node.motion.heard_s = math.inf
 
-    bench.device._bring = deaf_to_silence
+    def deaf_to_silence(frame, now_s):
+        hear(frame, now_s)
+        deafen()
+
+    node.hear = deaf_to_silence
     bench.one()
     assert "The watchdog did not stop it." in bench.person.text
     assert bench.kept["shoulder"].watchdog is False

@@ -113,7 +113,7 @@ class Rig:
 
     def states(self) -> set[object]:
         """Return the states of all drives, each once."""
-        return {node.state for node in self.device.nodes}
+        return {node.states.state for node in self.device.nodes}
 
     def told_states(self) -> Iterable[Statusword | None]:
         """Return what the driver knows of the drives' states."""

@@ -11,7 +11,8 @@ from armdrive.config.sections import Connection
 from armdrive.dialects.mks.controller import MksController
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.registry import DIALECTS
-from armdrive.sim.mks.node import MksSetPoint
+from armdrive.sim.mechanics.shafts import ShaftPoint
+from armdrive.sim.mks.motion import RPM, slope, state_of
 from armdrive.tasks import Alert, Event, Progress, ProtocolWarning, SwitchOn
 from firmware_protocol.frames import Frame, Unpacker, pack
 from firmware_protocol.mks import (
@@ -58,6 +59,16 @@ from kinematics import Motors, preset
 
 WIRE_S = 0.0003
 LATEST = (1, 0, 9)
+
+
+class MksSetPoint(ShaftPoint):
+    """A set-point in the drive's own measures."""
+
+    def move_to(self, goal: int, rpm: float, acc: int, now_s: float) -> None:
+        self.go_to(goal, rpm * RPM, slope(acc), now_s)
+
+    def run(self, rpm: float, acc: int, now_s: float) -> None:
+        self.go_at(rpm * RPM, slope(acc), now_s)
 
 
 class Node:
@@ -123,7 +134,7 @@ class Node:
                 error = round(-self.slipped * ANGLE_ERROR_PER_TURN / COUNTS_PER_TURN)
                 return self.device.answer(asked, AngleErrorRead(error))
             case ReadState():
-                state = StateRead(self.motor.state(now_s))
+                state = StateRead(state_of(self.motor, now_s))
                 return self.device.answer(asked, state)
             case ReadEnabled():
                 return self.device.answer(asked, EnabledRead(self.enabled))

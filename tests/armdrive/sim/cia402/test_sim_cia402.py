@@ -130,7 +130,7 @@ class TestStates:
         profile.write(1, CONTROLWORD, QUICK_STOP)
         profile.run(0.1)
         assert profile.state(1).state is ends
-        assert profile.device.nodes[0].holding is ends.holds
+        assert profile.device.nodes[0].motor.holding is ends.holds
         there = profile.count(1)
         profile.run(1.0)
         assert profile.count(1) == there
@@ -288,15 +288,15 @@ class TestStalls:
         said = [Emergency.read(frame) for frame in heard if frame.can_id == 0x81]
         assert [each.code for each in said] == [0x8611]
         assert profile.state(1).state is DriveState.FAULT
-        assert not profile.device.nodes[0].holding
-        assert profile.device.nodes[1].holding
+        assert not profile.device.nodes[0].motor.holding
+        assert profile.device.nodes[1].motor.holding
 
     def test_a_fault_is_reset_by_a_rising_edge_alone(self, profile):
-        profile.device.ail_drive(0, 0x4310)
+        profile.device.errors().ail(0, 0x4310)
         profile.run(0.1)
         profile.write(1, CONTROLWORD, 0x80)
         assert profile.state(1).state is DriveState.FAULT  # still too hot
-        profile.device.mend_drive(0, 0x4310)
+        profile.device.errors().mend(0, 0x4310)
         profile.write(1, CONTROLWORD, 0x80)
         assert profile.state(1).state is DriveState.FAULT  # no edge
         profile.write(1, CONTROLWORD, 0)
@@ -414,13 +414,13 @@ class TestSaving:
     def test_one_that_does_nothing_more_is_made_again_so(self, profile, state):
         profile.write(1, QUICK_STOP_OPTION, QuickStopOption.QUICK_RAMP_AND_STAY)
         if state == "fault":
-            profile.device.ail_drive(0, 0x4310)
+            profile.device.errors().ail(0, 0x4310)
         else:
             profile.write(1, CONTROLWORD, QUICK_STOP)
         profile.run()
         again = Bench(saved=json.loads(json.dumps(profile.twin.save())))
         assert again.state(1).state is DriveState[state.upper()]
-        assert again.device.nodes[0].holding is (state == "quick_stop")
+        assert again.device.nodes[0].motor.holding is (state == "quick_stop")
 
     @pytest.mark.parametrize(
         ("key", "value"), [("nmt", "asleep"), ("state", "ill"), ("objects", {"6060:00": "xx"})]

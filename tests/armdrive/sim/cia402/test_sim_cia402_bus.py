@@ -73,7 +73,7 @@ def moving_in_cycles(bench, cycles=20):
     """Drive along from SYNC to SYNC, with a heartbeat before each."""
     for _ in range(cycles):
         bench.beat()
-        bench.order(1, ENABLE, CSP, bench.device.nodes[0].counts + 50)
+        bench.order(1, ENABLE, CSP, bench.device.nodes[0].motor.counts + 50)
         bench.sync()
 
 
@@ -151,7 +151,7 @@ class TestNmt:
         assert beats(heard, 1) == []
         assert bench.world.motors[1] != before[1]
         assert bench.count(2) == 0
-        assert [node.holding for node in bench.device.nodes].count(True) == 5
+        assert [node.motor.holding for node in bench.device.nodes].count(True) == 5
 
     def test_a_position_may_outlast_the_power(self):
         bench = Bench(keeps_position=True)
@@ -162,7 +162,7 @@ class TestNmt:
         bench.run(1.0)
         sagged = bench.world.motors
         assert bench.count(1) == 500
-        assert sagged[1] - bench.count(2) == bench.device.nodes[1].zero
+        assert sagged[1] - bench.count(2) == bench.device.nodes[1].motor.zero
 
     def test_a_master_resets_a_node(self, bench):
         bench.set_up(1)
@@ -241,7 +241,7 @@ class TestSilence:
         assert emergencies(heard) == [0x8130]
         assert bench.state(1).state is ends
         assert bench.read(1, ERROR_CODE) == 0x8130
-        assert bench.device.nodes[0].watch_stops == 1
+        assert bench.device.nodes[0].states.watch_stops == 1
 
     @pytest.mark.parametrize("quirk", ["hold", "extrapolate"])
     def test_even_one_that_runs_on_ends_after_so_much_silence(self, quirk):
@@ -286,16 +286,16 @@ class TestSilence:
 
     def test_a_drive_without_its_cable_misses_it_too(self):
         bench = self.ready(3)
-        bench.device.plug_drive(0, False)
+        bench.device.drives().plug(0, False)
         bench.beat()
         bench.run(0.5)
-        assert bench.device.nodes[0].state is DriveState.ENABLED  # never heard one
-        bench.device.plug_drive(0, True)
+        assert bench.device.nodes[0].states.state is DriveState.ENABLED  # never heard one
+        bench.device.drives().plug(0, True)
         bench.beat()
         bench.run(0.1)
-        bench.device.plug_drive(0, False)
+        bench.device.drives().plug(0, False)
         bench.run(0.5)
-        assert bench.device.nodes[0].state is DriveState.QUICK_STOP
+        assert bench.device.nodes[0].states.state is DriveState.QUICK_STOP
 
 
 class TestPdos:
@@ -329,7 +329,7 @@ class TestPdos:
             bench.order(node, ENABLE, CSP, 100)
         bench.send(Sync().frame)
         bench.run(0.015)
-        assert len({node.point.end_s for node in bench.device.nodes}) == 1
+        assert len({node.motor.point.end_s for node in bench.device.nodes}) == 1
         assert bench.device.registers == (100,) * 6
 
     def test_every_third_sync_and_at_once(self, bench):
@@ -397,12 +397,12 @@ class TestFaults:
         bench.twin.faults.end()
         assert beats(bench.run(0.1), 2) == [NodeState.BOOTING]
         with pytest.raises(BadRequest, match="1 to 127"):
-            bench.device.set_drive_id(0, 128)
+            bench.device.drives().set_id(0, 128)
 
     def test_two_of_one_id_are_heard_as_one_or_both(self, bench):
-        bench.device.set_drive_id(1, 1)
+        bench.device.drives().set_id(1, 1)
         bench.run(0.1)
-        bench.device.nodes[1].zero -= 5
+        bench.device.nodes[1].motor.zero -= 5
         heard = bench.tell(Frame(0x601, bytes.fromhex("4064600000000000")), 0.1)
         assert len([frame for frame in heard if frame.can_id == 0x581]) == 2
 
@@ -418,7 +418,7 @@ class TestFaults:
         moving_in_cycles(bench, 2)
         assert bench.sync()[1][1] == CSP
         with pytest.raises(BadRequest, match="modes are"):
-            bench.device.set_drive_mode(0, 5)
+            bench.device.drives().set_mode(0, 5)
 
     def test_a_drive_fails_for_as_long_as_it_is_told(self, bench):
         bench.enable(1, 2, mode=PP)
@@ -426,7 +426,7 @@ class TestFaults:
         assert emergencies(bench.run()) == [0x4310]
         assert bench.read(1, ERROR_REGISTER) == 0x09
         assert bench.state(1).state is DriveState.FAULT
-        assert [node.holding for node in bench.device.nodes[:2]] == [False, True]
+        assert [node.motor.holding for node in bench.device.nodes[:2]] == [False, True]
         bench.twin.faults.end()
         bench.write(1, CONTROLWORD, 0x80)
         assert bench.state(1).state is DriveState.DISABLED
@@ -442,11 +442,11 @@ class TestFaults:
         assert bench.state(2).state is DriveState.DISABLED
 
     def test_what_is_changed_of_a_drive_without_power_shows_when_it_has_some(self, bench):
-        bench.device.power_drive(0, False)
-        bench.device.set_drive_id(0, 9)
-        bench.device.set_drive_mode(0, 2)
+        bench.device.drives().power(0, False)
+        bench.device.drives().set_id(0, 9)
+        bench.device.drives().set_mode(0, 2)
         assert bench.run(1.0) == []
-        bench.device.power_drive(0, True)
+        bench.device.drives().power(0, True)
         assert beats(bench.run(1.0), 9) == [NodeState.BOOTING]
         assert bench.state(9).state is DriveState.DISABLED
         assert bench.read(9, MODE_SHOWN) == 0

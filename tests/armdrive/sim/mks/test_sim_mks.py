@@ -56,7 +56,7 @@ from firmware_protocol.mks import (
 )
 from kinematics import Joints
 
-LATE_S = 0.001
+LATE_S = 0.002
 """What the bus and a drive take to say something."""
 TO_SWITCH = SetHoming(
     active_high=False, counter_clockwise=True, speed_rpm=60, limits=False, method=0

@@ -1,16 +1,11 @@
-"""Several simulated drives on one CAN bus: shafts, switches, and what all of them share."""
+"""Shafts in a closed loop: where each is meant to be, and the arm that follows them."""
 
 from __future__ import annotations
 
-import abc
 import math
-from collections.abc import Iterable, Sequence
-from typing import Any, Generic, Protocol, TypeVar
+from collections.abc import Sequence
+from dataclasses import replace
 
-from armdrive.config.arm import ArmConfig
-from armdrive.errors import BadRequest
-from armdrive.sim.bus.line import BusLine, Outbox
-from armdrive.sim.device import BoxedDevice, DeviceBox, SwitchState
 from armdrive.sim.mechanics.motors import MotorDrive
 from armdrive.sim.mechanics.profiles import (
     AxisProfile,
@@ -22,8 +17,6 @@ from armdrive.sim.mechanics.profiles import (
 )
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import sagged
-from armdrive.sim.world.saved import Json
-from firmware_protocol.frames import Frame, Unpacker
 from kinematics.spaces import Motors
 
 # --- The set-point of one shaft ------------------------------------------------------------------
@@ -40,6 +33,7 @@ class ShaftPoint:
     def __init__(self, at: int) -> None:
         self._profile = standing(at)
         self._end_s = -math.inf
+        self._demand: ProfilePiece | None = None
 
     @property
     def end_s(self) -> float:
@@ -64,9 +58,21 @@ class ShaftPoint:
         """Return how fast it goes, in counts a second."""
         return self._profile.speed_at(now_s)
 
+    def gain(self, now_s: float) -> float:
+        """Return how much faster it gets, in counts a second squared; below 0 while it brakes."""
+        piece = next((each for each in self._profile.pieces if now_s < each.end_s), None)
+        if piece is None:
+            return 0.0
+        brakes = piece.acceleration * piece.speed_at(now_s) < 0.0
+        return -abs(piece.acceleration) if brakes else abs(piece.acceleration)
+
+    def demand(self, now_s: float) -> int:
+        """Return where it was told to glide to by now: ahead of what its motor can follow."""
+        return self.at(now_s) if self._demand is None else nearest(self._demand.at(now_s))
+
     def hold(self, at: int) -> None:
         """Stand dead at a count."""
-        self._profile, self._end_s = standing(at), -math.inf
+        self._profile, self._end_s, self._demand = standing(at), -math.inf, None
 
     def go_to(
         self, goal: int, rate: float, slope: float, now_s: float, *, braking: float | None = None
@@ -85,6 +91,41 @@ class ShaftPoint:
         """Run until told otherwise; a rate of 0 ends it."""
         position, speed = self._state(now_s)
         self._begin(at_rate(position, speed, rate, slope, now_s), now_s)
+
+    def go_for(self, rate: float, slope: float, time_s: float, now_s: float) -> None:
+        """Run for a time, and then slow down."""
+        self.go_at(rate, slope, now_s)
+        over_s = now_s + time_s
+        pieces = [
+            replace(piece, duration_s=min(piece.duration_s, over_s - piece.start_s))
+            for piece in self._profile.pieces
+            if piece.start_s < over_s
+        ]
+        last = pieces[-1]
+        end = at_rate(last.at(over_s), last.speed_at(over_s), 0.0, slope, over_s)
+        self._begin(AxisProfile((*pieces, *end.pieces), end.end), now_s)
+        self._end_s = max(self._end_s, over_s)
+
+    def there_and_back(self, counts: int, rate: float, now_s: float) -> None:
+        """Turn by so many counts and back again, without a ramp."""
+        here = float(self.at(now_s))
+        there = dead(here, here + counts, rate, now_s)
+        back = dead(here + counts, here, rate, there.end_s)
+        self._begin(AxisProfile((*there.pieces, *back.pieces), here), now_s)
+
+    def glide_to(
+        self, target: int, period_s: float, most_rate: float, now_s: float, *, on: bool = False
+    ) -> None:
+        """Go straight to a target within a period, no faster than at a rate; or go `on` beyond."""
+        told, here = self.demand(now_s), self._state(now_s)[0]
+        rate, way = (target - told) / period_s, target - here
+        able = math.copysign(min(abs(way) / period_s, most_rate), way)
+        pieces = [ProfilePiece(now_s, here, able, 0.0, abs(way / able) if able else 0.0)]
+        goes_on = on and bool(able)
+        if goes_on:
+            pieces.append(ProfilePiece(pieces[0].end_s, target, able, 0.0, math.inf))
+        self._begin(AxisProfile(pieces, target), now_s)
+        self._demand = ProfilePiece(now_s, told, rate, 0.0, math.inf if goes_on else period_s)
 
     def passes_s(self, count: int, way: int, now_s: float) -> float:
         """Return when it comes to a count or beyond, seen in a direction; infinity for never.
@@ -120,7 +161,7 @@ class ShaftPoint:
         return self._profile.at(now_s), self._profile.speed_at(now_s)
 
     def _begin(self, profile: AxisProfile, now_s: float) -> None:
-        self._profile, self._end_s = profile, max(profile.end_s, now_s)
+        self._profile, self._end_s, self._demand = profile, max(profile.end_s, now_s), None
 
 
 def dead(position: float, goal: float, rate: float, now_s: float) -> AxisProfile:
@@ -146,8 +187,6 @@ def at_rate(
 # A motor in a closed loop makes up for what it has lost, as far as the arm lets it. Counts are
 # those of the world's motors, and of their shafts where there is play between the two.
 
-P = TypeVar("P", bound=ShaftPoint)
-
 LOOK_S = 0.05
 """So often an arm in motion is looked at, and its shafts are made to follow."""
 SLACK_S = 0.001
@@ -156,10 +195,10 @@ WATCH_S = 0.01
 """So often while a shaft is not where it should be."""
 
 
-class ShaftPoints(Generic[P]):
+class ShaftPoints:
     """The set-points of all drives, as a rack of motors."""
 
-    def __init__(self, each: Sequence[P]) -> None:
+    def __init__(self, each: Sequence[ShaftPoint]) -> None:
         self.each = tuple(each)
         self.now_s = 0.0
 
@@ -199,17 +238,15 @@ class ShaftPoints(Generic[P]):
         """Do nothing: a zero is a matter of what a drive says, and no shaft turns for it."""
 
 
-class ShaftDrive(MotorDrive[ShaftPoints[P]]):
+class ShaftDrive(MotorDrive[ShaftPoints]):
     """Six loops and one arm. `holding` says which drives have current: the others turn freely.
 
     `makes_up` is how many counts a second a drive makes up for, beyond what its set-point goes.
     `slack_s` is how old may be what nobody has asked for; who asks has it `look`.
     """
 
-    def __init__(
-        self, world: World, points: Sequence[P], makes_up: float, slack_s: float = SLACK_S
-    ) -> None:
-        super().__init__(world, ShaftPoints(points))
+    def __init__(self, world: World, makes_up: float, slack_s: float = SLACK_S) -> None:
+        super().__init__(world, ShaftPoints([ShaftPoint(count) for count in world.motors]))
         self._makes_up, self._slack_s = makes_up, slack_s
         self.holding = [False] * len(world.motors)
         world.energised = False  # found at rest: whatever came down has done so long ago
@@ -333,292 +370,3 @@ class ShaftDrive(MotorDrive[ShaftPoints[P]]):
 
 def _clipped(step: int, most: int) -> int:
     return min(max(step, -most), most)
-
-
-# --- Limit switches ------------------------------------------------------------------------------
-
-
-class LimitSwitch:
-    """A switch on the shaft of one motor, at a count and beyond in a direction."""
-
-    def __init__(self, drive: ShaftDrive[Any], motor: int, at: int, way: int) -> None:
-        self.at = at
-        self.way = way
-        self.state = SwitchState.FREE
-        self.held = False
-        """Whether somebody presses it."""
-        self._drive = drive
-        self._motor = motor
-
-    @property
-    def pressed(self) -> bool:
-        """Whether the drive sees it pressed."""
-        if self.state is not SwitchState.FREE:
-            return self.state is SwitchState.CLOSED
-        return self.held or (self._drive.shafts[self._motor] - self.at) * self.way >= 0
-
-
-def switches(config: ArmConfig, drive: ShaftDrive[Any], *, behind: int = 0) -> list[LimitSwitch]:
-    """Return the limit switches: so many counts behind where homing ends by the arm file.
-
-    Where the file tells no such posture, they are at the upper end of each motor's travel.
-    """
-    turning = drive.world.body.transmission
-    if config.homing is not None:
-        homed = config.homing
-        places = [*turning.to_motors(homed.joints, homed.opening_mm)]
-    else:
-        places = [_highest(config, row) for row in turning.matrix]
-        places = [
-            place + math.ceil(motor.offset_steps)
-            for place, motor in zip(places, turning.motors, strict=True)
-        ]
-    return [LimitSwitch(drive, motor, at + behind, 1) for motor, at in enumerate(places)]
-
-
-def _highest(config: ArmConfig, row: tuple[float, ...]) -> int:
-    bounds = [(one.low_rad, one.high_rad) for one in config.model.arm.limits]
-    bounds.append(config.model.gripper_range_mm)
-    ends = (max(share * low, share * high) for share, (low, high) in zip(row, bounds, strict=False))
-    return math.ceil(sum(ends))
-
-
-# --- Power, cables and time of the drives on one bus ---------------------------------------------
-#
-# Packed frames go in and come out. A drive does not hear what the others say: it would matter only
-# if two drives shared an id, or a group had the id of a drive.
-
-COUNT_MOST = 1 << 40
-
-
-class BusNode(Protocol):
-    """One drive, as its box knows it."""
-
-    index: int
-    powered: bool
-    mute: bool
-    plugged: bool
-    zero: int
-    said: list[bytes]
-    switch: LimitSwitch
-
-    @property
-    def answer_s(self) -> float:
-        """How long it takes to have a frame ready."""
-
-    @property
-    def shaft(self) -> int:
-        """Where its shaft is."""
-
-    @property
-    def counts(self) -> int:
-        """Where it says that its shaft is."""
-
-    def fall_silent(self, now_s: float) -> None:
-        """Lose power: the shaft is free, and all that was under way is forgotten."""
-
-    def begin(self, now_s: float) -> None:
-        """Begin, the power having come."""
-
-    def restart(self, now_s: float) -> None:
-        """Begin anew, after a while in which nothing holds the shaft and nobody answers."""
-
-
-N = TypeVar("N", bound=BusNode)
-
-
-class DrivesBox(DeviceBox, BoxedDevice, Generic[N]):
-    """The drives, the arm, and the person beside them. Input bit n is the switch of drive n."""
-
-    register_range = (-COUNT_MOST, COUNT_MOST)
-
-    def __init__(
-        self, world: World, drive: ShaftDrive[Any], nodes: Sequence[N], bits_s: int
-    ) -> None:
-        super().__init__(world, drive, None)
-        self.box = self
-        self.nodes = tuple(nodes)
-        self._shafts = drive
-        self._bits_s = bits_s
-        self._unpacker = Unpacker()
-        self._outbox = Outbox()
-        self._look_s = self._nodes_due_s = math.inf
-        self._dues = [math.inf for _ in self.nodes]
-        self._found()
-
-    def line(self) -> BusLine:
-        """Make the bus of the drives."""
-        return BusLine(self, self.bits_s())
-
-    # What a dialect's drives fill in.
-
-    @abc.abstractmethod
-    def _listens(self, node: N, frame: Frame) -> bool:
-        """Tell whether a drive takes a frame from the bus: it is there, and minds it."""
-
-    @abc.abstractmethod
-    def _bring(self, node: N, frame: Frame) -> None:
-        """Let a drive hear a frame, if it is awake and listens at the bus's speed."""
-
-    @abc.abstractmethod
-    def _next_of(self, node: N) -> float:
-        """Tell when a drive next does something by itself, apart from looking at its shaft."""
-
-    @abc.abstractmethod
-    def _live_through(self, node: N) -> None:
-        """Have a drive do whatever is due by now."""
-
-    @abc.abstractmethod
-    def _seen(self, node: N, error: int) -> dict[str, Json]:
-        """Return what a drive would tell of itself, so many counts from its set-point."""
-
-    def _found(self) -> None:
-        """Have the drives stand as they are found: by default, just begun."""
-        self.boot()
-
-    # What can be seen.
-
-    @property
-    def registers(self) -> Motors:
-        """Where the drives say that their shafts are."""
-        return Motors(node.counts for node in self.nodes)
-
-    @property
-    def inputs(self) -> int:
-        """A bit for each drive's limit switch."""
-        return sum(node.switch.pressed << node.index for node in self.nodes)
-
-    def details(self) -> dict[str, Json]:
-        """Return the drives one by one, as they would tell it."""
-        errors = self._shafts.errors(self.now_s)
-        drives: list[Json] = [self._seen(each, errors[each.index]) for each in self.nodes]
-        return {"bits_s": self._bits_s, "drives": drives}
-
-    # What a person can do.
-
-    def count_from(self, registers: Sequence[int]) -> None:
-        """Have the drives say that they stand there; nothing turns."""
-        for node, count in zip(self.nodes, registers, strict=True):
-            node.zero = node.shaft - count
-
-    def set_input(self, bit: int, on: bool) -> None:
-        """Press the limit switch of a drive, or let it go."""
-        if not 0 <= bit < len(self.nodes):
-            raise BadRequest(f"input bits are 0 to {len(self.nodes) - 1}, not {bit}")
-        super().set_input(bit, on)
-        self.nodes[bit].switch.held = on
-        self._live()
-
-    def set_switch(self, axis: int, state: SwitchState) -> None:
-        """Have the limit switch of a motor (counted from 0) stick, or free it."""
-        self._node(axis).switch.state = state
-        self._live()
-
-    def push(self, steps: Sequence[int]) -> None:
-        """Turn motors by force, against their drives: those that hold turn them back at once."""
-        super().push(steps)
-        self._live()
-
-    def power_off(self) -> None:
-        """Switch off: the arm sags, and the drives forget where they are."""
-        self._shafts.release(range(len(self.nodes)), self.now_s)
-        for node in self.nodes:
-            node.fall_silent(self.now_s)
-            node.powered = False
-        super().power_off()
-
-    def reset(self) -> None:
-        """Have every drive begin anew, and for that time let its shaft go."""
-        if self.powered:
-            self._shafts.release(range(len(self.nodes)), self.now_s)
-            for node in self.nodes:
-                self.reset_drive(node.index)
-
-    # The drives one by one.
-
-    def bits_s(self) -> int:
-        """Return the speed of the bus."""
-        return self._bits_s
-
-    def mute_drive(self, drive: int, mute: bool) -> None:
-        """Have a drive say nothing, while it hears and obeys; or speak again."""
-        self._node(drive).mute = mute
-
-    def plug_drive(self, drive: int, on: bool) -> None:
-        """Plug a drive's CAN cable in, or pull it: it neither hears nor says anything then."""
-        self._node(drive).plugged = on
-
-    def power_drive(self, drive: int, on: bool) -> None:
-        """Take a drive's supply away, and what it holds comes down; or give it back."""
-        node = self._node(drive)
-        if not on:
-            node.fall_silent(self.now_s)
-            node.powered = False
-        elif self.powered and not node.powered:
-            node.powered = True
-            node.begin(self.now_s)
-        self._collect()
-
-    def reset_drive(self, drive: int) -> None:
-        """Have a drive's firmware begin anew, in motion or not."""
-        if self._node(drive).powered:
-            self._node(drive).restart(self.now_s)
-            self._collect()
-
-    def _node(self, drive: int) -> N:
-        if not 0 <= drive < len(self.nodes):
-            raise BadRequest(f"drives are numbered 0 to {len(self.nodes) - 1}, not {drive}")
-        return self.nodes[drive]
-
-    # The box.
-
-    def hear(self, data: bytes) -> None:
-        """Let the drives hear the frames that have arrived."""
-        for frame in self._unpacker.feed(data):
-            ears = [node for node in self.nodes if self._listens(node, frame)]
-            for node in ears:
-                self._bring(node, frame)
-            self._collect(ears)
-
-    def due_s(self) -> float:
-        """Tell when a drive does something, looks at its shaft, or a frame is ready."""
-        return min(self._nodes_due_s, self._outbox.next_s, self._look_s)
-
-    def happen(self) -> None:
-        """Let every drive do what is due, and send what is ready."""
-        self._live()
-        self.said += self._outbox.take(self.now_s)
-
-    def _live(self) -> None:
-        """Let every drive do what is due."""
-        if self.powered:
-            self._shafts.look(self.now_s)
-            for node in self.nodes:
-                self._live_through(node)
-            self._collect()
-
-    def _collect(self, nodes: Iterable[N] | None = None) -> None:
-        """Take what drives have to say, and see when they have something to do again."""
-        self._look_s = self._shafts.look_s
-        for node in self.nodes if nodes is None else nodes:
-            self._dues[node.index] = self._next_of(node)
-            if node.said:
-                for data in node.said:
-                    self._outbox.put(self.now_s + node.answer_s, node.index, data)
-                node.said.clear()
-        self._nodes_due_s = min(self._dues)
-
-    def motion_ended(self) -> None:
-        """Do nothing: each drive ends its own."""
-
-    def boot(self) -> None:
-        """Have every drive begin."""
-        for node in self.nodes:
-            node.powered = True
-            node.begin(self.now_s)
-        self._collect()
-
-    def forget(self) -> None:
-        """Lose what is on its way."""
-        self._outbox.clear()
-        self._unpacker = Unpacker()

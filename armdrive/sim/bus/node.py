@@ -1,0 +1,251 @@
+"""One drive on a simulated CAN bus: its quirks, its motor, its supply and its cable.
+
+These are the parts of every kind of drive. `BusNode` is what a kind adds: what it hears and says,
+and when it acts by itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from armdrive.config.arm import ArmConfig
+from armdrive.errors import BadRequest
+from armdrive.sim.device import Option, Options, SwitchState, Value
+from armdrive.sim.mechanics.shafts import ShaftDrive
+from armdrive.sim.world.saved import Json, Saved
+from firmware_protocol.frames import Frame
+
+# --- Quirks --------------------------------------------------------------------------------------
+
+_LONGEST_MS = 1000.0
+
+
+@dataclass(frozen=True, slots=True)
+class Quirk:
+    """A point in which a real drive is not plain, or in which no source says what it does.
+
+    `source` is a manual with its version, a standard with its section, a project's source or an
+    observation. A `guess` is what nobody has measured: its default is the harsher behaviour for a
+    driver, as far as one is. Without a default a drive is always so, and nothing can be set.
+    """
+
+    name: str
+    default: Value | None
+    does: str
+    source: str
+    choices: tuple[str, ...] = ()
+    guess: bool = False
+    most: float = _LONGEST_MS
+    above_zero: bool = False
+
+    def check(self, options: Options) -> None:
+        """Raise `BadRequest` for a number that is out of range."""
+        if isinstance(self.default, float):
+            value = options.number(self.name)
+            if not 0.0 <= value <= self.most or (self.above_zero and not value):
+                low = "above 0 and at most" if self.above_zero else "from 0 to"
+                raise BadRequest(f"{self.name} is {low} {self.most:g}, not {value:g}")
+
+
+def options_of(quirks: Iterable[Quirk]) -> tuple[Option, ...]:
+    """Return the settings by which a person or a test chooses quirks."""
+    return tuple(
+        Option(row.name, row.default, row.does, row.choices)
+        for row in quirks
+        if row.default is not None
+    )
+
+
+def node_ids(ids: Sequence[int] | None, count: int) -> tuple[int, ...]:
+    """Return the ids of the drives of so many motors, from an arm file's. Raises `BadRequest`."""
+    numbers = tuple(ids or range(1, count + 1))[:count]
+    if len(numbers) < count:
+        raise BadRequest(f"ids of {len(numbers)} drives cannot turn the {count} motors of this arm")
+    return numbers
+
+
+# --- The motor, and the limit switch on its shaft ------------------------------------------------
+
+
+class LimitSwitch:
+    """A switch on the shaft of one motor, at a count and beyond in a direction."""
+
+    def __init__(self, motor: NodeMotor, at: int, way: int) -> None:
+        self.at, self.way = at, way
+        self.state = SwitchState.FREE
+        self.held = False
+        """Whether somebody presses it."""
+        self._motor = motor
+
+    @property
+    def pressed(self) -> bool:
+        """Whether the drive sees it pressed."""
+        if self.state is not SwitchState.FREE:
+            return self.state is SwitchState.CLOSED
+        return self.held or (self._motor.shaft - self.at) * self.way >= 0
+
+
+class NodeMotor:
+    """One motor of the arm as its drive sees it. Counts are those of its encoder."""
+
+    def __init__(self, shafts: ShaftDrive, index: int, switch_at: int) -> None:
+        self.index = index
+        self.point = shafts.rack.each[index]
+        """Where it is meant to be."""
+        self._shafts = shafts
+        self.zero = self.shaft
+        """From where the drive counts."""
+        self.switch = LimitSwitch(self, switch_at, 1)
+
+    @property
+    def shaft(self) -> int:
+        """Where the shaft is, physically."""
+        return self._shafts.shafts[self.index]
+
+    @property
+    def counts(self) -> int:
+        """Where the drive says that the shaft is."""
+        return self.shaft - self.zero
+
+    @property
+    def holding(self) -> bool:
+        """Whether it has current."""
+        return self._shafts.holding[self.index]
+
+    @property
+    def moving(self) -> bool:
+        """Whether its set-point is under way, as of the last look."""
+        return self.point.moving(self._shafts.rack.now_s)
+
+    def count_from(self, counts: int) -> None:
+        """Have the drive say that the shaft stands there; nothing turns."""
+        self.zero = self.shaft - counts
+
+    def look(self, now_s: float) -> None:
+        """Have all shafts be where their loops have brought them by now."""
+        self._shafts.look(now_s)
+
+    def hold(self, now_s: float) -> None:
+        """Give it current: it holds the shaft where that is."""
+        self._shafts.hold(self.index, now_s)
+
+    def release(self, now_s: float) -> None:
+        """Take its current: what it held comes down."""
+        self._shafts.release((self.index,), now_s)
+
+    def recall(self, holding: bool) -> None:
+        """Hold or not, as was saved; nothing comes down, since that has been saved too."""
+        self._shafts.holding[self.index] = holding
+        self._shafts.world.energised = all(self._shafts.holding)
+
+
+def motors_of(config: ArmConfig, shafts: ShaftDrive, *, behind: int = 0) -> list[NodeMotor]:
+    """Return the motors, with switches so many counts behind where homing ends by the arm file.
+
+    Where the file tells no such posture, they are at the upper end of each motor's travel.
+    """
+    turning, homed = shafts.world.body.transmission, config.homing
+    if homed is not None:
+        places = [*turning.to_motors(homed.joints, homed.opening_mm)]
+    else:
+        places = [
+            _highest(config, row) + math.ceil(motor.offset_steps)
+            for row, motor in zip(turning.matrix, turning.motors, strict=True)
+        ]
+    return [NodeMotor(shafts, index, at + behind) for index, at in enumerate(places)]
+
+
+def _highest(config: ArmConfig, row: tuple[float, ...]) -> int:
+    bounds = [(one.low_rad, one.high_rad) for one in config.model.arm.limits]
+    bounds.append(config.model.gripper_range_mm)
+    ends = (max(share * low, share * high) for share, (low, high) in zip(row, bounds, strict=False))
+    return math.ceil(sum(ends))
+
+
+# --- The drive -----------------------------------------------------------------------------------
+
+
+class NodePort:
+    """A drive's supply and its place on the bus."""
+
+    def __init__(self, answer_s: float) -> None:
+        self.answer_s = answer_s
+        """How long it takes to have a frame ready."""
+        self.powered = self.plugged = True
+        self.mute = False
+        """Whether it says nothing, although it hears and obeys."""
+        self.withheld = False
+        """Whether it does not say that a motion is done."""
+        self.boots_s = -math.inf
+        """When its firmware begins; in the past once it has."""
+        self.said: list[bytes] = []
+        """What its box has to bring to the bus."""
+
+    @property
+    def booting(self) -> bool:
+        """Whether its firmware has not begun yet."""
+        return self.boots_s > -math.inf
+
+    @property
+    def awake(self) -> bool:
+        """Whether it has power, and has begun."""
+        return self.powered and not self.booting
+
+    def say(self, data: bytes) -> None:
+        """Have bytes brought to the bus."""
+        if data and self.powered and self.plugged and not self.mute:
+            self.said.append(data)
+
+
+class BusNode(Protocol):
+    """A drive on one motor, as its box knows it; the box calls `live` whenever `due_s` has come.
+
+    A brown-out or a reset frees the shaft and loses whatever was under way (`forget`). Then the
+    firmware begins: when power comes (`begin`), or by itself a while after a reset (`restart`).
+    """
+
+    motor: NodeMotor
+    port: NodePort
+
+    def listens(self, can_id: int) -> bool:
+        """Tell whether it takes a frame of an id from the bus."""
+
+    def hear(self, frame: Frame, now_s: float) -> None:
+        """Take a frame that it listens to."""
+
+    def due_s(self) -> float:
+        """Tell when it next does something by itself, apart from looking at its shaft."""
+
+    def live(self, now_s: float) -> None:
+        """Do whatever is due by now."""
+
+    def forget(self, now_s: float) -> None:
+        """Let the shaft go, and lose what is lost with the power."""
+
+    def begin(self, now_s: float) -> None:
+        """Begin, the power having come."""
+
+    def restart(self, now_s: float) -> None:
+        """Begin again, after a while in which nothing holds the shaft and nothing is answered."""
+
+    def set_id(self, node: int, now_s: float) -> int:
+        """Have another id, as by its keys or switches; return the old. Raises `BadRequest`."""
+
+    def set_mode(self, mode: int, now_s: float) -> int:
+        """Have another mode, as by its keys; return the old. Raises `BadRequest`."""
+
+    @property
+    def busy(self) -> bool:
+        """Whether it carries out an order."""
+
+    def seen(self, error: int, now_s: float) -> dict[str, Json]:
+        """Return what it would tell of itself, its shaft so many counts from its set-point."""
+
+    def known(self) -> dict[str, Json]:
+        """Return what is saved of it, apart from its power."""
+
+    def recall(self, saved: Saved) -> None:
+        """Know again what `known` wrote, its power being known. Raises `StateFileError`."""
