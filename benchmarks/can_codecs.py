@@ -8,8 +8,8 @@ from statistics import median
 
 from measuring import Row, Section, interleaved, p99, ratio
 
-from armdrive.dialects.cia402.master import Cia402Bus, NodeMessage
-from armdrive.dialects.cia402.master import SdoAnswered as Transferred
+from armdrive.dialects.cia402.wire import Cia402Bus, NodeMessage
+from armdrive.dialects.cia402.wire import SdoAnswered as Transferred
 from firmware_protocol.canopen import (
     POSITION,
     Command,

@@ -9,8 +9,8 @@ from types import MappingProxyType
 from can_strategies import Strategy
 from feel_benches import DenseMemoryBench
 
-from armdrive.dialects.cia402.master import Cia402Bus
-from armdrive.dialects.mks.drive import COUNTS_S_PER_RPM
+from armdrive.dialects.cia402.wire import Cia402Bus
+from armdrive.dialects.mks.wire import COUNTS_S_PER_RPM
 from firmware_protocol.canopen import (
     PROFILE_ACCELERATION,
     PROFILE_DECELERATION,

@@ -12,7 +12,7 @@ from types import MappingProxyType
 from tapping import tapped
 
 from armdrive.arm import Arm
-from armdrive.dialects.cia402.master import RECEIVED, TRANSMITTED
+from armdrive.dialects.cia402.wire import RECEIVED, TRANSMITTED
 from armdrive.transports.can_health import frame_bits
 from firmware_protocol.canopen import Service, service_of
 from firmware_protocol.frames import Frame, Unpacker

@@ -26,7 +26,7 @@ from tapping import tap
 from armdrive.abilities import Abort
 from armdrive.arm import Arm
 from armdrive.blocking import run_blocking
-from armdrive.dialects.cia402.master import RECEIVED
+from armdrive.dialects.cia402.wire import RECEIVED
 from armdrive.errors import ArmError
 from armdrive.registry import DIALECTS
 from armdrive.status import State, Trust

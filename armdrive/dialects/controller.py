@@ -55,6 +55,10 @@ class Controller(Protocol):
         """What a person does about a device that does not answer."""
 
     @property
+    def busy(self) -> bool:
+        """Tell whether a request is unanswered."""
+
+    @property
     def underruns(self) -> int:
         """How often a device that queues ran out of motion while more of it was to come."""
 

@@ -3,8 +3,9 @@
 A script yields the time until which it waits, and is resumed with what the codec heard, or with
 None when the time is over or a stop was asked for. What it returns answers the request.
 
-A controller runs its scripts (`ScriptRunner`) and holds what they work with (`ScriptIO`), which it
-hands to its collaborators. One that needs no collaborators may be both: `Scripted`.
+A controller answers requests by scripts (`ScriptRunner`) and holds what they work with
+(`ScriptIO`), which it hands to its collaborators. What is no request of an arm, such as a survey of
+a bus, runs in a bare `ScriptLoop`.
 """
 
 from __future__ import annotations
@@ -12,11 +13,10 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Generator, Sequence
-from typing import Generic, Protocol, TypeVar
+from collections.abc import Callable, Generator, Iterable, Sequence
+from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
 from armdrive.abilities import Abilities
-from armdrive.dialects.controller import StopPart, Stopping
 from armdrive.errors import ArmError, WrongState
 from armdrive.tasks import SWITCHED_ON, Event, Reply, Request, RequestRejected, Timeout
 from kinematics.spaces import Motors
@@ -24,6 +24,8 @@ from kinematics.spaces import Motors
 H = TypeVar("H")
 """What the dialect's codec hears."""
 H_co = TypeVar("H_co", covariant=True)
+T = TypeVar("T")
+Script: TypeAlias = Generator[float, H | None, T]
 
 MOST_TURNS = 10_000
 """A script that goes round more often without time passing is broken, and is ended."""
@@ -40,6 +42,22 @@ class Codec(Protocol[H_co]):
 
     def next_event(self) -> H_co | None:
         """Return the next thing heard."""
+
+
+class Received(Generic[H]):
+    """A codec that makes of bytes what `feed` makes of them, and answers nothing."""
+
+    def __init__(self, feed: Callable[[bytes], Iterable[H]]) -> None:
+        self._feed = feed
+        self._come: deque[H] = deque()
+
+    def receive_data(self, data: bytes) -> None:
+        """Take bytes from the device."""
+        self._come.extend(self._feed(data))
+
+    def next_event(self) -> H | None:
+        """Return the next thing heard."""
+        return self._come.popleft() if self._come else None
 
 
 class ScriptIO(Generic[H]):
@@ -75,9 +93,7 @@ class ScriptIO(Generic[H]):
         """Give an event to the engine."""
         self.events.append(event)
 
-    def hear(
-        self, until_s: float, wanted: Callable[[H], bool]
-    ) -> Generator[float, H | None, H | None]:
+    def hear(self, until_s: float, wanted: Callable[[H], bool]) -> Script[H, H | None]:
         """Wait for a message of a kind, stop or no stop; None when the time is over.
 
         What has come is read to its end before the time is found to be over: this program may be
@@ -94,7 +110,25 @@ class ScriptIO(Generic[H]):
                 return heard
             self.on_unasked(heard)
 
-    def pause(self, until_s: float) -> Generator[float, H | None, None]:
+    def collect(
+        self,
+        seconds: float,
+        enough: Callable[[Sequence[H]], bool] = lambda _heard: False,
+        linger_s: float = 0.0,
+    ) -> Script[H, tuple[H, ...]]:
+        """Return what is heard in so long a time, or until it is enough and a while longer."""
+        heard: list[H] = []
+        until_s, awaited = self.now_s + seconds, True
+        while True:
+            more = yield until_s
+            if more is not None:
+                heard.append(more)
+                if awaited and enough(heard):
+                    until_s, awaited = self.now_s + linger_s, False
+            elif self.now_s >= until_s:
+                return tuple(heard)
+
+    def pause(self, until_s: float) -> Script[H, None]:
         """Let time pass until a moment, or until a stop is asked for."""
         asked = self.stop_asked
         while self.now_s < until_s and self.stop_asked == asked:
@@ -107,8 +141,115 @@ class ScriptIO(Generic[H]):
         return Timeout(self.said, self.now_s - since_s, self.look_at)
 
 
+class ScriptLoop(Generic[H]):
+    """Runs one script at a time over a codec, whatever it is for.
+
+    A controller has its requests run so, and so do a survey and whoever sets a device up. `unasked`
+    weighs what no script was waiting for.
+    """
+
+    def __init__(
+        self, codec: Codec[H], io: ScriptIO[H], unasked: Callable[[H], None] | None = None
+    ) -> None:
+        self.io = io
+        self._codec = codec
+        self._unasked = unasked or io.on_unasked
+        self._script: Script[H, Any] | None = None
+        self._until_s = math.inf
+
+    @property
+    def busy(self) -> bool:
+        """Tell whether a script is at work."""
+        return self._script is not None
+
+    def begin(self, script: Callable[[], Script[H, Any]], now_s: float) -> None:
+        """Make a script and begin it; raises `ValueError` where the dialect cannot express it."""
+        if self._script is not None:
+            raise WrongState("a request is unanswered: wait for its answer, or forget it")
+        self.io.now_s = now_s
+        self.io.stop_asked = self.io.stop_hard = False
+        self._script = script()
+        try:
+            self._run(None)
+        except (ValueError, ArmError):
+            self._script = None
+            self.io.out.clear()
+            raise
+
+    def receive(self, data: bytes, now_s: float) -> None:
+        """Take bytes from the device."""
+        self.io.now_s = now_s
+        self._codec.receive_data(data)
+        while (heard := self._codec.next_event()) is not None:
+            if self._script is None:
+                self._unasked(heard)
+            else:
+                self.step(heard)
+
+    def advance(self, now_s: float) -> bytes:
+        """Do what is due by now, and return the bytes to be written."""
+        self.io.now_s = now_s
+        turns = 0
+        while self._script is not None and self._until_s <= now_s:
+            self.step(None)
+            turns += 1
+            if turns > MOST_TURNS:
+                self._script = None
+                self.io.tell(
+                    RequestRejected(f"the script of `{self.io.said}` waits for what is over")
+                )
+        data = bytes(self.io.out)
+        self.io.out.clear()
+        return data
+
+    def next_s(self) -> float:
+        """Tell when the script wants to go on even if nothing is heard."""
+        if self.io.out:
+            return self.io.now_s
+        return self._until_s if self._script is not None else math.inf
+
+    def next_event(self) -> Any:
+        """Return the next thing told: of a script that has ended, what it returned."""
+        return self.io.events.popleft() if self.io.events else None
+
+    def stop(self, *, hard: bool) -> None:
+        """Have the script know of a stop, at once."""
+        if self._script is None or (self.io.stop_asked and self.io.stop_hard >= hard):
+            return
+        self.io.stop_asked, self.io.stop_hard = True, hard
+        self._until_s = -math.inf
+
+    def forget(self) -> None:
+        """Give up the script, and what it has said and nobody has fetched.
+
+        What a script says as it is closed is left to be said.
+        """
+        self.io.out.clear()
+        if self._script is not None:
+            self._script.close()
+            self._script = None
+
+    def step(self, heard: H | None) -> None:
+        """Resume the script with what was heard, or with nothing."""
+        try:
+            self._run(heard)
+        except ValueError as error:  # in mid-script: a message that the dialect cannot express
+            self._script = None
+            self.io.tell(RequestRejected(str(error)))
+
+    def _run(self, heard: H | None) -> None:
+        script = self._script
+        if script is None:
+            return
+        try:
+            self._until_s = script.send(heard)
+        except StopIteration as end:
+            self._script, self._until_s = None, math.inf
+            self.io.tell(end.value)
+
+
 class ScriptRunner(ABC, Generic[H]):
-    """Runs one script at a time over a codec. A dialect adds `script`, `unasked` and numbers."""
+    """Answers requests by scripts. A dialect adds `script`, `unasked` and numbers."""
 
     look_at = SWITCHED_ON
 
@@ -117,9 +258,7 @@ class ScriptRunner(ABC, Generic[H]):
     ) -> None:
         self.abilities = abilities
         self.io = io or ScriptIO(self.unasked)
-        self._codec = codec
-        self._script: Generator[float, H | None, Reply] | None = None
-        self._until_s = math.inf
+        self._loop = ScriptLoop(codec, self.io, self.unasked)
 
     @property
     def last_said(self) -> str:
@@ -134,12 +273,12 @@ class ScriptRunner(ABC, Generic[H]):
     @property
     def busy(self) -> bool:
         """Tell whether a request is unanswered."""
-        return self._script is not None
+        return self._loop.busy
 
     # -- what a dialect says ------------------------------------------------------------------
 
     @abstractmethod
-    def script(self, request: Request) -> Generator[float, H | None, Reply]:
+    def script(self, request: Request) -> Script[H, Reply]:
         """Return the script that carries out a request."""
 
     @abstractmethod
@@ -153,66 +292,32 @@ class ScriptRunner(ABC, Generic[H]):
 
     def begin(self, request: Request, now_s: float) -> None:
         """Take up a request; raises `ValueError` where the dialect cannot express it."""
-        if self._script is not None:
-            raise WrongState("a request is unanswered: wait for its answer, or forget it")
-        self.io.now_s = now_s
-        self.io.stop_asked = self.io.stop_hard = False
-        self._script = self.script(request)
-        try:
-            self._run(None)
-        except (ValueError, ArmError):
-            self._script = None
-            self.io.out.clear()
-            raise
+        self._loop.begin(lambda: self.script(request), now_s)
 
     def receive(self, data: bytes, now_s: float) -> None:
         """Take bytes from the device."""
-        self.io.now_s = now_s
-        self._codec.receive_data(data)
-        while (heard := self._codec.next_event()) is not None:
-            if self._script is None:
-                self.unasked(heard)
-            else:
-                self._step(heard)
+        self._loop.receive(data, now_s)
 
     def advance(self, now_s: float) -> bytes:
         """Do what is due by now, and return the bytes to be written."""
-        self.io.now_s = now_s
-        turns = 0
-        while self._script is not None and self._until_s <= now_s:
-            self._step(None)
-            turns += 1
-            if turns > MOST_TURNS:
-                self._script = None
-                self.io.tell(
-                    RequestRejected(f"the script of `{self.last_said}` waits for what is over")
-                )
-        data = bytes(self.io.out)
-        self.io.out.clear()
-        return data
+        return self._loop.advance(now_s)
 
     def next_s(self) -> float:
         """Tell when the script wants to go on even if nothing is heard."""
-        if self.io.out:
-            return self.io.now_s
-        return self._until_s if self._script is not None else math.inf
+        return self._loop.next_s()
 
     def next_event(self) -> Event | None:
         """Return the next thing that the engine should know."""
-        return self.io.events.popleft() if self.io.events else None
+        event: Event | None = self._loop.next_event()
+        return event
 
     def stop(self, *, hard: bool) -> None:
         """Have the script know of a stop, at once."""
-        if self._script is None or (self.io.stop_asked and self.io.stop_hard >= hard):
-            return
-        self.io.stop_asked, self.io.stop_hard = True, hard
-        self._until_s = -math.inf
+        self._loop.stop(hard=hard)
 
     def forget(self) -> None:
         """Give up on the unanswered request and on half a message that was received."""
-        if self._script is not None:
-            self._script.close()
-            self._script = None
+        self._loop.forget()
         self.io.out.clear()
         self.give_up()
 
@@ -234,44 +339,3 @@ class ScriptRunner(ABC, Generic[H]):
             there + (count - there + half) % span - half
             for count, there in zip(registers, near, strict=True)
         )
-
-    def _step(self, heard: H | None) -> None:
-        try:
-            self._run(heard)
-        except ValueError as error:  # in mid-script: a message that the dialect cannot express
-            self._script = None
-            self.io.tell(RequestRejected(str(error)))
-
-    def _run(self, heard: H | None) -> None:
-        script = self._script
-        if script is None:
-            return
-        try:
-            self._until_s = script.send(heard)
-        except StopIteration as end:
-            self._script, self._until_s = None, math.inf
-            self.io.tell(end.value)
-
-
-class Scripted(ScriptRunner[H], ScriptIO[H]):
-    """A controller whose scripts are its own methods: they call its `say`, `tell` and `hear`."""
-
-    underruns = 0
-
-    def __init__(self, abilities: Abilities, codec: Codec[H]) -> None:
-        ScriptIO.__init__(self, self.unasked)
-        ScriptRunner.__init__(self, abilities, codec, self)
-        self._out = self.out
-
-    @property
-    def last_said(self) -> str:
-        """The text of the message sent last, for people."""
-        return self.said
-
-    @last_said.setter
-    def last_said(self, text: str) -> None:
-        self.said = text
-
-    @abstractmethod
-    def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
-        """Bound how long motion goes on."""

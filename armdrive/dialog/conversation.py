@@ -1,4 +1,4 @@
-"""What a conversation with a person and with drives is made of, one act at a time.
+"""What a conversation with a person about a device is made of, one act at a time.
 
 A talk is a generator: it yields an act and is sent what came of it. Nothing here touches a wire, a
 terminal or a clock, so that a test answers as it likes.
@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum, auto
-from typing import Any, Generic, TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 from armdrive.errors import BadRequest
 from kinematics.errors import suggestion
@@ -156,13 +156,6 @@ def plain_number(line: str) -> float:
 
 
 T = TypeVar("T")
-M = TypeVar("M")
-"""What a dialect puts to a drive: a request, or a frame and what would answer it."""
-
-ANSWER_S = 0.12
-"""An answer is waited for so long: a drive needs some ms, a busy computer more."""
-LINGER_S = 0.03
-"""A second drive of the same id answers within this time after the first."""
 
 
 class About(Enum):
@@ -196,34 +189,10 @@ class AskPerson:
 
 
 @dataclass(frozen=True, slots=True)
-class Put(Generic[M]):
-    """Put a request to a drive. Ends with the first answer to it, or `linger_s` after it."""
-
-    node: int
-    request: M
-    wait_s: float = ANSWER_S
-    linger_s: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class Hear:
-    """Send nothing for a time, and hear what comes."""
-
-    seconds: float
-
-
-@dataclass(frozen=True, slots=True)
 class NotePosture:
     """Remember how the arm stands: something is going to move. For eyes that are no person's."""
 
     motor: int
-
-
-@dataclass(frozen=True, slots=True)
-class Stands:
-    """A drive is known to stand: nothing has to be stopped any more."""
-
-    node: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,8 +202,8 @@ class Keep:
     notes: Mapping[str, Any]
 
 
-Act: TypeAlias = Announce | AskPerson | Put[Any] | Hear | NotePosture | Stands | Keep
-Talk: TypeAlias = Generator[Act, Any, T]
+Talk: TypeAlias = Generator[object, Any, T]
+"""Yields acts: those above, and work on the wire (`armdrive.dialects.bus.tools`)."""
 
 
 def say(*lines: str) -> Talk[None]:

@@ -322,7 +322,7 @@ def _put_device(
     currents = {each.current_ma for each in notes.values() if each.current_ma}
     alike = len(currents) == 1 and len(notes) == len(plan.drives)
     ids = [each.node for each in plan.drives]
-    section.update(plan.tools.section(plan.device, ids, currents.pop() if alike else 0))
+    section.update(plan.tools.section(plan.config.device, ids, currents.pop() if alike else 0))
 
 
 def _put_preset(

@@ -5,14 +5,30 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
-from armdrive.dialects.bus.tools import listen
+from armdrive.dialects.bus.tools import (
+    CarryOut,
+    DrivePlace,
+    Listened,
+    frame_scripts,
+    listen,
+    on_wire,
+)
 from armdrive.dialog.conversation import About, AskPerson, Keep, Talk, agreed, say
 from armdrive.setup.directions import NOTHING, OTHER, Sight, sight
 from armdrive.setup.finding import is_command
 from armdrive.setup.plan import MM, CommissioningPlan, Notes, Planned
-from armdrive.setup.trial import AS_SAID, MORE, NUDGE, counts_of, try_out
+from armdrive.setup.trial import (
+    AS_SAID,
+    MORE,
+    NUDGE,
+    TriedMotor,
+    counts_of,
+    try_out,
+    try_watchdog,
+)
 from armdrive.sim.device import DrivesOnBus
 from armdrive.sim.simulated_arm import SimulatedArm
 
@@ -71,7 +87,8 @@ def _introduce(plan: CommissioningPlan, notes: Mapping[str, Notes], *, again: bo
 
 def _others_command() -> Talk[bool]:
     """Tell whether another program is heard to command drives: two would set and move the same."""
-    heard = yield from listen(is_command)
+    frames = frame_scripts()
+    heard: Listened = yield CarryOut(frames, partial(listen, frames.io, is_command))
     if heard.commands:
         yield from say(
             "Another program commands drives on this bus: end it first, then begin again. "
@@ -85,7 +102,8 @@ def one(
 ) -> Talk[bool]:
     """Take one drive through its steps, keeping notes after each; return whether it is ready."""
     others = len(plan.drives) > 1
-    at_hand = yield from plan.tools.arrive(plan.name, plan.device, drive, others)
+    place = DrivePlace(drive.motor, drive.name, drive.node)
+    at_hand = yield from plan.tools.arrive(plan.config, place, others)
     if at_hand is None:
         return False
     noted = notes.setdefault(drive.name, Notes())
@@ -97,11 +115,13 @@ def one(
     yield Keep(notes)
     noted.calibrated = yield from at_hand.calibrate()
     yield from at_hand.offer_zero()
+    motor = TriedMotor(plan.controller(at_hand.by_itself), plan.tools.counts_per_turn)
     tried = bool(noted.way or noted.done) and not again
-    tried = tried or (yield from try_out(plan, drive, at_hand, noted))
+    tried = tried or (yield from try_out(plan, drive, motor, noted))
     yield Keep(notes)
     if tried and noted.gear and (again or noted.watchdog is None):
-        noted.watchdog = yield from at_hand.try_watchdog(counts_of(drive, noted.gear))
+        counts = counts_of(drive, noted.gear)
+        noted.watchdog = yield from try_watchdog(drive, at_hand, motor, counts)
     noted.done = tried and bool(noted.current_ma)
     yield Keep(notes)
     return noted.done
@@ -121,7 +141,7 @@ def together(plan: CommissioningPlan) -> Talk[tuple[str, ...]]:
             return tuple(each.name for each in plan.drives)
         wrong = []
         for drive in plan.drives:
-            if not (yield from plan.tools.alone(drive.node)):
+            if not (yield from on_wire(plan.tools.alone, drive.node)):
                 wrong.append(drive)  # noqa: PERF401 - a talk cannot be held in a comprehension
         if not wrong:
             yield from say(f"All {len(plan.drives)} answer, each alone.")

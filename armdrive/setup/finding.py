@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 
@@ -20,19 +21,19 @@ from armdrive.dialects.bus.tools import (
     LISTEN_S,
     Answers,
     BusTools,
-    FrameHost,
     Heard,
+    Listened,
+    frame_scripts,
     of_nobody,
 )
 from armdrive.dialog.conversation import Finding, Grade, WrongAnswer, note
 from armdrive.errors import ArmError, ArmFileError, PortUnavailable
 from armdrive.registry import DIALECTS
-from armdrive.setup import prober
-from armdrive.setup.dialog_runner import DialogRunner, NobodyFound
+from armdrive.setup import dialog_runner, prober
+from armdrive.setup.dialog_runner import Clock, carry_out
 from armdrive.setup.draft import LinkFile, Surroundings
 from armdrive.setup.findings import Expected, findings, of_listening
 from armdrive.setup.ports import arm_files, look_at
-from armdrive.setup.prober import Clock
 from armdrive.storage import files as places
 from armdrive.text.reading import read_text
 from armdrive.transports import can_link
@@ -104,14 +105,12 @@ def probe(port: str) -> Found:
 def _asked(address: CanAddress) -> Found:
     """Listen on a bus, then ask every id who it is, unless somebody else commands its drives."""
     rate = address.option("bitrate")
-    with closing(can_link.open_can_link(str(address.listening()))) as link:
-        carrier = DialogRunner(link, FrameHost(), prober.RealClock(), NobodyFound())
-        heard = carrier.run(tools.listen(is_command))
+    heard = listened(address)
     told = of_listening(heard, LISTEN_S, int(rate) if rate.isdecimal() else 0)
     if heard.commands:
         return Found(str(address), lines_of(told))
     with closing(can_link.open_can_link(str(address))) as link:
-        answers = ask_bus(link, prober.RealClock(), IDS, nodes_heard(heard.passing))
+        answers = ask_bus(link, dialog_runner.RealClock(), IDS, nodes_heard(heard.passing))
         told += [finding for each in answers for finding in each.findings(link.health, "NAME")]
         if not any(each.there for each in answers):
             told.append(of_nobody(IDS, link.health))
@@ -119,6 +118,18 @@ def _asked(address: CanAddress) -> Found:
     if found is not None and found.hint:
         told.append(note(found.hint.format(port=address)))
     return Found(str(address), lines_of(told), found.dialect if found is not None else "")
+
+
+def listened(address: CanAddress, master: int | None = None) -> Listened:
+    """Hear what passes, with an adapter that does not even acknowledge where it can be kept.
+
+    `master` is the node of a master whose heartbeat would be a command.
+    """
+    frames = frame_scripts()
+    look = partial(tools.listen, frames.io, partial(is_command, master=master))
+    with closing(can_link.open_can_link(str(address.listening()))) as link:
+        heard: Listened = carry_out(frames, look, link, dialog_runner.RealClock())
+    return heard
 
 
 def lines_of(findings: tuple[Finding, ...] | list[Finding]) -> tuple[str, ...]:
@@ -203,8 +214,9 @@ def ask_bus(
             break
         chosen = [each for each in spared(ids, answers, heard) if each <= row.most]
         if chosen or heard:
-            carrier = DialogRunner(link, row.host(), clock, NobodyFound())
-            answers.append(carrier.run(row.ask(chosen, heard)))
+            scripts = row.scripts(chosen)
+            ask = partial(row.ask, scripts.io, chosen, heard)
+            answers.append(carry_out(scripts, ask, link, clock))
     return tuple(answers)
 
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.bus.tools import BusTools, CommissioningTools
+from armdrive.dialects.controller import Controller
 from armdrive.dialects.dialect import Dialect
+from armdrive.dialects.exchange import ScriptLoop
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.registry import DIALECTS, language_of
 from armdrive.setup.directions import Trial, roll_joint, trials
@@ -58,14 +60,24 @@ class Planned:
 
 @dataclass(frozen=True, slots=True)
 class CommissioningPlan:
-    """The arm as its file, or its preset, says; `device` is its dialect's own section."""
+    """The arm as its file, or its preset, says; `controller` makes one that drives an arm."""
 
-    name: str
+    config: ArmConfig
     drives: tuple[Planned, ...]
-    device: Any
     bus: BusTools
     tools: CommissioningTools
     roll_joint: str
+    controller: Callable[[ArmConfig], Controller]
+
+    @property
+    def name(self) -> str:
+        """The arm's name."""
+        return self.config.name
+
+    def scripts(self) -> ScriptLoop[Any]:
+        """Make what carries scripts out over the wire to these drives, and to a new one."""
+        ids = {self.tools.new_id, *(each.node for each in self.drives)}
+        return self.bus.scripts(sorted(ids))
 
     @property
     def order(self) -> tuple[Planned, ...]:
@@ -118,7 +130,7 @@ def plan_of(config: ArmConfig) -> CommissioningPlan:
         gear = abs(spec.steps_per_unit) * (1.0 if unit == MM else math.tau) / tools.counts_per_turn
         drives.append(Planned(motor, spec.name, node, trial, moves, amount, unit, gear))
     return CommissioningPlan(
-        config.name, tuple(drives), device, bus, tools, roll_joint(arm, posture)
+        config, tuple(drives), bus, tools, roll_joint(arm, posture), DIALECTS[spoken].controller
     )
 
 

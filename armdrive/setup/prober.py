@@ -1,19 +1,18 @@
-"""Goes through the table of probes until somebody is recognised. No wire, no clock.
-
-`examine` is a generator: it yields what is to be said and for how long to listen, and is sent what
-was heard.
-"""
+"""Goes through the table of probes until somebody is recognised: a script, at any baud rate."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Generator
 from dataclasses import dataclass, field, replace
-from typing import Protocol
+from functools import partial
+from typing import Protocol, TypeAlias
 
 from armdrive.connect.port import recogniser
+from armdrive.dialects.exchange import Received, ScriptIO, ScriptLoop
 from armdrive.dialects.recognition import Identity, Probe
 from armdrive.errors import PortUnavailable
+from armdrive.setup import dialog_runner
+from armdrive.setup.dialog_runner import Clock, carry_out
 from armdrive.transports.address import host_and_port, scheme
 from armdrive.transports.link import Link
 from armdrive.transports.serial_port import SerialLink
@@ -28,16 +27,25 @@ QUICK_BAUD = 115_200
 """The rate at which boards say their first words. Slow bytes are harmless at it, since one slow
 bit fills a whole quick byte: nothing is heard but 0x00, and bytes from 0x80 up whose ones are all
 on top."""
+QUIET_S = 0.1
+"""A device that was recognised may have something to add for this long."""
 
 
-@dataclass(frozen=True, slots=True)
-class Turn:
-    """Say `data` at `baud`, then listen for `wait_s`, or until `enough` says of what was heard."""
+class ProbeWire(ScriptIO[bytes]):
+    """Says bytes at a baud rate, and listens. `tune` changes the rate."""
 
-    baud: int
-    data: bytes
-    wait_s: float
-    enough: Callable[[bytes], bool]
+    def __init__(self, tune: Callable[[int], None]) -> None:
+        super().__init__(lambda _data: None)
+        self._tune = tune
+
+    def turn(
+        self, probe: Probe, enough: Callable[[bytes], bool]
+    ) -> Generator[float, bytes | None, bytes]:
+        """Say a probe, then listen for its time, or until it is enough and a while longer."""
+        self._tune(probe.baud)
+        self.say(probe.data)
+        told = yield from self.collect(probe.wait_s, lambda heard: enough(b"".join(heard)), QUIET_S)
+        return b"".join(told)
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,45 +103,45 @@ class Examination:
         return self.identity.restarted or elsewhere
 
 
-Script = Generator[Turn, bytes, Examination]
+Script: TypeAlias = Generator[float, bytes | None, Examination]
 
 
-def examine(given_baud: int | None = None, *, datagrams: bool = False) -> Script:
+def examination(wire: ProbeWire, given_baud: int | None, datagrams: bool) -> Script:
     """Find out what a port leads to; with `given_baud` at that baud rate alone."""
     probes = recogniser().sequence(given_baud, datagrams=datagrams)
     first_baud = given_baud or QUICK_BAUD  # whoever has something to say at the start says it so
-    found = yield from _listen(Examination(), first_baud, 0.0 if datagrams else LISTEN_S)
+    found = yield from _listen(wire, Examination(), first_baud, 0.0 if datagrams else LISTEN_S)
     for probe in probes:
         if found.identity is not None:
             break
         if probe.baud != found.baud:
-            found = yield from _listen(found, probe.baud, SETTLE_S)
-        found = yield from _probe(found, probe)
+            found = yield from _listen(wire, found, probe.baud, SETTLE_S)
+        found = yield from _probe(wire, found, probe)
     if given_baud is None:
-        found = yield from _at_usual_rate(found)
-    return (yield from _details(found, given_baud))
+        found = yield from _at_usual_rate(wire, found)
+    return (yield from _details(wire, found, given_baud))
 
 
-def _probe(found: Examination, probe: Probe) -> Script:
+def _probe(wire: ProbeWire, found: Examination, probe: Probe) -> Script:
     for _ in range(probe.times):
         if found.identity is None:
-            found = yield from _turn(found, probe)
+            found = yield from _turn(wire, found, probe)
     return found
 
 
-def _listen(found: Examination, baud: int, wait_s: float) -> Script:
-    found = yield from _turn(replace(found, baud=baud), Probe("", "", baud, b"", wait_s))
+def _listen(wire: ProbeWire, found: Examination, baud: int, wait_s: float) -> Script:
+    found = yield from _turn(wire, replace(found, baud=baud), Probe("", "", baud, b"", wait_s))
     return found
 
 
-def _turn(found: Examination, probe: Probe) -> Script:
+def _turn(wire: ProbeWire, found: Examination, probe: Probe) -> Script:
     """Say a probe, and weigh all that was heard at this baud rate so far."""
     before = b"".join(each.answer for each in found.heard if each.baud == probe.baud)
 
     def known(data: bytes) -> bool:
         return recogniser().recognise(before + _without_echo(probe.data, data)) is not None
 
-    data = yield Turn(probe.baud, probe.data, probe.wait_s, known)
+    data = yield from wire.turn(probe, known)
     heard = Heard(probe.name, probe.baud, probe.data, data)
     identity = _better(found.identity, recogniser().recognise(before + heard.answer))
     return replace(found, identity=identity, heard=(*found.heard, heard))
@@ -146,33 +154,30 @@ def _better(known: Identity | None, told: Identity | None) -> Identity | None:
     return replace(told, restarted=told.restarted or known.restarted)
 
 
-def _at_usual_rate(found: Examination) -> Script:
+def _at_usual_rate(wire: ProbeWire, found: Examination) -> Script:
     """Ask once more at the usual rate where another was heard: native USB hears at any."""
     identity = found.identity
     probe = recogniser().own_probe(identity.dialect) if identity is not None else None
     if identity is None or probe is None or probe.baud == found.baud:
         return found
     heard_at = found.baud
-    found = yield from _turn(found, probe)
+    found = yield from _turn(wire, found, probe)
     answered = recogniser().recognise(found.heard[-1].answer) is not None
     return replace(found, baud=probe.baud if answered else heard_at)
 
 
-def _details(found: Examination, given_baud: int | None) -> Script:
+def _details(wire: ProbeWire, found: Examination, given_baud: int | None) -> Script:
     """Ask a board that has just said its first words which version it is."""
     identity = found.identity
     probe = recogniser().details(identity.dialect) if identity is not None else None
     if identity is None or probe is None or not identity.restarted:
         return found
     probe = replace(probe, baud=given_baud or found.baud or probe.baud)
-    found = yield from _turn(found, probe)
+    found = yield from _turn(wire, found, probe)
     return found
 
 
 # Gives the probing a wire and a clock.
-
-QUIET_S = 0.1
-"""A device that was recognised may have something to add for this long."""
 
 
 class TunableLink(Link, Protocol):
@@ -205,28 +210,6 @@ class TunableUdpLink(UdpLink):
         """Nothing is to be changed."""
 
 
-class Clock(Protocol):
-    """Time that passes while somebody listens."""
-
-    def now_s(self) -> float:
-        """Return the time."""
-
-    def sleep(self, link: Link, until_s: float) -> None:
-        """Let time pass until something may have arrived, or until a moment."""
-
-
-class RealClock:
-    """The computer's own."""
-
-    def now_s(self) -> float:
-        """Return the monotonic time."""
-        return time.monotonic()
-
-    def sleep(self, link: Link, until_s: float) -> None:
-        """Sleep on the link."""
-        link.wait(max(until_s - self.now_s(), 0.0))
-
-
 def examine_port(port: str, baud: int | None) -> Examination:
     """Open a port and find out what it leads to; moves nothing. Raises `LinkError`.
 
@@ -238,7 +221,7 @@ def examine_port(port: str, baud: int | None) -> Examination:
     # a raw network connection has no baud rate: one round is enough
     one_baud = baud or (QUICK_BAUD if network else None)
     link = _opened(port, one_baud or QUICK_BAUD)
-    found = carry_out(examine(one_baud, datagrams=kind == "udp"), link, RealClock())
+    found = examine(link, dialog_runner.RealClock(), one_baud, datagrams=kind == "udp")
     return replace(found, baud=None) if network else found
 
 
@@ -248,30 +231,16 @@ def _opened(port: str, baud: int) -> TunableLink:
     return TunableSerialLink(port, baud, raise_dtr=True, keep_dtr_on_close=True)
 
 
-def carry_out(script: Script, link: TunableLink, clock: Clock) -> Examination:
-    """Carry out a script on a link, and close it."""
+def examine(
+    link: TunableLink, clock: Clock, given_baud: int | None, *, datagrams: bool = False
+) -> Examination:
+    """Find out what a link leads to, and close it."""
+    wire = ProbeWire(link.tune)
+    loop = ScriptLoop(Received(lambda data: (data,) if data else ()), wire)
     try:
-        turn = next(script)
-        while True:
-            turn = script.send(_take_turn(turn, link, clock))
-    except StopIteration as end:
-        found: Examination = end.value
-        return found
+        found: Examination = carry_out(
+            loop, partial(examination, wire, given_baud, datagrams), link, clock
+        )
     finally:
         link.close()
-
-
-def _take_turn(turn: Turn, link: TunableLink, clock: Clock) -> bytes:
-    now_s = clock.now_s()
-    link.tune(turn.baud)
-    if turn.data:
-        link.write(turn.data, now_s)
-    heard = bytearray(link.read(now_s))
-    until_s, known = now_s + turn.wait_s, False
-    while now_s < until_s:
-        clock.sleep(link, until_s)
-        now_s = clock.now_s()
-        heard += link.read(now_s)
-        if not known and turn.enough(bytes(heard)):
-            known, until_s = True, now_s + QUIET_S
-    return bytes(heard)
+    return found

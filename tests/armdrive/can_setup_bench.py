@@ -5,19 +5,23 @@ from __future__ import annotations
 import io
 import os
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from waiting import LONG_S, until
 
 from armdrive.config.arm import ArmConfig, ConfigSource
 from armdrive.config.sections import Connection
+from armdrive.dialects.bus.tools import IDS, Listened, frame_scripts, listen, on_wire
 from armdrive.dialects.mks.settings import MksSettings
+from armdrive.dialects.mks.survey import Survey, ask_round
 from armdrive.dialog.conversation import About, AskPerson
 from armdrive.registry.simulate import simulate, simulate_device
 from armdrive.setup.commissioning import CommissioningOutcome, Practice, one, walk
-from armdrive.setup.dialog_runner import DialogClock, DialogRunner
+from armdrive.setup.dialog_runner import DialogClock, DialogRunner, carry_out
+from armdrive.setup.finding import is_command
 from armdrive.setup.plan import CommissioningPlan, plan_of
 from armdrive.sim.mks.device import SimMks
 from armdrive.sim.serving.loop import make_server, run_device
@@ -119,10 +123,26 @@ class Bench:
 
     def run(self, talk: Any) -> Any:
         """Hold any talk."""
-        host = self.plan.bus.host()
-        return DialogRunner(self.twin.link, host, self.clock, self.person, self.kept.update).run(
-            talk
+        scripts, keep = self.plan.scripts(), self.kept.update
+        return DialogRunner(self.twin.link, scripts, self.clock, self.person, keep).run(talk)
+
+    def script(self, script: Callable[..., Any], *args: Any) -> Any:
+        """Carry out a script on the wire."""
+        return self.run(on_wire(script, *args))
+
+    def survey(self, ids: Sequence[int] = IDS) -> Survey:
+        """Ask these ids who is there."""
+        scripts = self.plan.bus.scripts(ids)
+        found: Survey = carry_out(
+            scripts, partial(ask_round, scripts.io), self.twin.link, self.clock
         )
+        return found
+
+    def listen(self, seconds: float) -> Listened:
+        """Hear what passes by itself."""
+        frames = frame_scripts()
+        look = partial(listen, frames.io, is_command, seconds)
+        return carry_out(frames, look, self.twin.link, self.clock)
 
     def codes(self) -> set[Code]:
         """Return the codes of all that was put to drives."""

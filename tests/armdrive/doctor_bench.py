@@ -14,8 +14,9 @@ from uart import Receiver
 from armdrive.connect.port import recogniser
 from armdrive.connect.target import simulated_config
 from armdrive.registry.simulate import simulate_device
+from armdrive.setup import dialog_runner
 from armdrive.setup import prober as carrying
-from armdrive.setup.prober import Examination, carry_out, examine
+from armdrive.setup.prober import Examination, examine
 from armdrive.sim.device import SimDevice
 from armdrive.sim.wire import PacedDevice
 from firmware_protocol.robko01 import Axes, Enable, Host, MoveRelative
@@ -83,7 +84,7 @@ class SimPort:
         return self.read(self.now)
 
     def examine(self, baud: int | None = None) -> Examination:
-        return carry_out(examine(baud), self, self)
+        return examine(self, self, baud)
 
     def _heard(self, data: bytes, said_baud: int | None, heard_baud: int | None) -> bytes:
         if not data or said_baud == heard_baud or None in (said_baud, heard_baud):
@@ -197,7 +198,7 @@ def lead(monkeypatch, port: object, device) -> list[int]:
         return sim
 
     monkeypatch.setattr(carrying, "_opened", open_it)
-    monkeypatch.setattr(carrying, "RealClock", lambda: sim)
+    monkeypatch.setattr(dialog_runner, "RealClock", lambda: sim)
     return opened
 
 

@@ -21,7 +21,7 @@ import can_streaming
 import stop_latency
 from feel_benches import DenseMemoryBench
 
-from armdrive.dialects.cia402.master import Cia402Bus
+from armdrive.dialects.cia402.wire import Cia402Bus
 from firmware_protocol.canopen import Command, Controlword, OperationMode
 from firmware_protocol.frames import Frame, pack
 from firmware_protocol.mks import Code, EmergencyStop, MoveAbsoluteAxis, Stop

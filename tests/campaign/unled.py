@@ -12,8 +12,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from armdrive.dialects.bus.ledger import BESIDE_S, DENIALS
 from armdrive.dialects.cia402.settings import Cia402Settings
-from armdrive.dialects.mks.observer import BESIDE_S, DENIALS
 from armdrive.dialects.mks.settings import MksSettings
 
 from .stage import Stage

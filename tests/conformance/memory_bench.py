@@ -164,7 +164,8 @@ class MemoryBench(Bench):
         """Return the twin with a wire of its own for the next driver."""
         device = self.twin.device
         link = link_to(device)
-        return replace(self.twin, link=link, faults=Faults(device, link.line, link))
+        faults = Faults(device, link.line, link)
+        return replace(self.twin, link=link, faults_of_wire=lambda: faults)
 
 
 class ThoroughMemoryBench(MemoryBench):

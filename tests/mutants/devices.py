@@ -317,9 +317,9 @@ MUTANTS = (
     Mutant(
         name="an MKS drive off its way is not noticed",
         promise="a blocked drive is noticed by its encoder",
-        path="armdrive/dialects/mks/steering.py",
-        old="        astray = off > self.settings.corridor_counts\n",
-        new="        astray = False\n",
+        path="armdrive/dialects/bus/observer.py",
+        old="        if before is not None and not self._progresses(before):\n",
+        new="        if False:\n",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_doubt.py",
             "test_a_blocked_shaft_is_told_within_the_documented_time",
@@ -328,9 +328,9 @@ MUTANTS = (
     Mutant(
         name="an MKS drive that takes no orders is not noticed",
         promise="a drive that denies its orders ends the motion",
-        path="armdrive/dialects/mks/steering.py",
-        old=("        return None if denied is None else (yield from self.break_off(*denied))"),
-        new="        return None",
+        path="armdrive/dialects/mks/motion.py",
+        old="                if drive.rejections.confirm():\n",
+        new="                if False:\n",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_denied.py",
             "test_half_a_wrist_that_takes_no_orders_stops_the_other_half_at_once",
@@ -339,9 +339,9 @@ MUTANTS = (
     Mutant(
         name="an MKS drive that falls silent is not noticed",
         promise="a drive that falls silent ends the motion of all",
-        path="armdrive/dialects/mks/steering.py",
-        old=("        if max(unanswered) <= most:\n            return None\n"),
-        new=("        if max(unanswered) >= 0:\n            return None\n"),
+        path="armdrive/dialects/bus/observer.py",
+        old="        if drive.ledger.unheard_looks <= (MUTE_LOOKS if others else SILENT_LOOKS):\n",
+        new="        if drive:\n",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_controller_motion.py",
             "test_a_bus_that_falls_silent_is_silence",
@@ -351,14 +351,80 @@ MUTANTS = (
         name="MKS speeds are doubled",
         promise="a motion is no faster than asked",
         path="armdrive/dialects/mks/steering.py",
-        old=("        rpm = whole_rpm(round(needed / COUNTS_S_PER_RPM), most)\n        room"),
+        old="        rpm = _whole_rpm(round(needed / COUNTS_S_PER_RPM), most)\n        speed",
         new=(
-            "        rpm = whole_rpm(round(2.0 * needed / COUNTS_S_PER_RPM), 2 * most)\n"
-            "        room"
+            "        rpm = _whole_rpm(round(2.0 * needed / COUNTS_S_PER_RPM), 2 * most)\n"
+            "        speed"
         ),
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_controller_motion.py",
             "test_motors_keep_in_proportion",
+        ),
+    ),
+    Mutant(
+        name="a drive that counts what no shaft can have turned to is believed",
+        promise="a drive that restarts is found at once",
+        path="armdrive/dialects/bus/observer.py",
+        old="            self._outside += 1\n",
+        new="            pass\n",
+        tests=tests_of(
+            "tests/armdrive/dialects/mks/test_mks_leap.py",
+            "test_a_drive_that_begins_anew_at_once_is_found_and_goes_no_farther_than_was_sent",
+        ),
+    ),
+    Mutant(
+        name="a drive that answers nothing for a moment is taken for having been there",
+        promise="a drive that restarts near its zero is found by what it never answers",
+        path="armdrive/dialects/bus/ledger.py",
+        old="self.away_s, self._maybe_s = min(self.away_s, self._maybe_s), math.inf",
+        new="self._maybe_s = math.inf",
+        tests=tests_of(
+            "tests/armdrive/dialects/mks/test_mks_restarting.py",
+            "test_a_steered_drive_that_was_gone_for_a_moment_near_zero_ends_the_motion",
+        ),
+    ),
+    Mutant(
+        name="drives that leave their common way are let pass",
+        promise="one lagging drive ends the motion before the arm is off its way",
+        path="armdrive/dialects/bus/observer.py",
+        old="        self._beside += 1\n",
+        new="        pass\n",
+        tests=tests_of(
+            "tests/armdrive/dialects/mks/test_mks_beside.py",
+            "test_one_that_is_too_slow_leads_no_arm_far_off_its_way_whether_it_is_told_of_or_not",
+        ),
+    ),
+    Mutant(
+        name="a weak drive is let pass",
+        promise="a drive that is too weak for its speed is told of",
+        path="armdrive/dialects/bus/observer.py",
+        old="return slowest if max(found[slowest]) < WEAK * best else None",
+        new="return None",
+        tests=tests_of(
+            "tests/armdrive/dialects/mks/test_mks_beside.py",
+            "test_one_that_is_too_slow_for_half_a_second_is_told_of_though_it_stays_near_its_way",
+        ),
+    ),
+    Mutant(
+        name="drives are sent on while nobody is heard",
+        promise="a bus that is held up sends nobody on",
+        path="armdrive/dialects/mks/motion.py",
+        old="            return Signal.HELD_UP\n",
+        new="            pass\n",
+        tests=tests_of(
+            "tests/armdrive/dialects/mks/test_mks_holdups.py",
+            "test_while_nobody_is_heard_nobody_is_sent_on",
+        ),
+    ),
+    Mutant(
+        name="a drive that pushes is left pushing",
+        promise="no blocked shaft springs when it comes free",
+        path="armdrive/dialects/mks/stops.py",
+        old="        return reachable and abs(off) > self._wire.settings.rest_counts",
+        new="        return False",
+        tests=tests_of(
+            "tests/armdrive/dialects/mks/test_mks_pressing.py",
+            "test_a_shaft_that_was_blocked_in_a_stop_does_not_spring_when_it_is_free",
         ),
     ),
     Mutant(
@@ -419,9 +485,9 @@ MUTANTS = (
     Mutant(
         name="a CiA 402 drive in fault is not noticed",
         promise="a fault in motion stops the others",
-        path="armdrive/dialects/cia402/receive.py",
-        old=("        if drive.state in FAULTS:\n            return Alert"),
-        new=("        if drive.state in ():\n            return Alert"),
+        path="armdrive/dialects/cia402/wire.py",
+        old=("        if state in FAULTS:\n            return Alert"),
+        new=("        if state in ():\n            return Alert"),
         tests=tests_of(
             "tests/armdrive/dialects/cia402/test_cia402_controller.py",
             "test_a_fault_in_motion_stops_the_others_and_names_the_drive",
@@ -430,7 +496,7 @@ MUTANTS = (
     Mutant(
         name="CiA 402 drives leap to where a late program should be",
         promise="a host that is late slows down and does not leap",
-        path="armdrive/dialects/cia402/cyclic.py",
+        path="armdrive/dialects/cia402/motion.py",
         old="        self.time_s += self._rate * period_s\n",
         new="        self.time_s += 3.0 * self._rate * period_s\n",
         tests=tests_of(
@@ -439,11 +505,33 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="CiA 402 drives are judged in time in which nobody listened",
+        promise="a late computer blames no drive",
+        path="armdrive/dialects/cia402/exchange.py",
+        old="max(min(now_s, self._due_s) - self._now_s, 0.0)",
+        new="max(now_s - self._now_s, 0.0)",
+        tests=tests_of(
+            "tests/armdrive/dialects/cia402/test_cia402_busy.py",
+            "test_the_time_by_which_a_program_is_called_late_is_not_listened",
+        ),
+    ),
+    Mutant(
+        name="a CiA 402 drive that rests off its target is waited for",
+        promise="a drive that is read off its target is blamed",
+        path="armdrive/dialects/cia402/leading.py",
+        old="            elif lead.exchange.listened.s > self._given_up_s:\n",
+        new="            elif False:\n",
+        tests=tests_of(
+            "tests/armdrive/dialects/cia402/test_cia402_busy.py",
+            "test_a_drive_that_is_read_off_its_target_is_blamed_however_late_that_is_heard",
+        ),
+    ),
+    Mutant(
         name="CiA 402 targets are not smoothed",
         promise="ramps are made of jumps in speed",
-        path="armdrive/dialects/cia402/cyclic.py",
-        old="        if not self.window_s:\n",
-        new="        if self.window_s >= 0.0:\n",
+        path="armdrive/dialects/bus/way.py",
+        old="        if not window_s:\n",
+        new="        if window_s >= 0.0:\n",
         tests=tests_of(
             "tests/armdrive/dialects/cia402/test_cia402_motion.py",
             "test_smoothing_makes_ramps_of_jumps_in_speed",

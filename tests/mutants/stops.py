@@ -91,7 +91,7 @@ MUTANTS = (
         name="MKS drives are not sent their stop",
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/dialects/mks/stops.py",
-        old='self.put(node, Stop(Code.ABSOLUTE_AXIS, 0 if dead else ramp), "STOP")',
+        old='wire.put(node, Stop(Code.ABSOLUTE_AXIS, ramp), "STOP")',
         new="pass",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_stops.py",
@@ -101,9 +101,9 @@ MUTANTS = (
     Mutant(
         name="CiA 402 drives are not sent their quick stop",
         promise="a stop goes first, in every state, and ends what moves",
-        path="armdrive/dialects/cia402/power.py",
-        old="self.command(drive, STOP, self._mode_of(drive))",
-        new="self.command(drive, ENABLE, self._mode_of(drive), drive.place)",
+        path="armdrive/dialects/cia402/leading.py",
+        old="lead.exchange.command(drive, STOP, lead.states.mode_of(drive))",
+        new="lead.exchange.command(drive, ENABLE, lead.states.mode_of(drive), drive.shaft.goal)",
         tests=tests_of(
             "tests/armdrive/dialects/cia402/test_cia402_motion.py",
             "test_drives_that_were_out_of_reach_for_a_moment_do_not_leap_far",
@@ -330,7 +330,7 @@ MUTANTS = (
         name="MKS segments are drawn as soon as there are any",
         promise="motion expires: nothing is sent further ahead than announced",
         path="armdrive/dialects/mks/steering.py",
-        old="return left_s <= 0.0 or left_s + self.guess_s <= self.ahead_s + 1e-6",
+        old="return left_s <= 0.0 or left_s + self._longest_s <= self.ahead_s + 1e-6",
         new="return True",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_controller_motion.py",
@@ -351,7 +351,7 @@ MUTANTS = (
     Mutant(
         name="a CiA 402 drive's missing heartbeat is not noticed",
         promise="a drive that falls silent is missed",
-        path="armdrive/dialects/cia402/sdo_queue.py",
+        path="armdrive/dialects/cia402/exchange.py",
         old="            if drive.missed > LOOKS_LOST and not drive.reported:",
         new="            if False:",
         tests=tests_of(
@@ -363,11 +363,11 @@ MUTANTS = (
         name="MKS drives that did not hear a stop are not told again",
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/dialects/mks/stops.py",
-        old="elif deaf and self.now_s >= again_s:",
-        new="elif False:",
+        old="            if self._deaf and now_s > self.began_s:",
+        new="            if False:",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_stops.py",
-            "test_one_that_began_anew_near_zero_just_before_a_stop_is_found_out",
+            "test_a_drive_whose_stop_and_answers_are_lost_is_told_again_all_the_same",
         ),
     ),
     Mutant(
@@ -385,11 +385,8 @@ MUTANTS = (
         name="the MKS drives' watchdog is not set",
         promise="a dead program's arm stops in the announced time",
         path="armdrive/dialects/mks/contact.py",
-        old=(
-            "        found = yield from self.ask(dict.fromkeys(self.nodes, "
-            'timeout), text="WATCHDOG")\n'
-        ),
-        new=("        found = dict.fromkeys(self.nodes, Taken)\n        return True\n"),
+        old='found = yield from wire.ask(dict.fromkeys(wire.nodes, timeout), text="WATCHDOG")',
+        new="return True",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_controller.py",
             "test_switching_on_sets_the_watchdog_and_reads_it_back",
@@ -398,7 +395,7 @@ MUTANTS = (
     Mutant(
         name="the program says no heartbeat",
         promise="drives that wait for a heartbeat get it",
-        path="armdrive/dialects/cia402/master.py",
+        path="armdrive/dialects/cia402/wire.py",
         old="        return self._data",
         new='        return b""',
         tests=tests_of(

@@ -16,7 +16,7 @@ from armdrive.connect.target import find, simulation_forced
 from armdrive.dialects.dialect import Language
 from armdrive.errors import ArmError, BadRequest, PortInUse
 from armdrive.registry import LANGUAGES, USUAL, language_of
-from armdrive.setup import prober
+from armdrive.setup.dialog_runner import RealClock
 from armdrive.storage.lock_client import holder_words, notice_of, overhear_holder
 from armdrive.transports import opening
 from armdrive.transports.address import is_can
@@ -115,7 +115,7 @@ def _address(options: argparse.Namespace, config: ArmConfig | None) -> CanAddres
 
 def _heard(link: Link, seconds: float | None) -> Iterator[tuple[float, Frame]]:
     """Give the frames as they come, with the time since the bus was opened."""
-    clock, unpacker = prober.RealClock(), Unpacker()
+    clock, unpacker = RealClock(), Unpacker()
     began_s = clock.now_s()
     end_s = math.inf if seconds is None else began_s + seconds
     while (now_s := clock.now_s()) < end_s:

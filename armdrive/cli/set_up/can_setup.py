@@ -21,11 +21,11 @@ from armdrive.dialog.conversation import AskPerson, Question, WrongAnswer
 from armdrive.errors import ArmFileError, BadRequest, OperatorNeeded
 from armdrive.registry.arm_files import load_arm, parse_arm, preset_arm
 from armdrive.registry.simulate import simulate
+from armdrive.setup import dialog_runner
 from armdrive.setup import plan as kept
-from armdrive.setup import prober
 from armdrive.setup.arm_text import merged, signs_of, text_of
 from armdrive.setup.commissioning import CommissioningOutcome, Practice, walk
-from armdrive.setup.dialog_runner import DialogClock, DialogPerson, DialogRunner
+from armdrive.setup.dialog_runner import Clock, DialogClock, DialogPerson, DialogRunner
 from armdrive.setup.plan import CommissioningPlan, commissionable, plan_of
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold
@@ -85,14 +85,16 @@ def _commission(config: ArmConfig, plan: CommissioningPlan, options: argparse.Na
     with _opened(config, port) as link:
         keep = lambda found: kept.write(plan.name, config.calibration, found)  # noqa: E731
         person = TerminalPerson(plan.name)
-        outcome = _held(link, prober.RealClock(), person, plan, notes, keep, again=options.again)
+        outcome = _held(
+            link, dialog_runner.RealClock(), person, plan, notes, keep, again=options.again
+        )
     _end(config, plan, outcome, port, options)
     return DONE if outcome.finished else UNFINISHED
 
 
 def _held(
     link: Link,
-    clock: prober.Clock,
+    clock: Clock,
     person: DialogPerson,
     plan: CommissioningPlan,
     notes: dict[str, kept.Notes],
@@ -100,7 +102,7 @@ def _held(
     *,
     again: bool,
 ) -> CommissioningOutcome:
-    return DialogRunner(link, plan.bus.host(), clock, person, keep).run(
+    return DialogRunner(link, plan.scripts(), clock, person, keep).run(
         walk(plan, notes, again=again)
     )
 

@@ -9,30 +9,18 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import TypeVar
 
 from armdrive.cli.set_up.doctor_report import Report
 from armdrive.cli.set_up.doctor_settings import compare
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import PortOpening
-from armdrive.dialects.bus.tools import (
-    IDS,
-    LISTEN_S,
-    Answers,
-    BusTools,
-    FrameHost,
-    Heard,
-    Listened,
-    listen,
-    of_nobody,
-)
+from armdrive.dialects.bus.tools import IDS, LISTEN_S, Answers, BusTools, Heard, of_nobody
 from armdrive.dialog.conversation import Finding, any_problem, note, ok, problem
 from armdrive.errors import ArmError, BadRequest, LinkError, LinkLost, PortUnavailable
 from armdrive.setup import findings as can_findings
-from armdrive.setup.dialog_runner import DialogRunner, NobodyFound
-from armdrive.setup.finding import PROTOCOLS, ask_bus, is_command, nodes_heard
-from armdrive.setup.prober import RealClock
+from armdrive.setup.dialog_runner import RealClock
+from armdrive.setup.finding import PROTOCOLS, ask_bus, listened, nodes_heard
 from armdrive.storage.arm_lock import hold
 from armdrive.transports import ports
 from armdrive.transports.address import PREFIX, is_can
@@ -85,7 +73,8 @@ def run(options: argparse.Namespace, config: ArmConfig | None) -> int:
     report = Report(port, options.json)
     ids = ids_of(options.ids) if options.ids else _known_ids(config)
     address = CanAddress.parse(port)
-    heard = _alone(config, port, lambda: _listened(address, config))
+    master = getattr(config.device, "master_id", None) if config is not None else None
+    heard = _alone(config, port, lambda: listened(address, master))
     report.add(can_findings.of_listening(heard, LISTEN_S, _bits_s(address)))
     if heard.commands:
         return report.end(MENDING)
@@ -169,17 +158,6 @@ def _told(
 def _counters(health: BusHealth) -> dict[str, int]:
     names = ("sent", "heard", "refused", "error_frames", "read_errors", "overrun")
     return {name: getattr(health, name) for name in names}
-
-
-def _listened(address: CanAddress, config: ArmConfig | None) -> Listened:
-    """Hear what passes, with an adapter that does not even acknowledge where it can be kept."""
-    master = getattr(config.device, "master_id", None) if config is not None else None
-    link = open_can_link(str(address.listening()))
-    try:
-        carrier = DialogRunner(link, FrameHost(), RealClock(), NobodyFound())
-        return carrier.run(listen(partial(is_command, master=master)))
-    finally:
-        link.close()
 
 
 def _asked(

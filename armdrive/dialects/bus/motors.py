@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from armdrive.config.arm import ArmConfig
+from armdrive.config.sections import GripperSettings
 from armdrive.errors import ArmFileError, Refused
 from armdrive.transports.address import is_can
+from kinematics.transmission import MotorSpec, Transmission
 
 ALL_SILENT = (
     "Check that the drives have power, that the bus's cable sits and has a resistor of 120 ohm at "
@@ -66,6 +68,20 @@ def bus_motors(config: ArmConfig, section: str, ids: Sequence[int]) -> BusMotors
         names,
         max(_sum(row, speeds) for row in transmission.matrix),
         tuple(_sum(row, spans) for row in transmission.matrix),
+    )
+
+
+def one_motor(config: ArmConfig, name: str, fastest_hz: float) -> ArmConfig:
+    """Return an arm that is one motor alone, which turns no faster, one step a count.
+
+    For a controller that is to turn a motor of which nobody knows what it moves.
+    """
+    turns = Transmission((MotorSpec(name, 1.0, (1.0,)),), (name,))
+    return replace(
+        config,
+        model=replace(config.model, transmission=turns, joint_speeds_rad_s=(fastest_hz,)),
+        connection=replace(config.connection, port=""),
+        gripper=GripperSettings(),
     )
 
 

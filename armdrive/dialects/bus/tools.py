@@ -1,20 +1,24 @@
 """What a dialect can do on a CAN bus without a connected arm: survey its drives and set them up.
 
 A dialect fills in one `BusTools`, the registry's row carries it, and whoever surveys a bus or
-commissions drives goes through these rows and names no dialect. Everything here is a talk
-(`armdrive.dialog.conversation`): it touches neither wire nor clock.
+commissions drives goes through these rows and names no dialect. What is done on the wire is a
+script (`armdrive.dialects.exchange`), what a person is asked a talk (`armdrive.dialog`): nothing
+here touches a wire or a clock.
 """
 
 from __future__ import annotations
 
-from collections import deque
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol, TypeAlias
+from typing import Any, Protocol, TypeAlias, TypeVar
 
-from armdrive.dialog.conversation import Finding, Hear, Talk, note, problem
+from armdrive.config.arm import ArmConfig
+from armdrive.dialects.controller import Controller
+from armdrive.dialects.exchange import Received, Script, ScriptIO, ScriptLoop
+from armdrive.dialog.conversation import Finding, Talk, note, problem
 from armdrive.transports.can_health import BusHealth, BusState
-from firmware_protocol.frames import Frame, Unpacker, pack
+from firmware_protocol.frames import Frame, Unpacker
 
 IDS = tuple(range(1, 17))
 """Asked where nobody says otherwise."""
@@ -25,75 +29,45 @@ Heard: TypeAlias = Mapping[int, Any]
 """Who was heard while nothing was asked, and what state each said it is in."""
 
 
-# How requests of a talk become bytes, and bytes become what was heard.
+# What is done on the wire, as acts of a talk; and frames as they are, for scripts that read them.
 
-
-class BusHost(Protocol):
-    """The host's end of one protocol, for whoever carries out a talk."""
-
-    def send(self, node: int, request: Any) -> bytes:
-        """Return the bytes that put a request to a drive."""
-
-    def receive_data(self, data: bytes) -> None:
-        """Take bytes from the bus."""
-
-    def next_event(self) -> Any | None:
-        """Return what was heard, one at a time, then None. A frame of nobody's is a `Frame`."""
-
-    def answers(self, event: Any, request: Any) -> bool:
-        """Tell whether an event answers a request."""
-
-    def moves(self, request: Any) -> bool:
-        """Tell whether a request sets a motor in motion."""
-
-    def stop(self, node: int, request: Any) -> Iterable[bytes]:
-        """Return everything that ends a motion that a request began."""
-
-    def settle(self, node: int) -> None:
-        """Take note that a drive is known to stand."""
+T = TypeVar("T")
+Executor: TypeAlias = Controller | ScriptLoop[Any]
+"""What carries out one request at a time, without wire or clock."""
 
 
 @dataclass(frozen=True, slots=True)
-class BusQuestion:
-    """A frame as a request, and what is enough of an answer to it."""
+class CarryOut:
+    """Have a request of a controller carried out, or a script; ends with its reply.
 
-    frame: Frame
-    enough: Callable[[Frame], bool]
+    With `silent_after_s` nothing is said or heard any more from then on for a while, as if this
+    program had died. Then it is stopped.
+    """
+
+    executor: Executor
+    request: Any
+    silent_after_s: float = math.inf
 
 
-class FrameHost:
-    """Questions out, frames in: for a protocol whose talks read the frames themselves."""
+@dataclass(frozen=True, slots=True)
+class OnWire:
+    """Carry out a script that speaks by the wire which it is handed; ends with what it returns."""
 
-    def __init__(self) -> None:
-        self._unpacker = Unpacker()
-        self._frames: deque[Frame] = deque()
+    script: Callable[[Any], Script[Any, Any]]
 
-    def send(self, _node: int, request: BusQuestion) -> bytes:
-        """Return the frame of a question as bytes."""
-        return pack(request.frame)
 
-    def receive_data(self, data: bytes) -> None:
-        """Take bytes from the bus."""
-        self._frames.extend(self._unpacker.feed(data))
+def on_wire(script: Callable[..., Script[Any, T]], *args: object) -> Talk[T]:
+    """Carry out a script on the wire, with these arguments behind the wire; return its result."""
+    result: T = yield OnWire(lambda wire: script(wire, *args))
+    return result
 
-    def next_event(self) -> Frame | None:
-        """Return the next frame, None where no more has come."""
-        return self._frames.popleft() if self._frames else None
 
-    def answers(self, event: Frame, request: BusQuestion) -> bool:
-        """Tell whether a frame is enough of an answer."""
-        return request.enough(event)
+FrameWire: TypeAlias = ScriptIO[Frame]
 
-    def moves(self, _request: BusQuestion) -> bool:
-        """Questions move nothing."""
-        return False
 
-    def stop(self, _node: int, _request: BusQuestion) -> Iterable[bytes]:
-        """Nothing was set in motion."""
-        return ()
-
-    def settle(self, node: int) -> None:
-        """Nothing was in motion."""
+def frame_scripts() -> ScriptLoop[Frame]:
+    """Make what carries out scripts that hear frames."""
+    return ScriptLoop(Received(Unpacker().feed), ScriptIO(lambda _frame: None))
 
 
 # A survey: what passes by itself, and who answers.
@@ -110,10 +84,11 @@ class Listened:
     commands: tuple[Frame, ...] = ()
 
 
-def listen(is_command: Callable[[Frame], bool], seconds: float = LISTEN_S) -> Talk[Listened]:
+def listen(
+    wire: FrameWire, is_command: Callable[[Frame], bool], seconds: float = LISTEN_S
+) -> Script[Frame, Listened]:
     """Hear what passes by itself, whatever is spoken."""
-    heard: tuple[object, ...] = yield Hear(seconds)
-    frames = tuple(each for each in heard if isinstance(each, Frame))
+    frames = yield from wire.collect(seconds)
     return Listened(frames, tuple(filter(is_command, frames)))
 
 
@@ -136,28 +111,13 @@ class Answers:
 # Commissioning: one new drive after the other gets its id and settings, and is turned a little.
 
 
-class DrivePlace(Protocol):
-    """One motor of an arm, and the id that its drive should have."""
-
-    @property
-    def motor(self) -> int:
-        """The motor's index."""
-
-    @property
-    def name(self) -> str:
-        """What the motor is called."""
-
-    @property
-    def node(self) -> int:
-        """The drive's id."""
-
-
 @dataclass(frozen=True, slots=True)
-class Turned:
-    """Where a motor stands, in counts, and why it is not where it should be; empty where it is."""
+class DrivePlace:
+    """One motor of an arm, by its index and its name, and the id that its drive should have."""
 
-    counts: int
-    trouble: str = ""
+    motor: int
+    name: str
+    node: int
 
 
 class DriveAtHand(Protocol):
@@ -171,6 +131,14 @@ class DriveAtHand(Protocol):
     def keeps_settings(self) -> bool:
         """Whether a drive that was set up before still is, as far as it tells."""
 
+    @property
+    def watchdog_s(self) -> float:
+        """When it stops by itself once the bus is silent; 0 where it never does."""
+
+    @property
+    def by_itself(self) -> ArmConfig:
+        """An arm that is this drive alone, and turns its one motor slowly, one step a count."""
+
     def settle(self) -> Talk[int]:
         """Set it up; return its motor current in mA, 0 where it was left alone."""
 
@@ -180,39 +148,27 @@ class DriveAtHand(Protocol):
     def offer_zero(self) -> Talk[None]:
         """Offer a new zero where it counts too far from its own."""
 
-    def switch_on(self) -> Talk[bool]:
-        """Have its motor hold; return whether it does."""
-
-    def where(self) -> Talk[int | None]:
-        """Read where it stands, in counts."""
-
-    def turn_to(self, target: int, counts: int) -> Talk[Turned]:
-        """Turn to a count, as slowly as a motion of so many counts is to be watched."""
-
-    def try_watchdog(self, counts: int) -> Talk[bool | None]:
-        """Try by a run of so many counts whether it stops when the bus falls silent.
-
-        None where that was not tried.
-        """
+    def set_watchdog(self, seconds: float) -> Talk[bool]:
+        """Have it stop by itself when the bus is silent for so long; return whether it will."""
 
 
 @dataclass(frozen=True, slots=True)
 class CommissioningTools:
     """How one dialect's drives are set up, one at a time.
 
-    `new_id` is the id of every new drive. `arrive` brings a drive to its id: it takes the arm's
-    name, its section of the arm file, the drive, and whether the arm has other drives, and returns
-    None where the person leaves the drive out. `alone` tells whether one drive, and no more,
-    answers to an id. `section` gives what the arm file says of drives with these ids, all of which
-    have this current where it is not 0.
+    `new_id` is the id of every new drive. `arrive` brings a drive to its id: it takes the arm, the
+    drive, and whether the arm has other drives, and returns None where the person leaves the drive
+    out. `alone` finds out whether one drive, and no more, answers to an id: it takes the wire.
+    `section` gives what the arm file says of drives with these ids, all of which have this current
+    where it is not 0.
     """
 
     new_id: int
     counts_per_turn: int
     steps: tuple[str, ...]
     caution: str
-    arrive: Callable[[str, Any, DrivePlace, bool], Talk[DriveAtHand | None]]
-    alone: Callable[[int], Talk[bool]]
+    arrive: Callable[[ArmConfig, DrivePlace, bool], Talk[DriveAtHand | None]]
+    alone: Callable[[Any, int], Script[Any, bool]]
     section: Callable[[Any, Sequence[int], int], Mapping[str, Any]]
 
 
@@ -220,21 +176,22 @@ class CommissioningTools:
 class BusTools:
     """One protocol of a CAN bus, as a survey goes through it. Asking only ever reads.
 
-    `most` is the highest id. `harmless` says that asking does nothing to drives of any other
-    protocol, so that it is done first; `leaves_free` is the highest id that can be asked in
-    another protocol where nodes of this one are, None where that may be any. `reads_answer` tells
-    what cannot be another program's command, and `reads_command` what is one (the second value is
-    the id of a master whose heartbeat would be one). `heard` gives who was heard in frames that
-    passed, `bit_rates` the rates that such drives have. `connects` tells that connecting to such an
-    arm sets nothing, so that its settings may be compared unasked; `next` is the command for drives
+    `scripts` makes what carries scripts out over the wire to some ids; `ask` is one, and takes that
+    wire. `most` is the highest id. `harmless` says that asking does nothing to drives of any other
+    protocol, so that it is done first; `leaves_free` is the highest id that can be asked in another
+    protocol where nodes of this one are, None where that may be any. `reads_answer` tells what
+    cannot be another program's command, and `reads_command` what is one (the second value is the id
+    of a master whose heartbeat would be one). `heard` gives who was heard in frames that passed,
+    `bit_rates` the rates that such drives have. `connects` tells that connecting to such an arm
+    sets nothing, so that its settings may be compared unasked; `next` is the command for drives
     that no arm file has, and `hint` what is said of it to who makes such a file otherwise.
     """
 
     name: str
     dialect: str
     most: int
-    host: Callable[[], BusHost]
-    ask: Callable[[Sequence[int], Heard], Talk[Answers]]
+    scripts: Callable[[Sequence[int]], ScriptLoop[Any]]
+    ask: Callable[[Any, Sequence[int], Heard], Script[Any, Answers]]
     reads_command: Callable[[Frame, int | None], bool]
     reads_answer: Callable[[Frame], bool] = lambda _frame: False
     heard: Callable[[Iterable[Frame]], Heard] = field(default=lambda _frames: {})

@@ -1,283 +1,64 @@
-"""Finding the CiA 402 drives of an arm and setting them up. Nothing moves."""
+"""Finding the CiA 402 drives of an arm, setting them up and comparing that, giving them current.
+
+Nothing moves by any of it.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+import re
+from dataclasses import dataclass, replace
+from typing import NoReturn
 
-from armdrive.dialects.cia402.cycle import STOP
-from armdrive.dialects.cia402.drive import Cia402Drive
-from armdrive.dialects.cia402.master import setups
-from armdrive.dialects.cia402.power import Cia402States, Hindrance
-from armdrive.dialects.cia402.receive import SERIAL_NUMBER
-from armdrive.dialects.cia402.sdo_queue import TRIES, ObjectRead, SdoQueue, refusal_words
-from armdrive.dialects.cia402.settings import Cia402Settings
-from armdrive.tasks import ProtocolWarning, RequestRejected
-from firmware_protocol.canopen import (
-    CONSUMER_HEARTBEAT,
-    CONTROLWORD,
-    DEVICE_TYPE,
-    FAULT_REACTION_OPTION,
-    FOLLOWING_ERROR_TIMEOUT_MS,
-    FOLLOWING_ERROR_WINDOW,
-    HEARTBEAT_REACTION,
-    NOT_VALID,
-    POSITION,
-    PRODUCER_HEARTBEAT_MS,
-    QUICK_STOP_DECELERATION,
-    QUICK_STOP_OPTION,
-    STATUSWORD,
-    SUPPORTED_MODES,
-    DataType,
-    HeartbeatWatch,
-    Nmt,
-    NmtCommand,
-    OperationMode,
-    Place,
-    QuickStopOption,
-    Service,
-    Statusword,
-    Write,
-    cob_id,
-    supported_modes,
+from armdrive.dialects.cia402.exchange import (
+    STOP,
+    TRIES,
+    Cia402Exchange,
+    DriveStates,
+    Hindered,
+    Script,
 )
+from armdrive.dialects.cia402.settings import Cia402Settings
+from armdrive.dialects.cia402.transfers import ObjectTransfers, Results, SdoResult
+from armdrive.dialects.cia402.wire import (
+    FAULTS,
+    SERIAL_NUMBER,
+    Cia402Drive,
+    DriveGroup,
+    Heard,
+    HeartbeatProducer,
+    beside,
+    setups,
+)
+from armdrive.dialects.exchange import ScriptIO
+from armdrive.errors import Refused
+from armdrive.tasks import DeviceSettings, Difference, Done, ProtocolWarning, Reply, RequestRejected
+from firmware_protocol import canopen
+from firmware_protocol.canopen import DataType, DriveState, NmtCommand, Place, Service, Write
 
 PROFILE_NUMBER = 402
 CALM_S = 1.0
-"""A motion that a program before this one left behind is waited for so long."""
+"""How long drives may go on that an earlier program left moving. They stop on its last heartbeat,
+which takes `heartbeat_ms` and a quick stop: 0.3 s as delivered."""
 LOOK_S = 0.03
-"""A drive that is where it was so long ago stands."""
+"""A drive has stopped if it has not turned for so long: three periods of SYNC as delivered."""
 BEAT_LATE = 1.5
-"""Another master is heard within so many of our own beats."""
+"""A heartbeat of our own number no older than so many of our timeouts is that of another master."""
+PARTINGS = 2
+"""The last order of a program is sent twice: nobody waits for its answer, and it may be lost."""
 
+# What drives are set up to be.
 
-class Cia402Contact(Cia402States):
-    """The way to drives that hear, and tell where they are."""
-
-    quick_slope = math.inf
-    """The ramp of a quick stop, in increments a second squared."""
-
-    def choose(self, modes: frozenset[OperationMode]) -> None:
-        """Choose the ways of moving by what all drives can do."""
-
-    # -- contact ------------------------------------------------------------------------------
-
-    def contact(self) -> Hindrance:
-        """Find every drive, set it up and have it tell where it is; return what hinders that."""
-        self.shared.clear()
-        hindrance = yield from self._recognise()
-        if hindrance is None:
-            hindrance = yield from self._calm_down()
-        if hindrance is None and (shared := self.shared_words()):
-            hindrance = RequestRejected(shared, moved=False)
-        if hindrance is None:
-            hindrance = yield from self._set_up()
-        if hindrance is None:
-            hindrance = yield from self._start()
-        if hindrance is not None:
-            return hindrance
-        for drive in self.drives:
-            drive.rest()
-            drive.fresh = not self.configured
-        self.contacted = self.configured = True
-        return None
-
-    def _recognise(self, *, again: bool = True) -> Hindrance:
-        """Ask every drive what it is."""
-        began_s = self.now_s
-        self.last_said = "SDO 1000"
-        lanes = yield from self.everywhere(
-            ObjectRead(SERIAL_NUMBER),
-            ObjectRead(DEVICE_TYPE),
-            ObjectRead(SUPPORTED_MODES),
-            ObjectRead(PRODUCER_HEARTBEAT_MS),
-        )
-        if (missing := self.missing(lanes, began_s)) is not None:
-            if isinstance(missing, RequestRejected):
-                if again and (yield from self.awoken(lanes)):
-                    return (yield from self._recognise(again=False))
-                if shared := self.shared_words():  # it may have the number of another
-                    return RequestRejected(f"{missing.reason}. And {shared}", moved=False)
-            return missing
-        if self.rival_s > self.now_s - BEAT_LATE * self.settings.heartbeat_ms / 1000.0:
-            return RequestRejected(
-                f"another program beats as node {self.settings.master_id} on this bus and may "
-                "command these drives: end it first",
-                moved=False,
-            )
-        for lane in lanes.values():
-            if DEVICE_TYPE in lane.refused:
-                remedy = ". So it is no CANopen device: check the ids of the arm file"
-                return RequestRejected(refusal_words(lane, DEVICE_TYPE, remedy), moved=False)
-            profile = lane.values.get(DEVICE_TYPE, 0) & 0xFFFF
-            if profile != PROFILE_NUMBER:
-                return RequestRejected(
-                    f"{lane.drive} says that it is a device of profile {profile}, not a drive of "
-                    f"CiA {PROFILE_NUMBER}: check the ids of the arm file (`armdrive doctor "
-                    "--can`)",
-                    moved=False,
-                )
-            beat_ms = lane.values.get(PRODUCER_HEARTBEAT_MS, self.settings.drive_beat_ms)
-            if self.configured and beat_ms != self.settings.drive_beat_ms:
-                lane.drive.booted = True  # it has forgotten what it was told
-        self._learn_modes(lanes)
-        return None
-
-    def _learn_modes(self, lanes: Mapping[int, SdoQueue]) -> None:
-        words = [lane.values[SUPPORTED_MODES] for lane in lanes.values() if _tells_modes(lane)]
-        modes = [supported_modes(word & 0xFFFF_FFFF) for word in words]
-        self.choose(frozenset.intersection(*modes) if modes else frozenset())
-
-    def _calm_down(self) -> Hindrance:
-        """Wait for the end of what an earlier program left in motion, then end it.
-
-        One look shows no motion. A drive is refused only if it goes on turning after it was told
-        to stop: a program that was suspended meanwhile has seen too little to refuse it.
-        """
-        began_s, told_s = self.now_s, math.inf
-        before: dict[int, int] | None = None
-        while True:
-            lanes = yield from self.everywhere(ObjectRead(POSITION), ObjectRead(STATUSWORD))
-            if (missing := self.missing(lanes, began_s)) is not None:
-                return missing
-            if before is not None:
-                turning = self._turning(lanes, before)
-                if not turning:
-                    return None
-                if self.now_s > told_s + CALM_S:
-                    return RequestRejected(
-                        f"{turning[0]} turns, and does not come to rest", moved=False
-                    )
-                if self.now_s > began_s + CALM_S and math.isinf(told_s):
-                    write = Write(CONTROLWORD, DataType.U16, STOP.value)
-                    yield from self.transfer({drive.node: (write,) for drive in turning})
-                    told_s = self.now_s
-            before = {node: lane.values.get(POSITION, 0) for node, lane in lanes.items()}
-            yield from self.wait(self.now_s + LOOK_S)
-
-    def _turning(
-        self, lanes: Mapping[int, SdoQueue], before: Mapping[int, int]
-    ) -> list[Cia402Drive]:
-        """Return the drives that hold their motors and turn; an arm may sag, that is seen later."""
-        return [
-            lane.drive
-            for node, lane in lanes.items()
-            if _holds(lane)
-            and abs(lane.values.get(POSITION, 0) - before.get(node, 0)) > lane.drive.tremble
-        ]
-
-    def _set_up(self) -> Hindrance:
-        """Write what the drives are to be like; they do not take part in PDOs meanwhile."""
-        began_s = self.now_s
-        self.last_said = "SDO set-up"
-        cyclic = self.resting_mode is OperationMode.CYCLIC_POSITION
-        cycle_ms = round(self.cycle_s * 1000.0) if cyclic else None
-        jobs = {drive.node: needed(drive.node, self.quick_slope, cycle_ms) for drive in self.drives}
-        lanes: Mapping[int, SdoQueue] = {}
-        for _ in range(TRIES):  # the order may have been lost
-            self._order(NmtCommand.PRE_OPERATIONAL, self.drives)
-            lanes = yield from self.transfer(jobs)
-            if (missing := self.missing(lanes, began_s)) is not None:
-                return missing
-            if not any(lane.refused for lane in lanes.values()):
-                break
-        if (refused := refused_of(lanes)) is not None:
-            return refused
-        return (yield from self._set_wishes())
-
-    def _set_wishes(self) -> Hindrance:
-        """Write what the drives are better with, and read back what safety stands on."""
-        began_s = self.now_s
-        wishes = {drive.node: wished(self.settings, drive.node) for drive in self.drives}
-        lanes = yield from self.transfer(wishes, lenient=True)
-        if (missing := self.missing(lanes, began_s)) is not None:
-            return missing
-        for lane in lanes.values():
-            for place in lane.refused:
-                if place.index >= _PROFILE_OBJECTS and not self.configured:
-                    self.tell(ProtocolWarning(refusal_words(lane, place)))
-        told = yield from self.everywhere(
-            ObjectRead(HEARTBEAT_REACTION), ObjectRead(QUICK_STOP_OPTION)
-        )
-        if (missing := self.missing(told, began_s)) is not None:
-            return missing
-        for job in _of_safety(self.drives[0].node, self.quick_slope):
-            for lane in told.values():
-                if lane.values.get(job.place) != job.value:
-                    return RequestRejected(
-                        f"{lane.drive} does not keep {job.value} in object {job.place}, with "
-                        "which it would stop and hold when this program dies",
-                        moved=False,
-                    )
-        return None
-
-    def _start(self) -> Hindrance:
-        """Let the drives take part in PDOs, and have each tell where it is."""
-        began_s = self.now_s
-        missing: tuple[Cia402Drive, ...] = self.drives
-        for _ in range(TRIES):
-            self._order(NmtCommand.START, missing)
-            yield from self.wait(self.now_s + self.cycle_s)
-            missing = yield from self.look()
-            if not missing:
-                return None
-        if len(missing) == len(self.drives):
-            return self.silence(began_s)
-        return RequestRejected(
-            f"{missing[0]} answers, but sends no PDO upon SYNC: something else may have set it up",
-            moved=False,
-        )
-
-    def _order(self, command: NmtCommand, drives: Sequence[Cia402Drive]) -> None:
-        for drive in drives:
-            self.say(self.bus.order(Nmt(command, drive.node)))
-
-
-_PROFILE_OBJECTS = 0x6000
-PROFILE_DOES = '. With strategy = "profile" it is not needed'
-NEEDED = ". Nothing is driven without it: newer firmware of the drive may have it"
-
-
-def _of_safety(node: int, quick_slope: float) -> tuple[Write, ...]:
-    """Return what has to be as it was written, or nothing may be switched on."""
-    places = (HEARTBEAT_REACTION, QUICK_STOP_OPTION)
-    writes = needed(node, quick_slope, None)
-    return tuple(write for write in writes if write.place in places)
-
-
-def refused_of(lanes: Mapping[int, SdoQueue]) -> RequestRejected | None:
-    """Say which object a drive refused, and why; None where none did."""
-    for lane in lanes.values():
-        for place in lane.refused:
-            cyclic = place in (PERIOD, PERIOD_UNIT)
-            remedy = PROFILE_DOES if cyclic else NEEDED
-            return RequestRejected(refusal_words(lane, place, remedy), moved=False)
-    return None
-
-
-def _tells_modes(lane: SdoQueue) -> bool:
-    return SUPPORTED_MODES in lane.values
-
-
-def _holds(lane: SdoQueue) -> bool:
-    word = lane.values.get(STATUSWORD)
-    state = None if word is None else Statusword(word & 0xFFFF).state
-    return state is not None and state.holds
-
-
-# How CiA 402 drives are set up when contact is made with them: the objects that are written.
-
-QUICK_STOP = 3
-"""Of object 6007: a drive that misses the heartbeat makes a quick stop."""
-BRAKE = 2
-"""Of object 605E: a drive in fault brakes before it lets its motor go."""
+SAFETY = (
+    Write(canopen.HEARTBEAT_REACTION, DataType.I16, 3),  # a quick stop where no heartbeat comes
+    Write(canopen.QUICK_STOP_OPTION, DataType.I16, canopen.QuickStopOption.QUICK_RAMP_AND_STAY),
+)
+"""What has to be as it was written, or nothing may be switched on."""
+BRAKE = Write(canopen.FAULT_REACTION_OPTION, DataType.I16, 2)
+"""Has a drive in fault brake before it lets its motor go."""
 PERIOD, PERIOD_UNIT = Place(0x60C2, 1), Place(0x60C2, 2)
 MILLISECONDS = -3
-BUSY_AT_MOST = 0.7
-"""How much of a bus's time the cyclic frames may take."""
-FRAME_BITS, SYNC_BITS = 123, 56
-"""Of a PDO of seven bytes and of a SYNC, with stuffing and the space behind."""
-_OTHERS = (
+_OTHER_PDOS = (
     (0x1401, Service.RPDO2),
     (0x1402, Service.RPDO3),
     (0x1403, Service.RPDO4),
@@ -285,12 +66,7 @@ _OTHERS = (
     (0x1802, Service.TPDO3),
     (0x1803, Service.TPDO4),
 )
-
-
-def period_ms(settings: Cia402Settings, drives: int, bit_rate: int) -> int:
-    """Return the period of SYNC: the arm file's, or a longer one that the bus can carry."""
-    bits = 2 * drives * FRAME_BITS + SYNC_BITS
-    return max(settings.period_ms, math.ceil(1000.0 * bits / bit_rate / BUSY_AT_MOST))
+_PROFILE_OBJECTS = 0x6000
 
 
 def needed(node: int, quick_slope: float, cycle_ms: int | None) -> tuple[Write, ...]:
@@ -306,29 +82,393 @@ def needed(node: int, quick_slope: float, cycle_ms: int | None) -> tuple[Write, 
     return (
         *received.writes,
         *transmitted.writes,
-        Write(HEARTBEAT_REACTION, DataType.I16, QUICK_STOP),
-        Write(QUICK_STOP_OPTION, DataType.I16, QuickStopOption.QUICK_RAMP_AND_STAY),
-        Write(QUICK_STOP_DECELERATION, DataType.U32, max(round(quick_slope), 1)),
+        *SAFETY,
+        Write(canopen.QUICK_STOP_DECELERATION, DataType.U32, max(round(quick_slope), 1)),
         *(cyclic if cycle_ms else ()),
     )
 
 
 def wished(settings: Cia402Settings, node: int) -> tuple[Write, ...]:
     """Return what a drive is better with: some do not have all of it."""
-    silenced = (
-        Write(Place(index, 1), DataType.U32, cob_id(service, node) | NOT_VALID)
-        for index, service in _OTHERS
-    )
     return (
-        Write(FAULT_REACTION_OPTION, DataType.I16, BRAKE),
-        Write(FOLLOWING_ERROR_WINDOW, DataType.U32, settings.following_window),
-        Write(FOLLOWING_ERROR_TIMEOUT_MS, DataType.U16, settings.following_ms),
-        Write(PRODUCER_HEARTBEAT_MS, DataType.U16, settings.drive_beat_ms),
-        *silenced,
+        BRAKE,
+        Write(canopen.FOLLOWING_ERROR_WINDOW, DataType.U32, settings.following_window),
+        Write(canopen.FOLLOWING_ERROR_TIMEOUT_MS, DataType.U16, settings.following_ms),
+        Write(canopen.PRODUCER_HEARTBEAT_MS, DataType.U16, settings.drive_beat_ms),
+        *(
+            Write(Place(index, 1), DataType.U32, canopen.cob_id(service, node) | canopen.NOT_VALID)
+            for index, service in _OTHER_PDOS
+        ),
     )
 
 
 def watch(settings: Cia402Settings, *, on: bool) -> Write:
     """Return what has a drive mind this program's heartbeat, or nobody's."""
-    wanted = HeartbeatWatch(settings.master_id, settings.heartbeat_ms * on)
-    return Write(CONSUMER_HEARTBEAT, DataType.U32, wanted.value if on else 0)
+    wanted = canopen.HeartbeatWatch(settings.master_id, settings.heartbeat_ms * on)
+    return Write(canopen.CONSUMER_HEARTBEAT, DataType.U32, wanted.value if on else 0)
+
+
+def _remedy(place: Place) -> str:
+    if place in (PERIOD, PERIOD_UNIT):
+        return '. With strategy = "profile" it is not needed'
+    return ". Nothing is driven without it: newer firmware of the drive may have it"
+
+
+@dataclass(slots=True, eq=False)
+class Cia402Contact:
+    """Finds every drive, sets it up and has it tell where it is.
+
+    A quick stop is by `quick_slope`.
+    """
+
+    io: ScriptIO[Heard]
+    exchange: Cia402Exchange
+    transfers: ObjectTransfers
+    group: DriveGroup
+    settings: Cia402Settings
+    quick_slope: float
+
+    def make(self) -> Script[None]:
+        """Make contact with every drive; raises `Hindered` where that fails."""
+        self.group.shared.clear()
+        yield from self._recognise()
+        yield from self._calm_down()
+        if self.group.shared:
+            raise Hindered(self.group.shared_words)
+        yield from self._set_up()
+        yield from self._set_wishes()
+        yield from self.transfers.verify(SAFETY, "with which it would stop and hold")
+        yield from self._start()
+        for drive in self.group.drives:
+            drive.rest()
+            drive.shaft.fresh = not self.group.configured
+        self.group.contacted = self.group.configured = True
+
+    def _recognise(self) -> Script[None]:
+        """Ask every drive what it is."""
+        self.io.said = "SDO 1000"
+        results = yield from self._find(
+            SERIAL_NUMBER,
+            canopen.DEVICE_TYPE,
+            canopen.SUPPORTED_MODES,
+            canopen.PRODUCER_HEARTBEAT_MS,
+        )
+        if self.group.rival_s > self.io.now_s - BEAT_LATE * self.settings.heartbeat_ms / 1000.0:
+            raise Hindered(
+                f"another program beats as node {self.settings.master_id} on this bus and may "
+                "command these drives: end it first"
+            )
+        for result in results.values():
+            if canopen.DEVICE_TYPE in result.refused:
+                remedy = ". So it is no CANopen device: check the ids of the arm file"
+                raise Hindered(result.refused[canopen.DEVICE_TYPE] + remedy)
+            profile = result.values.get(canopen.DEVICE_TYPE, 0) & 0xFFFF
+            if profile != PROFILE_NUMBER:
+                raise Hindered(
+                    f"{result.drive} says that it is a device of profile {profile}, not a drive of "
+                    f"CiA {PROFILE_NUMBER}: check the ids of the arm file (`armdrive doctor --can`)"
+                )
+            beat_ms = self.settings.drive_beat_ms
+            told_ms = result.values.get(canopen.PRODUCER_HEARTBEAT_MS, beat_ms)
+            if self.group.configured and told_ms != beat_ms:
+                result.drive.booted = True  # it has forgotten what it was told
+        told = [result.values.get(canopen.SUPPORTED_MODES) for result in results.values()]
+        modes = [canopen.supported_modes(word & 0xFFFF_FFFF) for word in told if word is not None]
+        self.group.choose(frozenset.intersection(*modes) if modes else frozenset())
+
+    def _find(self, *places: Place) -> Script[Results]:
+        """Ask every drive; wake those that somebody has stopped, and ask once more.
+
+        A node that is stopped does not answer, and says no more than its heartbeat.
+        """
+        jobs = self.transfers.of_each(*places)
+        results = yield from self.transfers.transfer(jobs)
+        mute = [result.drive for result in results.values() if result.mute]
+        if 0 < len(mute) < len(results):
+            self.exchange.order(NmtCommand.PRE_OPERATIONAL, mute)
+            one = {drive.node: (canopen.DEVICE_TYPE,) for drive in mute}
+            woken = yield from self.transfers.transfer(one, tries=1)
+            if not all(result.mute for result in woken.values()):
+                results = yield from self.transfers.transfer(jobs)
+                mute = [result.drive for result in results.values() if result.mute]
+        if not mute:
+            return results
+        reply = self.exchange.absence(mute)
+        if isinstance(reply, RequestRejected) and self.group.shared:  # it may be one of the two
+            reply = replace(reply, reason=f"{reply.reason}. And {self.group.shared_words}")
+        raise Hindered(reply)
+
+    def _calm_down(self) -> Script[None]:
+        """Wait for the end of what an earlier program left in motion, then end it.
+
+        One look shows no motion. A drive is refused only if it goes on turning after it was told to
+        stop.
+        """
+        listened = self.exchange.listened
+        began_s, told_s = listened.s, math.inf
+        both = self.transfers.of_each(canopen.POSITION, canopen.STATUSWORD)
+        before = yield from self.transfers.obtain(both)
+        while True:
+            yield from self.exchange.wait(self.io.now_s + LOOK_S)
+            results = yield from self.transfers.obtain(both)
+            turning = [node for node in results if _turns(results[node], before[node])]
+            if not turning:
+                return
+            if listened.s > told_s + CALM_S:
+                drive = self.group.by_node[turning[0]]
+                raise Hindered(f"{drive} turns, and does not come to rest")
+            if listened.s > began_s + CALM_S and math.isinf(told_s):
+                stop = (Write(canopen.CONTROLWORD, DataType.U16, STOP.value),)
+                yield from self.transfers.transfer(dict.fromkeys(turning, stop))
+                told_s = listened.s
+            before = results
+
+    def _set_up(self) -> Script[None]:
+        """Write what the drives are to be like; they do not take part in PDOs meanwhile."""
+        self.io.said = "SDO set-up"
+        cyclic = self.group.resting_mode is canopen.OperationMode.CYCLIC_POSITION
+        cycle_ms = round(self.exchange.cycle_s * 1000.0) if cyclic else None
+        jobs = {node: needed(node, self.quick_slope, cycle_ms) for node in self.group.by_node}
+        for _ in range(TRIES):  # the order to be pre-operational may have been lost
+            self.exchange.order(NmtCommand.PRE_OPERATIONAL, self.group.drives)
+            results = yield from self.transfers.obtain(jobs)
+            refused = [each for result in results.values() for each in result.refused.items()]
+            if not refused:
+                return
+        for place, words in refused:
+            raise Hindered(words + _remedy(place))
+
+    def _set_wishes(self) -> Script[None]:
+        """Write what the drives are better with; what one does not have is told once."""
+        wishes = {node: wished(self.settings, node) for node in self.group.by_node}
+        results = yield from self.transfers.obtain(wishes, lenient=True)
+        for result in results.values():
+            for place, words in result.refused.items():
+                if place.index >= _PROFILE_OBJECTS and not self.group.configured:
+                    self.io.tell(ProtocolWarning(words))
+
+    def _start(self) -> Script[None]:
+        """Let the drives take part in PDOs, and have each tell where it is."""
+        missing = self.group.drives
+        for _ in range(TRIES):
+            self.exchange.order(NmtCommand.START, missing)
+            yield from self.exchange.wait(self.io.now_s + self.exchange.cycle_s)
+            missing = yield from self.exchange.poll()
+            if not missing:
+                return
+        if len(missing) == len(self.group.drives):
+            raise Hindered(self.exchange.silence())
+        raise Hindered(
+            f"{missing[0]} answers, but sends no PDO upon SYNC: something else may have set it up"
+        )
+
+
+def _turns(now: SdoResult, before: SdoResult) -> bool:
+    """Tell whether a drive holds its motor and turns; an arm may sag, that is seen later."""
+    state = canopen.Statusword(now.values.get(canopen.STATUSWORD, 0) & 0xFFFF).state
+    way = now.values.get(canopen.POSITION, 0) - before.values.get(canopen.POSITION, 0)
+    return state is not None and state.holds and abs(way) > now.drive.tremble
+
+
+@dataclass(slots=True, eq=False)
+class Cia402Power:
+    """Has drives hold or not, and mind this program's heartbeat while they do; leaves faults.
+
+    Reads where they are, too.
+    """
+
+    io: ScriptIO[Heard]
+    exchange: Cia402Exchange
+    transfers: ObjectTransfers
+    group: DriveGroup
+    states: DriveStates
+    beats: HeartbeatProducer
+    settings: Cia402Settings
+
+    def read(self) -> Script[Reply]:
+        """Read every position; a drive that holds, and is not where it should be, is told of."""
+        yield from self.exchange.look()
+        for drive in self.group.astray if self.group.on else ():
+            self.io.tell(beside(drive))
+            drive.rest()
+        return self.group.registers()
+
+    def switch_on(self) -> Script[Reply]:
+        """Have every drive hold its motor where it is, and mind this program's heartbeat."""
+        self.group.on = False
+        yield from self.exchange.look()
+        for drive in self.group.drives:
+            if drive.state in FAULTS:
+                yield from self._refuse(drive)
+        self.beats.begin(self.io.now_s)
+        yield from self._watch(on=True)
+        for drive in (yield from self.states.bring(self.group.drives, DriveState.ENABLED)):
+            yield from self._refuse(drive)
+        yield from self._take_places()
+        self.group.on = True
+        return Done()
+
+    def _refuse(self, drive: Cia402Drive) -> Script[NoReturn]:
+        """Say why a drive is not switched on."""
+        yield from self.transfers.explain(drive)
+        if drive.state in FAULTS:
+            raise Hindered(f"{drive.fault_words}; `reset()` clears that")
+        state = "in no state" if drive.word is None else f"at {drive.word}"
+        raise Hindered(
+            f"{drive} does not switch its motor on, it stays {state}: check the motors' supply "
+            "and the drive's own enable input"
+        )
+
+    def switch_off(self) -> Script[Reply]:
+        """Have every drive let its motor go."""
+        self.group.on = False
+        reply: Reply = Done()
+        try:
+            yield from self._watch(on=False)
+        except Hindered as hindered:
+            reply = hindered.reply
+        left = yield from self.states.bring(self.group.drives, DriveState.DISABLED)
+        off = [drive for drive in left if drive.state not in FAULTS]
+        if any(drive.missed > 1 for drive in off):
+            raise Hindered(self.exchange.absence(off))
+        for drive in off:
+            raise Hindered(RequestRejected(f"{drive} does not switch its motor off"))
+        self.beats.end()
+        return reply
+
+    def clear(self) -> Script[Reply]:
+        """Reset faults and leave quick stops: drives hold, or not, as they did. Moves nothing."""
+        yield from self.exchange.look()
+        for drive in self.group.drives:
+            self.group.report(drive)  # what nobody knows yet, as that a motor has no current
+        faulty = [drive for drive in self.group.drives if drive.state in FAULTS]
+        for drive in (yield from self.states.reset_faults(faulty)):
+            yield from self.transfers.explain(drive)
+            words = f"{drive.fault_words}, and does not leave it: mend that, then call `reset()`"
+            raise Hindered(words)
+        yield from self.states.take_back(self.group.drives)
+        yield from self._take_places()
+        held = all(drive.state is DriveState.ENABLED for drive in self.group.drives)
+        self.group.on = self.beats.on and held
+        return Done()
+
+    def farewell(self) -> bytes:
+        """Have drives that stand mind the heartbeat no more: they hold, and none of them alarms."""
+        if not self.beats.on:
+            return b""
+        self.beats.end()
+        return self.transfers.parting(watch(self.settings, on=False), PARTINGS)
+
+    def _take_places(self) -> Script[None]:
+        """Take every drive for being held where it is, and for sound."""
+        yield from self.exchange.look()
+        for drive in self.group.astray:
+            drive.rest()
+        for drive in self.group.drives:
+            drive.recover()
+
+    def _watch(self, *, on: bool) -> Script[None]:
+        """Have the drives mind this program's heartbeat, or no more; see that they do."""
+        write = watch(self.settings, on=on)
+        self.io.said = "SDO 1016"
+        yield from self.transfers.carry_out(self.transfers.of_each(write), _remedy)
+        yield from self.transfers.verify((write,), "without which it would not stop")
+
+
+# How drives are set up, compared with the arm file; and the lines that mend it.
+#
+# A line is a drive's node number, an object, its type and its value: `3: 608F:01 u32 10000`.
+
+_LINE = re.compile(
+    r"\s*(\d{1,3})\s*:\s*([0-9A-Fa-f]{4}):([0-9A-Fa-f]{2})\s+([iu])(8|16|32)\s+(-?\d{1,10})\s*"
+)
+_COMMUNICATION = range(0x1000, 0x2000)
+_MOVING = (0x6040, 0x6060, 0x607A)
+"""What would move a motor, or let it go."""
+
+
+def wanted(settings: Cia402Settings) -> tuple[tuple[Write, str, bool], ...]:
+    """Return the objects as they have to be, their names, and whether all motion needs them."""
+    u8, u32, turns = DataType.U8, DataType.U32, settings.encoder_increments
+    rows = (
+        (Write(Place(0x607E), u8, 0), "polarity", True),
+        (Write(Place(0x6091, 1), u32, 1), "gear ratio, motor turns", True),
+        (Write(Place(0x6091, 2), u32, 1), "gear ratio, shaft turns", True),
+        (
+            Write(canopen.FOLLOWING_ERROR_WINDOW, u32, settings.following_window),
+            "following error window",
+            False,
+        ),
+        (BRAKE, "fault reaction", False),
+    )
+    if not turns:
+        return rows
+    return (
+        *rows,
+        (Write(Place(0x608F, 1), u32, turns), "encoder increments", True),
+        (Write(Place(0x608F, 2), u32, 1), "encoder increments, turns", True),
+        (Write(Place(0x6092, 1), u32, turns), "feed constant", True),
+        (Write(Place(0x6092, 2), u32, 1), "feed constant, turns", True),
+    )
+
+
+@dataclass(slots=True, eq=False)
+class DriveComparison:
+    """Reads settings, compares and mends them."""
+
+    io: ScriptIO[Heard]
+    transfers: ObjectTransfers
+    group: DriveGroup
+    settings: Cia402Settings
+
+    def compare(self) -> Script[Reply]:
+        """Read what the arm depends on; what a drive does not have is not compared."""
+        rows = wanted(self.settings)
+        places = (write.place for write, _, _ in rows)
+        results = yield from self.transfers.obtain(self.transfers.of_each(*places))
+        differences = tuple(
+            Difference(
+                f"{name} ({write.place}) of {result.drive}",
+                str(found),
+                str(write.value),
+                mending_line(result.drive.node, write),
+                must,
+            )
+            for write, name, must in rows
+            for result in results.values()
+            if (found := result.values.get(write.place)) not in (None, write.value)
+        )
+        return DeviceSettings(differences)
+
+    def mend(self, line: str) -> Script[Reply]:
+        """Write one object."""
+        node, write = parsed_line(line)
+        if node not in self.group.by_node:
+            raise Refused(f"`{line}`: no drive of this arm has the node number {node}")
+        self.io.said = line
+        yield from self.transfers.carry_out({node: (write,)})
+        return Done()
+
+
+def mending_line(node: int, write: Write) -> str:
+    """Return the line that writes an object."""
+    kind = f"{'i' if write.type.signed else 'u'}{write.type.bits}"
+    return f"{node}: {write.place} {kind} {write.value}"
+
+
+def parsed_line(line: str) -> tuple[int, Write]:
+    """Read a mending line. Raises `Refused` for one that sets nothing, or would move a motor."""
+    found = _LINE.fullmatch(line)
+    if found is None:
+        raise Refused(f"`{line}` is no setting of a drive: write one as `3: 608F:01 u32 10000`")
+    place = Place(int(found[2], 16), int(found[3], 16))
+    if place.index in _COMMUNICATION or place.index in _MOVING:
+        raise Refused(f"`{line}` sets nothing that can be mended so")
+    kind = DataType[f"{found[4].upper()}{found[5]}"]
+    entry = canopen.STANDARD.find(place)
+    try:
+        write = Write(place, entry.type if entry is not None else kind, int(found[6]))
+        write.data  # noqa: B018 - raises where the value does not fit
+    except ValueError as error:
+        raise Refused(f"`{line}` is no setting of a drive: {error}") from None
+    return int(found[1]), write

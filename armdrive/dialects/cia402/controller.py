@@ -1,29 +1,47 @@
 """The driver's end of CiA 402 drives on a CANopen bus: neutral requests to frames and back.
 
+    a request   `script` picks the collaborator that carries it out, after contact was made; what
+                hinders it is raised as `Hindered`, with the reply
+    bytes       the bus reads events, and `DriveGroup` notes them all; then the script goes on, and
+                looks at what is known
+    a stop      `stop_asked` is set; a motion ends its turn and stops every drive
+    time        the script goes on, the heartbeat is sent, and drives at rest are minded
+
 Position is what the drives' encoders tell. Sources: CiA 301 (CANopen) and CiA 402-2
 (IEC 61800-7-201, the drive profile).
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 
 from armdrive.abilities import Abilities, segment_s
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.bus.motors import bus_motors
-from armdrive.dialects.cia402 import contact as setup
-from armdrive.dialects.cia402.compare import Cia402Comparing
-from armdrive.dialects.cia402.cycle import Script
-from armdrive.dialects.cia402.profile import BESIDE, TOP_HZ
-from armdrive.dialects.cia402.settings import CYCLIC, Cia402Settings
+from armdrive.dialects.bus.motors import ALL_SILENT, bus_motors
+from armdrive.dialects.cia402.contact import Cia402Contact, Cia402Power, DriveComparison
+from armdrive.dialects.cia402.exchange import (
+    BEATS_LOST,
+    Cia402Exchange,
+    DriveStates,
+    Hindered,
+    Script,
+)
+from armdrive.dialects.cia402.leading import MotionLead
+from armdrive.dialects.cia402.motion import Cia402Homing, CyclicMotion, ProfileMotion
+from armdrive.dialects.cia402.settings import TOP_HZ, Cia402Settings, DriveLimits
+from armdrive.dialects.cia402.transfers import ObjectTransfers
+from armdrive.dialects.cia402.wire import (
+    Cia402Bus,
+    DriveGroup,
+    Heard,
+    HeartbeatProducer,
+)
 from armdrive.dialects.controller import StopPart, Stopping
 from armdrive.dialects.dialect import Driver
+from armdrive.dialects.exchange import ScriptRunner
 from armdrive.errors import Refused
 from armdrive.tasks import (
-    Alert,
-    AlertKind,
     ClearFault,
     DropCurrent,
     HomeDevice,
@@ -32,10 +50,11 @@ from armdrive.tasks import (
     MoveBy,
     ReadPosition,
     ReadSettings,
+    Reply,
     Request,
     SwitchOn,
 )
-from firmware_protocol.canopen import OperationMode
+from firmware_protocol.canopen import Emergency
 from firmware_protocol.frames import Unpacker
 from kinematics.spaces import Motors
 
@@ -46,101 +65,150 @@ AHEAD = 3
 """So many segments are known ahead: the drives hold the last target alone."""
 SEEN_TURNS = 8
 """So many turns pass at most until it is seen that a drive stands, and it is taken back."""
+BESIDE = 2.0
+"""How far a drive is beside its share of a burst, by speeds and ramps in whole numbers."""
 
 
-class Cia402Controller(Cia402Comparing):
-    """The drives of one arm, seen from the driver."""
+class Cia402Controller(ScriptRunner[Heard]):
+    """The drives of one arm, seen from the driver: hands each request to a collaborator."""
 
-    _began_s = -math.inf
-    """When the present request was taken up."""
+    look_at = ALL_SILENT
 
     def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
         settings: Cia402Settings = config.device
         motors = bus_motors(config, "cia402", settings.ids)
-        methods = settings.homing_methods[: motors.count]
-        settings = replace(settings, ids=settings.ids[: motors.count], homing_methods=methods)
-        cycle_ms = setup.period_ms(settings, motors.count, config.connection.baud)
+        ids, methods = settings.ids[: motors.count], settings.homing_methods[: motors.count]
+        self.settings = settings = replace(settings, ids=ids, homing_methods=methods)
+        self.limits = limits = DriveLimits.of(settings, motors, config.connection.baud)
         order_s = (settings.heartbeat_ms - settings.beat_ms) / 1000.0
-        abilities = replace(abilities, motors=motors.count, order_s=order_s)
-        super().__init__(abilities, settings, motors.names, cycle_ms / 1000.0)
-        self.fastest_hz, self.ranges = motors.fastest_hz, motors.ranges
-        self.ramp_hz_s = self.fastest_hz / self.settings.ramp_s
-        self.quick_slope = self.fastest_hz / self.settings.quick_stop_s
-        self.choose(frozenset((OperationMode.CYCLIC_POSITION,)))
+        self._bus = bus = Cia402Bus(settings.ids)
+        super().__init__(replace(abilities, motors=motors.count, order_s=order_s), bus)
+        self.io.look_at = ALL_SILENT
+        self.group = group = DriveGroup(self.io, settings, motors.names)
+        self.beats = beats = HeartbeatProducer(settings.master_id, settings.beat_ms / 1000.0)
+        self._exchange = exchange = Cia402Exchange(
+            self.io, bus, group, settings.answer_s, limits.cycle_s
+        )
+        self._transfers = transfers = ObjectTransfers(self.io, bus, group, exchange)
+        states = DriveStates(exchange, group)
+        lead = MotionLead(self.io, exchange, transfers, group, states, beats, settings)
+        self._contact = Cia402Contact(
+            self.io, exchange, transfers, group, settings, limits.quick_hz_s
+        )
+        self._power = Cia402Power(self.io, exchange, transfers, group, states, beats, settings)
+        self._cyclic = CyclicMotion(self.io, exchange, group, lead, settings, limits)
+        self._profile = ProfileMotion(self.io, exchange, transfers, group, lead, limits)
+        self._homing = Cia402Homing(
+            self.io, exchange, transfers, group, states, lead, settings, limits
+        )
+        self._comparison = DriveComparison(self.io, transfers, group, settings)
+        self._silent_s = BEATS_LOST * settings.drive_beat_ms / 1000.0
+        self.abilities = replace(self.abilities, queued_segments=AHEAD * group.is_cyclic)
 
-    def choose(self, modes: frozenset[OperationMode]) -> None:
-        """Give targets cyclically where every drive and the arm file let us, else send bursts."""
-        wanted = OperationMode.CYCLIC_POSITION
-        cyclic = self.settings.strategy == CYCLIC and wanted in modes
-        self.resting_mode = wanted if cyclic else OperationMode.PROFILE_POSITION
-        self.abilities = replace(self.abilities, queued_segments=AHEAD if cyclic else 0)
+    # -- what happens -------------------------------------------------------------------------
 
-    def script(self, request: Request) -> Script:
-        """Carry out a request; the first one makes contact with the drives before it."""
+    def script(self, request: Request) -> Script[Reply]:
+        """Carry out a request; the first one makes contact with the drives before it.
+
+        Nothing that was asked before is waited for any more, and what was found to be wrong
+        meanwhile is told.
+        """
         if not isinstance(request, _KNOWN):
             raise Refused(f"CiA 402 drives know no {type(request).__name__}")
-        return self._reported(request)
-
-    def _reported(self, request: Request) -> Script:
-        """Carry it out, and tell what was found to be wrong meanwhile."""
-        reply = yield from self._script_of(request)
-        for drive in self.drives:
-            self.report(drive)
+        self.give_up()
+        self._exchange.began_s = self.io.now_s
+        try:
+            if not self.group.contacted:
+                yield from self._contact.make()
+            reply = yield from self._carry_out(request)
+        except Hindered as hindered:
+            reply = hindered.reply
+        for drive in self.group.drives:
+            self.group.report(drive)
+        self.abilities = replace(self.abilities, queued_segments=AHEAD * self.group.is_cyclic)
         return reply
 
-    def _script_of(self, request: Request) -> Script:
-        if not self.contacted and (hindrance := (yield from self.contact())) is not None:
-            return hindrance
+    def _carry_out(self, request: Request) -> Script[Reply]:
         match request:
             case MoveBy(steps, rate_hz, let_go):
-                return (yield from self.burst(steps, rate_hz, let_go))
+                return self._profile.burst(steps, rate_hz, let_go)
             case MoveAlong():
-                return (yield from self.drive_along(request))
+                return self._cyclic.drive(request)
             case ReadPosition():
-                return (yield from self._read())
+                return self._power.read()
             case ReadSettings():
-                return (yield from self.compare())
+                return self._comparison.compare()
             case MendSetting(line):
-                return (yield from self.mend(line))
+                return self._comparison.mend(line)
             case SwitchOn():
-                return (yield from self.switch_on())
+                return self._power.switch_on()
             case DropCurrent():
-                return (yield from self.switch_off())
+                return self._power.switch_off()
             case HomeDevice(groups):
-                return (yield from self.home(groups))
+                return self._homing.home(groups)
             case _:
-                return (yield from self.clear())
+                return self._power.clear()
 
-    def _read(self) -> Script:
-        """Read every position; a drive that holds, and is not where it should be, is told of."""
-        began_s = self.now_s
-        if missing := (yield from self.look()):
-            return self.absence(missing, began_s)
-        for drive in self.drives:
-            if self.on and not drive.near(self.settings.rest_window):
-                self.tell(Alert(AlertKind.ASTRAY, self.beside(drive).text))
-                drive.rest()
-        return self.registers()
+    def unasked(self, heard: Heard) -> None:
+        """Note what comes; while no script is at work, tell what is wrong."""
+        self.group.heed(heard, self._exchange.listened.s)
+        drive = self.group.by_node.get(getattr(heard, "node", 0))
+        if drive is None or self.busy:
+            return
+        if isinstance(heard, Emergency) and self.group.contacted:  # what has become of it?
+            self._exchange.sync()
+        self.group.report(drive)
+
+    def give_up(self) -> None:
+        """Wait for no answer any more."""
+        self._transfers.give_up()
 
     # -- what the engine calls ----------------------------------------------------------------
 
-    def begin(self, request: Request, now_s: float) -> None:
-        """Take up a request; nothing that was asked before is waited for any more."""
-        if not self.busy:
-            self.give_up()
-        self._began_s = now_s
-        super().begin(request, now_s)
+    def receive(self, data: bytes, now_s: float) -> None:
+        """Take bytes from the bus; all that has come is noted before a script goes on."""
+        self._exchange.listened.pass_to(now_s)
+        self.io.now_s = now_s
+        self._bus.receive_data(data)
+        while (heard := self._bus.next_event()) is not None:
+            self.unasked(heard)
+        self.io.say(self._bus.owed())
+        self._loop.step(None)
+
+    def advance(self, now_s: float) -> bytes:
+        """Do what is due by now; the heartbeat is, whatever else."""
+        self._exchange.listened.pass_to(now_s)
+        self.io.now_s = now_s
+        if self.group.on and self.group.contacted and not self.busy:
+            self._exchange.mind(self._silent_s, self.beats.period_s)
+        said = super().advance(now_s)
+        beat = self.beats.say(now_s)
+        self._exchange.listened.expect(self.next_s())
+        return beat + said
+
+    def next_s(self) -> float:
+        """Tell when the script wants to go on, or the heartbeat is due."""
+        return min(super().next_s(), self.beats.due_s)
 
     def stop(self, *, hard: bool) -> None:
         """Have the script know of a stop; a target that was not said yet never is.
 
         To a drive that has stopped by itself meanwhile it is an order to go on.
         """
-        if self.busy and not self.stop_asked and self.now_s > self._began_s:
-            self._out.clear()
+        if self.busy and not self.io.stop_asked and self.io.now_s > self._exchange.began_s:
+            self.io.out.clear()
         super().stop(hard=hard)
 
+    def farewell(self) -> bytes:
+        """Have drives that stand mind the heartbeat no more: they hold, and none of them alarms."""
+        return b"" if self.busy else self._power.farewell()
+
     # -- numbers ------------------------------------------------------------------------------
+
+    @property
+    def underruns(self) -> int:
+        """How often a cyclic motion was late, or had nothing to drive though more was to come."""
+        return self._cyclic.underruns
 
     def usable_rate_hz(self, rate_hz: float) -> float:
         """Return any rate that can be written; the drives are as fast as their motors."""
@@ -148,13 +216,13 @@ class Cia402Controller(Cia402Comparing):
 
     def duration_s(self, steps: float, rate_hz: float) -> float:
         """Return how long so many steps take from rest to rest."""
-        return self.lasts_s(steps, self.usable_rate_hz(rate_hz))
+        return self.limits.lasts_s(steps, self.usable_rate_hz(rate_hz))
 
     def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
         """Return a quick stop and what passes before it; without a host, the missing heartbeat."""
-        rate_hz = max((part.rate_hz for part in parts), default=self.fastest_hz)
-        share = min(rate_hz / self.fastest_hz, 1.0)
-        ramp_s, begun_s = self.settings.quick_stop_s * share, HOST_S + 2.0 * self.cycle_s
+        rate_hz = max((part.rate_hz for part in parts), default=self.limits.fastest_hz)
+        share = min(rate_hz / self.limits.fastest_hz, 1.0)
+        ramp_s, begun_s = self.settings.quick_stop_s * share, HOST_S + 2.0 * self.limits.cycle_s
         beats_ms = self.settings.heartbeat_ms + self.settings.beat_ms
         silent_s = HOST_S + beats_ms / 1000.0
         if self.abilities.queued_segments:  # a pause drives what was drawn to its end
@@ -168,7 +236,7 @@ class Cia402Controller(Cia402Comparing):
             begun_s + ramp_s / 2.0,
             silent_s + ramp_s,
             silent_s + ramp_s / 2.0,
-            begun_s + ramp_s + SEEN_TURNS * self.cycle_s,
+            begun_s + ramp_s + SEEN_TURNS * self.limits.cycle_s,
         )
 
     def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:  # noqa: ARG002
@@ -183,8 +251,8 @@ class Cia402Controller(Cia402Comparing):
         A closed loop holds within some increments. Positions of 32 bits do not wrap on an arm.
         """
         return Motors(
-            drive.found_near(there) if count == drive.place else count
-            for drive, count, there in zip(self.drives, registers, near, strict=True)
+            drive.shaft.found_near(there, self.io.now_s) if count == drive.shaft.goal else count
+            for drive, count, there in zip(self.group.drives, registers, near, strict=True)
         )
 
 

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from armdrive.dialects.bus.motors import BusMotors
+from armdrive.dialects.bus.observer import Bounds
+from armdrive.dialects.bus.way import trapezoid_s
 from armdrive.errors import ArmFileError
 from armdrive.text.toml import within
 from firmware_protocol.canopen import NODE_MAX, Service, cob_id
@@ -14,6 +18,9 @@ CYCLIC, PROFILE = "cyclic", "profile"
 STRATEGIES = (CYCLIC, PROFILE)
 BEATS = 2
 """So many heartbeats at least fit into the time after which drives miss them: one may be lost."""
+LATE_S = 0.1
+"""By so much an order may be late, or a reading, that is nobody's fault: on a busy computer a SYNC
+of every 10 ms was 58 to 69 ms late at worst, and orders of every 40 ms 81 to 160 ms."""
 HOMING_METHODS = (-128, 37)
 
 
@@ -85,6 +92,12 @@ class Cia402Settings:
         self._check_homing()
 
     @property
+    def bounds(self) -> Bounds:
+        """How far from its orders a healthy drive may be: it faults by itself beyond that."""
+        window, late_s = self.following_window, LATE_S + self.following_ms / 1000.0
+        return Bounds(self.rest_window, window, window, late_s=late_s)
+
+    @property
     def frame_ids(self) -> tuple[int, ...]:
         """The ids of the frames that are listened to: what the drives say, and a rival's beat."""
         said = (Service.EMCY, Service.TPDO1, Service.SDO_RESPONSE, Service.HEARTBEAT)
@@ -121,3 +134,50 @@ _BOUNDS: Mapping[str, tuple[float, float]] = MappingProxyType(
         "homing_s": (1.0, 290.0),
     }
 )
+
+
+# What follows from it for an arm: how fast its drives turn, and how often they are told where.
+
+BUSY_AT_MOST = 0.7
+"""How much of a bus's time the cyclic frames may take: the rest is for heartbeats and SDO."""
+FRAME_BITS, SYNC_BITS = 123, 56
+"""Of a PDO of seven bytes and of a SYNC, with stuffing and the space behind."""
+TOP_HZ = 10_000_000.0
+"""No drive is asked for more increments a second."""
+
+
+def period_ms(settings: Cia402Settings, drives: int, bit_rate: int) -> int:
+    """Return the period of SYNC: the arm file's, or a longer one that the bus can carry."""
+    bits = 2 * drives * FRAME_BITS + SYNC_BITS
+    return max(settings.period_ms, math.ceil(1000.0 * bits / bit_rate / BUSY_AT_MOST))
+
+
+@dataclass(frozen=True, slots=True)
+class DriveLimits:
+    """What the motors of an arm can do, in increments and seconds.
+
+    `cycle_s` is the period of SYNC, `fastest_hz` how fast the fastest motor turns at most and
+    `ranges` how far each does between the limits of its joints. `ramp_hz_s` is the ramp of the
+    busiest motor, `quick_hz_s` that of a quick stop.
+    """
+
+    cycle_s: float
+    fastest_hz: float
+    ranges: tuple[float, ...]
+    ramp_hz_s: float
+    quick_hz_s: float
+
+    @classmethod
+    def of(cls, settings: Cia402Settings, motors: BusMotors, bit_rate: int) -> DriveLimits:
+        """Return those of an arm whose drives are on a bus of so many bits a second."""
+        return cls(
+            period_ms(settings, motors.count, bit_rate) / 1000.0,
+            motors.fastest_hz,
+            motors.ranges,
+            motors.fastest_hz / settings.ramp_s,
+            motors.fastest_hz / settings.quick_stop_s,
+        )
+
+    def lasts_s(self, steps: float, rate_hz: float) -> float:
+        """Return how long a burst takes from rest to rest."""
+        return trapezoid_s(steps, min(rate_hz, TOP_HZ), self.ramp_hz_s)

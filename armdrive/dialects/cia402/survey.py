@@ -13,10 +13,10 @@ from types import MappingProxyType
 
 from armdrive.dialects.bus.tools import (
     Answers,
-    BusQuestion,
     BusTools,
-    FrameHost,
+    FrameWire,
     Heard,
+    frame_scripts,
     numbers,
     of_lost,
 )
@@ -33,17 +33,8 @@ from armdrive.dialects.cia402.objects import (
 )
 from armdrive.dialects.cia402.words import OF_MASTER, TALK, CanopenEar
 from armdrive.dialects.dialect import DeviceTools
-from armdrive.dialog.conversation import (
-    ANSWER_S,
-    LINGER_S,
-    Finding,
-    Hear,
-    Put,
-    Talk,
-    note,
-    ok,
-    problem,
-)
+from armdrive.dialects.exchange import Script
+from armdrive.dialog.conversation import Finding, note, ok, problem
 from armdrive.transports.can_health import BusHealth
 from firmware_protocol.canopen.cob import NODE_MAX, Service, cob_id, is_for, service_of
 from firmware_protocol.canopen.datatypes import Value
@@ -63,8 +54,12 @@ from firmware_protocol.canopen.standard import (
     SUPPORTED_MODES,
 )
 from firmware_protocol.errors import RemoteProtocolError
-from firmware_protocol.frames import Frame
+from firmware_protocol.frames import Frame, pack
 
+ANSWER_S = 0.12
+"""An answer is waited for so long: a drive needs some ms, a busy computer more."""
+LINGER_S = 0.03
+"""A second node of the same number answers within this time after the first."""
 ASK_S = 0.02
 """A node is there if it answers so soon; drives take some ms."""
 LATE_S = 0.2
@@ -159,8 +154,8 @@ def heard_nodes(frames: Iterable[Frame]) -> dict[int, NodeState]:
 
 
 def ask_nodes(
-    ids: Sequence[int], heard: Mapping[int, NodeState] = MappingProxyType({})
-) -> Talk[CanopenSurvey]:
+    wire: FrameWire, ids: Sequence[int], heard: Mapping[int, NodeState] = MappingProxyType({})
+) -> Script[Frame, CanopenSurvey]:
     """Ask each number once or twice what it is, then those that are there for what they tell.
 
     `heard` are nodes whose heartbeats have passed; they are asked too.
@@ -170,37 +165,41 @@ def ask_nodes(
     there: set[int] = set()
     for _ in range(ROUNDS):
         for node in [each for each in asked if each not in there]:
-            if (yield from _upload(node, DEVICE_TYPE, ASK_S, counts)) is not None:
+            if (yield from _upload(wire, node, DEVICE_TYPE, ASK_S, counts)) is not None:
                 there.add(node)
-            yield Hear(PAUSE_S)
+            yield from wire.pause(wire.now_s + PAUSE_S)
     nodes = []
     for node in asked:
         if node in there:
-            nodes.append((yield from _known(node, heard.get(node), counts)))
+            nodes.append((yield from _known(wire, node, heard.get(node), counts)))
         elif node in heard:
             nodes.append(SurveyedNode(node, heard[node], answers=False))
     return CanopenSurvey(asked, tuple(nodes), counts.garbled)
 
 
-def _known(node: int, state: NodeState | None, counts: _NodeCounts) -> Talk[SurveyedNode]:
+def _known(
+    wire: FrameWire, node: int, state: NodeState | None, counts: _NodeCounts
+) -> Script[Frame, SurveyedNode]:
     objects: dict[Place, Value] = {}
     refused: dict[Place, str] = {}
     before = counts.missed
     for place in QUESTIONS:
-        told = yield from _asked(node, place, counts)
+        told = yield from _asked(wire, node, place, counts)
         if isinstance(told, Aborted):
             refused[place] = told.words
         elif told is not None and (value := _value(told)) is not None:
             objects[place] = value
-        yield Hear(PAUSE_S)
-    doubled = yield from _doubled(node)
+        yield from wire.pause(wire.now_s + PAUSE_S)
+    doubled = yield from _doubled(wire, node)
     return SurveyedNode(node, state, True, objects, refused, doubled, counts.missed - before)
 
 
-def _asked(node: int, place: Place, counts: _NodeCounts) -> Talk[Uploaded | Aborted | None]:
+def _asked(
+    wire: FrameWire, node: int, place: Place, counts: _NodeCounts
+) -> Script[Frame, Uploaded | Aborted | None]:
     """Ask for an object, again where no answer comes; None where none ever does."""
     for _ in range(TRIES):
-        told = yield from _upload(node, place, ANSWER_S, counts)
+        told = yield from _upload(wire, node, place, ANSWER_S, counts)
         if told is not None:
             return told
         counts.missed += 1
@@ -208,15 +207,15 @@ def _asked(node: int, place: Place, counts: _NodeCounts) -> Talk[Uploaded | Abor
 
 
 def _upload(
-    node: int, place: Place, wait_s: float, counts: _NodeCounts
-) -> Talk[Uploaded | Aborted | None]:
+    wire: FrameWire, node: int, place: Place, wait_s: float, counts: _NodeCounts
+) -> Script[Frame, Uploaded | Aborted | None]:
     """Read an object once; None where that does not come to an end."""
     client = SdoClient(node, size_max=LONGEST)
     frame: Frame | None = client.upload(place)
     response_id = cob_id(Service.SDO_RESPONSE, node)
     while frame is not None:
-        question = BusQuestion(frame, lambda each: is_for(each, response_id))
-        heard: tuple[Frame, ...] = yield Put(node, question, wait_s)
+        wire.say(pack(frame))
+        heard = yield from wire.collect(wait_s, lambda heard: is_for(heard[-1], response_id))
         frame = None
         for each in heard:
             frame = client.receive_frame(each) or frame
@@ -227,7 +226,7 @@ def _upload(
     return None
 
 
-def _doubled(node: int) -> Talk[bool]:
+def _doubled(wire: FrameWire, node: int) -> Script[Frame, bool]:
     """Tell whether two nodes were heard to answer to a number.
 
     Once is not enough: a frame that was sent twice looks like that too.
@@ -240,12 +239,12 @@ def _doubled(node: int) -> Talk[bool]:
             def answers(frame: Frame, place: Place = place) -> bool:
                 return is_for(frame, response_id) and frame.data[1:4] == place.packed
 
-            question = BusQuestion(SdoClient(node).upload(place), answers)
-            heard: tuple[Frame, ...] = yield Put(node, question, ANSWER_S, LINGER_S)
+            wire.say(pack(SdoClient(node).upload(place)))
+            heard = yield from wire.collect(ANSWER_S, lambda heard: answers(heard[-1]), LINGER_S)
             count = sum(map(answers, heard))
             twice += count > 1
             if not count:
-                yield Hear(LATE_S)
+                yield from wire.pause(wire.now_s + LATE_S)
             elif not twice:
                 break  # one answer: the next object may tell them apart
         if twice > 1:
@@ -420,9 +419,9 @@ def _modes(name: str, node: SurveyedNode) -> list[Finding]:
     return []
 
 
-def survey_nodes(ids: Sequence[int], heard: Heard) -> Talk[Answers]:
+def survey_nodes(wire: FrameWire, ids: Sequence[int], heard: Heard) -> Script[Frame, Answers]:
     """Ask each number, and return who is there in words and as plain data."""
-    found = yield from ask_nodes(ids, heard)
+    found = yield from ask_nodes(wire, ids, heard)
     return Answers(
         "canopen",
         found.asked,
@@ -438,7 +437,7 @@ BUS = BusTools(
     name="canopen",
     dialect="cia402",
     most=NODE_MAX,
-    host=FrameHost,
+    scripts=lambda _ids: frame_scripts(),
     ask=survey_nodes,
     reads_command=is_command,
     heard=heard_nodes,

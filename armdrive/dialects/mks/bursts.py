@@ -11,12 +11,13 @@ import math
 from collections.abc import Callable, Generator, Mapping
 from itertools import pairwise
 
-from armdrive.dialects.mks.arrival import Ending
-from armdrive.dialects.mks.drive import COUNTS_S_PER_RPM, shared_acc, slope_of
-from armdrive.dialects.mks.steering import MksMotion
+from armdrive.dialects.mks.inquiry import MksInquiry
+from armdrive.dialects.mks.motion import MksMotion
+from armdrive.dialects.mks.steering import beyond
+from armdrive.dialects.mks.stops import MksStops, shared_acc
+from armdrive.dialects.mks.wire import COUNTS_S_PER_RPM, MksWire, Script, slope_of
 from armdrive.tasks import Done, Halted, RequestRejected, never
 from firmware_protocol.mks import (
-    BROADCAST,
     SPEED_MAX_RPM,
     Ability,
     ArmSynchronous,
@@ -47,96 +48,92 @@ def speeds_rpm(steps: Motors, rate_hz: float) -> tuple[int, ...]:
     return tuple(max(1, math.ceil(busiest * abs(count) / largest - 1e-9)) for count in steps)
 
 
-class MksBursts(MksMotion):
+class MksBursts:
     """Drives one burst at a time."""
 
-    def burst(self, steps: Motors, rate_hz: float, let_go: Callable[[], bool]) -> Ending:
+    def __init__(
+        self, wire: MksWire, stops: MksStops, inquiry: MksInquiry, motion: MksMotion
+    ) -> None:
+        self._wire, self._stops, self._inquiry, self._motion = wire, stops, inquiry, motion
+
+    def burst(self, steps: Motors, rate_hz: float, let_go: Callable[[], bool]) -> Script:
         """Send a burst and wait for its end."""
-        hindrance = yield from self.prepare()
-        if hindrance is not None:
-            return hindrance
-        self.ahead_s = math.inf
+        wire = self._wire
         orders: dict[int, MoveAbsoluteAxis] = {}
-        for drive, count, rpm in zip(self.drives, steps, speeds_rpm(steps, rate_hz), strict=True):
+        for drive, count, rpm in zip(wire.drives, steps, speeds_rpm(steps, rate_hz), strict=True):
             if not count:
                 continue
-            target = drive.target + count
-            if (refused := self.beyond(target, drive.node)) is not None:
+            target = drive.goal + count
+            if (refused := beyond(drive, target)) is not None:
                 return refused
-            acc = shared_acc(self.settings.acceleration, abs(count) / steps.largest)
+            acc = shared_acc(wire.settings.acceleration, abs(count) / steps.largest)
             orders[drive.node] = MoveAbsoluteAxis(target, rpm, acc)
         if not orders:
             return Done()
-        if self.stop_asked or let_go():
+        if wire.stop_asked or let_go():
             return Halted()
-        together = Ability.SYNCHRONOUS_START in self.able and len(orders) > 1
-        begin = self._together if together else self._in_turn
-        ended = yield from begin(orders, let_go)
-        if ended is not None:
-            return ended
-        return (yield from self.arrive(self.lasts_s(steps, rate_hz), never))
-
-    def _in_turn(
-        self,
-        orders: Mapping[int, MoveAbsoluteAxis],
-        let_go: Callable[[], bool],  # noqa: ARG002
-    ) -> Generator[float, Event | None, Halted | RequestRejected | None]:
-        """Send each drive its order."""
-        for node, order in orders.items():
-            self.send(node, order.counts, order.speed_rpm, order.acc)
-        self.last_said = f"F5 to {self.targets}"
-        yield self.now_s
-        return None
+        if wire.can(Ability.SYNCHRONOUS_START) and len(orders) > 1:
+            ended = yield from self._together(orders, let_go)
+            if ended is not None:
+                return ended
+        else:
+            for node, order in orders.items():
+                wire.send(node, order)
+            yield wire.now_s
+        return (yield from self._motion.arrive(self._lasts_s(steps, rate_hz), never))
 
     def _together(
         self, orders: Mapping[int, MoveAbsoluteAxis], let_go: Callable[[], bool]
     ) -> Generator[float, Event | None, Halted | RequestRejected | None]:
         """Store each drive's order, and start them all by one frame; said twice."""
+        wire = self._wire
         arming = dict.fromkeys(orders, ArmSynchronous(on=True))
-        armed = yield from self.ask(arming, text="ARM")
+        armed = yield from wire.ask(arming, text="ARM")
         stored: dict[int, Event] = {}
         if all(isinstance(armed.get(node), Taken) for node in orders):
-            stored = yield from self.ask(orders, tries=2, text="F5, stored")
+            stored = yield from wire.ask(orders, tries=2, text="F5, stored")
         ready = all(isinstance(stored.get(node), StoredForStart) for node in orders)
-        if not ready or self.stop_asked or let_go():
+        if not ready or wire.stop_asked or let_go():
             return (yield from self._disarm(orders, stored, ready))
-        self.say(self._host.send(BROADCAST, GoSynchronous()), "GO")
+        wire.broadcast(GoSynchronous(), "GO")
         for node, order in orders.items():
-            self.drive(node).send_to(order.counts, order.speed_rpm, order.acc, self.now_s)
-        yield from self._wait(self.now_s + GO_AGAIN_S)
-        self.say(self._host.send(BROADCAST, GoSynchronous()))
+            wire.took(node, order)
+        until_s = wire.now_s + GO_AGAIN_S
+        yield from wire.hear(until_s, lambda _: False)
+        wire.broadcast(GoSynchronous())
         for node in orders:  # or a stop would be stored as well
-            self.put(node, ArmSynchronous(on=False))
+            wire.put(node, ArmSynchronous(on=False))
         return None
 
     def _disarm(
         self, orders: Mapping[int, MoveAbsoluteAxis], stored: Mapping[int, Event], ready: bool
     ) -> Generator[float, Event | None, Halted | RequestRejected]:
         """Take back what was stored; a drive that began at once is stopped."""
+        wire = self._wire
         began = [node for node in orders if isinstance(stored.get(node), Started)]
         unsure = [node for node in orders if node not in stored]
-        for node in (*began, *unsure):
-            self.drive(node).moving = True
-        yield from self.ask(dict.fromkeys(orders, ArmSynchronous(on=False)))
+        yield from wire.ask(dict.fromkeys(orders, ArmSynchronous(on=False)))
         if began or unsure:
-            yield from self.halt((*began, *unsure))
+            for node in (*began, *unsure):
+                wire.took(node, orders[node])
+            yield from self._stops.halt((*began, *unsure))
         if ready:
             return Halted()
         wrong = next(node for node in orders if not isinstance(stored.get(node), StoredForStart))
-        why = yield from self.mode_words(wrong)
-        if not why and (yield from self.stalled((wrong,))):
-            why = self.stall_words(wrong)
-        words = why or f"{self.drive(wrong)} did not store its order for the common start"
+        why = yield from self._inquiry.mode_words(wrong)
+        if not why and (yield from self._inquiry.stalled((wrong,))):
+            why = self._inquiry.stall_words(wrong)
+        words = why or f"{wire.drive(wrong)} did not store its order for the common start"
         return RequestRejected(words, moved=bool(began or unsure))
 
     # -- numbers ------------------------------------------------------------------------------
 
-    def lasts_s(self, steps: Motors, rate_hz: float) -> float:
+    def _lasts_s(self, steps: Motors, rate_hz: float) -> float:
         """Return how long the slowest drive takes for a burst."""
         return max((way.end_s for way in self._trapezoids(steps, rate_hz)), default=0.0)
 
     def _trapezoids(self, steps: Motors, rate_hz: float) -> list[_Trapezoid]:
-        acc, largest = self.settings.acceleration, max(steps.largest, 1)
+        acc, largest = self._wire.settings.acceleration, max(steps.largest, 1)
         return [
             _Trapezoid(
                 abs(count), rpm * COUNTS_S_PER_RPM, slope_of(shared_acc(acc, abs(count) / largest))
@@ -155,7 +152,7 @@ class MksBursts(MksMotion):
             return (0.0,) * len(steps)
         ways = self._trapezoids(steps, rate_hz)
         busiest = next(way for way in ways if way.way == largest)
-        late_s = 0.0 if Ability.SYNCHRONOUS_START in self.able else START_S
+        late_s = 0.0 if self._wire.can(Ability.SYNCHRONOUS_START) else START_S
         return tuple(
             way.beside(busiest) + late_s * way.speed + 1.0 if way.way else 0.0 for way in ways
         )

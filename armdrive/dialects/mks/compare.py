@@ -8,8 +8,8 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from armdrive.dialects.mks.contact import MksContact
-from armdrive.dialects.mks.exchange import Script
+from armdrive.dialects.mks.inquiry import setting_in
+from armdrive.dialects.mks.wire import MksWire, Script
 from armdrive.errors import Refused
 from armdrive.tasks import DeviceSettings, Difference, Done, RequestRejected
 from firmware_protocol.errors import RemoteProtocolError
@@ -29,7 +29,7 @@ from firmware_protocol.mks import (
     SetReplies,
     Setting,
     SettingRead,
-    as_setting,
+    SilenceWatchdog,
     decode_request,
     encode,
 )
@@ -40,49 +40,53 @@ _NOT_BY_LINE = (Code.NODE, Code.BITRATE, Code.GROUP)
 """Settings after which the drive would be somewhere else: commissioning has a command for them."""
 
 
-class MksComparing(MksContact):
+class MksComparing:
     """Reads settings, compares and mends them."""
 
-    def compare(self) -> Script:
+    def __init__(self, wire: MksWire) -> None:
+        self._wire = wire
+
+    def compare(self, firmware: str) -> Script:
         """Read what the arm depends on; what a firmware cannot tell is left to the first motion."""
-        if Ability.READ_SETTINGS not in self.able:
-            return DeviceSettings((), self.firmware)
-        began_s = self.now_s
+        wire = self._wire
+        if not wire.can(Ability.READ_SETTINGS):
+            return DeviceSettings((), firmware)
+        began_s = wire.now_s
         differences: list[Difference] = []
         for code, wanted, must in self._wanted():
-            found = yield from self.read(ReadSetting(code))
-            if missing := [node for node in self.nodes if node not in found]:
-                return self.absence(missing, began_s)
+            found = yield from wire.read(ReadSetting(code))
+            if missing := [node for node in wire.nodes if node not in found]:
+                return wire.absence(missing, began_s)
             differences += self._differing(found, wanted, must)
-        return DeviceSettings(tuple(differences), self.firmware)
+        return DeviceSettings(tuple(differences), firmware)
 
     def _wanted(self) -> tuple[tuple[Code, Setting, bool], ...]:
         """Return each setting that matters, and whether nothing moves without it."""
         rows: list[tuple[Code, Setting, bool]] = [
             (Code.MODE, SetMode(Mode.BUS_FOC), True),
-            (Code.MICROSTEPS, SetMicrosteps(self.settings.microsteps), True),
+            (Code.MICROSTEPS, SetMicrosteps(self._wire.settings.microsteps), True),
             (Code.REPLIES, SetReplies(ReplyMode.FULL), False),
         ]
-        if self.settings.current_ma:
-            rows.append((Code.CURRENT, SetCurrent(self.settings.current_ma), False))
+        if self._wire.settings.current_ma:
+            rows.append((Code.CURRENT, SetCurrent(self._wire.settings.current_ma), False))
         return tuple(rows)
 
     def _differing(
         self, found: Mapping[int, Event], wanted: Setting, must: bool
     ) -> list[Difference]:
         differences = []
-        for node in self.nodes:
+        for node in self._wire.nodes:
             heard = found[node]
             read = heard.answer if isinstance(heard, Answered) else None
             if not isinstance(read, SettingRead) or read.value is None:
                 continue  # it is not told
-            is_set = _as_setting(read)
+            is_set = setting_in(heard)
             if is_set != wanted:
                 differences.append(
                     Difference(
-                        f"{wanted.code.name.lower()} of {self.drive(node)}",
-                        _value(is_set) or read.value.hex(" "),
-                        _value(wanted),
+                        f"{wanted.code.name.lower()} of {self._wire.drive(node)}",
+                        value_words(is_set) or read.value.hex(" "),
+                        value_words(wanted),
                         mending_line(node, wanted),
                         must,
                     )
@@ -92,14 +96,14 @@ class MksComparing(MksContact):
     def mend(self, line: str) -> Script:
         """Write one setting."""
         node, setting = parsed_line(line)
-        if node not in self.nodes:
+        if node not in self._wire.nodes:
             raise Refused(f"`{line}`: no drive of this arm has the id {node}")
-        found = yield from self.ask({node: setting}, text=line)
+        found = yield from self._wire.ask({node: setting}, text=line)
         heard = found.get(node)
         if heard is None:
-            return RequestRejected(self.absent_words((node,)), moved=False)
+            return RequestRejected(self._wire.absent_words((node,)), moved=False)
         if not isinstance(heard, Taken):
-            return RequestRejected(f"{self.drive(node)} refused `{line}`", moved=False)
+            return RequestRejected(f"{self._wire.drive(node)} refused `{line}`", moved=False)
         return Done()
 
 
@@ -125,14 +129,7 @@ def parsed_line(line: str) -> tuple[int, Setting]:
     return node, setting  # type: ignore[return-value]
 
 
-def _as_setting(read: SettingRead) -> Setting | None:
-    try:
-        return as_setting(read)
-    except RemoteProtocolError:  # a value that no table has
-        return None
-
-
-def _value(setting: Setting | None) -> str:
+def value_words(setting: Setting | None) -> str:
     """Return a setting's value for people."""
     match setting:
         case SetMode(mode):
@@ -143,4 +140,6 @@ def _value(setting: Setting | None) -> str:
             return mode.name.lower()
         case SetCurrent(current_ma):
             return f"{current_ma} mA"
+        case SilenceWatchdog(timeout_ms):
+            return f"{timeout_ms} ms" if timeout_ms else "off"
     return ""

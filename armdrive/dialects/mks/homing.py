@@ -5,22 +5,23 @@ The drive itself counts from zero where it has found that. Nothing here ever set
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Sequence
 
-from armdrive.dialects.mks.arrival import Ending, MksArrival
-from armdrive.dialects.mks.stops import MUTE_LOOKS
+from armdrive.dialects.bus.group import Act, Phase, Signal, Stages, lead
+from armdrive.dialects.bus.observer import MUTE_LOOKS
+from armdrive.dialects.mks.motion import Doing
+from armdrive.dialects.mks.stops import Braking, MksStops
+from armdrive.dialects.mks.wire import MksWire, Script
 from armdrive.tasks import Done, Halted, Progress, RequestRejected
 from firmware_protocol.mks import (
     COUNTS_PER_TURN,
-    Answered,
-    Event,
     Failed,
     Home,
-    HomingRead,
     HomingState,
     MotorState,
+    ReadEncoder,
     ReadHoming,
-    Started,
+    ReadState,
 )
 from firmware_protocol.mks import Done as Ended
 
@@ -29,88 +30,104 @@ BEYOND = 1.1
 """A search that goes this much farther than a motor's whole range will find nothing."""
 
 
-class MksHoming(MksArrival):
+class MksHoming:
     """Has drives home themselves."""
 
-    ranges: tuple[float, ...] = ()
-    """How far each motor turns, in counts, from one end of its joints' limits to the other."""
+    def __init__(self, wire: MksWire, stops: MksStops, ranges: Sequence[float]) -> None:
+        self._wire, self._stops = wire, stops
+        self._ranges = dict(zip(wire.nodes, ranges, strict=True))
+        """How far each motor turns, in counts, from one end of its joints' limits to the other."""
 
-    def home(self, groups: tuple[tuple[int, ...], ...]) -> Ending:
+    def home(self, groups: tuple[tuple[int, ...], ...]) -> Script:
         """Home group after group; all drives, one after the other, where none is named."""
-        if not self.on:
-            return RequestRejected("its motors are disabled: call `enable()`", moved=False)
-        for group in groups or tuple((motor,) for motor in range(len(self.drives))):
-            reply = yield from self._home_group(tuple(self.nodes[motor] for motor in group))
+        wire = self._wire
+        for group in groups or tuple((motor,) for motor in range(len(wire.drives))):
+            reply = yield from self._home_group(tuple(wire.nodes[motor] for motor in group))
             if not isinstance(reply, Done):
                 return reply
-        return (yield from self.take_up()) or Done()
-
-    def _home_group(self, nodes: tuple[int, ...]) -> Ending:
-        began_s = self.now_s
-        answers = yield from self.ask(dict.fromkeys(nodes, Home()), tries=1, text="HOME")
-        for node in nodes:
-            self.drive(node).moving = True
-        refused = [node for node in nodes if isinstance(answers.get(node), Failed)]
-        if refused:
-            return (yield from self._end(nodes, f"{self.drive(refused[0])} refused to home"))
-        left = set(nodes)
-        left -= {node for node in nodes if isinstance(answers.get(node), Ended)}
-        mute = dict.fromkeys(nodes, 0)
-        start = {node: self.drive(node).seen or 0 for node in nodes}
-        while left:
-            if self.stop_asked:
-                halted = yield from self.halt(nodes, hard=True)  # it obeys no ramp while it homes
-                return halted or Halted(kept=False)
-            if self.now_s > began_s + self.settings.homing_s:
-                return (yield from self._end(nodes, f"{self.drive(min(left))} found no switch"))
-            asked_s = self.now_s
-            failed = yield from self._watch_homing(left, mute, start)
-            if failed:
-                return (yield from self._end(nodes, failed))
-            yield from self._listen(asked_s + HOMING_POLL_S, left)
-        for node in nodes:
-            self._host.settle(node)
-            self.drive(node).moving = False
         return Done()
 
-    def _watch_homing(
-        self, left: set[int], mute: dict[int, int], start: dict[int, int]
-    ) -> Generator[float, Event | None, str]:
-        """Look at drives that home; forget those that have ended, and say what went wrong."""
-        yield from self.look_once(left)  # before the rest: at the zero the counts begin anew
-        found = yield from self.ask(dict.fromkeys(left, ReadHoming()), tries=1)
-        states = yield from self.states_once(left)
-        self.tell(Progress(self.registers()))
-        for node in tuple(left):
-            heard, state = found.get(node), states.get(node)
-            mute[node] = 0 if node in found or node in states else mute[node] + 1
-            if mute[node] >= MUTE_LOOKS:
-                return self.absent_words((node,))
-            read = heard.answer if isinstance(heard, Answered) else None
-            told = read.by_command if isinstance(read, HomingRead) else None
-            if told is HomingState.FAILED:
-                return f"{self.drive(node)} did not find its switch or stop"
-            if state is MotorState.STOPPED and told is HomingState.DONE:
-                left.discard(node)
-            elif abs((self.drive(node).seen or 0) - start[node]) > self._most(node):
-                return f"{self.drive(node)} found no switch within its joints' limits"
-        return ""
+    def _home_group(self, nodes: tuple[int, ...]) -> Script:
+        wire = self._wire
+        answers = yield from wire.ask(dict.fromkeys(nodes, Home()), tries=1, text="HOME")
+        for node in nodes:
+            wire.drive(node).moving = True
+        searching = Searching(wire, nodes, self._ranges)
+        braking = Braking(wire, self._stops, ())
+        refused = [node for node in nodes if isinstance(answers.get(node), Failed)]
+        if refused:
+            searching.wrong = f"{wire.drive(refused[0])} refused to home"
+        searching.left -= {node for node in nodes if isinstance(answers.get(node), Ended)}
 
-    def _most(self, node: int) -> float:
-        return BEYOND * self.ranges[self.nodes.index(node)] + COUNTS_PER_TURN
+        def stop() -> Doing:
+            """Stop them dead: they obey no ramp while they home."""
+            nonlocal braking
+            self._stops.say(nodes, hard=True)
+            braking = Braking(wire, self._stops, nodes, hard=True)
+            yield from ()
 
-    def _listen(self, until_s: float, left: set[int]) -> Generator[float, Event | None, None]:
-        """Let time pass; hear of drives that have ended."""
-        while self.now_s < until_s and not self.stop_asked:
-            heard = yield until_s
-            if isinstance(heard, Ended) and isinstance(heard.request, Home):
-                left.discard(heard.node)
-            elif isinstance(heard, Started):
-                self.heed(heard)
-            elif heard is not None:
-                self.unasked(heard)
+        stages: Stages = {Phase.HOMING: lambda: searching, Phase.STOPPING: lambda: braking}
+        acts = {Act.STOP_DEAD: stop, Act.HOLD: lambda: self._stops.hold(braking)}
+        yield from lead(wire, Phase.HOMING, stages, acts)
+        if searching.wrong:
+            return RequestRejected(searching.wrong)
+        if searching.left:
+            return self._stops.unstopped(braking) or Halted(kept=False)
+        for node in nodes:
+            wire.host.settle(node)
+            wire.drive(node).moving = False
+        return Done()
 
-    def _end(self, nodes: tuple[int, ...], words: str) -> Ending:
-        """End a homing that went wrong: every drive of the group is stopped."""
-        yield from self.halt(nodes, hard=True)
-        return RequestRejected(words)
+
+class Searching:
+    """Drives search for their switches."""
+
+    def __init__(self, wire: MksWire, nodes: Sequence[int], ranges: dict[int, float]) -> None:
+        self._wire = wire
+        self.left = set(nodes)
+        self.wrong = ""
+        """What went wrong, in words."""
+        self._given_up_s = wire.now_s + wire.settings.homing_s
+        self._start = {node: wire.drive(node).count or 0 for node in nodes}
+        self._most = {node: BEYOND * ranges[node] + COUNTS_PER_TURN for node in nodes}
+        self._due_s = wire.now_s
+        wire.homing.clear()
+
+    def signal(self, now_s: float) -> Signal | None:
+        """Return what has become of it."""
+        if self._wire.stop_asked and self.left:
+            return Signal.STOP
+        if not self.wrong:
+            self._look()
+        if not self.wrong and self.left and now_s > self._given_up_s:
+            self.wrong = f"{self._wire.drive(min(self.left))} found no switch"
+        if self.wrong:
+            return Signal.TROUBLE
+        return None if self.left else Signal.THERE
+
+    def speak(self, now_s: float) -> float:
+        """Ask where they are, before the rest: at their zeros the counts begin anew."""
+        if now_s < self._due_s:
+            return self._due_s
+        self._due_s = now_s + HOMING_POLL_S
+        wire = self._wire
+        for node in sorted(self.left):
+            wire.states.pop(node, None)
+            wire.homing.pop(node, None)
+            for question in (ReadEncoder(), ReadHoming(), ReadState()):
+                wire.put(node, question)
+        wire.tell(Progress(wire.registers()))
+        return self._due_s
+
+    def _look(self) -> None:
+        wire = self._wire
+        for node in sorted(self.left):
+            drive, told = wire.drive(node), wire.homing.get(node)
+            if drive.ledger.unheard_looks > MUTE_LOOKS:
+                self.wrong = wire.absent_words((node,))
+            elif told is HomingState.FAILED:
+                self.wrong = f"{drive} did not find its switch or stop"
+            elif told is HomingState.DONE and wire.states.get(node) is MotorState.STOPPED:
+                self.left.discard(node)
+            elif abs((drive.count or 0) - self._start[node]) > self._most[node]:
+                self.wrong = f"{drive} found no switch within its joints' limits"

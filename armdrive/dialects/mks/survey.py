@@ -6,144 +6,84 @@ program is heard to command drives.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from armdrive.dialects.bus.tools import IDS, Answers, Heard, numbers, of_lost, of_nobody
-from armdrive.dialog.conversation import (
-    ANSWER_S,
-    LINGER_S,
-    Finding,
-    Hear,
-    Put,
-    Talk,
-    note,
-    ok,
-    problem,
+from armdrive.dialects.bus.tools import Answers, Heard, numbers, of_lost, of_nobody
+from armdrive.dialects.exchange import ScriptLoop
+from armdrive.dialects.mks.identify import (
+    UNTOLD,
+    Asking,
+    Firmware,
+    Told,
+    answer_of,
+    firmware_of,
+    is_shared,
 )
+from armdrive.dialects.mks.inquiry import setting_in
+from armdrive.dialects.mks.settings import MksSettings
+from armdrive.dialects.mks.wire import TRIES, MksWire
+from armdrive.dialog.conversation import Finding, note, ok, problem
 from armdrive.transports.can_health import BusHealth
 from firmware_protocol.errors import ProtocolError
 from firmware_protocol.frames import Frame
 from firmware_protocol.mks import (
     BOARDS,
     CURRENT_MAX_MA,
+    NODE_DEFAULT,
     Ability,
     AngleErrorRead,
-    Answered,
     Code,
-    Done,
-    EmergencyStop,
     EnabledRead,
     EncoderRead,
     Event,
-    Failed,
-    Foreign,
-    Garbled,
-    Host,
     Mode,
-    Motion,
     MotorState,
     Read,
     ReadAngleError,
     ReadEnabled,
     ReadEncoder,
-    Reading,
-    ReadRawEncoder,
     ReadSetting,
     ReadStall,
     ReadState,
-    ReadVersion,
-    Request,
     SetMode,
     Setting,
-    SettingRead,
     SilenceWatchdog,
     StallRead,
-    Started,
     StateRead,
-    Stop,
-    StoredForStart,
-    Stray,
-    Version,
     VersionRead,
     abilities_of,
-    as_setting,
     decode_answer,
     decode_request,
 )
 
-# The host's end for a talk: requests to whichever drive is meant, one at a time.
+ANSWER_S = 0.12
+"""An answer is waited for so long: a drive needs some ms, a busy computer more."""
 
 
-class MksHost:
-    """Speaks to any drive that a talk puts a request to; a question that is over is forgotten."""
-
-    def __init__(self) -> None:
-        self._host = Host(())
-
-    def send(self, node: int, request: Request) -> bytes:
-        """Return the bytes that put a request to a drive."""
-        self._host.add(node)
-        for before in self._host.unanswered(node):
-            if not isinstance(before, Motion):  # of which the end is still to come
-                self._host.forget(node, before)
-        return self._host.send(node, request)
-
-    def receive_data(self, data: bytes) -> None:
-        """Take bytes from the bus."""
-        self._host.receive_data(data)
-
-    def next_event(self) -> Event | Frame | None:
-        """Return what was heard, one at a time; a frame of no drive that was spoken to as it is."""
-        event = self._host.next_event()
-        return event.frame if isinstance(event, Foreign) else event
-
-    def answers(self, event: Event | Frame, request: Request) -> bool:
-        """Tell whether an event is the first word of a drive on a request."""
-        kinds = Answered | Done | Failed | Started | StoredForStart
-        return isinstance(event, kinds) and event.request == request
-
-    def moves(self, request: Request) -> bool:
-        """Tell whether a request turns a motor."""
-        return isinstance(request, Motion)
-
-    def stop(self, node: int, request: Request) -> Iterable[bytes]:
-        """Return both words that stop a motor: firmware before 1.0.4 knows the second alone."""
-        yield self.send(node, EmergencyStop())
-        if not isinstance(request, Stop) and hasattr(request, "counts"):
-            yield self.send(node, Stop(request.code, 0))
-
-    def settle(self, node: int) -> None:
-        """Take note that a drive is known to stand."""
-        self._host.settle(node)
+def scripts(ids: Sequence[int]) -> ScriptLoop[Event]:
+    """Make what carries scripts out over the wire to these ids, whether or not anybody has them."""
+    settings = MksSettings(ids=tuple(ids) or (NODE_DEFAULT,), answer_s=ANSWER_S)
+    wire = MksWire(settings, map(str, settings.ids))
+    return ScriptLoop(wire.host, wire)
 
 
 # What one drive tells of itself, asked by readings alone: nothing is set, nothing turns.
 
-TRIES = 3
-"""How often a question is put: frames can be lost."""
-LATE_S = 0.2
-"""An answer that has not come by then never will, on however busy a computer."""
 SMALL_MAX_MA = 3000
 """Of every board but the SERVO57D."""
 _LARGE_BOARDS = (3, 4)
-_TELLTALES: tuple[Read, ...] = (ReadEncoder(), ReadRawEncoder(), ReadAngleError())
-"""Readings that are hardly ever alike in two drives: an encoder trembles."""
-_OLDEST: Version = (1, 0, 4)
-"""What is taken for the firmware of a drive that tells neither its version nor a setting."""
 
 
 @dataclass(frozen=True, slots=True)
 class Known:
-    """What a drive has told. `told` says whether the firmware is its own word or a conclusion.
+    """What a drive has told; None and empty are what it does not tell.
 
-    `settings` has what it lets be read (from 1.0.6 on); None and empty are what it does not tell.
+    `settings` has what it lets be read (from 1.0.6 on).
     """
 
     node: int
-    firmware: Version = _OLDEST
-    told: bool = False
-    version: VersionRead | None = None
+    firmware: Firmware = UNTOLD
     counts: int | None = None
     error: int | None = None
     enabled: bool | None = None
@@ -158,13 +98,18 @@ class Known:
     @property
     def able(self) -> frozenset[Ability]:
         """What its firmware can do."""
-        return abilities_of(self.firmware)
+        return abilities_of(self.firmware.version)
+
+    @property
+    def version(self) -> VersionRead | None:
+        """Its board, and whether its encoder is calibrated."""
+        return self.firmware.read
 
     @property
     def firmware_words(self) -> str:
         """The firmware for people."""
-        number = ".".join(map(str, self.firmware))
-        return f"firmware {number}" if self.told else f"firmware {number} or so, it does not tell"
+        words = f"firmware {self.firmware}"
+        return words if self.firmware.told else f"{words} or so, it does not tell"
 
     @property
     def board(self) -> str:
@@ -185,122 +130,60 @@ class Known:
         return found if isinstance(found, SetMode) else None
 
 
-def answer_of(heard: tuple[Event, ...]) -> Reading | SettingRead | None:
-    """Return the first answer among what was heard."""
-    return next((each.answer for each in heard if isinstance(each, Answered)), None)
-
-
-def reading(node: int, request: Read | ReadSetting) -> Talk[Reading | SettingRead | None]:
+def reading(
+    wire: MksWire, node: int, request: Read | ReadSetting, tries: int = TRIES
+) -> Asking[Told]:
     """Ask a drive something, again where it does not answer; None where it never does."""
-    for _ in range(TRIES):
-        heard: tuple[Event, ...] = yield Put(node, request, ANSWER_S)
-        found = answer_of(heard)
-        if found is not None:
-            return found
-    return None
+    return answer_of((yield from wire.ask({node: request}, tries=tries)).get(node))
 
 
-def answers(node: int, wait_s: float = ANSWER_S) -> Talk[bool]:
+def answers(wire: MksWire, node: int) -> Asking[bool]:
     """Tell whether anybody answers to an id."""
-    for _ in range(TRIES):
-        heard = yield Put(node, ReadEncoder(), wait_s)
-        if answer_of(heard) is not None:
-            return True
-    return False
+    return (yield from reading(wire, node, ReadEncoder())) is not None
 
 
-def doubled(node: int) -> Talk[bool]:
-    """Tell whether two drives were heard to answer to an id. Those that say the same are not.
-
-    Once is not enough: an answer that came too late looks like that too.
-    """
-    for request in _TELLTALES:
-        twice = 0
-        for _ in range(TRIES):
-            heard: tuple[Event, ...] = yield Put(node, request, ANSWER_S, LINGER_S)
-            if answer_of(heard) is None:
-                yield Hear(LATE_S)
-            twice += any(
-                isinstance(each, Stray) and each.answer.code is request.code for each in heard
-            )
-        if twice > 1:
-            return True
-    return False
-
-
-def known(node: int) -> Talk[Known | None]:
+def known(wire: MksWire, node: int) -> Asking[Known | None]:
     """Ask a drive for everything that matters; None where nobody has the id."""
-    missed = 0
-    first = None
-    for _ in range(TRIES):
-        first = answer_of((yield Put(node, ReadEncoder())))
-        if first is not None:
-            break
+    missed, counts = 0, (yield from reading(wire, node, ReadEncoder(), 1))
+    while counts is None:
         missed += 1
-    if first is None:
-        return None
-    version = yield from reading(node, ReadVersion())
-    mode = yield from reading(node, ReadSetting(Code.MODE))
-    told = version if isinstance(version, VersionRead) else None
-    watchdog = yield from reading(node, ReadSetting(Code.WATCHDOG)) if told is not None else _none()
-    firmware = told.version if told is not None and told.version else None
-    concluded = _concluded(told, mode, watchdog)
+        if missed == TRIES:
+            return None
+        counts = yield from reading(wire, node, ReadEncoder(), 1)
+    firmware = (yield from firmware_of(wire, (node,)))[node]
     settings: dict[Code, Setting] = {}
-    if mode is not None:
-        for code in (Code.MODE, Code.CURRENT, Code.MICROSTEPS, Code.REPLIES, Code.WATCHDOG):
-            found = _setting((yield from reading(node, ReadSetting(code))))
-            if found is not None:
-                settings[code] = found
-    error = yield from reading(node, ReadAngleError())
-    enabled = yield from reading(node, ReadEnabled())
-    stalled = yield from reading(node, ReadStall())
-    state = yield from reading(node, ReadState())
+    for code in _SETTINGS if Ability.READ_SETTINGS in abilities_of(firmware.version) else ():
+        found = yield from setting_of(wire, node, code)
+        if found is not None:
+            settings[code] = found
+    error = yield from reading(wire, node, ReadAngleError())
+    enabled = yield from reading(wire, node, ReadEnabled())
+    stalled = yield from reading(wire, node, ReadStall())
+    state = yield from reading(wire, node, ReadState())
     return Known(
         node,
-        firmware or concluded,
-        firmware is not None,
-        told,
-        first.counts if isinstance(first, EncoderRead) else None,
+        firmware,
+        counts.counts if isinstance(counts, EncoderRead) else None,
         error.error if isinstance(error, AngleErrorRead) else None,
         enabled.on if isinstance(enabled, EnabledRead) else None,
         stalled.on if isinstance(stalled, StallRead) else None,
         state.state if isinstance(state, StateRead) else None,
         settings,
-        (yield from doubled(node)),
+        (yield from is_shared(wire, node)),
         missed,
     )
 
 
-def _none() -> Talk[None]:
-    """Ask nothing."""
-    return
-    yield
+_SETTINGS = (Code.MODE, Code.CURRENT, Code.MICROSTEPS, Code.REPLIES, Code.WATCHDOG)
 
 
-def _concluded(told: VersionRead | None, mode: object, watchdog: object) -> Version:
-    """Return a firmware by what a drive answers, where it does not tell it in full."""
-    if told is not None:
-        return (1, 0, 9) if _setting(watchdog) is not None else (1, 0, 8)
-    return (1, 0, 6) if mode is not None else _OLDEST
-
-
-def _setting(read: object) -> Setting | None:
-    if not isinstance(read, SettingRead):
-        return None
-    try:
-        return as_setting(read)
-    except ProtocolError:  # a value that no table has
-        return None
-
-
-def setting_of(node: int, code: Code) -> Talk[Setting | None]:
+def setting_of(wire: MksWire, node: int, code: Code) -> Asking[Setting | None]:
     """Read one setting of a drive; None where it does not tell it."""
-    return _setting((yield from reading(node, ReadSetting(code))))
+    return setting_in((yield from wire.ask({node: ReadSetting(code)})).get(node))
 
 
 ASK_S = 0.02
 """A drive's answer takes a millisecond."""
-PAUSE_S = 0.005
 ROUNDS = 2
 
 
@@ -313,28 +196,25 @@ class Survey:
     garbled: int = 0
 
 
-def ask_round(ids: Sequence[int] = IDS) -> Talk[Survey]:
+def ask_round(wire: MksWire) -> Asking[Survey]:
     """Ask each id once or twice whether it is there, then those that are for all that they tell."""
-    there: set[int] = set()
-    garbled = 0
     for _ in range(ROUNDS):
-        for node in [each for each in ids if each not in there]:
-            heard: tuple[Event, ...] = yield Put(node, ReadEncoder(), ASK_S)
-            garbled += sum(isinstance(each, Garbled) for each in heard)
-            if answer_of(heard) is not None:
-                there.add(node)
-            yield Hear(PAUSE_S)
+        for drive in wire.drives:
+            if drive.count is None:
+                wire.put(drive.node, ReadEncoder())
+                yield from wire.pause(wire.now_s + ASK_S)
+    garbled = wire.garbled
     found = []
-    for node in sorted(there):
-        told = yield from known(node)
+    for drive in wire.drives:
+        told = (yield from known(wire, drive.node)) if drive.count is not None else None
         if told is not None:
             found.append(told)
-    return Survey(asked=tuple(ids), drives=tuple(found), garbled=garbled)
+    return Survey(wire.nodes, tuple(found), garbled)
 
 
-def survey_drives(ids: Sequence[int], _heard: Heard) -> Talk[Answers]:
+def survey_drives(wire: MksWire, ids: Sequence[int], _heard: Heard) -> Asking[Answers]:
     """Ask each id, and return who is there in words and as plain data."""
-    found = yield from ask_round(ids)
+    found = (yield from ask_round(wire)) if ids else Survey()
     there = tuple(each.node for each in found.drives)
     return Answers(
         "mks",
@@ -431,8 +311,8 @@ def view(drive: Known) -> dict[str, object]:
         "id": drive.node,
         "protocol": "mks",
         "board": drive.board,
-        "firmware": ".".join(map(str, drive.firmware)),
-        "firmware_told": drive.told,
+        "firmware": str(drive.firmware),
+        "firmware_told": drive.firmware.told,
         "counts": drive.counts,
         "enabled": drive.enabled,
         "stalled": drive.stalled,

@@ -14,7 +14,7 @@ import pytest
 from armdrive.arm import Arm
 from armdrive.connect.parts import assemble
 from armdrive.connect.target import simulated_config
-from armdrive.dialects.exchange import Scripted
+from armdrive.dialects.exchange import ScriptRunner
 from armdrive.registry import DIALECTS
 from armdrive.registry.simulate import simulate
 from armdrive.runtime.clock import SimulatedClock
@@ -92,12 +92,12 @@ class Words:
         return self._words.pop(0) if self._words else None
 
 
-class Waiting(Scripted):
+class Waiting(ScriptRunner):
     """A driver that waits a second for the word `ready`."""
 
     def script(self, request):
-        heard = yield from self.hear(self.now_s + 1.0, lambda word: word == "ready")
-        return Registers(Motors((0,)), 0) if heard else self.silence(0.0)
+        heard = yield from self.io.hear(self.io.now_s + 1.0, lambda word: word == "ready")
+        return Registers(Motors((0,)), 0) if heard else self.io.silence(0.0)
 
     def unasked(self, heard):
         pass

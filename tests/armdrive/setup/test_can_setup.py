@@ -109,14 +109,16 @@ def test_who_says_no_to_everything_has_nothing_written_and_nothing_turned():
 
 
 SETTINGS = {Code.MODE, Code.WATCHDOG}
+CURRENT = {Code.ENABLE, Code.ARM}
+"""Whoever switches a motor on sees to it that its orders are not kept for a common start."""
 AFTER = (
     set(),
     {Code.NODE},
     {Code.NODE, *SETTINGS},
     {Code.NODE, *SETTINGS},
-    {Code.NODE, *SETTINGS, Code.ENABLE},
-    {Code.NODE, *SETTINGS, Code.ENABLE, Code.ABSOLUTE_AXIS},
-    {Code.NODE, *SETTINGS, Code.ENABLE, Code.ABSOLUTE_AXIS},
+    {Code.NODE, *SETTINGS, *CURRENT},
+    {Code.NODE, *SETTINGS, *CURRENT, Code.ABSOLUTE_AXIS},
+    {Code.NODE, *SETTINGS, *CURRENT, Code.ABSOLUTE_AXIS},
 )
 """What may have been said, beside readings, after so many yeses: id, settings, built in, current,
 the smallest motion, the trial."""

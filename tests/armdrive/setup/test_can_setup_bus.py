@@ -94,7 +94,13 @@ def test_a_drive_far_from_its_zero_is_offered_a_new_one():
 
 def test_beside_another_program_that_commands_drives_nothing_is_asked():
     bench = Bench()
-    bench.twin.link.line.say(pack(encode(2, ReadEncoder())), 0.0)
+    sleep = bench.clock.sleep
+
+    def spoken_meanwhile(link, until_s):
+        bench.clock.sleep = sleep
+        bench.twin.link.line.say(pack(encode(2, ReadEncoder())), 0.0)
+
+    bench.clock.sleep = spoken_meanwhile
     outcome = bench.walk()
     assert outcome.left_out == NAMES
     assert bench.said == bench.person.asked == []

@@ -5,16 +5,13 @@ from __future__ import annotations
 import math
 
 import pytest
-from can_setup_bench import Bench, really
+from can_setup_bench import TURNING, Bench, really
 
-from armdrive.dialog.conversation import About, Hear
+from armdrive.dialects.bus.tools import DrivePlace
+from armdrive.dialog.conversation import About
 from armdrive.setup.directions import NOTHING, OTHER
-from firmware_protocol.mks import Calibrate, EmergencyStop, MoveAbsoluteAxis
-
-
-def hear(seconds):
-    """A talk in which only time passes."""
-    yield Hear(seconds)
+from armdrive.setup.trial import TriedMotor
+from firmware_protocol.mks import COUNTS_PER_TURN, Calibrate, EmergencyStop, MoveAbsoluteAxis
 
 
 def test_ctrl_c_in_motion_stops_the_motor():
@@ -32,7 +29,7 @@ def test_ctrl_c_in_motion_stops_the_motor():
         bench.one()
     assert (2, EmergencyStop()) in bench.said[-9:]
     moved = abs(bench.twin.world.motors[1] - bench.plan.drives[1].trial.steps)
-    bench.run(hear(1.0))
+    bench.listen(1.0)
     assert not any(node.motor.point.moving(bench.clock.now_s()) for node in bench.device.nodes)
     assert abs(bench.twin.world.motors[1] - bench.plan.drives[1].trial.steps) == moved
 
@@ -41,8 +38,7 @@ def test_ctrl_c_in_motion_stops_the_motor():
 def test_lost_frames_turn_nothing_farther_than_was_announced(seed):
     bench = Bench()
     bench.twin.faults.add("lose-frame", 0.04, seed=seed)
-    start, most = bench.twin.world.motors, [0]
-    sleep = bench.clock.sleep
+    most, sleep = [0], bench.clock.sleep
 
     def watched(link, until_s):
         sleep(link, until_s)
@@ -50,8 +46,9 @@ def test_lost_frames_turn_nothing_farther_than_was_announced(seed):
         most[0] = max(most[0], *off)
 
     bench.clock.sleep = watched
-    bench.one()
-    bench.one()
+    for _ in range(2):  # a trial that was broken off is not where it began
+        start = bench.twin.world.motors
+        bench.one()
     assert bench.ids()[1] == 2
     assert most[0] <= abs(bench.plan.drives[1].trial.steps) + 2
 
@@ -113,6 +110,57 @@ def test_calibration_turns_a_motor_only_after_its_own_yes(word):
     calibrated = [node for node, request in bench.said if isinstance(request, Calibrate)]
     assert calibrated == ([2] if word == "yes" else [])
     assert ("Drive 2 is calibrated." in bench.person.text) is (word == "yes")
+
+
+def test_ctrl_c_stops_a_motor_that_is_calibrated():
+    bench = Bench()
+    node = bench.device.nodes[1]
+    node.calibrated = False
+    sleep = bench.clock.sleep
+
+    def interrupted(link, until_s):
+        if node.motion.searching:
+            bench.clock.sleep = sleep
+            raise KeyboardInterrupt
+        sleep(link, until_s)
+
+    bench.clock.sleep = interrupted
+    with pytest.raises(KeyboardInterrupt):
+        bench.one()
+    assert bench.said[-3:] == [(2, EmergencyStop())] * 3
+    bench.listen(0.1)
+    assert not node.motion.searching
+
+
+def test_a_motor_is_turned_by_the_controller_which_finds_a_drive_that_restarts():
+    bench = Bench()
+    node = bench.device.nodes[1]
+
+    def restarts():
+        node.restart(bench.clock.now_s())
+        bench.listen(1.0)
+        return "out"
+
+    bench.person.says["Which way did it go?"] = restarts
+    assert not bench.one()
+    assert "was reset or lost its power" in bench.person.text
+
+
+def test_a_motor_is_not_sent_back_by_more_than_it_was_sent():
+    bench = Bench()
+    motor = TriedMotor(bench.plan.controller(at_hand(bench).by_itself), COUNTS_PER_TURN)
+    assert bench.run(motor.switch_on())
+    bench.said.clear()
+    told = bench.run(motor.turn_to(3000, 1000))
+    assert "stands at 0 counts, too far from 3000" in told
+    assert not bench.codes() & TURNING
+
+
+def at_hand(bench):
+    """Return the drive of the shoulder, set up."""
+    assert bench.one()
+    place = DrivePlace(1, "shoulder", 2)
+    return bench.run(bench.plan.tools.arrive(bench.config, place, False))
 
 
 def test_a_watchdog_that_does_not_stop_the_motor_is_found_out():

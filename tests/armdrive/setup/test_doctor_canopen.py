@@ -8,7 +8,7 @@ import pytest
 from can_setup_bench import Bench
 from canopen_nodes import NAME, Device, NodesBus
 
-from armdrive.dialects.bus.tools import Answers, FrameHost, Listened, listen
+from armdrive.dialects.bus.tools import Answers, Listened, frame_scripts, listen
 from armdrive.dialects.cia402 import survey as canopen
 from armdrive.dialects.cia402.survey import (
     QUESTIONS,
@@ -21,7 +21,7 @@ from armdrive.dialects.cia402.survey import (
 from armdrive.dialog.conversation import any_problem
 from armdrive.setup import finding
 from armdrive.setup import findings as can_findings
-from armdrive.setup.dialog_runner import DialogClock, DialogRunner, NobodyFound
+from armdrive.setup.dialog_runner import DialogClock, carry_out
 from armdrive.setup.finding import PROTOCOLS, ask_bus, spared
 from armdrive.transports.can_health import BusHealth, frame_bits
 from firmware_protocol.canopen import (
@@ -64,12 +64,10 @@ def drive(number, **values):
     return Device(number).has({places[key]: value for key, value in (usual | values).items()})
 
 
-def carried(talk, bus, clock):
-    return DialogRunner(bus, FrameHost(), clock, NobodyFound()).run(talk)
-
-
-def survey(bus, ids=range(1, 7), heard=None):
-    return carried(ask_nodes(tuple(ids), heard or {}), bus, DialogClock())
+def survey(bus, ids=range(1, 7), heard=None, clock=None):
+    frames = frame_scripts()
+    ask = partial(ask_nodes, frames.io, tuple(ids), heard or {})
+    return carry_out(frames, ask, bus, clock or DialogClock())
 
 
 def words(findings):
@@ -191,7 +189,7 @@ def test_a_server_that_begins_a_transfer_without_end_is_not_told_so_by_an_abort(
 
 def test_the_bus_is_not_loaded_by_being_asked():
     bus, clock = NodesBus(*(drive(number) for number in range(1, 7))), DialogClock()
-    carried(ask_nodes(tuple(range(1, 128))), bus, clock)
+    survey(bus, range(1, 128), clock=clock)
     bits = 2.2 * sum(map(frame_bits, bus.said))  # questions, and answers of the same length
     assert bits / clock.now_s() < 0.05 * 500_000
     assert clock.now_s() < 15.0
@@ -275,12 +273,12 @@ def test_a_bus_that_a_canopen_master_commands_is_left_alone_and_it_is_quoted():
 
 
 def test_listening_knows_the_masters_beat():
-    talk = listen(partial(finding.is_command, master=127), 0.1)
-    next(talk)
     frames = (Heartbeat(127, NodeState.OPERATIONAL).frame, Heartbeat(3, NodeState.STOPPED).frame)
-    with pytest.raises(StopIteration) as ended:
-        talk.send(frames)
-    assert ended.value.value.commands == frames[:1]
+    bus, scripts = NodesBus(), frame_scripts()
+    bus._coming = [(0.05, pack(frame)) for frame in frames]
+    look = partial(listen, scripts.io, partial(finding.is_command, master=127), 0.1)
+    heard = carry_out(scripts, look, bus, DialogClock())
+    assert heard == Listened(frames, frames[:1])
 
 
 # Against an arm file, and as plain data.

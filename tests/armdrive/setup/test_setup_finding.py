@@ -1,6 +1,7 @@
 """What is behind a port is found out, in words, as the doctor does; listing opens nothing."""
 
 import sys
+from functools import partial
 
 import pytest
 from can_setup_bench import ServedBus
@@ -10,6 +11,7 @@ from doctor_bench import SimPort, made
 from armdrive.dialects.bus import tools
 from armdrive.dialog.conversation import WrongAnswer
 from armdrive.errors import PortUnavailable
+from armdrive.setup import dialog_runner
 from armdrive.setup import prober as carrying
 from armdrive.setup.filing import checked, file_of, write
 from armdrive.setup.finding import candidates, looked_at, probe
@@ -36,7 +38,7 @@ class Passing:
 def test_a_port_is_recognised_and_its_arm_is_described_by_what_was_found(dialect, monkeypatch):
     port = SimPort(made(dialect))
     monkeypatch.setattr(carrying, "_opened", lambda name, baud: port)
-    monkeypatch.setattr(carrying, "RealClock", Passing)
+    monkeypatch.setattr(dialog_runner, "RealClock", Passing)
     found = probe("/dev/arm")
     assert found.dialect == dialect
     assert f"it speaks {dialect}" in found.lines[0]
@@ -84,7 +86,7 @@ def test_a_port_that_is_not_there_is_said_before_anything_is_opened():
 @needs_pty
 def test_drives_on_a_bus_are_found_and_offered_their_template(tmp_path, monkeypatch):
     listen = tools.listen
-    monkeypatch.setattr(tools, "listen", lambda is_command: listen(is_command, 0.1))
+    monkeypatch.setattr(tools, "listen", partial(listen, seconds=0.1))
     bus = ServedBus(tmp_path)
     try:
         found = probe(bus.port)
@@ -103,7 +105,7 @@ def test_drives_on_a_bus_are_found_and_offered_their_template(tmp_path, monkeypa
 def test_canopen_drives_are_found_and_offered_their_template(monkeypatch):
     bus = NodesBus(*map(Device, range(1, 7)))
     monkeypatch.setattr(can_link, "open_can_link", lambda port: bus)
-    monkeypatch.setattr(carrying, "RealClock", Passing)
+    monkeypatch.setattr(dialog_runner, "RealClock", Passing)
     found = probe("can:slcan:/dev/ttyACM0?bitrate=500000")
     assert found.dialect == "cia402"
     assert any("there answer: 1, 2, 3, 4, 5, 6 (CANopen)" in line for line in found.lines)

@@ -43,7 +43,7 @@ def drives(monkeypatch):
     link = twin.link
     monkeypatch.setattr(link, "close", lambda: None)
     monkeypatch.setattr("armdrive.transports.opening.open_link", lambda port, baud: link)
-    monkeypatch.setattr("armdrive.setup.prober.RealClock", DialogClock)
+    monkeypatch.setattr("armdrive.setup.dialog_runner.RealClock", DialogClock)
     person = Practice(twin, plan_of(config), print)
     answer = person.answer
 
@@ -130,7 +130,7 @@ def test_another_kind_of_arm_is_refused(call):
 def test_answers_that_end_leave_what_was_done(call, drives, monkeypatch):
     monkeypatch.undo()
     monkeypatch.setattr("armdrive.transports.opening.open_link", lambda port, baud: drives.link)
-    monkeypatch.setattr("armdrive.setup.prober.RealClock", DialogClock)
+    monkeypatch.setattr("armdrive.setup.dialog_runner.RealClock", DialogClock)
     type_in(monkeypatch, "?", "back", "yes")
     called = call("can", "setup", "bench", "--port", PORT, code=3)
     assert "`armdrive can setup bench` goes on there" in called.err

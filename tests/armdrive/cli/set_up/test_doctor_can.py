@@ -5,21 +5,21 @@ from __future__ import annotations
 import sys
 import threading
 from dataclasses import replace
+from functools import partial
 
 import pytest
 from can_setup_bench import READING, Bench, ServedBus
 from cli_calls import write_arm_file
 from waiting import looks
 
-from armdrive.cli.set_up import doctor_can
 from armdrive.cli.set_up.doctor_can import ids_of
+from armdrive.dialects.bus import tools
 from armdrive.dialects.bus.tools import Listened, listen
 from armdrive.dialects.mks import survey as mks
-from armdrive.dialects.mks.survey import Survey, ask_round
+from armdrive.dialects.mks.survey import Survey
 from armdrive.dialog.conversation import Grade
 from armdrive.errors import BadRequest
 from armdrive.setup import findings as can_findings
-from armdrive.setup.finding import is_command
 from armdrive.transports.can_health import BusHealth, BusState
 from armdrive.transports.opening import open_link
 from armdrive.transports.ports import CanPort
@@ -53,7 +53,7 @@ def words(findings):
 def test_nothing_but_readings_is_ever_sent_and_everybody_is_found():
     on = bench()
     motors, flashes = on.twin.world.motors, on.flashes()
-    found = on.run(ask_round())
+    found = on.survey()
     assert [each.node for each in found.drives] == [1, 2, 3, 4, 5, 6]
     assert on.codes() <= READING
     assert on.flashes() == flashes
@@ -69,7 +69,7 @@ def test_what_is_wrong_with_a_drive_is_told_with_what_mends_it():
     on.device.drives().set_mode(1, Mode.PULSE_FOC)
     on.device.nodes[2].stalled = True
     on.device.nodes[3].calibrated = False
-    found = on.run(ask_round())
+    found = on.survey()
     told = words(mks.of_answers(found, BusHealth(), "bench"))
     assert "drive 2: mode 2 (PULSE_FOC) obeys no motion" in told
     assert "`armdrive doctor --arm bench --mend`" in told
@@ -81,17 +81,17 @@ def test_what_is_wrong_with_a_drive_is_told_with_what_mends_it():
 def test_two_drives_of_one_id_are_told_and_one_late_answer_is_not():
     on = bench(keeps_angle=True)
     on.device.drives().set_id(4, 2)
-    found = on.run(ask_round((1, 2)))
+    found = on.survey((1, 2))
     assert [each.doubled for each in found.drives] == [False, True]
     assert "two drives have this id" in words(mks.of_answers(found, BusHealth()))
     late = bench()
     late.twin.faults.add("double-frame", 0.02, seed=3)
-    assert not any(each.doubled for each in late.run(ask_round((1, 2, 3))).drives)
+    assert not any(each.doubled for each in late.survey((1, 2, 3)).drives)
 
 
 def test_an_arm_files_drives_are_compared_with_who_answers():
     on = bench()
-    there = [each.node for each in on.run(ask_round()).drives]
+    there = [each.node for each in on.survey().drives]
     assert "and no other" in words(can_findings.of_arm((1, 2, 3, 4, 5, 6), there, "bench"))
     told = words(can_findings.of_arm((2, 3, 4, 5, 6, 7), there, "bench"))
     assert "the arm file's drives 7 do not answer" in told
@@ -100,7 +100,7 @@ def test_an_arm_files_drives_are_compared_with_who_answers():
 
 
 def test_old_firmware_is_told_as_far_as_it_tells():
-    found = bench(firmware="1.0.4").run(ask_round((1,)))
+    found = bench(firmware="1.0.4").survey((1,))
     told = words(mks.of_answers(found, BusHealth()))
     assert "it does not tell" in told
     assert "no watchdog before firmware 1.0.9" in told
@@ -138,7 +138,7 @@ def test_a_bus_that_was_left_is_a_problem_and_one_that_warns_a_note():
 def test_answers_that_get_lost_point_to_the_wiring():
     on = bench()
     on.twin.faults.add("lose-frame", 0.2, seed=5)
-    found = on.run(ask_round((1, 2, 3)))
+    found = on.survey((1, 2, 3))
     assert found.drives
     missed = sum(each.missed for each in found.drives)
     told = words(mks.of_answers(found, BusHealth(error_frames=2)))
@@ -152,7 +152,7 @@ def test_answers_that_get_lost_point_to_the_wiring():
 
 def test_load_is_told_and_who_commands_drives_is_named():
     on = bench()
-    told = can_findings.of_listening(on.run(listen(is_command, 0.1)), 0.1, 500_000)
+    told = can_findings.of_listening(on.listen(0.1), 0.1, 500_000)
     assert "nothing passed" in told[0].what
     reports = tuple(encode(1, EncoderRead(count)) for count in range(100))
     told = can_findings.of_listening(Listened(reports), 0.1, 500_000)
@@ -178,7 +178,7 @@ ARM = 'model = "minimover5-mks"\n\n[connection]\ndialect = "mks"\nport = "{port}
 
 @pytest.fixture
 def served(tmp_path, monkeypatch):
-    monkeypatch.setattr(doctor_can, "listen", lambda is_command: listen(is_command, 0.1))
+    monkeypatch.setattr(tools, "listen", partial(listen, seconds=0.1))
     bus = ServedBus(tmp_path)
     yield bus
     bus.end()
@@ -215,7 +215,7 @@ def test_nobody_and_a_wrong_bit_rate_are_told_apart_by_trying(call, served):
 
 @needs_pty
 def test_a_bus_on_which_another_program_commands_drives_is_left_alone(call, served, monkeypatch):
-    monkeypatch.setattr(doctor_can, "listen", lambda is_command: listen(is_command, 0.4))
+    monkeypatch.setattr(tools, "listen", partial(listen, seconds=0.4))
     other = open_link(served.beside, 0)
     ended = threading.Event()
 

@@ -117,7 +117,7 @@ class Rig:
 
     def told_states(self) -> Iterable[Statusword | None]:
         """Return what the driver knows of the drives' states."""
-        return [drive.word for drive in self.controller.drives]
+        return [drive.word for drive in self.controller.group.drives]
 
     def reply(self):
         """Return what the request has come to, None while nothing; note what else was heard."""

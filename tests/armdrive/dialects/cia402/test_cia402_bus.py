@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -11,11 +12,11 @@ from cli_calls import write_arm_file
 from waiting import looks
 
 from armdrive import Arm
-from armdrive.cli.set_up import doctor_can
 from armdrive.connect.port import PortOpening
 from armdrive.connect.target import find
+from armdrive.dialects.bus import tools
 from armdrive.dialects.bus.tools import listen
-from armdrive.dialects.cia402.master import Cia402Bus
+from armdrive.dialects.cia402.wire import Cia402Bus
 from armdrive.status import State
 from armdrive.transports import opening as url
 from firmware_protocol.canopen import STATUSWORD, SdoServer
@@ -69,7 +70,7 @@ def looked_at(call, *words, drives=0):
 
 @needs_pty
 def test_a_bus_is_looked_at_without_a_word_that_changes_anything(call, tmp_path, monkeypatch):
-    monkeypatch.setattr(doctor_can, "listen", lambda is_command: listen(is_command, 0.1))
+    monkeypatch.setattr(tools, "listen", partial(listen, seconds=0.1))
     path = tmp_path / "can0"
     port = f"can:slcan:{path}?bitrate=500000"
     with SimProcess(path, "cia402") as bus:
@@ -88,7 +89,7 @@ def test_a_bus_is_looked_at_without_a_word_that_changes_anything(call, tmp_path,
 
 @needs_pty
 def test_devices_that_are_no_drives_are_told(call, tmp_path, monkeypatch):
-    monkeypatch.setattr(doctor_can, "listen", lambda is_command: listen(is_command, 0.1))
+    monkeypatch.setattr(tools, "listen", partial(listen, seconds=0.1))
     path = tmp_path / "can0"
     port = f"can:slcan:{path}?bitrate=500000"
     with SimProcess(path, "cia402", "--set", "profile=401"):

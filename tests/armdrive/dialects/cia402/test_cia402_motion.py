@@ -8,7 +8,7 @@ import math
 import pytest
 from cia402_rig import Rig, steps
 
-from armdrive.dialects.cia402.cyclic import SmoothTrack
+from armdrive.dialects.bus.way import Way
 from armdrive.tasks import (
     ClearFault,
     DeviceSettings,
@@ -34,23 +34,27 @@ def differences(targets: list[tuple[float, int]]) -> list[int]:
     return [b - a for (_, a), (_, b) in itertools.pairwise(targets)]
 
 
-# -- the track ------------------------------------------------------------------------------------
+# -- the way --------------------------------------------------------------------------------------
+
+
+def smoothed(way: Way, time_s: float) -> tuple[int, ...]:
+    return tuple(round(way.averaged(motor, time_s, 0.03)) for motor in range(len(way.end)))
 
 
 def test_a_straight_way_stays_straight_however_it_is_smoothed():
-    track = SmoothTrack(Motors((0, 0)), 0.03)
+    way = Way(Motors((0, 0)))
     for _ in range(3):
-        track.draw(MoveBy(Motors((900, -300)), 9000.0), 0.0)
+        way.draw(MoveBy(Motors((900, -300)), 9000.0), 0.0)
     for turn in range(40):
-        base, shoulder = track.places(turn * PERIOD_S)
+        base, shoulder = smoothed(way, turn * PERIOD_S)
         assert abs(base + 3 * shoulder) <= 2
-    assert track.places(0.4) == (2700, -900)
+    assert smoothed(way, 0.4) == (2700, -900)
 
 
 def test_smoothing_makes_ramps_of_jumps_in_speed():
-    track = SmoothTrack(Motors((0,)), 0.03)
-    track.draw(MoveBy(Motors((1000,)), 10_000.0), 0.0)
-    places = [track.places(turn * PERIOD_S)[0] for turn in range(15)]
+    way = Way(Motors((0,)))
+    way.draw(MoveBy(Motors((1000,)), 10_000.0), 0.0)
+    places = [smoothed(way, turn * PERIOD_S)[0] for turn in range(15)]
     speeds = [b - a for a, b in itertools.pairwise(places)]
     changes = [abs(b - a) for a, b in itertools.pairwise((0, *speeds, 0))]
     assert max(changes) <= 35  # of 100 a turn
@@ -318,8 +322,7 @@ def test_a_line_that_would_move_or_unguard_a_drive_is_refused(line):
 
 
 def test_a_bus_that_is_slow_has_a_longer_period():
-    from armdrive.dialects.cia402.contact import period_ms
-    from armdrive.dialects.cia402.settings import Cia402Settings
+    from armdrive.dialects.cia402.settings import Cia402Settings, period_ms
 
     assert period_ms(Cia402Settings(), 6, 500_000) == 10
     assert period_ms(Cia402Settings(), 6, 125_000) > 14

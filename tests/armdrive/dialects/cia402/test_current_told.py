@@ -31,7 +31,7 @@ def test_drives_that_hold_are_told_as_held_whoever_switched_them_on():
 
 def test_drives_that_hold_but_have_to_be_enabled_first_are_not_told_as_held():
     rig = Rig().ready()
-    rig.controller.on = False  # as behind a wire that was lost
+    rig.controller.group.on = False  # as behind a wire that was lost
     assert rig.do(ReadPosition()).held is None
 
 

@@ -6,7 +6,7 @@ import pytest
 from grbl_arm import PIECES, config
 
 from armdrive.dialects.controller import StopPart
-from armdrive.dialects.exchange import Scripted
+from armdrive.dialects.exchange import ScriptRunner
 from armdrive.dialects.grbl.board import BoardState
 from armdrive.dialects.grbl.exchange import SPOILER, GrblExchange
 from armdrive.dialects.grbl.in_flight import InFlightLines
@@ -25,7 +25,7 @@ HERE = Motors((1, 2, 3, 4, 5, 6))
 LIMITS = Limits((1.0,) * 6, (400.0,) * 6, (4000.0,) * 6, 1.0)
 
 
-class Parts(Scripted):
+class Parts(ScriptRunner):
     """The parts, and what runs a script of theirs: a request is the script itself."""
 
     def __init__(self, gripper="stepper", **device):
@@ -36,9 +36,9 @@ class Parts(Scripted):
         )
         super().__init__(None, host)
         self.board = BoardState(host, self.settings, axes)
-        self.exchange = GrblExchange(self, host, self.board, self.settings, 1e-4)
+        self.exchange = GrblExchange(self.io, host, self.board, self.settings, 1e-4)
         self.outputs = GrblOutputs(self.exchange, self.settings, gripper)
-        self.stops = GrblStops(self, self.exchange, self.board, self.outputs, self.settings)
+        self.stops = GrblStops(self.io, self.exchange, self.board, self.outputs, self.settings)
         self.sent = []
 
     def script(self, request):
@@ -58,14 +58,15 @@ class Parts(Scripted):
 
     def run(self, script, plays):
         """Run a script to its end, with a board that answers each piece as `plays` has it."""
-        self.begin(script, self.now_s)
+        now_s = self.io.now_s
+        self.begin(script, now_s)
         while self.busy:
-            for piece in PIECES.findall(self.advance(self.now_s)):
+            for piece in PIECES.findall(self.advance(now_s)):
                 self.sent.append(piece)
                 for line in plays(piece):
-                    self.receive(line.encode() + b"\r\n", self.now_s)
-            assert self.now_s < 100.0
-            self.now_s = max(self.now_s, min(self.next_s(), self.now_s + 0.01))
+                    self.receive(line.encode() + b"\r\n", now_s)
+            assert now_s < 100.0
+            now_s = max(now_s, min(self.next_s(), now_s + 0.01))
         return [*iter(self.next_event, None)][-1]
 
 

@@ -10,9 +10,8 @@ from test_mks_controller_late import stand_still
 from test_mks_controller_motion import along, segments
 from test_mks_holdups import BOTH, ORDERS, hold_up
 
-from armdrive.dialects.mks.drive import WAY_S
+from armdrive.dialects.bus.observer import LATE_S, LOOKS
 from armdrive.dialects.mks.settings import MksSettings
-from armdrive.dialects.mks.steering import LOOKS
 from armdrive.tasks import AlertKind, Done, RequestRejected
 from kinematics import Motors
 
@@ -36,7 +35,7 @@ def weaken(bench, number, share):
 
 
 def let_pass(speed):
-    return MksSettings().corridor_counts + speed * 10 * WAY_S
+    return MksSettings().corridor_counts + speed * 10 * LATE_S
 
 
 def beside(bench, way):

@@ -307,7 +307,9 @@ def test_lost_frames_delay_nothing_and_lose_nothing(seed):
     bench.loses = lambda frame, host: dice.random() < 0.1
     moves = straight()
     assert isinstance(bench.do(along(moves)), Done)
-    assert (bench.positions - starts - total(moves)).largest <= bench.controller.reach
+    assert (
+        bench.positions - starts - total(moves)
+    ).largest <= bench.controller.settings.rest_counts
 
 
 def test_a_drive_that_falls_silent_ends_the_motion_of_all():

@@ -8,20 +8,11 @@ import pytest
 from mks_bench import MksBench
 from test_mks_controller_motion import BURSTS, along, straight
 
-from armdrive.dialects.mks.observer import BESIDE_S, Rejections
+from armdrive.dialects.bus.ledger import BESIDE_S, Rejections
 from armdrive.tasks import Done, MoveBy, RequestRejected
-from firmware_protocol.mks import (
-    Code,
-    Failed,
-    Mode,
-    MoveAbsoluteAxis,
-    SetMode,
-    Started,
-    Superseded,
-)
+from firmware_protocol.mks import Code, Mode, SetMode
 from kinematics import Motors
 
-ONE, TWO = MoveAbsoluteAxis(1000, 10, 0), MoveAbsoluteAxis(2000, 10, 0)
 TOGETHER = (2000, 0, 0, 2000, 2000, 0)
 """Both wrist motors go alike: the hand pitches, and does not roll."""
 STARTED = 1
@@ -89,19 +80,20 @@ def test_a_word_that_an_order_began_may_be_lost(lost):
     assert not bench.alerts()
 
 
-def test_words_that_come_right_beside_each_other_are_of_one_order():
-    for first, second in ((Superseded(1, ONE), Started(1, TWO)), (Started(1, TWO), Failed(1, ONE))):
-        denials = Rejections()
-        denials.heard(first, 1.0)
-        denials.heard(second, 1.0 + BESIDE_S / 2.0)
-        assert denials.due_s > 1e9
+@pytest.mark.parametrize("first", ["refused", "taken"])
+def test_words_that_come_right_beside_each_other_are_of_one_order(first):
+    denials = Rejections()
+    then = {"refused": "taken", "taken": "refused"}[first]
+    getattr(denials, first)(1.0)
+    getattr(denials, then)(1.0 + BESIDE_S / 2.0)
+    assert denials.due_s > 1e9
 
 
 def test_a_failure_alone_is_a_denial_and_two_are_looked_into():
     denials = Rejections()
-    denials.heard(Started(1, ONE), 0.5)
-    denials.heard(Superseded(1, ONE), 1.0)
+    denials.taken(0.5)
+    denials.refused(1.0)
     assert denials.due_s == pytest.approx(1.0 + BESIDE_S)
     assert not denials.confirm()
-    denials.heard(Failed(1, TWO), 1.02)
+    denials.refused(1.02)
     assert denials.confirm()

@@ -7,8 +7,8 @@ from mks_bench import MksBench
 from test_mks_controller_motion import segments
 from test_mks_holdups import BOTH, ORDERS, STARTS, hold_up
 
-from armdrive.dialects.mks.drive import WAY_S
-from armdrive.dialects.mks.observer import AGAIN_S
+from armdrive.dialects.bus import observer
+from armdrive.dialects.bus.ledger import LOOK_S
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.tasks import AlertKind, Done, MoveAlong, RequestRejected
 from kinematics import Motors
@@ -97,8 +97,8 @@ def test_a_blocked_shaft_is_told_within_the_documented_time(counts_s, poll_s, af
     (alert,) = bench.alerts()
     assert alert.kind is AlertKind.ASTRAY
     assert "drive 1 (base)" in alert.text
-    behind_s = MksSettings().corridor_counts / counts_s + WAY_S
-    assert bench.now_s - began_s <= behind_s + 2.0 * poll_s + AGAIN_S + 4.0 * LATE_S
+    behind_s = MksSettings().corridor_counts / counts_s + observer.LATE_S
+    assert bench.now_s - began_s <= behind_s + 2.0 * poll_s + LOOK_S + 4.0 * LATE_S
 
 
 def test_a_blocked_shaft_is_told_where_its_motor_has_come_back_halfway_to_it():

@@ -10,7 +10,7 @@ from test_mks_controller_late import stand_still
 from test_mks_controller_motion import BURSTS, along, segments
 from test_mks_holdups import BOTH, ORDERS, hold_up
 
-from armdrive.dialects.mks.observer import MARGIN
+from armdrive.dialects.mks.wire import GIVE
 from armdrive.tasks import AlertKind, Done, Halted, MoveBy, RequestRejected
 from firmware_protocol.mks import COUNTS_PER_TURN
 from kinematics import Motors
@@ -89,7 +89,7 @@ def test_one_that_does_not_move_is_found_as_well():
 
 
 @pytest.mark.parametrize("after_s", [0.02, 0.2, 0.5])
-@pytest.mark.parametrize("start", [9000, -20_000, 2 * MARGIN])
+@pytest.mark.parametrize("start", [9000, -20_000, 2 * GIVE])
 def test_in_a_burst_it_is_found_as_well(start, after_s):
     bench = MksBench(settings=BURSTS, starts=(start, 0, 0, 0, 0, 0)).ready()
     bench.begin(MoveBy(Motors((30_000, -9000, 0, 0, 0, 0)), 30_000.0))

@@ -8,7 +8,7 @@ from mks_bench import MksBench
 from test_mks_controller_late import stand_still
 from test_mks_controller_motion import BURSTS, along, straight
 
-from armdrive.dialects.mks.observer import LATEST_S, LateReplies
+from armdrive.dialects.bus.ledger import LATEST_S, LateReplies
 from armdrive.tasks import Done, MoveBy, ProtocolWarning, ReadPosition
 from firmware_protocol.frames import pack
 from firmware_protocol.mks import Code, EncoderRead, Outcome

@@ -24,8 +24,8 @@ def test_a_drive_that_is_reset_while_it_stops_is_not_taken_for_being_where_it_co
     bench.node(1).reset()
     bench.finish()
     (alert,) = bench.alerts()
-    assert alert.kind is AlertKind.ASTRAY
-    assert "drive 1 (base) came to rest at 0 counts" in alert.text
+    assert alert.kind is AlertKind.RESTARTED
+    assert "drive 1 (base) was reset or lost its power" in alert.text
 
 
 @pytest.mark.parametrize("hard", [False, True])

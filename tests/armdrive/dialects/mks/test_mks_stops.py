@@ -7,7 +7,7 @@ from mks_bench import MksBench
 from test_mks_controller_motion import along, straight
 from test_mks_leap import begin_anew
 
-from armdrive.dialects.mks.stops import INSIST_S
+from armdrive.dialects.mks.stops import STOP_POLL_S
 from armdrive.tasks import AlertKind, Halted
 from firmware_protocol.mks import EmergencyStop, Stop, decode_request
 
@@ -52,6 +52,28 @@ def test_the_other_motor_of_a_joint_is_not_left_running(number, hard):
     assert second_s <= first_s + SOON_S
     apart = bench.positions[3] - 50_000 + bench.positions[4] - 50_000
     assert abs(apart) <= 30_000 * SOON_S
+
+
+@pytest.mark.parametrize("hard", [False, True])
+def test_a_drive_whose_stop_and_answers_are_lost_is_told_again_all_the_same(hard):
+    began, lost = [], []
+
+    def loses(frame, host):
+        began.extend([] if began else [bench.now_s])
+        if frame.can_id != 4 or bench.now_s > began[0] + 0.3:
+            return False
+        strikes = host and isinstance(decode_request(frame), Stop | EmergencyStop) and not lost
+        lost.extend([frame] if strikes else [])
+        return strikes or not host
+
+    bench = MksBench(starts=(50_000,) * 6).ready()
+    bench.begin(along(straight(30, WAY)))
+    bench.run(0.8)
+    bench.loses = loses
+    bench.controller.stop(hard=hard)
+    assert isinstance(bench.finish(), Halted)
+    first_s, second_s = stops_of(bench, 4)[:2]
+    assert second_s <= first_s + STOP_POLL_S + SOON_S
 
 
 @pytest.mark.parametrize("hard", [False, True])
@@ -125,6 +147,6 @@ def test_a_drive_that_hears_neither_stop_nor_question_is_told_until_it_does(lost
     assert isinstance(bench.finish(), Halted)
     times = stops_of(bench, 4)
     heard_s = next(at_s for at_s in times if at_s >= began[0] + lost_s)
-    assert heard_s <= began[0] + lost_s + INSIST_S + SOON_S
+    assert heard_s <= began[0] + lost_s + STOP_POLL_S + SOON_S
     # the other one has said that it brakes, and is told no more
     assert len([at_s for at_s in stops_of(bench, 5) if at_s < began[0] + lost_s]) == 1

@@ -1,0 +1,142 @@
+"""The observer of drives on a bus: what it concludes from orders, questions and readings alone.
+
+A case is a text of one event a line: when, what, of which drive. The motion that a case is about
+has begun at its start.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from armdrive.dialects.bus.observer import LATE_S, Bounds, Finding, ObservedDrive, Observer
+from armdrive.dialects.bus.way import Way
+from armdrive.tasks import MoveBy
+from kinematics import Motors
+
+CASES = sorted((Path(__file__).parent / "cases").glob("*.txt"))
+BOUNDS = Bounds(rest=8, corridor=1600, give=512, turn=16_384)
+SLOPE = 1_365_333.0
+
+
+def observer(count: int = 2) -> Observer:
+    return Observer([ObservedDrive(node + 1, f"motor {node + 1}", BOUNDS) for node in range(count)])
+
+
+def ask(found: Observer, node: int, now_s: float) -> None:
+    found.told(node, now_s, owes=True)
+    found[node].ledger.asked(now_s)
+
+
+def tell(found: Observer, node: int, count: int, now_s: float) -> None:
+    found.heard(node, now_s, settles=True)
+    found[node].read(count, now_s)
+
+
+def order(found: Observer, node: int, goal: int, speed: float, now_s: float) -> None:
+    found[node].order(goal, speed, SLOPE, now_s)
+
+
+def rest(found: Observer, node: int, count: int, now_s: float) -> None:
+    ask(found, node, now_s)
+    tell(found, node, count, now_s)
+    found[node].rest_at(count, now_s)
+    found[node].watch()
+
+
+def happen(found: Observer, line: str) -> None:
+    """Carry out one line of a case; raise `AssertionError` where it expects something else."""
+    time, what, *words = line.split()
+    now_s = float(time)
+    match what, *words:
+        case "rests", node, "at", count:
+            rest(found, int(node), int(count), now_s)
+        case "ordered", node, "to", goal, "at", speed:
+            order(found, int(node), int(goal), float(speed), now_s)
+        case "order-unheard", node:
+            found.told(int(node), now_s, owes=True)
+        case "asked", node:
+            ask(found, int(node), now_s)
+        case "told", node, count:
+            tell(found, int(node), int(count), now_s)
+        case "expect", node, finding:
+            verdict = found[int(node)].verdict
+            assert verdict is not None
+            assert verdict.finding.value == finding, line
+        case "ends", "nothing":
+            assert found.judge() is None, line
+        case "ends", node, finding:
+            verdict = found.judge()
+            assert verdict is not None, line
+            assert (verdict.node, verdict.finding.value) == (int(node), finding), line
+        case _:
+            raise ValueError(line)
+
+
+@pytest.mark.parametrize("path", CASES, ids=lambda path: path.stem)
+def test_a_case(path: Path) -> None:
+    found = observer()
+    lines = path.read_text().splitlines()
+    assert lines[0].startswith("# ")
+    for line in lines[1:]:
+        happen(found, line)
+
+
+def test_every_verdict_of_one_drive_has_a_case() -> None:
+    told = " ".join(path.read_text() for path in CASES)
+    of_all = {Finding.OFF_WAY, Finding.WEAK}
+    assert all(each.value in told for each in Finding if each not in of_all)
+
+
+@given(
+    late_s=st.floats(0.0, LATE_S - 0.01),
+    speed=st.integers(300, 90_000),
+    goals=st.lists(st.integers(-60_000, 60_000), min_size=1, max_size=4),
+)
+def test_a_healthy_drive_however_late_within_the_bound_is_never_blamed(
+    late_s: float, speed: int, goals: list[int]
+) -> None:
+    found, shaft = observer(1), observer(1)[1].course
+    rest(found, 1, 50_000, 0.0)
+    shaft.rest_at(50_000, 0.0)
+    events = [(0.4 * index, goal) for index, goal in enumerate(goals)]
+    looks_s = [0.1 * index for index in range(1, 5 * len(goals))]
+    moments = [(at_s, "order", goal) for at_s, goal in events]
+    moments += [(at_s + late_s, "obey", goal) for at_s, goal in events]
+    moments += [(at_s, "look", 0) for at_s in looks_s]
+    for at_s, what, goal in sorted(moments):
+        if what == "order":
+            order(found, 1, 50_000 + goal, speed, at_s)
+        elif what == "obey":
+            shaft.order(50_000 + goal, speed, SLOPE, at_s)
+        else:
+            shaft.advance(at_s)
+            ask(found, 1, at_s)
+            tell(found, 1, round(shaft.place), at_s)
+            assert found.judge() is None
+
+
+def leading(*counts: int) -> tuple[Observer, Way]:
+    """Return drives that were looked at a while into a way that takes them along together."""
+    found, way = observer(len(counts)), Way(Motors([0] * len(counts)))
+    for _ in range(20):
+        way.draw(MoveBy(Motors([3000] * len(counts)), 30_000.0))
+    for node, count in enumerate(counts, 1):
+        rest(found, node, count, 0.0)
+    return found, way
+
+
+def test_drives_that_are_late_together_are_on_their_way() -> None:
+    found, way = leading(12_000, 11_500)
+    assert all(found.compare(way, 0.8, 0.04, 0.8) is None for _ in range(5))
+
+
+def test_one_that_lags_alone_is_off_the_way_at_the_second_look() -> None:
+    found, way = leading(24_000, 9_000)
+    assert found.compare(way, 0.8, 0.04, 0.8) is None
+    verdict = found.compare(way, 0.9, 0.04, 0.9)
+    assert verdict is not None
+    assert (verdict.node, verdict.finding) == (2, Finding.OFF_WAY)

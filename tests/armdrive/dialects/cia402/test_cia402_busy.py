@@ -1,0 +1,164 @@
+"""A busy computer: every turn comes late, and so do the drives' answers. The position stays known.
+
+Drives that are late have told nothing against themselves: they are waited for. What a drive stops
+for by itself, as a heartbeat that was missed, is said.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+
+import pytest
+from cia402_rig import Rig, steps
+
+from armdrive.dialects.cia402.exchange import ListenedTime
+from armdrive.dialects.cia402.wire import TRANSMITTED
+from armdrive.tasks import AlertKind, ClearFault, Done, Halted, MoveAlong, MoveBy
+from firmware_protocol.canopen import Service, service_of
+from firmware_protocol.frames import Frame, Unpacker, pack
+
+LINE = tuple(MoveBy(steps(1000, -500), 20_000.0) for _ in range(40))
+LATE_S = (0.02, 0.15)
+TREMBLE = (-1, 0, 1, 2)
+"""Increments."""
+MISSED_BEAT = "has stopped by itself, and holds: a heartbeat or life guard is missing"
+
+
+class BusyRig(Rig):
+    """A controller that is called late, and hears late what its drives say, while it is busy."""
+
+    def __init__(self, seed: int, *, program: bool, wire: bool, settings=None) -> None:
+        super().__init__(settings)
+        self.busy = False
+        self._program, self._wire = program, wire
+        self._random = random.Random(seed)
+        self._frames = Unpacker()
+        self._held: list[tuple[float, bytes]] = []
+        read = self.link.read
+        self.link.read = lambda now_s: self._late(read(now_s), now_s)
+
+    def _late(self, data: bytes, now_s: float) -> bytes:
+        """Hold back what has come; nothing overtakes what came before."""
+        late_s = self._random.uniform(*LATE_S) if self.busy and self._wire else 0.0
+        data = b"".join(map(self._trembling, self._frames.feed(data)))
+        if data:
+            last_s = self._held[-1][0] if self._held else now_s
+            self._held.append((max(now_s + late_s, last_s), data))
+        came = [data for at_s, data in self._held if at_s <= now_s]
+        self._held = self._held[len(came) :]
+        return b"".join(came)
+
+    def _trembling(self, frame: Frame) -> bytes:
+        """Have a drive that tells its position tremble, as a closed loop does that holds."""
+        found = service_of(frame.can_id)
+        if found is None or found[0] is not Service.TPDO1:
+            return pack(frame)
+        word, mode, position = TRANSMITTED.unpack(frame.data)
+        position = int(position) + self._random.choice(TREMBLE)
+        return pack(Frame(frame.can_id, TRANSMITTED.pack((word, mode, position))))
+
+    def _step(self, end_s: float) -> None:
+        late_s = self._random.uniform(*LATE_S) if self.busy and self._program else 0.0
+        due_s = min(self.link.next_s(), self.controller.next_s(), end_s)
+        due_s = max(due_s, self.now_s)
+        if self._held:
+            self.at_s.setdefault(self._held[0][0], lambda: None)
+        if late_s:
+            self.now_s = due_s + late_s
+        super()._step(end_s)
+
+
+def busy_program(seed: int, **settings) -> BusyRig:
+    return BusyRig(seed, program=True, wire=False, settings=settings)
+
+
+def busy_wire(seed: int, **settings) -> BusyRig:
+    return BusyRig(seed, program=False, wire=True, settings=settings)
+
+
+def busy_both(seed: int, **settings) -> BusyRig:
+    return BusyRig(seed, program=True, wire=True, settings=settings)
+
+
+KINDS = pytest.mark.parametrize("made", [busy_program, busy_wire, busy_both])
+SEEDS = pytest.mark.parametrize("seed", range(4))
+
+
+def keeps_its_reference(rig: BusyRig, reply: object, wanted: object) -> bool:
+    """Tell whether the motion ended as asked; else it has to say that a heartbeat was missed."""
+    alerts = rig.alerts()
+    assert not any(alert.kind is AlertKind.ASTRAY for alert in alerts), (reply, alerts)
+    if reply == wanted:
+        assert not alerts
+        return True
+    assert MISSED_BEAT in str(reply), reply
+    return False
+
+
+@SEEDS
+@KINDS
+@pytest.mark.parametrize("how", ["stop", "release", "end"])
+def test_a_motion_that_ends_on_a_busy_computer_keeps_the_position(made, seed, how):
+    rig, let_go = made(seed, heartbeat_ms=2000, period_ms=40).ready(), []
+    before = rig.positions
+    line = LINE[:10] if how == "end" else LINE
+    rig.begin(MoveAlong(iter(line), 0.3, let_go=lambda: bool(let_go)))
+    rig.run(0.4)
+    rig.busy = True
+    if how == "stop":
+        rig.stop()
+    elif how == "release":
+        let_go.append(True)
+    reply = rig.finish()
+    assert reply == (Done() if how == "end" else Halted()), reply
+    assert not rig.alerts()
+    assert rig.positions != before
+    stood = rig.positions
+    assert rig.along(*LINE[:4]) == Done()
+    assert not rig.alerts()
+    assert (rig.positions - stood - steps(4000, -2000)).largest <= rig.config.device.rest_window
+
+
+@SEEDS
+@KINDS
+def test_one_whose_drives_miss_a_heartbeat_meanwhile_says_so(made, seed):
+    rig, let_go = made(seed).ready(), []
+    rig.begin(MoveAlong(iter(LINE), 0.3, let_go=lambda: bool(let_go)))
+    rig.run(0.4)
+    rig.busy = True
+    let_go.append(True)
+    if not keeps_its_reference(rig, rig.finish(), Halted()):
+        assert rig.do(ClearFault()) == Done()
+    assert not any(alert.kind is AlertKind.ASTRAY for alert in rig.alerts())
+
+
+@KINDS
+def test_a_drive_that_is_read_off_its_target_is_blamed_however_late_that_is_heard(made):
+    rig = made(0, heartbeat_ms=2000, period_ms=40).ready()
+    rig.begin(MoveAlong(iter(LINE[:10]), 0.3))
+    while rig.positions[0] < 9700:
+        rig.run(0.002)
+    rig.twin.world.stalled.add(0)
+    rig.busy = True
+    reply = rig.finish()
+    assert "drive 1 (base) is at" in str(reply)
+    assert "it is blocked" in str(reply)
+    assert [alert.kind for alert in rig.alerts()] == [AlertKind.ASTRAY]
+
+
+@pytest.mark.parametrize(
+    ("calls", "listened_s"),
+    [
+        (((0.0, 0.1), (0.1, 0.2), (0.2, 0.3)), 0.2),  # in time
+        (((0.0, 0.1), (0.05, 0.1), (0.1, 0.2)), 0.1),  # sooner: something came
+        (((0.0, 0.1), (0.9, 1.0), (1.0, 1.1)), 0.2),  # late by 0.8 s
+        (((0.0, -math.inf), (0.5, 0.6), (0.6, 0.7)), 0.1),  # at once, as for a stop, and late
+    ],
+)
+def test_the_time_by_which_a_program_is_called_late_is_not_listened(calls, listened_s):
+    listened = ListenedTime()
+    for now_s, due_s in calls:
+        listened.pass_to(now_s)
+        listened.expect(due_s)
+    assert listened.s == pytest.approx(listened_s)

@@ -1,0 +1,58 @@
+"""Who answers to an id: its firmware, and whether it is alone. One way to find out, for all."""
+
+from __future__ import annotations
+
+import pytest
+from can_setup_bench import Bench
+
+from armdrive.dialects.bus.ledger import SurplusAnswers
+from armdrive.dialects.mks.identify import firmware_of, is_shared
+from firmware_protocol.mks import Code
+
+
+def on_bus(*motors, **settings):
+    bench = Bench(factory=False, **settings)
+    for motor in motors:
+        bench.device.drives().plug(motor, True)
+    return bench
+
+
+@pytest.mark.parametrize(
+    ("settings", "words", "told"),
+    [
+        ({"firmware": "1.0.9"}, "1.0.9", True),
+        ({"firmware": "1.0.8"}, "1.0.8", True),
+        ({"firmware": "1.0.9", "short_version": True}, "1.0.9", False),
+        ({"firmware": "1.0.6"}, "1.0.6", False),
+        ({"firmware": "1.0.4"}, "1.0.4", False),
+    ],
+)
+def test_firmware_is_told_or_concluded_from_what_is_answered(settings, words, told):
+    found = on_bus(0, **settings).script(firmware_of, (1,))[1]
+    assert (str(found), found.told) == (words, told)
+    assert (found.read is None) is (words < "1.0.8")
+
+
+@pytest.mark.parametrize(
+    ("asked", "answered", "shared"), [(3, 1, ()), (3, 3, ()), (3, 4, ()), (3, 5, (1,))]
+)
+def test_two_more_answers_than_questions_are_those_of_two_drives(asked, answered, shared):
+    surplus = SurplusAnswers()
+    for _ in range(asked):
+        surplus.asked(1, Code.ENCODER)
+        surplus.asked(1, Code.STATE)
+        surplus.answered(1, Code.STATE)
+    for _ in range(answered):
+        surplus.answered(1, Code.ENCODER)
+    assert surplus.shared == shared
+    assert surplus.owed is (answered < asked)
+    surplus.clear()
+    assert surplus.shared == ()
+
+
+def test_an_id_is_shared_for_whoever_asks():
+    bench = on_bus(0, 1, keeps_angle=True)
+    bench.device.drives().set_id(1, 1)
+    assert bench.script(is_shared, 1)
+    bench.device.drives().set_id(1, 2)
+    assert not bench.script(is_shared, 1)
