@@ -224,19 +224,16 @@ class Rejections:
     def __init__(self) -> None:
         self.due_s = math.inf
         """When that is a denial which it has said last; infinity where it takes its orders."""
-        self.in_a_row = 0
-        """How many orders in a row it said that have failed."""
         self._count = 0
         self._began_s = -math.inf
 
     def taken(self, now_s: float) -> None:
         """Take note that an order has begun."""
-        self.in_a_row = self._count = 0
+        self._count = 0
         self.due_s, self._began_s = math.inf, now_s
 
     def refused(self, now_s: float) -> None:
         """Take note that an order has failed: this one, or the one that it replaced."""
-        self.in_a_row += 1
         if now_s > self._began_s + BESIDE_S:
             self.due_s = min(self.due_s, now_s + BESIDE_S)
 
