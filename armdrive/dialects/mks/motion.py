@@ -212,9 +212,9 @@ class Leading:
                 if drive.rejections.confirm():
                     self.trouble = yield from self.inquiry.hindered(drive.node, held=True)
                 else:
-                    self.steering.repeat(drive)
+                    self.wire.repeat(drive)
             elif drive.node in self.short:
-                self.steering.repeat(drive)
+                self.wire.repeat(drive)
         self.short.clear()
 
     def _take_up(self, trip: Trip) -> Doing:
@@ -281,7 +281,7 @@ class Moving:
         The order may have been lost; and what it does is asked, which tells whether it is there.
         """
         if drive.moving and drive.ledger.answers_orders:
-            self._leading.steering.repeat(drive)
+            self._wire.repeat(drive)
         self._wire.put(drive.node, ReadState())
 
     def _limit(self) -> Alert | None:

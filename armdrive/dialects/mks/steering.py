@@ -104,7 +104,6 @@ class Steering:
 
     def __init__(self, wire: MksWire) -> None:
         self._wire = wire
-        self._acc: dict[int, int] = {}
         self.refused: RequestRejected | None = None
         """Why a target cannot be given."""
 
@@ -140,17 +139,10 @@ class Steering:
 
     def _send(self, drive: ObservedDrive, target: int, rpm: int, share: float) -> None:
         most = self._wire.settings.acceleration
-        kept = self._acc.get(drive.node, 0) if drive.moving and target == drive.goal else 0
+        again = drive.moving and target == drive.goal
+        kept = self._wire.orders[drive.node].acc if again else 0
         acc = ramp_to(drive.course, target, most, share, kept)
-        self._acc[drive.node] = acc
         self._wire.send(drive.node, MoveAbsoluteAxis(target, rpm, acc))
-
-    def repeat(self, drive: ObservedDrive) -> None:
-        """Say a drive's last order again, if it is sent anywhere: it is absolute."""
-        if drive.moving:
-            rpm = max(1, round(drive.course.told / COUNTS_S_PER_RPM))
-            acc = self._acc.get(drive.node, self._wire.settings.acceleration)
-            self._wire.send(drive.node, MoveAbsoluteAxis(drive.goal, rpm, acc))
 
     def _in_time(self, trip: Trip, motor: int, target: int, rpm: int) -> tuple[int, int]:
         """Have a drive be at its target when that is announced, by where it was read.

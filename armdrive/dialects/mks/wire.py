@@ -93,6 +93,8 @@ class MksWire(ScriptIO[Event]):
         """What all drives can do, as far as is known."""
         self.states: dict[int, MotorState] = {}
         """What each said last that it does, since somebody cleared that."""
+        self.orders: dict[int, MoveAbsoluteAxis] = {}
+        """Where each was sent last."""
         self.homing: dict[int, HomingState] = {}
         """How far each said last that its homing is, since somebody cleared that."""
         self.at_limit: set[int] = set()
@@ -150,8 +152,14 @@ class MksWire(ScriptIO[Event]):
         self.put(node, order)
         self.took(node, order)
 
+    def repeat(self, drive: ObservedDrive) -> None:
+        """Say a drive's last order again, if it is sent anywhere: it is absolute."""
+        if drive.moving:
+            self.send(drive.node, self.orders[drive.node])
+
     def took(self, node: int, order: MoveAbsoluteAxis) -> None:
         """Take note that a drive was sent somewhere."""
+        self.orders[node] = order
         speed, slope = order.speed_rpm * COUNTS_S_PER_RPM, slope_of(order.acc)
         self.drive(node).order(order.counts, speed, slope, self.now_s)
         self.said = f"F5 to {' '.join(str(drive.goal) for drive in self.drives)}"

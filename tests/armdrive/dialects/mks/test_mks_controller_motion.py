@@ -28,6 +28,7 @@ from firmware_protocol.mks import (
     Code,
     EmergencyStop,
     Mode,
+    MoveAbsoluteAxis,
     SetMode,
     SilenceWatchdog,
     Stop,
@@ -455,6 +456,21 @@ def test_a_burst_strays_no_further_than_announced(steps, rate_hz, firmware):
         share = bench.positions[largest] / steps[largest]
         for at, way, most in zip(bench.positions, steps, bound, strict=True):
             assert abs(at - share * way) <= most + math.ceil(abs(way) * 0.02) + 2
+
+
+def test_an_order_of_a_burst_that_was_lost_is_said_again_as_it_was():
+    bench = MksBench((1, 0, 4), BURSTS | {"firmware": "1.0.4"}).ready()
+    said = []
+
+    def loses(frame, host):
+        order = decode_request(frame) if host and frame.can_id == 2 else None
+        said.extend([order] if isinstance(order, MoveAbsoluteAxis) else [])
+        return isinstance(order, MoveAbsoluteAxis) and len(said) == 1
+
+    bench.loses = loses
+    assert isinstance(bench.do(MoveBy(Motors((9000, -900, 0, 0, 0, 0)), 30_000)), Done)
+    assert len(said) > 1
+    assert len(set(said)) == 1
 
 
 def test_a_burst_that_is_let_go_of_before_it_begins_is_not_made():
