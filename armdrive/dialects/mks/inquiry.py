@@ -88,24 +88,24 @@ class MksInquiry:
             "`armdrive doctor --mend`)"
         )
 
-    def hindered(self, node: int, *, held: bool) -> Generator[float, Event | None, Alert | None]:
+    def hindered(self, node: int) -> Generator[float, Event | None, Alert | None]:
         """Find what keeps a drive from moving: a stall, no current, or a mode; None for nothing."""
         if (yield from self.stalled((node,))):
             return Alert(AlertKind.SWITCHED_OFF, self.stall_words(node))
-        if held and (yield from self.off((node,))):
+        if (yield from self.off((node,))):
             words = f"{self._wire.drive(node)} has switched its motor off"
             return Alert(AlertKind.SWITCHED_OFF, words)
         mode = yield from self.mode_words(node)
         return Alert(AlertKind.ASTRAY, mode) if mode else None
 
-    def explain(self, verdict: Verdict, *, held: bool) -> Generator[float, Event | None, Alert]:
+    def explain(self, verdict: Verdict) -> Generator[float, Event | None, Alert]:
         """Find out why a drive is where it should not be, and what that means for the arm."""
         drive = self._wire.drive(verdict.node)
         if verdict.finding is Finding.RESTARTED:
             stalled = yield from self.stalled((drive.node,))
             if not stalled:
                 return Alert(AlertKind.RESTARTED, restarted_words(drive))
-        hindered = yield from self.hindered(drive.node, held=held)
+        hindered = yield from self.hindered(drive.node)
         return hindered or Alert(AlertKind.ASTRAY, _off_words(drive, verdict))
 
     def found_at_rest(self, drive: ObservedDrive) -> Generator[float, Event | None, Alert]:
@@ -114,7 +114,7 @@ class MksInquiry:
         anew = drive.counts_from_zero(now_s, now_s)
         finding = Finding.RESTARTED if anew else Finding.ELSEWHERE
         verdict = Verdict(drive.node, finding, count, drive.goal)
-        return (yield from self.explain(verdict, held=True))
+        return (yield from self.explain(verdict))
 
 
 def setting_in(heard: Event | None) -> Setting | None:

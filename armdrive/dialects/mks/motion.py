@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 from armdrive.dialects.bus.group import Act, Phase, Signal, Stage, lead
 from armdrive.dialects.bus.ledger import ANSWERED_S
-from armdrive.dialects.bus.observer import HELD_UP_S, Finding, ObservedDrive, Verdict
+from armdrive.dialects.bus.observer import HELD_UP_S, LATE_S, Finding, ObservedDrive, Verdict
 from armdrive.dialects.bus.way import KEPT_S
 from armdrive.dialects.mks.inquiry import MksInquiry
 from armdrive.dialects.mks.steering import Steering, Trip, way_from_here
@@ -39,8 +39,6 @@ SHORT_LOOKS = 3
 """A drive that stands short of its target at so many looks will not go on by itself."""
 PATIENCE_S = 1.0
 """So much later than it should a motion may end."""
-LATE_S = 0.1
-"""Who was called so much later than this computer should has not read what was told meanwhile."""
 
 Doing: TypeAlias = Generator[float, Event | None, None]
 
@@ -165,7 +163,7 @@ class Leading:
         if isinstance(trouble, Verdict) and trouble.finding in (Finding.MUTE, Finding.SILENT):
             trouble = yield from self._unheard(trouble)
         if isinstance(trouble, Verdict):
-            trouble = yield from self.inquiry.explain(trouble, held=True)
+            trouble = yield from self.inquiry.explain(trouble)
         if trouble is not None:
             self.wire.tell(trouble)
             self._reply = RequestRejected(trouble.text)
@@ -210,7 +208,7 @@ class Leading:
         for drive in self.wire.drives:
             if self.wire.now_s >= drive.rejections.due_s:
                 if drive.rejections.confirm():
-                    self.trouble = yield from self.inquiry.hindered(drive.node, held=True)
+                    self.trouble = yield from self.inquiry.hindered(drive.node)
                 else:
                     self.wire.repeat(drive)
             elif drive.node in self.short:
@@ -434,8 +432,8 @@ class Arriving:
 
     def signal(self, now_s: float) -> Signal | None:
         """Return what has become of it."""
-        if now_s > self._called_s + LATE_S:
-            self._given_up_s += now_s - self._called_s  # no drive is to blame for that
+        if now_s > self._called_s + LATE_S:  # this program was away, and has read nothing
+            self._given_up_s += now_s - self._called_s
         self._called_s = now_s
         leading, observer = self._leading, self._wire.observer
         if leading.stop_asked and self._wire.under_way:
