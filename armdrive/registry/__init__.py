@@ -35,25 +35,25 @@ if TYPE_CHECKING:
 
 
 def _teachmover() -> SimDeviceKind:
-    from armdrive.sim.teachmover.kind import KIND
+    from armdrive.sim.teachmover.device import KIND
 
     return KIND
 
 
 def _robko01() -> SimDeviceKind:
-    from armdrive.sim.robko01.kind import KIND
+    from armdrive.sim.robko01.device import KIND
 
     return KIND
 
 
 def _armdroid() -> SimDeviceKind:
-    from armdrive.sim.armdroid.kind import KIND
+    from armdrive.sim.armdroid.device import KIND
 
     return KIND
 
 
 def _grbl() -> SimDeviceKind:
-    from armdrive.sim.grbl.kind import KIND
+    from armdrive.sim.grbl.device import KIND
 
     return KIND
 

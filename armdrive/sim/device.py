@@ -1,9 +1,9 @@
-"""What every simulated controller is: its interfaces, the base that all share, options, report.
+"""What every simulated controller is: the base that all share, its abilities, options, report.
 
-A `WireDevice` (wire.py) is the least: bytes in, bytes out, on a clock that is handed to it. A
-`SimDevice` is that together with the physical arm and what one can see and do there. What only some
-devices have is a protocol of its own, asked for by `isinstance`; `lacks` is the sentence for the
-others.
+A `WireDevice` (wire.py) takes and returns bytes on a clock that is handed to it. A `SimDevice` is
+that, the physical arm, and the person beside it. Only some devices have a pendant, limit switches
+and so on: each such ability is a protocol, asked for by `isinstance`. `lacks` is the refusal of
+devices that do not have it.
 """
 
 from __future__ import annotations
@@ -19,84 +19,20 @@ from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 
 from armdrive.errors import BadRequest
 from armdrive.sim.mechanics.motors import MotorDrive
-from armdrive.sim.wire import PacedDevice, WireDevice
+from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.arm import World
-from armdrive.sim.world.saved import Json, Saved, block_to_json, incident_to_json, world_to_json
+from armdrive.sim.world.saved import (
+    Form,
+    Json,
+    Saved,
+    block_to_json,
+    incident_to_json,
+    read,
+    world_to_json,
+    write,
+)
 from kinematics.errors import did_you_mean
 from kinematics.spaces import Joints, Motors
-
-
-class SimDevice(WireDevice, Protocol):
-    """A controller with its arm; `BoxedDevice` holds what all of them do alike."""
-
-    @property
-    def title(self) -> str:
-        """What it is, for people: `TeachMover`, say."""
-
-    @property
-    def world(self) -> World:
-        """The physical arm and what is around it."""
-
-    @property
-    def baud(self) -> int | None:
-        """The pace of its line; None where bytes arrive at once, as from a network."""
-
-    def line(self) -> PacedDevice:
-        """Make what carries bytes to it: a serial line, or the bus of its drives."""
-
-    @property
-    def powered(self) -> bool:
-        """Whether it is switched on."""
-
-    @property
-    def now_s(self) -> float:
-        """The device's present time."""
-
-    @property
-    def busy(self) -> bool:
-        """Whether it is at work on something that the host has asked for."""
-
-    @property
-    def moving(self) -> bool:
-        """Whether motors turn."""
-
-    @property
-    def registers(self) -> Motors:
-        """The positions that it would tell its host: they know only what was commanded."""
-
-    @property
-    def inputs(self) -> int:
-        """The input bits as the host would read them."""
-
-    def details(self) -> dict[str, Json]:
-        """Return what only this kind of device has to show."""
-
-    def at(self, time_s: float, action: Callable[[], None]) -> None:
-        """Have something done when the device's clock shows this time."""
-
-    def push(self, steps: Sequence[int]) -> None:
-        """Turn motors by force: the registers know nothing of it."""
-
-    def bring_to(self, joints: Joints, opening_mm: float) -> None:
-        """Jog the arm to a physical posture, as a person does who looks at it; this is counted.
-
-        Raises `BadRequest` without power or in motion.
-        """
-
-    def set_input(self, bit: int, on: bool) -> None:
-        """Set an input bit from outside. Raises `BadRequest` for one that there is not."""
-
-    def power_off(self) -> None:
-        """Switch off: motion stops dead, the arm sags, and what it knew is lost."""
-
-    def power_on(self) -> None:
-        """Switch on."""
-
-    def to_json(self) -> dict[str, Json]:
-        """Return everything that a standing device needs to be made again, and its world."""
-
-    def recall(self, saved: Saved) -> None:
-        """Know again what `to_json` wrote, apart from the world. Raises `StateFileError`."""
 
 
 @runtime_checkable
@@ -248,10 +184,11 @@ class Agenda:
 
 # --- What every device is made of, so that a dialect adds its controller alone -------------------
 #
-# A `BoxedDevice` keeps the clock, the agenda, power, inputs, the person at the arm, and the saved
-# world; its `DeviceBox` is the dialect's controller. Times are in seconds on the clock that is
-# handed in. What a person does happens at the device's present time, or through `at` at a stated
-# one; where a thread drives the device, call these methods on that thread or under its lock.
+# A `SimDevice` keeps the clock, the agenda, power, inputs, the person at the arm, and the saved
+# world. Its `DeviceBox` is the dialect's controller: a `SimBase` is its own box. Times are in
+# seconds on the clock that is handed in. A person acts at the device's present time, or through
+# `at` at a stated one. If a thread drives the device, call these methods on that thread or under
+# its lock.
 
 
 class DeviceClock:
@@ -312,14 +249,18 @@ class DeviceBox(abc.ABC):
         self.motion_ended()
 
 
-class BoxedDevice:
+class SimDevice:
     """A simulated device on a physical arm: a controller, `box`, and the person beside them.
 
-    `said` is what waits to be sent: the box appends to it, and never replaces it.
+    `baud` is the pace of its line; None where bytes arrive at once, as from a network. `said` is
+    what waits to be sent: the box appends to it, and never replaces it.
     """
 
     title: ClassVar[str]
+    """What it is, for people: `TeachMover`, say."""
     input_bits: ClassVar[int] = 8
+    byte_gap_s: float = 0.0
+    """The pause after each byte that it sends."""
     box: DeviceBox
 
     def __init__(self, world: World, drive: MotorDrive[Any], baud: int | None) -> None:
@@ -337,11 +278,6 @@ class BoxedDevice:
     def line(self) -> PacedDevice:
         """Make a serial line to it."""
         return PacedDevice(self, self.baud)
-
-    @property
-    def byte_gap_s(self) -> float:
-        """The pause after each byte that it sends."""
-        return 0.0
 
     def receive(self, data: bytes, now_s: float) -> None:
         """Take bytes that have arrived by now; without power nobody hears them."""
@@ -477,12 +413,24 @@ class BoxedDevice:
         self._drive.follow(self.now_s)
 
 
-class SimBase(DeviceBox, BoxedDevice):
-    """A device that is its own box, where the controller does little that the rest does not."""
+class SimBase(DeviceBox, SimDevice):
+    """A device that is its own box: every dialect whose controller is one board."""
+
+    remembered: ClassVar[Mapping[str, Form]] = {}
+    """What a saved controller knows: its attributes, each with its form."""
 
     def __init__(self, world: World, drive: MotorDrive[Any], baud: int | None) -> None:
         super().__init__(world, drive, baud)
         self.box = self
+
+    def known(self) -> dict[str, Json]:
+        """Return what the controller knows, to be saved beside the world."""
+        return write(self, self.remembered)
+
+    def recall_known(self, saved: Saved) -> None:
+        """Know what `known` wrote. Raises `StateFileError`."""
+        for name, value in read(saved, self.remembered).items():
+            setattr(self, name, value)
 
 
 # --- Options that a person or a test may choose by name ------------------------------------------
@@ -553,6 +501,11 @@ class Options:
             key = name.strip().replace("-", "_")
             chosen[key] = _row(rows, key).parse(text.strip())
         return chosen
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """Return all of them by their names."""
+        return dict(self._values)
 
     def flag(self, name: str) -> bool:
         """Return a setting that is true or false."""

@@ -8,8 +8,7 @@ from armdrive.arm import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.registry.simulate import simulate
-from armdrive.sim.armdroid.board import ArmdroidBoard
-from armdrive.sim.armdroid.device import SimArmdroid
+from armdrive.sim.armdroid.device import ArmdroidBoard, SimArmdroid
 from armdrive.sim.simulated_arm import link_to
 from armdrive.status import Trust
 from kinematics import Joints

@@ -8,15 +8,17 @@ is unknown too: a reset of the board lets the motors go.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from armdrive.sim.armdroid.board import ArmdroidBoard, LockstepRack, by_channel, by_motor
-from armdrive.sim.device import BoxedDevice, DeviceBox, DeviceClock, lacks
-from armdrive.sim.mechanics.motors import MotorDrive, checked_error
+from armdrive.config.arm import ArmConfig
+from armdrive.errors import BadRequest
+from armdrive.sim.device import Option, Options, SimBase, lacks
+from armdrive.sim.mechanics.motors import MotorDrive, MotorRack, checked_error
+from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world.arm import World
-from armdrive.sim.world.saved import Json, Saved
+from armdrive.sim.world.saved import Form, Json, whole
 from firmware_protocol.armdroid import (
     RPM_DEFAULT,
     STEPS_MAX,
@@ -50,28 +52,79 @@ from kinematics.spaces import Motors
 BAUD = 9600
 _WORD, _SIGN = 1 << 16, 1 << 15
 Owed = OffsetsReported | SpeedReported | TorqueReported | ArgumentsReported
+CHANNELS = (6, 5, 4, 3, 2, 1)
+"""The channel of each motor: base, shoulder, elbow, right and left wrist, gripper."""
+MINUTE_MS, TURN_STEPS = 60_000, 48
+AT_ONCE_S = 0.0004
+"""Between two steps of all motors, when the sketch waits for nothing."""
+NEVER_S = 4_294_967.295
+"""What a division by zero makes of the interval on an AVR: the greatest number of 32 bit, in ms."""
 
 
-class ArmdroidBox(DeviceBox):
-    """The board with its sketch: characters in, answers out, motors turned."""
+@dataclass(frozen=True, slots=True)
+class ArmdroidBoard:
+    """What differs between boards.
 
-    _drive: MotorDrive[LockstepRack]
+    `character_s` is how long a character takes, `room_bytes` how many wait at most, `boot_s` how
+    long a reset lasts. A board with native USB `greets` whoever opens its port; another
+    `resets_on_open`. `speed_error` 0.2 makes motions a fifth longer.
+    """
+
+    character_s: float = 0.010
+    room_bytes: int = 63
+    boot_s: float = 1.6
+    greets: bool = True
+    resets_on_open: bool = False
+    speed_error: float = 0.0
+
+    def __post_init__(self) -> None:
+        checked_error(self.speed_error)
+        for name, most in (("character_s", 1.0), ("boot_s", 60.0)):
+            value = getattr(self, name)
+            if not 0.0 <= value <= most:
+                raise BadRequest(f"{name} must be from 0 to {most:g}, not {value:g}")
+
+    def interval_s(self, rpm: int) -> float:
+        """Return the time between two steps: whole milliseconds, by a division without a rest."""
+        if rpm == 0:
+            return NEVER_S
+        interval_s = MINUTE_MS // TURN_STEPS // (rpm % (1 << 32)) / 1000.0
+        return max(interval_s, AT_ONCE_S) * (1.0 + self.speed_error)
+
+
+def by_channel(by_motor: Sequence[int]) -> tuple[int, ...]:
+    """Return counts in the order of the channels."""
+    return tuple(by_motor[CHANNELS.index(channel)] for channel in range(1, len(CHANNELS) + 1))
+
+
+def by_motor(by_channel: Sequence[int]) -> tuple[int, ...]:
+    """Return counts in the order of the arm's motors."""
+    return tuple(by_channel[channel - 1] for channel in CHANNELS)
+
+
+class SimArmdroid(SimBase):
+    """The board with its sketch: characters in, answers out, motors turned; and the arm."""
+
+    title: ClassVar[str] = "Armdroid"
+    input_bits: ClassVar[int] = 0
+    remembered: ClassVar[Mapping[str, Form]] = {"rpm": whole(STEPS_MIN, STEPS_MAX)}
+    _drive: MotorDrive[MotorRack]
 
     def __init__(
         self,
-        drive: MotorDrive[LockstepRack],
-        clock: DeviceClock,
-        board: ArmdroidBoard,
-        said: bytearray,
+        world: World | None = None,
+        board: ArmdroidBoard | None = None,
+        *,
+        baud: int | None = BAUD,
     ) -> None:
-        self.clock = clock
-        self.board = board
-        self.said = said
+        world = world or World()
+        super().__init__(world, MotorDrive(world, MotorRack((0,) * len(world.motors))), baud)
+        self.board = board or ArmdroidBoard()
         self.lost_bytes = 0
-        self._drive = drive
+        self.rpm = RPM_DEFAULT
+        """The speed that was set last."""
         self._codec = Device()
         self._waiting = bytearray()
-        self._rpm = RPM_DEFAULT
         self._turn_s = 0.0
         self._deaf_until_s = 0.0
         self._greeting = False
@@ -97,22 +150,47 @@ class ArmdroidBox(DeviceBox):
         return self._codec.arguments
 
     @property
-    def rpm(self) -> int:
-        """The speed that was set last."""
-        return self._rpm
+    def speed_error(self) -> float:
+        """By which share motions last longer than they should."""
+        return self.board.speed_error
 
-    def greet(self) -> None:
-        """Say welcome to whoever opens the port, unless a motion is under way."""
-        if self.board.greets and self._codec.unanswered is None:
-            self._greeting, self._turn_s = True, self.clock.now_s
+    def details(self) -> dict[str, Json]:
+        """Return the speed, how wrong it is, and what a stray `D` would repeat."""
+        return {"rpm": self.rpm, "speed_error": self.speed_error, "kept": list(self.kept)}
+
+    # What a person can do.
+
+    def set_speed_error(self, error: float) -> None:
+        """Make motions that begin from now on last longer (0.2: a fifth) or shorter (negative)."""
+        self.board = replace(self.board, speed_error=error)
+
+    def set_input(self, bit: int, on: bool) -> None:  # noqa: ARG002
+        """Refuse: the board has no inputs."""
+        raise lacks(self, "input bits")
+
+    def opened(self) -> None:
+        """Open its port, as every program does that connects; nothing is seen of it in motion."""
+        if self.board.resets_on_open:
+            self.reset()
+        elif self.board.greets and self._codec.unanswered is None:
+            self._greeting, self._turn_s = True, self.now_s
+
+    def reset(self) -> None:
+        """Press the board's button: motion ends dead, offsets and speed are lost, motors let go."""
+        self._drive.set_counts((0,) * len(self.world.motors), self.now_s)
+        self.world.cut_current(self.now_s)
+        self.forget()
+        self.boot()
+
+    # What the board does with characters and time.
 
     def hear(self, data: bytes) -> None:
         """Take characters, as many as there is room for; none while it starts."""
-        heard = b"" if self.clock.now_s < self._deaf_until_s else data
+        heard = b"" if self.now_s < self._deaf_until_s else data
         heard = heard[: self.board.room_bytes - len(self._waiting)]
         self.lost_bytes += len(data) - len(heard)
         if heard and not self._waiting:
-            self._turn_s = max(self._turn_s, self.clock.now_s + self.board.character_s)
+            self._turn_s = max(self._turn_s, self.now_s + self.board.character_s)
         self._waiting += heard
 
     def due_s(self) -> float:
@@ -132,7 +210,7 @@ class ArmdroidBox(DeviceBox):
             self._codec.receive_data(bytes([self._waiting.pop(0)]))
             if (event := self._codec.next_event()) is not None:
                 self._do(event)
-            self._turn_s = self.clock.now_s + self.board.character_s
+            self._turn_s = self.now_s + self.board.character_s
 
     def motion_ended(self) -> None:
         """Answer with the offsets."""
@@ -155,16 +233,16 @@ class ArmdroidBox(DeviceBox):
         """Do what takes no time, and answer."""
         match event:
             case SetSpeed(rpm) | OddSpeed(rpm):
-                self._rpm = rpm
+                self.rpm = rpm
                 self._answer(SpeedReported(rpm))
             case Torque(on):
                 if on:
                     self._drive.energise()
                 else:
-                    self._drive.world.cut_current(self.clock.now_s)
+                    self.world.cut_current(self.now_s)
                 self._answer(TorqueReported(on))
             case ZeroOffsets():
-                self._drive.set_counts((0,) * len(self._drive.world.motors), self.clock.now_s)
+                self._drive.set_counts((0,) * len(self.world.motors), self.now_s)
                 self._answer(OffsetsReported(self.offsets))
             case _Report() | DriveNone():
                 self._answer(OffsetsReported(self.offsets))
@@ -178,81 +256,46 @@ class ArmdroidBox(DeviceBox):
     def _turn(self, steps: Sequence[int]) -> None:
         if any(steps):
             self._drive.energise()
-        self._drive.rack.start(by_motor(steps), self.board.interval_s(self._rpm), self.clock.now_s)
+        interval_s = self.board.interval_s(self.rpm)
+        self._drive.rack.start(by_motor(steps), interval_s, self.now_s, in_proportion=False)
 
     def _answer(self, answer: Owed) -> None:
         self.said += self._codec.send(answer)
-        self._turn_s = self.clock.now_s + self.board.character_s
+        self._turn_s = self.now_s + self.board.character_s
 
     def boot(self) -> None:
         """Begin the sketch: it is deaf for a while, and then says welcome."""
-        self._deaf_until_s = self.clock.now_s + self.board.boot_s
+        self._deaf_until_s = self.now_s + self.board.boot_s
         self._greeting, self._turn_s = self.board.greets, self._deaf_until_s
 
     def forget(self) -> None:
         """Lose the speed, and whatever is half received."""
         self._codec.forget()
         self._waiting.clear()
-        self._rpm, self._greeting = RPM_DEFAULT, False
-
-    def known(self) -> dict[str, Json]:
-        """Return the speed."""
-        return {"rpm": self._rpm}
-
-    def recall_known(self, saved: Saved) -> None:
-        """Know the speed that `known` wrote; raises `StateFileError`."""
-        self._rpm = saved.whole("rpm", STEPS_MIN, STEPS_MAX)
+        self.rpm, self._greeting = RPM_DEFAULT, False
 
 
-class SimArmdroid(BoxedDevice):
-    """The board with its sketch, the arm, and the person beside them."""
+_BOARD = ArmdroidBoard()
 
-    title: ClassVar[str] = "Armdroid"
-    input_bits: ClassVar[int] = 0
-    box: ArmdroidBox
-    _drive: MotorDrive[LockstepRack]
 
-    def __init__(
-        self,
-        world: World | None = None,
-        board: ArmdroidBoard | None = None,
-        *,
-        baud: int | None = BAUD,
-    ) -> None:
-        world = world or World()
-        rack = LockstepRack((0,) * len(world.motors))
-        super().__init__(world, MotorDrive(world, rack), baud)
-        self.box = ArmdroidBox(self._drive, self.clock, board or ArmdroidBoard(), self.said)
+def _make(config: ArmConfig, world: World, options: Options) -> SimArmdroid:
+    """Make it as a program finds it that has just opened its port."""
+    device = SimArmdroid(world, ArmdroidBoard(**options.values), baud=config.connection.baud)
+    if device.board.greets:
+        device.opened()
+    return device
 
-    @property
-    def speed_error(self) -> float:
-        """By which share motions last longer than they should."""
-        return self.box.board.speed_error
 
-    def details(self) -> dict[str, Json]:
-        """Return the speed, how wrong it is, and what a stray `D` would repeat."""
-        return {"rpm": self.box.rpm, "speed_error": self.speed_error, "kept": list(self.box.kept)}
-
-    # What a person can do.
-
-    def set_speed_error(self, error: float) -> None:
-        """Make motions that begin from now on last longer (0.2: a fifth) or shorter (negative)."""
-        self.box.board = replace(self.box.board, speed_error=checked_error(error))
-
-    def set_input(self, bit: int, on: bool) -> None:  # noqa: ARG002
-        """Refuse: the board has no inputs."""
-        raise lacks(self, "input bits")
-
-    def opened(self) -> None:
-        """Open its port, as every program does that connects; nothing is seen of it in motion."""
-        if self.box.board.resets_on_open:
-            self.reset()
-        else:
-            self.box.greet()
-
-    def reset(self) -> None:
-        """Press the board's button: motion ends dead, offsets and speed are lost, motors let go."""
-        self._drive.set_counts((0,) * len(self.world.motors), self.now_s)
-        self.world.cut_current(self.now_s)
-        self.box.forget()
-        self.box.boot()
+KIND = SimDeviceKind(
+    title="Armdroid",
+    device=SimArmdroid,
+    make=_make,
+    options=(
+        Option("speed_error", 0.0, "0.2: motors a fifth slower than the sketch says"),
+        Option("character_s", _BOARD.character_s, "seconds that the board takes for a character"),
+        Option("room_bytes", _BOARD.room_bytes, "so many characters wait during a motion"),
+        Option("boot_s", _BOARD.boot_s, "seconds that a reset lasts"),
+        Option("greets", _BOARD.greets, "native USB: says Welcome to whoever opens its port"),
+        Option("resets_on_open", _BOARD.resets_on_open, "begins anew when its port is opened"),
+    ),
+)

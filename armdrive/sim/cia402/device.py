@@ -1,4 +1,4 @@
-"""A simulated arm on CiA 402 drives: a `BoxedDevice` whose box is the drives."""
+"""A simulated arm on CiA 402 drives: a `SimDevice` whose box is the drives."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import ClassVar
 from armdrive.sim.bus.box import DrivesBox, NodeControls
 from armdrive.sim.bus.line import BusLine
 from armdrive.sim.cia402.node import Cia402Node
-from armdrive.sim.device import BoxedDevice, SwitchState
+from armdrive.sim.device import SimDevice, SwitchState
 from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import Json
@@ -38,7 +38,7 @@ class Cia402Errors:
         self._collect()
 
 
-class SimCia402(BoxedDevice):
+class SimCia402(SimDevice):
     """The drives, the arm, and the person beside them. Input bit n is the switch of drive n."""
 
     title: ClassVar[str] = "arm on CiA 402 drives"

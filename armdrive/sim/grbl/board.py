@@ -21,9 +21,9 @@ from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from typing import Generic, TypeAlias, TypeVar
 
-from armdrive.sim.grbl.firmware import HARD_LIMITS, INCHES, REPORT, BoardBuild, BoardSettings
-from armdrive.sim.grbl.hardware import BoardOutputs, Switches
-from armdrive.sim.grbl.motors import BoardDrive
+from armdrive.sim.device import DeviceClock
+from armdrive.sim.grbl.firmware import HARD_LIMITS, INCHES, REPORT, BoardSettings
+from armdrive.sim.grbl.hardware import BoardBuild, BoardDrive, BoardOutputs, Switches
 from armdrive.sim.grbl.parser import GcodeParser
 from armdrive.sim.mechanics.planner import SEGMENT_S
 from firmware_protocol.grbl import (
@@ -312,6 +312,7 @@ class GrblBoard:
 
     def __init__(
         self,
+        clock: DeviceClock,
         build: BoardBuild,
         settings: BoardSettings,
         drive: BoardDrive,
@@ -322,6 +323,7 @@ class GrblBoard:
         baud: int | None,
         outputs_changed: Callable[[], None],
     ) -> None:
+        self.clock = clock
         self.firmware = firmware = build.firmware
         self.axes = build.axes
         self.settings = settings
@@ -336,7 +338,6 @@ class GrblBoard:
         self.ring = ReceiveRing(firmware.ring_bytes)
         self.startup = ["", ""]
         self.note = self.inputs = ""
-        self.now_s = 0.0
         self.state = State.IDLE
         self.stands = self.cancelling = self.leaving = self.critical = False
         self.hangs = self.hung = False
@@ -354,6 +355,11 @@ class GrblBoard:
         self._orders = {int(one): one for one in known}
 
     # What others look at.
+
+    @property
+    def now_s(self) -> float:
+        """The present time."""
+        return self.clock.now_s
 
     @property
     def blocked(self) -> bool:
@@ -378,10 +384,9 @@ class GrblBoard:
 
     # The wire.
 
-    def hear(self, data: bytes, now_s: float) -> None:
+    def hear(self, data: bytes) -> None:
         """Take bytes as the receive interrupt does."""
-        self.now_s = now_s
-        if now_s < self.deaf_until_s:
+        if self.now_s < self.deaf_until_s:
             self.ring.lost += len(data)
             return
         start = 0
@@ -407,9 +412,9 @@ class GrblBoard:
             self.reporter.due_s(self),
         )
 
-    def happen(self, now_s: float) -> None:
+    def happen(self) -> None:
         """Do what is due."""
-        self.now_s = now_s
+        now_s = self.now_s
         if self.boot.until_s <= now_s:
             self.boot.step()
         if self.drive.live(now_s):

@@ -167,9 +167,8 @@ def named_path(line: str) -> tuple[str, str | None] | None:
     return None if found is None else (found[1].lower(), found[2])
 
 
-def run_path(board: GrblBoard, path: str, value: str | None) -> Steps:
-    """Tell a setting, or change it."""
-    yield from ()
+def run_path(board: GrblBoard, path: str, value: str | None) -> int:
+    """Tell a setting, or change it; returns 0 or the number of an error."""
     number = _number(board, path)
     if number is None:
         return UNKNOWN
@@ -205,62 +204,56 @@ _HELP = "$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x"
 
 def run_system(board: GrblBoard, command: SystemCommand) -> Steps:
     """Carry out a command, or refuse it in this state; returns 0 or the number of an error."""
-    states, steps = _COMMANDS[type(command)]
+    states, act = _COMMANDS[type(command)]
     if states and board.state not in states:
         return NOT_IDLE
-    return (yield from steps(board, command))
+    outcome = act(board, command)
+    return outcome if isinstance(outcome, int) else (yield from outcome)
 
 
-def _help(board: GrblBoard, _: Help) -> Steps:
+def _help(board: GrblBoard, _: Help) -> int:
     board.say(Bracketed(f"HLP:{_HELP}"))
-    yield from ()
     return 0
 
 
-def _settings(board: GrblBoard, _: QuerySettings) -> Steps:
+def _settings(board: GrblBoard, _: QuerySettings) -> int:
     for number, text in board.settings.written():
         if number >= FIRST_TOLD or not board.firmware.has_paths:
             board.say(Setting(number, text))
-    yield from ()
     return 0
 
 
-def _parser_state(board: GrblBoard, _: QueryParserState) -> Steps:
+def _parser_state(board: GrblBoard, _: QueryParserState) -> int:
     board.say(board.parser.modal.report)
-    yield from ()
     return 0
 
 
-def _parameters(board: GrblBoard, _: QueryParameters) -> Steps:
+def _parameters(board: GrblBoard, _: QueryParameters) -> int:
     parser = board.parser
     for name in STORED:
         board.say(Parameter(name, parser.stored[name]))
     board.say(Parameter("G92", parser.g92))
     board.say(Parameter("TLO", (0.0,)))
     board.say(Parameter("PRB", parser.zero, success=False))
-    yield from ()
     return 0
 
 
-def _build(board: GrblBoard, _: QueryBuildInfo) -> Steps:
+def _build(board: GrblBoard, _: QueryBuildInfo) -> int:
     for line in board.firmware.info(board.axes, board.note):
         board.say(line)
-    yield from ()
     return 0
 
 
-def _startup_lines(board: GrblBoard, _: QueryStartupLines) -> Steps:
+def _startup_lines(board: GrblBoard, _: QueryStartupLines) -> int:
     for number, text in enumerate(board.startup):
         board.say(Setting(f"N{number}", text))
-    yield from ()
     return 0
 
 
-def _unlock(board: GrblBoard, _: Unlock) -> Steps:
+def _unlock(board: GrblBoard, _: Unlock) -> int:
     if board.state is State.ALARM:
         board.say(Feedback("Caution: Unlocked"))
         board.state = State.IDLE
-    yield from ()
     return 0
 
 
@@ -276,7 +269,7 @@ def _check(board: GrblBoard, _: CheckMode) -> Steps:
     return 0
 
 
-def _sleep(board: GrblBoard, _: Sleep) -> Steps:
+def _sleep(board: GrblBoard, _: Sleep) -> int:
     """Fall asleep, once the line is answered: seen on both 8-bit boards."""
 
     def fall_asleep() -> None:
@@ -287,7 +280,6 @@ def _sleep(board: GrblBoard, _: Sleep) -> Steps:
         board.idle_off_s = board.now_s + ALWAYS_ON_MS / 1000
 
     board.afterwards = fall_asleep
-    yield from ()
     return 0
 
 
@@ -347,7 +339,7 @@ def _restore(board: GrblBoard, command: Restore) -> Steps:
 
 _STILL = (State.IDLE, State.ALARM)
 _NO_CYCLE = tuple(state for state in State if state not in (State.RUN, State.HOLD))
-_COMMANDS: Mapping[type, tuple[tuple[State, ...], Callable[[GrblBoard, Any], Steps]]] = (
+_COMMANDS: Mapping[type, tuple[tuple[State, ...], Callable[[GrblBoard, Any], Steps | int]]] = (
     MappingProxyType(
         {
             Help: ((), _help),
@@ -367,4 +359,7 @@ _COMMANDS: Mapping[type, tuple[tuple[State, ...], Callable[[GrblBoard, Any], Ste
         }
     )
 )
-"""The states in which a command is taken (all where none is named), and what it does."""
+"""The states in which a command is taken (all where none is named), and what it does.
+
+That is done at once, or in steps.
+"""

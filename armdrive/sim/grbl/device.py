@@ -8,15 +8,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import ClassVar
 
+from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest, StateFileError
-from armdrive.sim.device import BoxedDevice, DeviceBox, DeviceClock, SwitchState
+from armdrive.sim.device import Option, Options, SimBase, SwitchState
 from armdrive.sim.grbl.board import GrblBoard, Makers
-from armdrive.sim.grbl.firmware import BoardBuild, BoardSettings
-from armdrive.sim.grbl.hardware import Switches
+from armdrive.sim.grbl.firmware import FIRMWARES, BoardSettings
+from armdrive.sim.grbl.hardware import BoardBuild, BoardDrive, Switches
 from armdrive.sim.grbl.lines import run_line
-from armdrive.sim.grbl.motors import BoardDrive
 from armdrive.sim.grbl.parser import STORED
 from armdrive.sim.grbl.realtime import (
     fail,
@@ -27,14 +28,20 @@ from armdrive.sim.grbl.realtime import (
     soft_reset,
     switched_on,
 )
+from armdrive.sim.grbl.wiring import (
+    board_axes,
+    gripper_wiring,
+    motor_letters,
+    switches,
+    well_set_up,
+)
+from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import MEND, Json, Saved
 from firmware_protocol.grbl import State
 from kinematics.spaces import Motors
 
 # --- What the board knows, as plain numbers and texts --------------------------------------------
-
-_PORT_MOST = 255
 
 
 def known_json(board: GrblBoard) -> dict[str, Json]:
@@ -70,7 +77,7 @@ def recall_known(board: GrblBoard, saved: Saved) -> None:
     if len(startup) != len(board.startup):
         raise StateFileError(f"a board has {len(board.startup)} startup lines; {MEND}")
     note = saved.text("note")
-    _recall_outputs(board, saved.table("outputs"))
+    board.outputs.recall(saved.table("outputs"))
     board.settings.values.update(values)
     board.drive.rack.limits = board.settings.limits()
     board.parser.stored = stored
@@ -92,55 +99,46 @@ def _line(item: object) -> str:
     return Saved({"line": item}, "startup").text("line")
 
 
-def _recall_outputs(board: GrblBoard, saved: Saved) -> None:
-    outputs = board.outputs
-    outputs.spindle, outputs.speed = saved.text("spindle"), saved.number("speed")
-    outputs.flood, outputs.mist = saved.flag("flood"), saved.flag("mist")
-    digital, analog = saved.table("digital"), saved.table("analog")
-    ports = [str(port) for port in range(_PORT_MOST + 1)]
-    outputs.digital = {int(p): digital.flag(p) for p in ports if p in digital.data}
-    outputs.analog = {int(p): analog.number(p) for p in ports if p in analog.data}
-    for table in (digital, analog, saved):
-        table.end()
-
-
 COUNT_MOST = (1 << 31) - 1
 PINS = "PDHSR"
 """What the input bits are: probe, door, feed hold, cycle start, reset."""
 _MAKERS = Makers(run_line, obey, raise_critical, fail)
 
 
-class GrblBox(DeviceBox):
-    """The board with its firmware, and the fingers that one of its outputs moves."""
+class SimGrbl(SimBase):
+    """The board with its firmware, the fingers that one of its outputs moves, and the arm."""
 
+    title: ClassVar[str] = "GRBL board"
+    input_bits: ClassVar[int] = len(PINS)
     register_range: ClassVar[tuple[int, int]] = (-COUNT_MOST, COUNT_MOST)
     _drive: BoardDrive
 
     def __init__(
         self,
-        drive: BoardDrive,
-        clock: DeviceClock,
+        world: World,
         build: BoardBuild,
         settings: BoardSettings,
         switches: Switches,
-        said: bytearray,
         baud: int | None,
     ) -> None:
-        self.clock = clock
+        drive = BoardDrive(world, build, settings.limits())
+        super().__init__(world, drive, baud)
         self.build = build
-        self.said = said
-        self._drive = drive
         self.board = GrblBoard(
+            self.clock,
             build,
             settings,
             drive,
             switches,
-            said,
+            self.said,
             _MAKERS,
             baud=baud,
             outputs_changed=self._outputs_changed,
         )
         self._fingers: tuple[float, float] | None = None
+        """When the fingers arrive, and how wide open."""
+        world.energised = settings.motors_stay_on
+        self.start(0.0)
 
     @property
     def busy(self) -> bool:
@@ -158,28 +156,27 @@ class GrblBox(DeviceBox):
 
     def start(self, wait_s: float) -> None:
         """Have the firmware begin anew after a while, with its banner."""
-        self.board.now_s = self.clock.now_s
         self.board.forget()
         self.said.clear()
-        self.board.boot.begin(switched_on(self.board, wait_s), self.clock.now_s)
-        while self.board.boot.until_s <= self.clock.now_s:
-            self.board.happen(self.clock.now_s)
+        self.board.boot.begin(switched_on(self.board, wait_s), self.now_s)
+        while self.board.boot.until_s <= self.now_s:
+            self.board.happen()
 
     def hear(self, data: bytes) -> None:
         """Take bytes."""
-        self.board.hear(data, self.clock.now_s)
+        self.board.hear(data)
 
     def motion_ended(self) -> None:
         """Go on with what the board does."""
-        self.board.happen(self.clock.now_s)
+        self.board.happen()
 
     def happen(self) -> None:
         """Let the fingers arrive, and the board do what is due."""
-        if self._fingers is not None and self._fingers[0] <= self.clock.now_s:
+        if self._fingers is not None and self._fingers[0] <= self.now_s:
             opening_mm = self._fingers[1]
             self._fingers = None
-            self._drive.world.move_fingers(opening_mm, self.clock.now_s)
-        self.board.happen(self.clock.now_s)
+            self.world.move_fingers(opening_mm, self.now_s)
+        self.board.happen()
 
     def due_s(self) -> float:
         """Tell when the board acts next, or the fingers arrive."""
@@ -198,7 +195,7 @@ class GrblBox(DeviceBox):
         """Know what `known` wrote; raises `StateFileError`."""
         recall_known(self.board, saved)
         if self.build.resets_on_open:
-            self._drive.world.cut_current(self.clock.now_s)
+            self.world.cut_current(self.now_s)
             self.start(0.0)
         else:
             self.said.clear()
@@ -207,37 +204,12 @@ class GrblBox(DeviceBox):
     def _outputs_changed(self) -> None:
         """Move the fingers as their output says; they arrive when they have had the time to."""
         value = self.board.outputs.value(self.build.fingers)
-        if value is None or self._drive.world.body.transmission.has_gripper:
+        if value is None or self.world.body.transmission.has_gripper:
             return
         low, high = self.build.opening_mm
         opening_mm = low + (high - low) * self.build.fingers.share(value)
-        way_mm = abs(opening_mm - self._drive.world.opening_mm)
-        self._fingers = self.board.now_s + way_mm / self.build.finger_mm_s, opening_mm
-
-
-class SimGrbl(BoxedDevice):
-    """The board, the arm, and the person beside them."""
-
-    title: ClassVar[str] = "GRBL board"
-    input_bits: ClassVar[int] = len(PINS)
-    box: GrblBox
-    _drive: BoardDrive
-
-    def __init__(
-        self,
-        world: World,
-        build: BoardBuild,
-        settings: BoardSettings,
-        switches: Switches,
-        baud: int | None,
-    ) -> None:
-        drive = BoardDrive(world, build, settings.limits())
-        super().__init__(world, drive, baud)
-        self.build = build
-        self.box = GrblBox(drive, self.clock, build, settings, switches, self.said, baud)
-        self.board = self.box.board
-        world.energised = settings.motors_stay_on
-        self.box.start(0.0)
+        way_mm = abs(opening_mm - self.world.opening_mm)
+        self._fingers = self.now_s + way_mm / self.build.finger_mm_s, opening_mm
 
     # What can be seen.
 
@@ -261,7 +233,6 @@ class SimGrbl(BoxedDevice):
         )
         act = {"H": hold, "S": resume, "R": soft_reset}.get(PINS[bit])
         if act is not None and pressed and self.powered and not self.board.boot.active:
-            self.board.now_s = self.now_s
             act(self.board)
 
     def set_switch(self, axis: int, state: SwitchState) -> None:
@@ -287,9 +258,59 @@ class SimGrbl(BoxedDevice):
         if self.powered:
             self._drive.stop(self.now_s)
             self.world.cut_current(self.now_s)
-            self.box.start(self.build.firmware.boot_s)
+            self.start(self.build.firmware.boot_s)
 
     def _look(self) -> None:
         if self.powered:
-            self.board.now_s = self.now_s
             self.board.limits.look(self.board)
+
+
+MOST_COAST = 10.0
+
+
+def _make(config: ArmConfig, world: World, options: Options) -> SimGrbl:
+    firmware = FIRMWARES[options.text("firmware")]
+    if options.number("plan_ms") >= 0.0:
+        firmware = replace(firmware, plan_s=options.number("plan_ms") / 1000)
+    if options.flag("limit_interrupts"):
+        firmware = replace(firmware, hard_limits=True)
+    coast = options.number("coast")
+    if not 0.0 <= coast <= MOST_COAST:
+        raise BadRequest(f"coast must be from 0 to {MOST_COAST:g}, not {coast:g}")
+    letters = motor_letters(config, len(world.motors))
+    axes = board_axes(letters, options.text("axes"))
+    values = well_set_up(config, letters, axes)
+    wired = switches(config, world, letters, axes, values)
+    if options.flag("homing"):
+        values[22] = 1.0
+    build = BoardBuild(
+        firmware,
+        axes,
+        tuple(axes.index(letter) for letter in letters),
+        gripper_wiring(config),
+        config.model.gripper_range_mm,
+        config.model.gripper_speed_mm_s,
+        coast,
+        options.flag("resets_on_open"),
+    )
+    settings = BoardSettings(len(axes), {} if options.flag("factory") else values, firmware.factory)
+    return SimGrbl(world, build, settings, wired, config.connection.baud)
+
+
+KIND = SimDeviceKind(
+    title="GRBL board",
+    device=SimGrbl,
+    make=_make,
+    options=(
+        Option("firmware", "mega5x", "which one it runs", tuple(FIRMWARES)),
+        Option("axes", "", "the axes of its build, XYZABC say; those that are used if left out"),
+        Option("factory", False, "settings as it leaves the factory, not as the arm needs them"),
+        Option("homing", False, "homing is on ($22=1), whatever the arm file says"),
+        Option(
+            "limit_interrupts", False, "a build that acts on $21=1 where the usual one does not"
+        ),
+        Option("resets_on_open", False, "a saved arm is found with its board freshly reset"),
+        Option("coast", 1.0, "the arm runs on by this share of the ramp where motors stop dead"),
+        Option("plan_ms", -1.0, "milliseconds for each motion; below 0: those of the firmware"),
+    ),
+)

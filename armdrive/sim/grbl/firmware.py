@@ -1,4 +1,4 @@
-"""The boards of the GRBL family as data: firmware quirks, settings, and how one board is built.
+"""The boards of the GRBL family as data: firmware quirks and settings.
 
 Where a figure is not known it is a guess to the harder side. Times are in seconds. Those of the
 8-bit boards were measured on the real firmware in a processor simulator, the others were not.
@@ -6,12 +6,11 @@ Where a figure is not known it is a guess to the harder side. Times are in secon
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from types import MappingProxyType
 
-from armdrive.sim.grbl.hardware import OutputWiring
 from armdrive.sim.mechanics.planner import PathLimits, Stepping
 from firmware_protocol.grbl import (
     AxesInfo,
@@ -370,25 +369,3 @@ class BoardSettings:
             (number, f"{value:.0f}" if number in _WHOLE else f"{value:.3f}")
             for number, value in sorted(self.values.items())
         ]
-
-
-# --- How one board is built and wired ------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True)
-class BoardBuild:
-    """One board on one arm.
-
-    `order` gives the axis of each motor by its place in `axes`; `fingers` is which output moves
-    them, over `opening_mm` at `finger_mm_s`. `coast` is the share of the ramp that the arm runs on
-    when its motors stop dead. `resets_on_open`: a saved board is found freshly reset.
-    """
-
-    firmware: Firmware
-    axes: str
-    order: Sequence[int]
-    fingers: OutputWiring = field(default_factory=OutputWiring)
-    opening_mm: tuple[float, float] = (0.0, 76.0)
-    finger_mm_s: float = 100.0
-    coast: float = 1.0
-    resets_on_open: bool = False

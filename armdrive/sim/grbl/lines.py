@@ -76,7 +76,7 @@ def _run(board: GrblBoard, line: LineReceived) -> Steps:
         return _TOO_LONG if too_long else LOCKED
     if isinstance(content, Rejected):
         named = named_path(line.text) if board.firmware.has_paths else None
-        return (yield from run_path(board, *named)) if named else content.code
+        return run_path(board, *named) if named else content.code
     if isinstance(content, Block):
         return (yield from _block(board, content))
     return (yield from run_system(board, content))

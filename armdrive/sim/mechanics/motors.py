@@ -22,30 +22,50 @@ _ROUNDING = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """All motors in proportion: the one with the most steps turns at `rate_hz`."""
+    """Some steps of every motor: the one with the most of them makes one each `interval_s`.
+
+    Motors turn `in_proportion`, or each at the full rate until its own steps are made.
+    """
 
     deltas: tuple[int, ...]
-    rate_hz: float
+    interval_s: float
     start_s: float
+    """One interval before the first step."""
+    in_proportion: bool = True
     busiest: int = field(init=False)
     """The steps of the motor that has most of them."""
     done_s: float = field(init=False)
     """When the last step has been made."""
 
     def __post_init__(self) -> None:
-        busiest = max(abs(delta) for delta in self.deltas)
-        object.__setattr__(self, "busiest", busiest)
-        object.__setattr__(self, "done_s", self.start_s + busiest / self.rate_hz)
+        object.__setattr__(self, "busiest", max(abs(delta) for delta in self.deltas))
+        object.__setattr__(self, "done_s", self.step_s(self.busiest))
+
+    def step_s(self, number: int) -> float:
+        """Return when the busiest motor makes a step; its first one is number 1."""
+        return self.start_s + number * self.interval_s
+
+    def count(self, now_s: float) -> int:
+        """Return how many steps the busiest motor has made by now."""
+        count = math.floor((now_s - self.start_s) / self.interval_s + _ROUNDING)
+        return min(max(count, 0), self.busiest)
 
     def made(self, now_s: float) -> tuple[int, ...]:
         """Return the steps made by now: of each motor's share only whole steps."""
-        busiest = self.busiest
         if now_s >= self.done_s:
             return self.deltas
-        count = min(max(math.floor((now_s - self.start_s) * self.rate_hz + _ROUNDING), 0), busiest)
+        count = self.count(now_s)
+        if not self.in_proportion:
+            return tuple(max(-count, min(delta, count)) for delta in self.deltas)
         return tuple(
-            (abs(delta) * count // busiest) * (1 if delta > 0 else -1) for delta in self.deltas
+            (abs(delta) * count // self.busiest) * (1 if delta > 0 else -1) for delta in self.deltas
         )
+
+    def bends(self) -> list[float]:
+        """Return when motors fall out of step, one by one; those in proportion never do."""
+        if self.in_proportion:
+            return []
+        return sorted({self.step_s(abs(delta)) for delta in self.deltas if delta})
 
 
 class MotorRack:
@@ -54,6 +74,7 @@ class MotorRack:
     def __init__(self, counts: Sequence[int]) -> None:
         self._counts = tuple(counts)
         self._motion: Motion | None = None
+        self._last_step_s = -math.inf
 
     @property
     def moving(self) -> bool:
@@ -65,10 +86,19 @@ class MotorRack:
         """When the motion under way ends; infinity while there is none."""
         return math.inf if self._motion is None else self._motion.done_s
 
-    def start(self, deltas: Sequence[int], rate_hz: float, now_s: float) -> None:
-        """Begin to turn all motors by `deltas`; a motion under way is cut short."""
+    def start(
+        self, deltas: Sequence[int], interval_s: float, now_s: float, *, in_proportion: bool = True
+    ) -> None:
+        """Begin to turn all motors by `deltas`; a motion under way is cut short.
+
+        Motors in proportion make their first step after an interval. The others make it at once,
+        or an interval after the last step of the motion before.
+        """
         self.stop(now_s)
-        self._motion = Motion(tuple(deltas), rate_hz, now_s)
+        start_s = now_s
+        if not in_proportion and any(deltas):
+            start_s = max(now_s, self._last_step_s + interval_s) - interval_s
+        self._motion = Motion(tuple(deltas), interval_s, start_s, in_proportion)
 
     def positions(self, now_s: float) -> tuple[int, ...]:
         """Return the counts at a moment."""
@@ -77,9 +107,10 @@ class MotorRack:
         made = self._motion.made(now_s)
         return tuple(count + step for count, step in zip(self._counts, made, strict=True))
 
-    def bends(self, start_s: float, end_s: float) -> tuple[float, ...]:  # noqa: ARG002
-        """Return nothing: motors in proportion leave no straight way."""
-        return ()
+    def bends(self, start_s: float, end_s: float) -> list[float]:
+        """Return when motors fall out of step, between two moments."""
+        bends = self._motion.bends() if self._motion else ()
+        return [bend for bend in bends if start_s < bend < end_s]
 
     def settle(self, now_s: float) -> None:
         """Take in a motion that has ended."""
@@ -89,6 +120,8 @@ class MotorRack:
     def stop(self, now_s: float) -> None:
         """End the motion where it is now."""
         self._counts = self.positions(now_s)
+        if self._motion is not None and (made := self._motion.count(now_s)):
+            self._last_step_s = self._motion.step_s(made)
         self._motion = None
 
     def count(self, deltas: Sequence[int]) -> None:
@@ -103,7 +136,7 @@ class MotorRack:
 
 # --- The controller's counting and the arm, kept in step on one clock ----------------------------
 #
-# A rack knows where its motors stand at any moment: `MotorRack` turns them in proportion,
+# A rack knows where its motors stand at any moment: `MotorRack` turns them at one rate,
 # `UncoordinatedRack` each by itself, `PathRack` along queued lines.
 
 
@@ -225,7 +258,7 @@ class CoordinatedDrive(MotorDrive[MotorRack]):
     def start(self, steps: Sequence[int], rate_hz: float, now_s: float) -> None:
         """Begin to turn all motors in proportion, with the current on."""
         self.energise()
-        self.rack.start(steps, rate_hz, now_s)
+        self.rack.start(steps, 1.0 / rate_hz, now_s)
 
 
 # --- The real rates of a simulated TeachMover, from SP to half-steps a second --------------------

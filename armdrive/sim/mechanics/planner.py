@@ -11,7 +11,7 @@ from bisect import bisect_right
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from armdrive.sim.mechanics.profiles import ProfilePiece, nearest
 from kinematics.spaces import Motors
@@ -51,7 +51,6 @@ class PlannedLine:
     most: float
     rate: float
     rapid: bool
-    tag: Any
     least: float = 0.0
 
     @property
@@ -80,7 +79,6 @@ def line(
     slowest_hz: float = 0.0,
     *,
     rapid: bool = False,
-    tag: Any = None,
 ) -> PlannedLine | None:
     """Make a line of some steps at a rate in units a second; None where there is no way to go.
 
@@ -94,7 +92,7 @@ def line(
     slope = limits.along(unit, limits.acceleration)
     most = limits.along(unit, limits.most_rate)
     least = slowest_hz * length / max(map(abs, deltas))
-    return PlannedLine(tuple(deltas), length, unit, slope, most, rate, rapid, tag, least)
+    return PlannedLine(tuple(deltas), length, unit, slope, most, rate, rapid, least)
 
 
 def corner_speed(one: PlannedLine, other: PlannedLine, limits: PathLimits) -> float:
@@ -327,13 +325,12 @@ class PathRack:
         now_s: float,
         *,
         rapid: bool = False,
-        tag: Any = None,
     ) -> bool:
         """Append a line by its steps, at a rate in units a second; False where it is no way at all.
 
         A `rapid` one goes as fast as the axes allow.
         """
-        added = line(deltas, self.limits, rate, self._stepping.slowest_hz, rapid=rapid, tag=tag)
+        added = line(deltas, self.limits, rate, self._stepping.slowest_hz, rapid=rapid)
         if added is None:
             return False
         computed_s = self.computed_s(now_s)
@@ -396,13 +393,6 @@ class PathRack:
         """Return how fast the path is followed, in units a second."""
         found = self._at(now_s)
         return 0.0 if found is None else found.piece.speed_at(now_s)
-
-    def tag(self, now_s: float) -> Any:
-        """Return the tag of the line under way, or held; None while there is none."""
-        found = self._at(now_s)
-        if found is not None:
-            return self._lines[found.number].tag
-        return self._lines[0].tag if self._lines and not self._stretches else None
 
     def positions(self, now_s: float) -> tuple[int, ...]:
         """Return the counts at a moment."""

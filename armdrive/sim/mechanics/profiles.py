@@ -38,37 +38,6 @@ class ProfilePiece:
         """Return the speed at a moment within it."""
         return self.speed + self.acceleration * (now_s - self.start_s)
 
-    def crossings(self, made: int) -> Iterator[tuple[float, int]]:
-        """Yield when each whole step is made, halfway to it, and in which direction.
-
-        `made` is the step that the axis stands at when the piece begins.
-        """
-        turn_s = -self.speed / self.acceleration if self.acceleration else -1.0
-        legs = [(0.0, self.duration_s)]
-        if 0.0 < turn_s < self.duration_s:
-            legs = [(0.0, turn_s), (turn_s, self.duration_s)]
-        for first_s, last_s in legs:
-            there = self._end_of(last_s)
-            way = 1 if there > made else -1
-            while (there - made) * way >= 0.5:
-                yield self.start_s + self._time_of(made + way / 2, first_s, last_s), way
-                made += way
-
-    def _end_of(self, last_s: float) -> float:
-        if not math.isinf(last_s):
-            return self.at(self.start_s + last_s)
-        return math.copysign(math.inf, self.speed) if self.speed else self.position
-
-    def _time_of(self, position: float, first_s: float, last_s: float) -> float:
-        """Solve for the moment of a position that is passed between two moments of one way."""
-        away = position - self.position
-        if not self.acceleration:
-            return min(max(away / self.speed, first_s), last_s)
-        root = math.sqrt(max(self.speed**2 + 2 * self.acceleration * away, 0.0))
-        times = ((root - self.speed) / self.acceleration, (-root - self.speed) / self.acceleration)
-        time = min(times, key=lambda one: max(first_s - one, one - last_s))
-        return min(max(time, first_s), last_s)
-
 
 class AxisProfile:
     """Pieces one after the other, and where the axis ends."""
@@ -87,21 +56,6 @@ class AxisProfile:
         """Return the speed at a moment; what has ended stands."""
         piece = self._piece(now_s)
         return 0.0 if piece is None else piece.speed_at(now_s)
-
-    def crossings(self) -> Iterator[tuple[float, int]]:
-        """Yield when each whole step is made, and in which direction.
-
-        However the ends of the pieces are rounded, the steps lead to the end.
-        """
-        made = nearest(self.pieces[0].position) if self.pieces else nearest(self.end)
-        for piece in self.pieces:
-            for at_s, way in piece.crossings(made):
-                yield at_s, way
-                made += way
-        while made != nearest(self.end):
-            way = 1 if self.end > made else -1
-            yield self.end_s, way
-            made += way
 
     def _piece(self, now_s: float) -> ProfilePiece | None:
         if now_s >= self.end_s:  # most axes stand most of the time

@@ -1,4 +1,4 @@
-"""A simulated arm on MKS SERVO42D/57D drives: a `BoxedDevice` whose box is the drives."""
+"""A simulated arm on MKS SERVO42D/57D drives: a `SimDevice` whose box is the drives."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from typing import ClassVar
 
 from armdrive.sim.bus.box import DrivesBox, NodeControls
 from armdrive.sim.bus.line import BusLine
-from armdrive.sim.device import BoxedDevice, SwitchState
+from armdrive.sim.device import SimDevice, SwitchState
 from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.mks.node import MksNode
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import Json
 
 
-class SimMks(BoxedDevice):
+class SimMks(SimDevice):
     """The drives, the arm, and the person beside them. Input bit n is the IN_1 of drive n."""
 
     title: ClassVar[str] = "arm on MKS drives"

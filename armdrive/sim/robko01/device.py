@@ -4,26 +4,231 @@ Everything that was seen of the AVR firmware is repeated, and what public source
 retrofit. Where a habit is unknown the harsher one is built: after power-up the motors are off,
 motors that are switched off in mid-motion are counted on though nothing turns, and `Clear` ends
 a motion dead.
+
+Requests are answered one at a time, each a little after it has come. A frame that is none, and a
+request that the firmware names but does not know, is dropped in silence.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import ClassVar
 
-from armdrive.sim.device import BoxedDevice
-from armdrive.sim.robko01.box import RobkoBox, RobkoDrive, RobkoQuirks
+from armdrive.config.arm import ArmConfig
+from armdrive.errors import BadRequest
+from armdrive.sim.device import Option, Options, SimBase
+from armdrive.sim.mechanics.motors import MotorDrive, checked_error
+from armdrive.sim.mechanics.profiles import UncoordinatedRack
+from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world.arm import World
-from armdrive.sim.world.saved import Json
+from armdrive.sim.world.saved import BYTE, FLAG, Form, Json, Saved
+from firmware_protocol.robko01 import (
+    AXES,
+    PAYLOAD_MAX,
+    Acknowledged,
+    Answer,
+    Axes,
+    Busy,
+    Clear,
+    Device,
+    Disable,
+    Enable,
+    GetRobotId,
+    Ignored,
+    Inputs,
+    InputsRead,
+    IsMoving,
+    LoadPosition,
+    MoveAbsolute,
+    MoveRelative,
+    MoveSpeed,
+    Moving,
+    Op,
+    Outputs,
+    OutputsSet,
+    Ping,
+    Pong,
+    Position,
+    Positions,
+    Request,
+    RobotId,
+    SavePosition,
+    SetRobotId,
+    Status,
+    Stop,
+    wrap,
+)
+from firmware_protocol.robko01.frames import SENTINEL, Kind, check_bytes, frame_bytes
+from kinematics.spaces import Motors
 
 BAUD = 115_200
 
+# --- The firmware's frame reader, with its faults ------------------------------------------------
+#
+# The codec's `Device` finds every good frame. The firmware's reader does not, and the driver has
+# to cope with it, so a simulated board reads its bytes as the firmware does (`SUPER.cpp`,
+# read_frame).
 
-class SimRobko(BoxedDevice):
+LENGTHS = range(1, PAYLOAD_MAX + 2)
+"""What the length byte can be: the operation and its payload."""
+ECHOED = (Op.PING, Op.SET_ROBOT_ID, Op.GET_ROBOT_ID)
+"""Operations whose payload has any length."""
+PAYLOAD_BYTES = {
+    Op.MOVE_RELATIVE: 24,
+    Op.MOVE_ABSOLUTE: 24,
+    Op.MOVE_SPEED: 24,
+    Op.OUTPUTS: 1,
+}
+"""What an operation reads of the payload, whatever was sent; the others read nothing."""
+
+_HEADER, _CHECK = 4, 2
+
+
+class FirmwareReader:
+    """Bytes in, whole requests out. All that it drops, it drops in silence.
+
+    Two quirks, both seen on the ARDN_Operation example on an atmega328p in an AVR simulator:
+
+    - **It loses the next frame** after a frame with a length of 0 and after a doubled 0xAA. A byte
+      that does not fit sends it back to waiting for 0xAA without being looked at again, so an 0xAA
+      among the bytes that are left over is taken for the beginning of a frame.
+    - **Short payloads run on stale bytes.** The payload is copied into a buffer that nobody
+      clears, and an operation reads its whole length from there. (What `MoveSpeed` finds behind a
+      short payload was not seen; the same is assumed.) Bytes too many are ignored.
+    """
+
+    def __init__(self) -> None:
+        self.dropped = 0
+        self._frame = bytearray()
+        self._payload = bytearray(PAYLOAD_MAX)
+        self._skipping = False
+
+    def read(self, data: bytes) -> Iterator[bytes]:
+        """Yield each request that the firmware acts on, its payload as the operation reads it."""
+        for byte in data:
+            if not self._frame and byte != SENTINEL:
+                self.dropped += not self._skipping
+                self._skipping = True
+                continue
+            self._skipping = False
+            self._frame.append(byte)
+            if not self._fits():
+                self._frame.clear()
+                self.dropped += 1
+            elif len(self._frame) > _HEADER and len(self._frame) == self._whole():
+                frame = bytes(self._frame)
+                self._frame.clear()
+                if frame[-_CHECK:] != check_bytes(frame[:-_CHECK]):
+                    self.dropped += 1
+                elif frame[1] == Kind.REQUEST:
+                    yield self._request(frame[_HEADER - 1], frame[_HEADER:-_CHECK])
+
+    def _fits(self) -> bool:
+        """Tell whether the last byte of the header can stand where it stands."""
+        match len(self._frame):
+            case 2:
+                return self._frame[1] in (Kind.REQUEST, Kind.ANSWER)
+            case 3:
+                return self._frame[2] in LENGTHS
+            case _:
+                return True
+
+    def _whole(self) -> int:
+        return _HEADER - 1 + self._frame[2] + _CHECK
+
+    def _request(self, op: int, payload: bytes) -> bytes:
+        self._payload[: len(payload)] = payload
+        if op not in ECHOED and op in tuple(Op):
+            payload = bytes(self._payload[: PAYLOAD_BYTES.get(Op(op), 0)])
+        return frame_bytes(Kind.REQUEST, op, payload)
+
+
+THINKS_S = 0.0025
+"""A ping of eight bytes went round in 5 ms; the rest of that was the line's."""
+EARLY_ZERO_S = 0.010
+"""So long behind an accepted move `IsMoving` may still answer that nothing moves."""
+AVR, ESP32 = "avr", "esp32"
+
+
+GRIDS_S = {AVR: 0.00804, ESP32: 0.0}
+"""How often a motor may step. The AVR board serves eight addresses, one a millisecond and a little
+more: 400 steps at full speed came 8.048 ms apart on the ARDN_Operation example in an AVR simulator.
+"""
+ACCELERATIONS_STEPS_S2 = {AVR: 700.0, ESP32: 75.0}
+TOP_SPEEDS_HZ = {AVR: 5000.0, ESP32: 100.0}
+"""Up to where axes ramp after power-up: DEFAULT_SPEED of `Robko01.h`, M1_MAX_SPEED to M6_MAX_SPEED
+of the retrofit's `ApplicationConfiguration.h`."""
+
+
+@dataclass(frozen=True, slots=True)
+class RobkoQuirks:
+    """What differs between boards: see `kind` for each.
+
+    With `grid_s` a motor has a chance to make a step only so often. `watchdog_s` of silence
+    switch the motors off (0: there is no watchdog); with `rearms` any frame switches them on.
+
+    Quirks of the AVR board, all seen on the ARDN_Operation example on an atmega328p in an AVR
+    simulator:
+
+    - **Operation 6 ignores its speed**: it ramps up to the axis's top speed, `top_speed_hz` after
+      power-up. 50 steps took 0.66 s at 20, 50 and 100 steps/s alike.
+    - **The top speed sticks**: operation 7 sets it for each axis (`absolute_sets_top`). After
+      operation 7 at 30 steps/s, operation 6 at 100 ran at 30.
+    - **A top speed of 0 leaves the axis hanging** when operation 6 next moves it: the answer is
+      OK, one step is made, and the axis is reported as moving. Operation 7 is refused as busy, and
+      operation 2 does nothing. Operation 12 with all speeds 0 ends it, and so does a reset.
+    - **A resting axis twitches**: an axis that is at its goal already and is given a speed makes
+      one step forward and 40 ms later one back, unless its top speed was 0.
+    - **Operation 2 does not stop operation 12**: the axis runs on, at 25 steps/s. It hardly stops
+      operation 6 either: the library believes that the axis has come up to the top speed, and
+      slows down over as many steps as it would need from there (2899 were still to come).
+    - Those of the reader are in `FirmwareReader`.
+
+    The retrofit sets no top speed at all, in operation 6 as in operation 7, whose axes that are at
+    their goals it leaves alone. That is a reading of its `main.cpp`.
+    """
+
+    board: str = AVR
+    acceleration_steps_s2: float = 700.0
+    grid_s: float = GRIDS_S[AVR]
+    slowness: float = 0.0
+    watchdog_s: float = 0.0
+    rearms: bool = False
+    top_speed_hz: float = TOP_SPEEDS_HZ[AVR]
+
+    @property
+    def absolute_sets_top(self) -> bool:
+        """Whether operation 7 obeys its speed, which then is the axis's top speed."""
+        return self.board == AVR
+
+
+class RobkoDrive(MotorDrive[UncoordinatedRack]):
+    """Axes that go their own way; without current the counts go on and the arm does not."""
+
+    def __init__(self, world: World, quirks: RobkoQuirks) -> None:
+        stretch = 1.0 + quirks.slowness
+        rack = UncoordinatedRack(
+            (0,) * len(world.motors),
+            acceleration_hz_s=quirks.acceleration_steps_s2 / stretch**2,
+            top_hz=quirks.top_speed_hz / stretch,
+            grid_s=quirks.grid_s * stretch,
+            stagger_s=quirks.grid_s * stretch / 8,
+        )
+        super().__init__(world, rack)
+
+    def _follow(self, now_s: float) -> None:
+        if not self.world.energised:
+            self._driven = Motors(self.rack.positions(now_s))
+        super()._follow(now_s)
+
+
+class SimRobko(SimBase):
     """The board, the arm, and the person beside them; see `RobkoQuirks` for what differs."""
 
     title: ClassVar[str] = "Robko 01"
-    box: RobkoBox
+    remembered: ClassVar[Mapping[str, Form]] = {"enabled": FLAG, "outputs": BYTE}
     _drive: RobkoDrive
 
     def __init__(
@@ -34,18 +239,66 @@ class SimRobko(BoxedDevice):
         baud: int | None = BAUD,
     ) -> None:
         world = world or World()
-        quirks = quirks or RobkoQuirks()
+        self.quirks = quirks or RobkoQuirks()
         world.energised = False
-        super().__init__(world, RobkoDrive(world, quirks), baud)
-        self.box = RobkoBox(self._drive, self.clock, quirks, self.said, lambda: self.inputs_set)
+        super().__init__(world, RobkoDrive(world, self.quirks), baud)
+        self._begin()
+
+    def _begin(self) -> None:
+        self.enabled = False
+        self.outputs = 0
+        self._reader = FirmwareReader()
+        self._codec = Device()
+        self._ignored = 0
+        self._answer_s = math.inf
+        self._accepted_s = -math.inf
+        self._fed_s = -math.inf
+
+    @property
+    def dropped(self) -> int:
+        """How many pieces of bytes were dropped in silence."""
+        return self._reader.dropped + self._ignored
+
+    @property
+    def busy(self) -> bool:
+        """Whether a request is unanswered or a motion under way."""
+        return self.unanswered or self._drive.moving
+
+    @property
+    def unanswered(self) -> bool:
+        """Whether a request is being thought about."""
+        return self._codec.unanswered is not None
+
+    @property
+    def registers(self) -> Motors:
+        """The positions as they are reported: in 16 bits."""
+        return Motors(wrap(count) for count in self._drive.counts)
+
+    def due_s(self) -> float:
+        """Tell when a motion ends, it answers, or its watchdog runs out."""
+        return min(super().due_s(), self._own_due_s())
+
+    def _own_due_s(self) -> float:
+        watched = self.quirks.watchdog_s and self.enabled
+        return min(self._answer_s, self._fed_s + self.quirks.watchdog_s if watched else math.inf)
+
+    def forget(self) -> None:
+        """Begin the firmware anew."""
+        self._drive.rack.restart()
+        self._begin()
+
+    def recall_known(self, saved: Saved) -> None:
+        """Know what `known` wrote; raises `StateFileError`."""
+        super().recall_known(saved)
+        self.world.energised = self.enabled
 
     def details(self) -> dict[str, Json]:
         """Return the board, its outputs and whether its motors are on."""
         return {
-            "board": self.box.quirks.board,
-            "enabled": self.box.enabled,
-            "outputs": self.box.outputs,
-            "dropped": self.box.dropped,
+            "board": self.quirks.board,
+            "enabled": self.enabled,
+            "outputs": self.outputs,
+            "dropped": self.dropped,
         }
 
     def jog(self, steps: Sequence[int]) -> None:
@@ -59,3 +312,153 @@ class SimRobko(BoxedDevice):
         if self.powered:
             self.power_off()
             self.power_on()
+
+    def hear(self, data: bytes) -> None:
+        """Take bytes; each request is thought about for a while."""
+        for request in self._reader.read(data):
+            self._codec.receive_data(request)
+        self._take_up(self.now_s)
+
+    def motion_ended(self) -> None:
+        """Do nothing: whoever wants to know has to ask."""
+
+    def happen(self) -> None:
+        """End a motion, answer, or act on the watchdog, where that is due."""
+        super().happen()
+        now_s = self.now_s
+        if self._answer_s <= now_s:
+            self._answer_s = math.inf
+            request = self._codec.unanswered
+            if request is not None:
+                self._reply(request, now_s)
+            self._take_up(now_s)
+        elif self._own_due_s() <= now_s:
+            self._switch(False, now_s)
+
+    def _take_up(self, now_s: float) -> None:
+        while not self.unanswered and (heard := self._codec.next_event()) is not None:
+            if isinstance(heard, Ignored):
+                self._ignored += 1
+            else:
+                self._answer_s = now_s + THINKS_S
+
+    def _reply(self, request: Request, now_s: float) -> None:
+        if self.quirks.rearms and not self.enabled:
+            self._switch(True, now_s)
+        if isinstance(request, Ping | Inputs | Position) or self.quirks.rearms:
+            self._fed_s = now_s
+        if isinstance(request, SavePosition | LoadPosition):
+            self._codec.forget()
+        else:
+            self.said += self._codec.send(self._do(request, now_s))
+
+    def _do(self, request: Request, now_s: float) -> Answer:
+        match request:
+            case Ping(payload):
+                return Pong(payload)
+            case Inputs():
+                return InputsRead(self.inputs_set)
+            case IsMoving():
+                early = now_s < self._accepted_s + EARLY_ZERO_S
+                return Moving(0 if early else self._drive.rack.mask(now_s))
+            case Position():
+                return Positions(self._where(now_s))
+            case MoveRelative(axes) | MoveAbsolute(axes):
+                return self._move(request.op, axes, request.op is Op.MOVE_RELATIVE, now_s)
+            case MoveSpeed(axes):
+                return self._run(axes, now_s)
+            case Outputs(value):
+                self.outputs = value
+                return OutputsSet(value)
+            case SetRobotId(robot_id) | GetRobotId(robot_id):
+                return RobotId(request.op, robot_id)
+            case _:
+                self._command(request, now_s)
+                return Acknowledged(request.op)
+
+    def _command(self, request: Request, now_s: float) -> None:
+        match request:
+            case Stop():
+                self._drive.rack.ramp_down(now_s)
+            case Enable():
+                self._switch(True, now_s)
+            case Disable():
+                self._switch(False, now_s)
+            case Clear():
+                self._drive.set_counts((0,) * AXES, now_s)
+
+    def _where(self, now_s: float) -> Axes:
+        speeds = (wrap(round(speed)) for speed in self._drive.rack.speeds(now_s))
+        return Axes(tuple(self.registers), tuple(speeds))
+
+    def _switch(self, on: bool, now_s: float) -> None:
+        self.enabled = on
+        if on:
+            self._fed_s = max(self._fed_s, now_s)
+            self._drive.energise()
+        else:
+            self.world.cut_current(now_s)
+
+    def _move(self, op: Op, axes: Axes, relative: bool, now_s: float) -> Answer:
+        rack = self._drive.rack
+        if not self.enabled:
+            return Acknowledged(op, Status.ERROR)
+        if mask := rack.mask(now_s):
+            return Busy(op, mask)
+        here = rack.positions(now_s)
+        for axis, (steps, speed) in enumerate(
+            zip(axes.positions_steps, axes.speeds_steps_s, strict=True)
+        ):
+            if relative:
+                rack.move_to(axis, here[axis] + steps, self._hz(speed), now_s)
+            elif self.quirks.absolute_sets_top:
+                rack.move_at(axis, steps, self._hz(speed), now_s)
+            elif steps != here[axis]:
+                rack.move_to(axis, steps, self._hz(speed), now_s)
+        self._accepted_s = now_s
+        return Acknowledged(op)
+
+    def _run(self, axes: Axes, now_s: float) -> Answer:
+        if not self.enabled:
+            return Acknowledged(Op.MOVE_SPEED, Status.ERROR)
+        for axis, speed in enumerate(axes.speeds_steps_s):
+            self._drive.rack.run(axis, self._hz(speed), now_s)
+        return Acknowledged(Op.MOVE_SPEED)
+
+    def _hz(self, speed_steps_s: float) -> float:
+        return speed_steps_s / (1.0 + self.quirks.slowness)
+
+
+AS_THE_ARM_FILE = "file"
+
+
+def _make(config: ArmConfig, world: World, options: Options) -> SimRobko:
+    chosen = options.text("board")
+    board = config.device.board if chosen == AS_THE_ARM_FILE else chosen
+    acceleration, watchdog_s = options.number("acceleration"), options.number("watchdog_s")
+    if acceleration < 0.0 or watchdog_s < 0.0:
+        raise BadRequest("acceleration and watchdog_s must be 0 or above")
+    quirks = RobkoQuirks(
+        board,
+        acceleration or ACCELERATIONS_STEPS_S2[board],
+        GRIDS_S[board],
+        checked_error(options.number("speed_error")),
+        watchdog_s,
+        options.flag("rearms"),
+        TOP_SPEEDS_HZ[board],
+    )
+    return SimRobko(world, quirks=quirks, baud=config.connection.baud)
+
+
+KIND = SimDeviceKind(
+    title="Robko 01",
+    device=SimRobko,
+    make=_make,
+    options=(
+        Option("board", AS_THE_ARM_FILE, "avr, esp32, or the arm file's", ("file", AVR, ESP32)),
+        Option("acceleration", 0.0, "steps/s^2 of every axis; 0: 700 of avr, 75 of esp32"),
+        Option("speed_error", 0.0, "0.2: motors a fifth slower than they should be"),
+        Option("watchdog_s", 0.0, "seconds without ping, inputs or position; 0: no watchdog"),
+        Option("rearms", False, "any frame switches the motors on again, as over UDP"),
+    ),
+)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import Enum
 from types import MappingProxyType
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.world.arm import World
@@ -112,11 +114,70 @@ class Saved:
         )
 
 
+# --- Forms: how one value is written and read again, so that a table tells both -------------------
+
+
+def _same(value: Any) -> Json:
+    saved: Json = value
+    return saved
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """How a value is read from a saved state, and how it is written there."""
+
+    read: Callable[[Saved, str], Any]
+    write: Callable[[Any], Json] = _same
+
+
+FLAG, TEXT, NUMBER = Form(Saved.flag), Form(Saved.text), Form(Saved.number)
+
+
+def whole(low: int, high: int) -> Form:
+    """Return the form of a whole number within bounds."""
+    return Form(lambda saved, key: saved.whole(key, low, high))
+
+
+BYTE = whole(0, 255)
+
+
+def choice(kinds: type[Enum], what: str) -> Form:
+    """Return the form of one of an enum's members, written as its value."""
+
+    def read(saved: Saved, key: str) -> Enum:
+        text = saved.text(key)
+        for kind in kinds:
+            if kind.value == text:
+                return kind
+        raise StateFileError(f"{what} {text!r}; {MEND}")
+
+    return Form(read, lambda kind: str(kind.value))
+
+
+def write(one: object, forms: Mapping[str, Form]) -> dict[str, Json]:
+    """Return the attributes of an object that are named, as their forms have them."""
+    return {name: form.write(getattr(one, name)) for name, form in forms.items()}
+
+
+def read(saved: Saved, forms: Mapping[str, Form]) -> dict[str, Any]:
+    """Return what `write` wrote. Raises `StateFileError`."""
+    return {name: form.read(saved, name) for name, form in forms.items()}
+
+
 MEND = "begin with a fresh simulated arm (--fresh)"
 """What to do about a saved state that cannot be used."""
 
 FORMAT = 1
-_LENGTHS = ("x_mm", "y_mm", "z_mm", "width_mm", "height_mm")
+_BLOCK = {
+    "name": TEXT,
+    **dict.fromkeys(("x_mm", "y_mm", "z_mm", "width_mm", "height_mm"), NUMBER),
+}
+_INCIDENT = {
+    "kind": choice(IncidentKind, "no incident is of the kind"),
+    "what": TEXT,
+    "sentence": TEXT,
+    "time_s": NUMBER,
+}
 
 
 def world_to_json(world: World) -> dict[str, Json]:
@@ -165,24 +226,18 @@ def world_from_json(data: object, body: ArmBody | None = None) -> World:
 
 def block_to_json(block: TableBlock) -> dict[str, Json]:
     """Return a block's name, place and size."""
-    sizes: dict[str, Json] = {name: getattr(block, name) for name in _LENGTHS}
-    return {"name": block.name, **sizes}
+    return write(block, _BLOCK)
 
 
 def incident_to_json(incident: Incident) -> dict[str, Json]:
     """Return what happened, to what and when."""
-    return {
-        "kind": incident.kind.value,
-        "what": incident.what,
-        "sentence": incident.sentence,
-        "time_s": incident.time_s,
-    }
+    return write(incident, _INCIDENT)
 
 
 def _block(data: object) -> TableBlock:
     saved = Saved(data, "block")
     try:
-        block = TableBlock(saved.text("name"), *(saved.number(name) for name in _LENGTHS))
+        block = TableBlock(**read(saved, _BLOCK))
     except BadRequest as error:
         raise StateFileError(f"{error}; {MEND}") from None
     saved.end()
@@ -191,12 +246,6 @@ def _block(data: object) -> TableBlock:
 
 def _incident(data: object) -> Incident:
     saved = Saved(data, "incident")
-    kind = saved.text("kind")
-    known = {one.value: one for one in IncidentKind}
-    if kind not in known:
-        raise StateFileError(f"no incident is of the kind {kind!r}; {MEND}")
-    incident = Incident(
-        known[kind], saved.text("what"), saved.text("sentence"), saved.number("time_s")
-    )
+    incident = Incident(**read(saved, _INCIDENT))
     saved.end()
     return incident

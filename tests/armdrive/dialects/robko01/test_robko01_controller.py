@@ -24,8 +24,7 @@ from armdrive.dialects.robko01.exchange import MotorPower
 from armdrive.dialects.robko01.settings import RobkoSettings
 from armdrive.errors import ArmError, DeviceFault, NoAnswer, Refused, WrongState
 from armdrive.registry import dialect
-from armdrive.sim.robko01.box import RobkoQuirks
-from armdrive.sim.robko01.device import SimRobko
+from armdrive.sim.robko01.device import RobkoQuirks, SimRobko
 from armdrive.sim.simulated_arm import link_to
 from armdrive.status import Current, State, Trust
 from armdrive.tasks import (

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.registry.simulate import simulate
-from armdrive.sim.armdroid.board import LockstepRack
+from armdrive.sim.mechanics.motors import MotorRack
 
 ZERO = "offsets = 0,0,0,0,0,0\r\n"
 WELCOME = "Welcome, Armdroid!\r\n"
@@ -202,8 +202,8 @@ STEPS = st.tuples(*[st.integers(-60, 60)] * 6)
 
 @given(STEPS, st.floats(0.001, 0.05), st.lists(st.floats(0.0, 4.0), max_size=8))
 def test_each_motor_goes_its_own_way_without_turning_back_and_ends_on_it(steps, interval, looks):
-    rack = LockstepRack((0,) * 6)
-    rack.start(steps, interval, 0.0)
+    rack = MotorRack((0,) * 6)
+    rack.start(steps, interval, 0.0, in_proportion=False)
     before = (0,) * 6
     for look in sorted(looks):
         now = rack.positions(look)

@@ -78,15 +78,6 @@ def test_a_line_that_ends_makes_room_for_another():
     assert rack.goal == (2400, 0, 0)
 
 
-def test_lines_have_tags():
-    rack = PathRack((0, 0, 0), LIMITS)
-    rack.queue((800, 0, 0), 25.0, 0.0, tag="first")
-    rack.queue((800, 0, 0), 25.0, 0.0, tag="second")
-    assert rack.tag(0.0) == "first"
-    assert rack.tag(rack.next_line_s + 0.01) == "second"
-    assert rack.tag(rack.done_s + 1.0) is None
-
-
 @given(ways, st.lists(st.floats(0.0, 2.0), max_size=6), st.floats(0.0, 1.0))
 def test_every_axis_keeps_its_limits_and_the_path_ends_exactly(way, pauses, share):
     rack, now = laid(way, pauses)

@@ -10,8 +10,7 @@ from robko_bench import RobkoBench, axes
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
 from armdrive.registry.simulate import simulate, simulate_device
-from armdrive.sim.robko01.box import ESP32, RobkoQuirks
-from armdrive.sim.robko01.device import SimRobko
+from armdrive.sim.robko01.device import ESP32, RobkoQuirks, SimRobko
 from firmware_protocol.robko01 import (
     Axes,
     Busy,

@@ -60,7 +60,7 @@ def test_state_tells_the_physical_arm_in_words_and_as_data(console):
 
 def test_a_key_is_pressed_whatever_its_case(console):
     assert console.answer("key stop") == "pressed STOP"
-    assert console.device.box.last_key is Key.STOP
+    assert console.device.box.key is Key.STOP
     assert "TRAIN" in console.answer("key sotp")
 
 

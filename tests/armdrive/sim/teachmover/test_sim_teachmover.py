@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from sim_bench import BYTE_S, Bench, descend, grasp, spread
 
 from armdrive.errors import BadRequest, LinkLost
-from armdrive.sim.teachmover.device import SimTeachMover
+from armdrive.sim.teachmover.device import SimTeachMover, TwinSettings
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.table import TableBlock
 from firmware_protocol.teachmover import (
@@ -58,13 +58,13 @@ class TestSteps:
         assert bench.device.moving
 
     def test_a_slow_arm_takes_longer_and_goes_as_far(self):
-        slow = Bench(SimTeachMover(speed_error=0.2))
+        slow = Bench(SimTeachMover(settings=TwinSettings(speed_error=0.2)))
         slow.ask(STEP)
         assert slow.now_s == pytest.approx(30 * BYTE_S + 1.2, abs=1e-9)
         assert registers(slow) == (470, -235, 0, 10, 0, 0)
 
     def test_a_table_of_its_own_says_how_fast_it_is(self):
-        own = Bench(SimTeachMover(speed_table=((0, 10.0), (245, 100.0))))
+        own = Bench(SimTeachMover(settings=TwinSettings(((0, 10.0), (245, 100.0)))))
         own.ask(Step(245, (200, 0, 0, 0, 0, 0)))
         assert own.now_s == pytest.approx(2.0, abs=0.05)
 
@@ -94,7 +94,7 @@ class TestSteps:
 
     @pytest.mark.parametrize("keeps", [False, True])
     def test_what_is_sent_during_a_motion_is_lost_unless_the_arm_keeps_it(self, keeps):
-        bench = Bench(SimTeachMover(keeps_input_while_moving=keeps))
+        bench = Bench(SimTeachMover(settings=TwinSettings(keeps_input_while_moving=keeps)))
         bench.begin(STEP)
         bench.let_pass(0.1)
         bench.link.write(b"@READ\r", bench.now_s)
@@ -113,7 +113,7 @@ class TestCommands:
         assert (answer.key, answer.inputs) == (Key.GRIP, 0b1000)
 
     def test_the_grip_switch_has_an_input_bit(self):
-        bench = Bench(SimTeachMover(grip_bit=2))
+        bench = Bench(SimTeachMover(settings=TwinSettings(grip_bit=2)))
         spread(bench.device.world, 5.0)
         assert bench.ask(Read()).registers.inputs == 0
         grasp(bench.device.world)

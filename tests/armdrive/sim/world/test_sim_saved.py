@@ -56,7 +56,7 @@ def test_a_device_comes_back_with_what_it_knew():
     saved = json.loads(json.dumps(bench.device.to_json()))
     again = recalled(saved, SimTeachMover)
     assert again.registers == (12, 0, 0, 0, 0, 0)
-    assert (again.box.last_key, again.box.outputs, again.inputs_set) == (Key.FREE, 9, 32)
+    assert (again.box.key, again.box.outputs, again.inputs_set) == (Key.FREE, 9, 32)
     assert again.box.memory == bench.device.box.memory
     assert again.to_json() == saved
 
