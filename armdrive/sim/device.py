@@ -371,6 +371,11 @@ class SimDevice:
         self.powered = True
         self.box.boot()
 
+    def set_power(self, on: bool) -> None:
+        """Switch on or off, unless it is."""
+        if on != self.powered:
+            (self.power_on if on else self.power_off)()
+
     # The saved world.
 
     def to_json(self) -> dict[str, Json]:

@@ -130,9 +130,9 @@ def faults_on(device: SimDevice, link: MemoryLink[PacedDevice]) -> Callable[[], 
 
     @cache
     def faults() -> Faults:
-        from armdrive.sim.faults.running import Faults, LinkCable  # nothing goes wrong by itself
+        from armdrive.sim.faults.running import Faults, link_cable  # nothing goes wrong by itself
 
-        return Faults(device, link.line, LinkCable(link))
+        return Faults(device, link.line, link_cable(link))
 
     return faults
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
 
 from armdrive.errors import BadRequest
 from armdrive.sim.device import SimDevice
@@ -86,14 +85,32 @@ def parse_words(words: Sequence[str]) -> FaultRequest:
     )
 
 
-class Cable(Protocol):
-    """What can be pulled out and put back."""
+class Cable:
+    """The cable between a device and whoever opens its wire, pulled at the very moment.
+
+    `withdraw` takes the wire away from who has opened it, and `offer` gives it back, under another
+    name perhaps; that may raise `PortUnavailable`.
+    """
+
+    def __init__(
+        self,
+        line: PacedDevice,
+        withdraw: Callable[[], None],
+        offer: Callable[[str | None], None],
+    ) -> None:
+        self._line = line
+        self._withdraw = withdraw
+        self._offer = offer
 
     def unplug(self) -> None:
-        """Pull it."""
+        """Pull it; what is under way is lost."""
+        self._withdraw()
+        self._line.unplug()
 
     def replug(self, name: str | None = None) -> None:
         """Put it back, where it may be found under another name."""
+        self._offer(name)
+        self._line.plug()
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,16 +122,34 @@ class FaultBench:
     cable: Cable
 
 
+def _always() -> bool:
+    return True
+
+
 @dataclass(frozen=True, slots=True)
 class Running:
     """A fault that goes on: how to end it, and whether it still does something."""
 
-    end: Callable[[], None]
-    alive: Callable[[], bool] = lambda: True
+    end: Callable[[], object]
+    alive: Callable[[], bool] = _always
 
 
 Begin = Callable[[], Running | None]
+"""Begins a fault; returns nothing where it is over at once."""
 Prepare = Callable[[FaultBench, FaultRequest], Begin]
+"""Checks the words of a request, and returns what begins the fault."""
+
+
+def lasting(
+    begin: Callable[[], object], end: Callable[[], object], alive: Callable[[], bool] = _always
+) -> Begin:
+    """Return what begins a fault that goes on until it is ended."""
+
+    def started() -> Running:
+        begin()
+        return Running(end, alive)
+
+    return started
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +160,6 @@ class FaultKind:
     arguments: str
     summary: str
     prepare: Prepare
-    counts: tuple[int, int] = (0, 0)
     needs: type | None = None
     lasts_s: float | None = None
 
@@ -137,3 +171,17 @@ class FaultKind:
     def befalls(self, device: type[SimDevice]) -> bool:
         """Tell whether this kind of device can have it."""
         return self.needs is None or issubclass(device, self.needs)
+
+
+def check_count(usage: str, words: Sequence[str]) -> None:
+    """Raise `BadRequest` for more or fewer words than a command or a fault takes.
+
+    Its usage tells: what is in brackets may be left out, and "..." may be one word.
+    """
+    arguments = usage.split()[1:]
+    optional = [at for at, word in enumerate(arguments) if word.startswith("[")]
+    least = min([*optional, len(arguments)])
+    if usage.endswith("..."):
+        least = 1
+    if not least <= len(words) <= len(arguments):
+        raise BadRequest(f"write it like this: {usage}")

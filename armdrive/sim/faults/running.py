@@ -8,10 +8,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from armdrive.errors import ArmError, BadRequest
+from armdrive.errors import ArmError
 from armdrive.errors.arguments import BASIC, checked_calls, made_of
 from armdrive.sim.device import SimDevice
-from armdrive.sim.faults.request import Begin, Cable, FaultBench, FaultRequest, Running
+from armdrive.sim.faults.request import (
+    Begin,
+    Cable,
+    FaultBench,
+    FaultRequest,
+    Running,
+    check_count,
+)
 from armdrive.sim.faults.table import fault_kind
 from armdrive.sim.wire import PacedDevice
 from armdrive.transports.in_process import MemoryLink
@@ -23,21 +30,9 @@ class _Active:
     running: Running
 
 
-class LinkCable:
-    """The cable of a wire within the process, pulled at the very moment and not when one looks."""
-
-    def __init__(self, link: MemoryLink[PacedDevice]) -> None:
-        self._link = link
-
-    def unplug(self) -> None:
-        """Pull it; what is under way is lost."""
-        self._link.line.unplug()
-        self._link.unplug()
-
-    def replug(self, name: str | None = None) -> None:
-        """Put it back."""
-        self._link.line.plug()
-        self._link.replug(name)
+def link_cable(link: MemoryLink[PacedDevice]) -> Cable:
+    """Return the cable of a wire within the process."""
+    return Cable(link.line, link.unplug, link.replug)
 
 
 @checked_calls({**BASIC, "FaultRequest": made_of(FaultRequest, "a fault that was asked for")})
@@ -95,9 +90,7 @@ class Faults:
     def checked(self, request: FaultRequest) -> Begin:
         """Return what would begin a fault, or raise `BadRequest`; nothing happens yet."""
         kind = fault_kind(request.name)
-        least, most = kind.counts
-        if not least <= len(request.words) <= most:
-            raise BadRequest(f"write it like this: {kind.usage}")
+        check_count(kind.usage, request.words)
         return kind.prepare(self._bench, request)
 
     def end(self, name: str | None = None) -> tuple[str, ...]:
@@ -125,7 +118,7 @@ def check_faults(device: SimDevice, requests: Iterable[FaultRequest]) -> None:
     """Raise `BadRequest` for a fault that this device cannot have; nothing happens to it."""
     link = MemoryLink(PacedDevice(device, None), "simulated arm")
     try:
-        faults = Faults(device, link.line, LinkCable(link))
+        faults = Faults(device, link.line, link_cable(link))
         for request in requests:
             faults.checked(request)
     finally:

@@ -31,6 +31,7 @@ from armdrive.sim.faults.request import (
     FaultRequest,
     Prepare,
     Running,
+    lasting,
 )
 from armdrive.sim.wire import (
     Amount,
@@ -55,17 +56,7 @@ BROWN_OUT_S = 0.5
 
 def brown_out(bench: FaultBench, _: FaultRequest) -> Begin:
     """Have the power fail, and come back."""
-
-    def end() -> None:
-        if not bench.device.powered:
-            bench.device.power_on()
-
-    def begin() -> Running:
-        if bench.device.powered:
-            bench.device.power_off()
-        return Running(end)
-
-    return begin
+    return lasting(lambda: bench.device.set_power(False), lambda: bench.device.set_power(True))
 
 
 def reset(bench: FaultBench, _: FaultRequest) -> Begin:
@@ -87,12 +78,9 @@ def lose_steps(bench: FaultBench, request: FaultRequest) -> Begin:
 def stall(bench: FaultBench, request: FaultRequest) -> Begin:
     """Have a motor no longer follow."""
     motor, stalled = motor_of(bench, request.words[0]), bench.device.world.stalled
-
-    def begin() -> Running:
-        stalled.add(motor)
-        return Running(lambda: stalled.discard(motor), lambda: motor in stalled)
-
-    return begin
+    return lasting(
+        lambda: stalled.add(motor), lambda: stalled.discard(motor), lambda: motor in stalled
+    )
 
 
 def switch(bench: FaultBench, request: FaultRequest) -> Begin:
@@ -105,13 +93,12 @@ def switch(bench: FaultBench, request: FaultRequest) -> Begin:
     if state not in states:
         raise BadRequest(f"a switch is {', '.join(states)}, not {request.words[1]!r}")
 
-    def begin() -> Running | None:
-        device.set_switch(axis, states[state])
-        if states[state] is SwitchState.FREE:
-            return None
-        return Running(lambda: device.set_switch(axis, SwitchState.FREE))
-
-    return begin
+    if states[state] is SwitchState.FREE:
+        return lambda: device.set_switch(axis, SwitchState.FREE)
+    return lasting(
+        lambda: device.set_switch(axis, states[state]),
+        lambda: device.set_switch(axis, SwitchState.FREE),
+    )
 
 
 def motor_of(bench: FaultBench, word: str) -> int:
@@ -147,21 +134,23 @@ def ruling(
             for lane_number, lane in enumerate(_lanes(bench, request.side))
         ]
 
-        def begin() -> Running:
-            for lane, rule in rules:
-                lane.rules.append(rule)
-            return Running(
-                lambda: _withdraw(rules), lambda: any(rule in lane.rules for lane, rule in rules)
-            )
-
-        return begin
+        return _in_force(rules)
 
     return prepare
 
 
-def _withdraw(rules: list[tuple[WireDirection, Rule]]) -> None:
-    for lane, rule in rules:
-        lane.rules = [one for one in lane.rules if one is not rule]
+def _in_force(rules: list[tuple[WireDirection, Rule]]) -> Begin:
+    """Return what puts rules on their lanes, until they are spent or withdrawn."""
+
+    def put() -> None:
+        for lane, rule in rules:
+            lane.rules.append(rule)
+
+    def withdraw() -> None:
+        for lane, rule in rules:
+            lane.rules = [one for one in lane.rules if one is not rule]
+
+    return lasting(put, withdraw, lambda: any(rule in lane.rules for lane, rule in rules))
 
 
 def _lanes(bench: FaultBench, side: str) -> list[WireDirection]:
@@ -198,20 +187,13 @@ def delaying(request: FaultRequest) -> Effect:
 
 def mute(bench: FaultBench, _: FaultRequest) -> Begin:
     """Have the device say nothing."""
-    return silencing(bench, "device")
+    return _silencing(bench, "device")
 
 
-def silencing(bench: FaultBench, side: str) -> Callable[[], Running]:
+def _silencing(bench: FaultBench, side: str) -> Begin:
     """Return what has nothing pass that a side says, or both."""
     every = Share(1.1, random.Random(0))  # noqa: S311 - every byte, nothing is drawn
-    rules = [(lane, Rule(lost, every)) for lane in _lanes(bench, side)]
-
-    def begin() -> Running:
-        for lane, rule in rules:
-            lane.rules.append(rule)
-        return Running(lambda: _withdraw(rules))
-
-    return begin
+    return _in_force([(lane, Rule(lost, every)) for lane in _lanes(bench, side)])
 
 
 def garbage(bench: FaultBench, request: FaultRequest) -> Begin:
@@ -225,12 +207,7 @@ def garbage(bench: FaultBench, request: FaultRequest) -> Begin:
 
 def unplug(bench: FaultBench, _: FaultRequest) -> Begin:
     """Pull the cable."""
-
-    def begin() -> Running:
-        bench.cable.unplug()
-        return Running(bench.cable.replug)
-
-    return begin
+    return lasting(bench.cable.unplug, bench.cable.replug)
 
 
 def replug(bench: FaultBench, request: FaultRequest) -> Begin:
@@ -258,51 +235,56 @@ def bus_off(bench: FaultBench, _: FaultRequest) -> Begin:
     _drives(bench)
     line: Any = bench.line
 
-    def begin() -> Running:
+    def leave() -> None:
         if not hasattr(line, "leave_bus"):
             raise BadRequest("this wire is no CAN bus, so no adapter can leave it")
         line.leave_bus()
-        return Running(lambda: line.leave_bus(off=False), lambda: bool(line.bus_off))
 
-    return begin
+    return lasting(leave, lambda: line.leave_bus(off=False), lambda: bool(line.bus_off))
 
 
 def alone(bench: FaultBench, _: FaultRequest) -> Begin:
     """Have nobody acknowledge what the adapter sends: it stands alone on its bus."""
     _drives(bench)
     adapter = getattr(bench.line, "adapter", None)
-    silence = silencing(bench, "both")
+    silence = _silencing(bench, "both")
 
     def set_alone(on: bool) -> None:
         if adapter is not None:
             adapter.faults.alone = on
 
-    def begin() -> Running:
+    def begin() -> Running | None:
         set_alone(True)
         silent = silence()
-
-        def end() -> None:
-            set_alone(False)
-            silent.end()
-
-        return Running(end)
+        return silent and Running(lambda: (set_alone(False), silent.end()))
 
     return begin
 
 
-def mute_drive(bench: FaultBench, request: FaultRequest) -> Begin:
-    """Have a drive say nothing, while it hears and obeys."""
-    return _lasting(bench, request, lambda drives, at, on: drives.mute(at, on))
+def _on_drive(switch: Callable[[DriveControls, int, bool], object]) -> Prepare:
+    """Return a row's `prepare` that does something to a drive, and undoes it at the end."""
+
+    def prepare(bench: FaultBench, request: FaultRequest) -> Begin:
+        drives, at = _drives(bench), motor_of(bench, request.words[0])
+        return lasting(lambda: switch(drives, at, True), lambda: switch(drives, at, False))
+
+    return prepare
 
 
-def dead_drive(bench: FaultBench, request: FaultRequest) -> Begin:
-    """Take a drive's supply away."""
-    return _lasting(bench, request, lambda drives, at, on: drives.power(at, not on))
+def _changing(change: Callable[[DriveControls, int, int], int]) -> Prepare:
+    """Return a row's `prepare` that gives a drive a number, and its own one back at the end."""
 
+    def prepare(bench: FaultBench, request: FaultRequest) -> Begin:
+        drives, at = _drives(bench), motor_of(bench, request.words[0])
+        value = whole(request.words[1])
 
-def without_done(bench: FaultBench, request: FaultRequest) -> Begin:
-    """Have a drive not say that a motion is done."""
-    return _lasting(bench, request, lambda drives, at, on: drives.withhold_done(at, on))
+        def begin() -> Running:
+            before = change(drives, at, value)
+            return Running(lambda: change(drives, at, before))
+
+        return begin
+
+    return prepare
 
 
 def reset_drive(bench: FaultBench, request: FaultRequest) -> Begin:
@@ -311,26 +293,11 @@ def reset_drive(bench: FaultBench, request: FaultRequest) -> Begin:
     return lambda: drives.reset(at)
 
 
-def other_mode(bench: FaultBench, request: FaultRequest) -> Begin:
-    """Give a drive another mode, as somebody does at its keys."""
-    return _changed(bench, request, lambda drives, at, mode: drives.set_mode(at, mode))
-
-
-def other_id(bench: FaultBench, request: FaultRequest) -> Begin:
-    """Give a drive another id, one that another has perhaps."""
-    return _changed(bench, request, lambda drives, at, node: drives.set_id(at, node))
-
-
 def ailing_drive(bench: FaultBench, request: FaultRequest) -> Begin:
     """Have a drive fail by itself, for as long as this lasts; it is to be reset then."""
     drives, at = _emergencies(bench), motor_of(bench, request.words[0])
     code = _code(request.words[1])
-
-    def begin() -> Running:
-        drives.ail(at, code)
-        return Running(lambda: drives.mend(at, code))
-
-    return begin
+    return lasting(lambda: drives.ail(at, code), lambda: drives.mend(at, code))
 
 
 def warning_drive(bench: FaultBench, request: FaultRequest) -> Begin:
@@ -359,128 +326,102 @@ def _drives(bench: FaultBench) -> DriveControls:
     return device.drives()
 
 
-def _lasting(
-    bench: FaultBench, request: FaultRequest, switch: Callable[[DriveControls, int, bool], None]
-) -> Begin:
-    drives, at = _drives(bench), motor_of(bench, request.words[0])
-
-    def begin() -> Running:
-        switch(drives, at, True)
-        return Running(lambda: switch(drives, at, False))
-
-    return begin
-
-
-def _changed(
-    bench: FaultBench, request: FaultRequest, change: Callable[[DriveControls, int, int], int]
-) -> Begin:
-    drives, at = _drives(bench), motor_of(bench, request.words[0])
-    value = whole(request.words[1])
-
-    def begin() -> Running:
-        before = change(drives, at, value)
-        return Running(lambda: _discard(change(drives, at, before)))
-
-    return begin
-
-
-def _discard(_: int) -> None:
-    """Take no interest in what was before."""
-
-
 # --- The table: name, arguments, what goes wrong -------------------------------------------------
 #
-# Each row checks its arguments when the fault is asked for, and returns what begins it.
+# Each row checks its arguments when the fault is asked for, and returns what begins it. A drive
+# that is mute hears and obeys. One that has another id or mode was given it at its own keys; the
+# id may be that of another drive.
 
-_FRAMES = "P|#N|next"
-"""How many: each frame with a probability, the one with the n-th byte from now, or the next."""
 AMOUNT = "P|#N|next"
-"""How much: each byte with a probability, the n-th byte from now, or all of the next message."""
+"""How much: each byte with a probability, the n-th byte from now, or all of the next message.
+
+Of frames each with a probability, the one with the n-th byte from now, or the next.
+"""
 _ON_BUS = tuple(
     replace(kind, needs=DrivesOnBus)
     for kind in (
-        FaultKind("lose-frame", _FRAMES, "frames are lost", on_wire(lambda _: frame_lost), (1, 1)),
-        FaultKind(
-            "double-frame", _FRAMES, "frames come twice", on_wire(lambda _: frame_doubled), (1, 1)
-        ),
+        FaultKind("lose-frame", AMOUNT, "frames are lost", on_wire(lambda _: frame_lost)),
+        FaultKind("double-frame", AMOUNT, "frames come twice", on_wire(lambda _: frame_doubled)),
         FaultKind(
             "overtake",
-            _FRAMES,
+            AMOUNT,
             "frames come after the next one",
             ruling(lambda _, amount: overtaken(amount)),
-            (1, 1),
         ),
         FaultKind("bus-off", "", "the host's adapter leaves the bus", bus_off),
         FaultKind("alone", "", "nobody acknowledges what the adapter sends", alone),
-        FaultKind("drive-mute", "MOTOR", "a drive says nothing, but obeys", mute_drive, (1, 1)),
-        FaultKind("drive-dead", "MOTOR", "a drive has no supply", dead_drive, (1, 1)),
-        FaultKind("drive-reset", "MOTOR", "a drive begins anew", reset_drive, (1, 1)),
-        FaultKind("drive-mode", "MOTOR MODE", "a drive has another mode", other_mode, (2, 2)),
-        FaultKind("drive-id", "MOTOR ID", "a drive has another id", other_id, (2, 2)),
-        FaultKind("no-done", "MOTOR", "a drive says no motion done", without_done, (1, 1)),
+        FaultKind(
+            "drive-mute",
+            "MOTOR",
+            "a drive says nothing, but obeys",
+            _on_drive(lambda drives, at, on: drives.mute(at, on)),
+        ),
+        FaultKind(
+            "drive-dead",
+            "MOTOR",
+            "a drive has no supply",
+            _on_drive(lambda drives, at, on: drives.power(at, not on)),
+        ),
+        FaultKind("drive-reset", "MOTOR", "a drive begins anew", reset_drive),
+        FaultKind(
+            "drive-mode",
+            "MOTOR MODE",
+            "a drive has another mode",
+            _changing(lambda drives, at, mode: drives.set_mode(at, mode)),
+        ),
+        FaultKind(
+            "drive-id",
+            "MOTOR ID",
+            "a drive has another id",
+            _changing(lambda drives, at, node: drives.set_id(at, node)),
+        ),
+        FaultKind(
+            "no-done",
+            "MOTOR",
+            "a drive says no motion done",
+            _on_drive(lambda drives, at, on: drives.withhold_done(at, on)),
+        ),
     )
 )
 """What befalls drives on a CAN bus alone."""
 _OF_DRIVES = tuple(
     replace(kind, needs=SaysEmergencies)
     for kind in (
-        FaultKind("drive-fault", "MOTOR CODE", "a drive fails, 4310 say", ailing_drive, (2, 2)),
-        FaultKind("drive-emcy", "MOTOR CODE", "a drive says an EMCY alone", warning_drive, (2, 2)),
+        FaultKind("drive-fault", "MOTOR CODE", "a drive fails, 4310 say", ailing_drive),
+        FaultKind("drive-emcy", "MOTOR CODE", "a drive says an EMCY alone", warning_drive),
     )
 )
 """What befalls drives that have error codes."""
+_ON_ANY = (
+    FaultKind("drop", AMOUNT, "bytes are lost", on_wire(lambda _: lost)),
+    FaultKind(
+        "corrupt",
+        AMOUNT,
+        "bytes have a bit flipped",
+        on_wire(lambda request: changed(draw(request, 2))),
+    ),
+    FaultKind("duplicate", AMOUNT, "bytes come twice", on_wire(lambda _: repeated)),
+    FaultKind("delay", f"SECONDS [{AMOUNT}]", "messages are late", on_wire(delaying, 1, "1")),
+    FaultKind("mute", "", "the device says nothing", mute),
+    FaultKind("garbage", "[COUNT]", "the device says noise, 8 bytes", garbage),
+    FaultKind("unplug", "", "the cable is pulled", unplug),
+    FaultKind("replug", "[as NAME]", "the cable is put back", replug),
+    FaultKind(
+        "brown-out",
+        "",
+        "power fails for half a second: registers are lost, the arm sags",
+        brown_out,
+        lasts_s=BROWN_OUT_S,
+    ),
+    FaultKind("reset", "", "the board resets, its power on", reset, needs=Resettable),
+    FaultKind("lose-steps", "MOTOR N", "the next N steps are lost", lose_steps),
+    FaultKind("stall", "MOTOR", "a motor no longer follows", stall),
+    FaultKind(
+        "switch", "MOTOR open|closed|free", "a limit switch sticks", switch, needs=HasSwitches
+    ),
+)
 FAULTS: Mapping[str, FaultKind] = MappingProxyType(
-    {
-        kind.name: kind
-        for kind in (
-            FaultKind("drop", AMOUNT, "bytes are lost", on_wire(lambda _: lost), (1, 1)),
-            FaultKind(
-                "corrupt",
-                AMOUNT,
-                "bytes have a bit flipped",
-                on_wire(lambda request: changed(draw(request, 2))),
-                (1, 1),
-            ),
-            FaultKind("duplicate", AMOUNT, "bytes come twice", on_wire(lambda _: repeated), (1, 1)),
-            FaultKind(
-                "delay",
-                f"SECONDS [{AMOUNT}]",
-                "messages are late",
-                on_wire(delaying, 1, "1"),
-                (1, 2),
-            ),
-            FaultKind("mute", "", "the device says nothing", mute),
-            FaultKind("garbage", "[COUNT]", "the device says noise, 8 bytes", garbage, (0, 1)),
-            FaultKind("unplug", "", "the cable is pulled", unplug),
-            FaultKind("replug", "[as NAME]", "the cable is put back", replug, (0, 2)),
-            FaultKind(
-                "brown-out",
-                "",
-                "power fails for half a second: registers are lost, the arm sags",
-                brown_out,
-                lasts_s=BROWN_OUT_S,
-            ),
-            FaultKind(
-                "reset",
-                "",
-                "the board resets, its power on",
-                reset,
-                needs=Resettable,
-            ),
-            FaultKind("lose-steps", "MOTOR N", "the next N steps are lost", lose_steps, (2, 2)),
-            FaultKind("stall", "MOTOR", "a motor no longer follows", stall, (1, 1)),
-            FaultKind(
-                "switch",
-                "MOTOR open|closed|free",
-                "a limit switch sticks",
-                switch,
-                (2, 2),
-                needs=HasSwitches,
-            ),
-            *_ON_BUS,
-            *_OF_DRIVES,
-        )
-    }
+    {kind.name: kind for kind in (*_ON_ANY, *_ON_BUS, *_OF_DRIVES)}
 )
 """Every fault by its name; parsing, help and lists are made from it."""
 

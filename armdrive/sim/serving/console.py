@@ -21,7 +21,7 @@ from armdrive.sim.device import (
     state_json,
     state_line,
 )
-from armdrive.sim.faults.request import parse_words
+from armdrive.sim.faults.request import Cable, check_count, parse_words
 from armdrive.sim.faults.running import Faults
 from armdrive.sim.faults.table import fault_kind, faults_of
 from armdrive.sim.serving.servers import Server
@@ -50,8 +50,6 @@ class ConsoleCommand:
     arguments: str
     summary: str
     run: Callable[[Console, list[str]], ConsoleAnswer]
-    counts: tuple[int, int]
-    """The least and the most words that may follow."""
 
     @property
     def usage(self) -> str:
@@ -114,8 +112,7 @@ def _take(console: Console, words: list[str]) -> ConsoleAnswer:
 
 def _power(console: Console, words: list[str]) -> ConsoleAnswer:
     on = _switch(words[0])
-    if on != console.device.powered:
-        (console.device.power_on if on else console.device.power_off)()
+    console.device.set_power(on)
     return ConsoleAnswer(f"power is {'on' if on else 'off'}")
 
 
@@ -211,41 +208,30 @@ COMMANDS: Mapping[str, ConsoleCommand] = MappingProxyType(
     {
         command.name: command
         for command in (
-            ConsoleCommand("state", "", "the arm as it stands, physically", _state, (0, 0)),
-            ConsoleCommand("key", "NAME", "press a key of the pendant, STOP say", _key, (1, 1)),
-            ConsoleCommand("return", "", "the pendant gives control back (@SET)", _return, (0, 0)),
-            ConsoleCommand("guide", "", "bring the arm to its reference posture", _guide, (0, 0)),
-            ConsoleCommand("put", PARTS, "set a block down, mm", _put, (3, 5)),
-            ConsoleCommand("take", "NAME", "take a block away", _take, (1, 1)),
-            ConsoleCommand(
-                "power", "on|off", "switch the controller; off lets it sag", _power, (1, 1)
-            ),
-            ConsoleCommand("unplug", "", "pull the cable", _unplug, (0, 0)),
-            ConsoleCommand("replug", "[as NAME]", "put the cable back", _replug, (0, 2)),
+            ConsoleCommand("state", "", "the arm as it stands, physically", _state),
+            ConsoleCommand("key", "NAME", "press a key of the pendant, STOP say", _key),
+            ConsoleCommand("return", "", "the pendant gives control back (@SET)", _return),
+            ConsoleCommand("guide", "", "bring the arm to its reference posture", _guide),
+            ConsoleCommand("put", PARTS, "set a block down, mm", _put),
+            ConsoleCommand("take", "NAME", "take a block away", _take),
+            ConsoleCommand("power", "on|off", "switch the controller; off lets it sag", _power),
+            ConsoleCommand("unplug", "", "pull the cable", _unplug),
+            ConsoleCommand("replug", "[as NAME]", "put the cable back", _replug),
             ConsoleCommand(
                 "fault",
                 "[off [NAME] | NAME ARGUMENTS [--from host|device] [--seed N] [--for S] [@S]]",
                 "have something go wrong, or end it; alone: what is wrong",
                 _fault,
-                (0, 12),
             ),
-            ConsoleCommand("faults", "", "what can go wrong with this device", _faults, (0, 0)),
+            ConsoleCommand("faults", "", "what can go wrong with this device", _faults),
             ConsoleCommand(
-                "plug",
-                "all | none | NUMBER ...",
-                "have these drives on the bus",
-                _plug,
-                (1, 6),
+                "plug", "all | none | NUMBER ...", "have these drives on the bus", _plug
             ),
-            ConsoleCommand("input", "BIT 0|1", "set an input bit", _input, (2, 2)),
-            ConsoleCommand(
-                "push", "MOTOR STEPS", "turn a motor by force, uncounted", _push, (2, 2)
-            ),
-            ConsoleCommand(
-                "speed-error", "FRACTION", "0.2 is a fifth slower", _speed_error, (1, 1)
-            ),
-            ConsoleCommand("help", "", "these commands (with --json: what they do)", _help, (0, 0)),
-            ConsoleCommand("quit", "", "end the simulation", _quit, (0, 0)),
+            ConsoleCommand("input", "BIT 0|1", "set an input bit", _input),
+            ConsoleCommand("push", "MOTOR STEPS", "turn a motor by force, uncounted", _push),
+            ConsoleCommand("speed-error", "FRACTION", "0.2 is a fifth slower", _speed_error),
+            ConsoleCommand("help", "", "these commands (with --json: what they do)", _help),
+            ConsoleCommand("quit", "", "end the simulation", _quit),
         )
     }
 )
@@ -254,31 +240,13 @@ COMMANDS: Mapping[str, ConsoleCommand] = MappingProxyType(
 JSON_FLAG = "--json"
 
 
-class ServerCable:
-    """The cable between a served device and whoever opens it."""
-
-    def __init__(self, server: Server, line: PacedDevice) -> None:
-        self._server = server
-        self._line = line
-
-    def unplug(self) -> None:
-        """Withdraw the wire; what is under way is lost."""
-        self._server.close()
-        self._line.unplug()
-
-    def replug(self, name: str | None = None) -> None:
-        """Offer the wire again, under another name perhaps. Raises `PortUnavailable`."""
-        self._server.open(name)
-        self._line.plug()
-
-
 class Console:
     """Steers one device, its line, and the server that offers it. `ended` is true after `quit`."""
 
     def __init__(self, device: SimDevice, server: Server, line: PacedDevice) -> None:
         self.device = device
         self.server = server
-        self.cable = ServerCable(server, line)
+        self.cable = Cable(line, server.close, server.open)
         self.faults = Faults(device, line, self.cable)
         self.ended = False
 
@@ -302,15 +270,5 @@ class Console:
         if command is None:
             hint = did_you_mean(name.lower(), COMMANDS, "try 'help'.", likeness=0.4)
             raise BadRequest(f"there is no command {name!r}; {hint}")
-        least, most = command.counts
-        if not least <= len(words) <= most:
-            raise BadRequest(f"write it like this: {command.usage}")
+        check_count(command.usage, words)
         return command.run(self, words)
-
-
-def help_text() -> str:
-    """Return the table for people, one command a line."""
-    width = max(len(command.usage) for command in COMMANDS.values())
-    return "\n".join(
-        f"{command.usage:<{width}}  {command.summary}" for command in COMMANDS.values()
-    )

@@ -12,7 +12,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, LinkLost
 from armdrive.registry.simulate import simulate
 from armdrive.sim.device import DrivesOnBus, SaysEmergencies, SwitchState
-from armdrive.sim.faults.request import FaultRequest, parse_option, parse_words
+from armdrive.sim.faults.request import Cable, FaultRequest, parse_option, parse_words
 from armdrive.sim.faults.running import Faults
 from armdrive.sim.faults.table import FAULTS, faults_of
 from armdrive.sim.teachmover.device import SimTeachMover
@@ -192,16 +192,12 @@ class Board(SimTeachMover):
         self.switches[axis] = state
 
 
-class NoCable:
-    def unplug(self):
-        pass
-
-    def replug(self, name=None):
+def faults_for(device):
+    def put_back(_):
         raise BadRequest("it does not fit")
 
-
-def faults_for(device):
-    return Faults(device, PacedDevice(device, None), NoCable())
+    line = PacedDevice(device, None)
+    return Faults(device, line, Cable(line, lambda: None, put_back))
 
 
 def test_a_board_resets_and_its_switches_stick():
