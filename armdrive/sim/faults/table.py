@@ -256,7 +256,13 @@ def alone(bench: FaultBench, _: FaultRequest) -> Begin:
     def begin() -> Running | None:
         set_alone(True)
         silent = silence()
-        return silent and Running(lambda: (set_alone(False), silent.end()))
+
+        def end() -> None:
+            set_alone(False)
+            if silent is not None:
+                silent.end()
+
+        return Running(end)
 
     return begin
 

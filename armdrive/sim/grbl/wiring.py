@@ -1,6 +1,6 @@
 """How a simulated GRBL board is wired to an arm and set up, and what cannot be wired so.
 
-The arm file's own section is read without the driver's class, and the rest is worked out here. The
+Rates, travels and where the switches are come from the arm file, and are worked out here. The
 driver's figures stay its own, so that a difference shows.
 """
 
@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
 from armdrive.config.arm import ArmConfig
+from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.sim.grbl.firmware import (
     ACCELERATION,
@@ -70,25 +70,22 @@ def check_ranges(config: ArmConfig) -> None:
             )
 
 
-def check_lists(config: ArmConfig, motors: int) -> None:
+def check_lists(device: GrblSettings, motors: int) -> None:
     """Raise `ArmFileError` for a list that has not an entry for each motor."""
     for name in ("rates", "accelerations", "travel"):
-        given = getattr(config.device, name, ())
+        given = getattr(device, name)
         if given and len(given) != motors:
             raise ArmFileError(
                 f"grbl.{name} must have {motors} entries, one for each motor, not {len(given)}"
             )
 
 
-def check_gripper(config: ArmConfig) -> None:
+def check_gripper(device: GrblSettings) -> None:
     """Raise `ArmFileError` for a gripper on an output that is none."""
-    device: Any = config.device
-    outputs = getattr(device, "outputs", ())
-    bit = getattr(device, "gripper_output", 0)
-    if config.gripper.kind == "output" and not 0 <= bit < len(outputs):
+    if not 0 <= device.gripper_output < len(device.outputs):
         raise ArmFileError(
-            f"grbl.gripper_output is bit {bit}, but grbl.outputs names {len(outputs)} outputs, "
-            "which count from 0: name the gripper's"
+            f"grbl.gripper_output is bit {device.gripper_output}, but grbl.outputs names "
+            f"{len(device.outputs)} outputs, which count from 0: name the gripper's"
         )
 
 
@@ -132,7 +129,7 @@ _MINUTE_S = 60.0
 
 def motor_letters(config: ArmConfig, count: int) -> str:
     """Return the axis letter of each motor."""
-    letters = str(getattr(config.device, "axes", AXIS_LETTERS))[:count]
+    letters = _settings(config).axes[:count]
     if len(letters) < count:
         raise BadRequest(f"the axes {letters} cannot turn the {count} motors of this arm")
     return letters
@@ -151,25 +148,24 @@ def well_set_up(config: ArmConfig, letters: str, axes: str) -> dict[int, float]:
 
     Raises `ArmFileError` for an arm that no board can be set up for.
     """
-    device: Any = config.device
+    device = _settings(config)
     turning = _transmission(config)
     check_ranges(config)
-    check_lists(config, len(turning.motors))
-    per_unit = _steps_per_unit(config, turning)
-    rates = _given(device, "rates") or _rates_hz(config, turning)
-    ramp_s = float(getattr(device, "ramp_s", 0.1))
-    slopes = _given(device, "accelerations") or tuple(rate / ramp_s for rate in rates)
+    check_lists(device, len(turning.motors))
+    per_unit = _steps_per_unit(device, turning)
+    rates = device.rates or _rates_hz(config, turning)
+    slopes = device.accelerations or tuple(rate / device.ramp_s for rate in rates)
     spans = _spans(config, turning)
-    travels = _given(device, "travel") or tuple(
+    travels = device.travel or tuple(
         math.ceil(span / per) for span, per in zip(spans, per_unit, strict=True)
     )
     values: dict[int, float] = {
         IDLE_MS: ALWAYS_ON_MS,
         REPORT: MPOS_AND_BUFFERS,
-        JUNCTION: float(getattr(device, "junction_steps", 1.0)) / max(per_unit),
-        SOFT_LIMITS: float(getattr(device, "soft_limits", False)),
-        HARD_LIMITS: float(getattr(device, "hard_limits", False)),
-        HOMING: float(getattr(device, "homing", config.homing is not None)),
+        JUNCTION: device.junction_steps / max(per_unit),
+        SOFT_LIMITS: float(device.soft_limits),
+        HARD_LIMITS: float(device.hard_limits),
+        HOMING: float(device.homing),
     }
     for motor, letter in enumerate(letters):
         axis, per = axes.index(letter), per_unit[motor]
@@ -181,8 +177,9 @@ def well_set_up(config: ArmConfig, letters: str, axes: str) -> dict[int, float]:
     values[HOMING_SEEK] = _up(slowest * SEEK_SHARE)
     values[HOMING_FEED] = _up(slowest * FEED_SHARE)
     values[PULL_OFF] = _up(min(travels) * PULL_OFF_SHARE)
-    if config.gripper.kind == "servo" and getattr(device, "servo", "M3") == "M3":
-        values[LEAST_SPEED], values[MOST_SPEED] = 0.0, _widest(device)
+    if config.gripper.kind == "servo" and device.servo == "M3":
+        widest = max(device.servo_closed, device.servo_open)
+        values[LEAST_SPEED], values[MOST_SPEED] = 0.0, widest
     check_settings(values, letters, axes)
     return values
 
@@ -210,23 +207,24 @@ def switches(
 
 def gripper_wiring(config: ArmConfig) -> OutputWiring:
     """Return which output moves the fingers, where no motor does."""
-    device: Any = config.device
-    check_gripper(config)
+    device = _settings(config)
     if config.gripper.kind == "servo":
-        word = str(getattr(device, "servo", "M3"))
-        shut = float(getattr(device, "servo_closed", 0.0))
-        wide = float(getattr(device, "servo_open", 1000.0))
-        if word == "M3":
+        shut, wide = device.servo_closed, device.servo_open
+        if device.servo == "M3":
             return OutputWiring("spindle", 0, shut, wide)
-        return OutputWiring("analog", int(word.partition("E")[2]), shut, wide)
+        return OutputWiring("analog", int(device.servo.partition("E")[2]), shut, wide)
     if config.gripper.kind == "output":
-        names = getattr(device, "outputs", ("flood",))
-        name = str(names[int(getattr(device, "gripper_output", 0))])
-        closes = bool(getattr(device, "gripper_closes", True))
+        check_gripper(device)
+        name, closes = device.outputs[device.gripper_output], device.gripper_closes
         what = "digital" if name.startswith("P") else name
         port = int(name[1:]) if what == "digital" else 0
         return OutputWiring(what, port, float(closes), float(not closes))
     return OutputWiring()
+
+
+def _settings(config: ArmConfig) -> GrblSettings:
+    device: GrblSettings = config.device
+    return device
 
 
 def _transmission(config: ArmConfig) -> Transmission:
@@ -235,13 +233,9 @@ def _transmission(config: ArmConfig) -> Transmission:
     return config.model.transmission
 
 
-def _given(device: Any, name: str) -> tuple[float, ...]:
-    return tuple(map(float, getattr(device, name, ()) or ()))
-
-
-def _steps_per_unit(config: ArmConfig, turning: Transmission) -> tuple[float, ...]:
+def _steps_per_unit(device: GrblSettings, turning: Transmission) -> tuple[float, ...]:
     """Return 1 where the unit is a step, or steps a degree of a motor (a mm of the fingers')."""
-    if getattr(config.device, "unit", "steps") == "steps":
+    if device.unit == "steps":
         return (1.0,) * len(turning.motors)
     joints = len(turning.joint_names)
     return tuple(
@@ -290,10 +284,6 @@ def _highest(config: ArmConfig, motor: int) -> int:
         for share, (low, high) in zip(row, _ranges(config), strict=False)
     )
     return math.ceil(sum(ends) + offset)
-
-
-def _widest(device: Any) -> float:
-    return max(float(getattr(device, "servo_closed", 0.0)), getattr(device, "servo_open", 1000.0))
 
 
 def _up(value: float) -> float:
