@@ -30,8 +30,7 @@ from armdrive.programs.rehearsal import (
 )
 from armdrive.programs.scripts import Connections, ScriptCall, carry_out, line_of, simulation_only
 from armdrive.runtime.drive import PaceChoice
-from armdrive.sim.world.scene import GripScene
-from armdrive.sim.world.table import Incident
+from armdrive.sim.world.table import GripScene, Incident
 from kinematics.geometry import Point
 
 # Keeps the way of a simulated arm's tip, for the picture of a rehearsed script.

@@ -24,9 +24,9 @@ def simulate(
     **options: Value,
 ) -> SimulatedArm:
     """Build the simulated counterpart of an arm, as `SimDeviceKind.simulate` says."""
-    kind = simulated_kind(config.connection.dialect)
-    saved = _with_dialect(saved)
-    return kind.simulate(config, saved, blocks=blocks, play=play, stand=stand, **options)
+    kind, saved = simulated_kind(config.connection.dialect), _with_dialect(saved)
+    device = kind.simulate(config, saved, blocks=blocks, play=play, stand=stand, settings=options)
+    return kind.twin(config, device)
 
 
 def simulate_device(
@@ -38,7 +38,7 @@ def simulate_device(
 ) -> SimDevice:
     """Build the simulated device of an arm alone, for a process of its own."""
     kind = simulated_kind(config.connection.dialect)
-    return kind.simulate_device(config, _with_dialect(saved), play=play, settings=settings)
+    return kind.simulate(config, _with_dialect(saved), play=play, settings=settings)
 
 
 def _with_dialect(saved: object) -> object:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cache
-from typing import TYPE_CHECKING, TypeVar
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Self, TypeVar
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialog.operator import PostureRequest
@@ -95,7 +94,7 @@ TITLE = "simulated arm"
 """What links call the far end of their wire."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class SimulatedArm:
     """The simulated counterpart of a connected arm. `world` is the physical truth."""
 
@@ -103,12 +102,24 @@ class SimulatedArm:
     device: SimDevice
     link: MemoryLink[PacedDevice]
     operator: SimulatedOperator
-    faults_of_wire: Callable[[], Faults]
+    _faults: Faults | None = field(default=None, init=False)
+
+    @classmethod
+    def of(
+        cls, config: ArmConfig, device: SimDevice, link: MemoryLink[PacedDevice] | None = None
+    ) -> Self:
+        """Return an arm's counterpart with a device, on a link of its own or on this one."""
+        operator = SimulatedOperator(device.world, backlash_steps=config.backlash_steps)
+        return cls(config.connection.dialect, device, link or link_to(device), operator)
 
     @property
     def faults(self) -> Faults:
         """Makes things go wrong: `twin.faults.add("drop", 0.01, side="host")`."""
-        return self.faults_of_wire()
+        from armdrive.sim.faults.running import Faults, link_cable  # nothing goes wrong by itself
+
+        if self._faults is None:
+            self._faults = Faults(self.device, self.link.line, link_cable(self.link))
+        return self._faults
 
     @property
     def world(self) -> World:
@@ -125,18 +136,6 @@ def link_to(device: SimDevice) -> MemoryLink[PacedDevice]:
     return MemoryLink(device.line(), TITLE)
 
 
-def faults_on(device: SimDevice, link: MemoryLink[PacedDevice]) -> Callable[[], Faults]:
-    """Return what gives the faults of a device and its wire, once somebody asks for them."""
-
-    @cache
-    def faults() -> Faults:
-        from armdrive.sim.faults.running import Faults, link_cable  # nothing goes wrong by itself
-
-        return Faults(device, link.line, link_cable(link))
-
-    return faults
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class SimDeviceKind:
     """How the simulated device of one dialect is made, and what can be set of it.
@@ -151,34 +150,11 @@ class SimDeviceKind:
     make: Callable[[ArmConfig, World, Options], SimDevice]
     options: tuple[Option, ...] = ()
 
+    def twin(self, config: ArmConfig, device: SimDevice) -> SimulatedArm:
+        """Return the counterpart of an arm, with its device on a wire within this process."""
+        return SimulatedArm.of(config, device)
+
     def simulate(
-        self,
-        config: ArmConfig,
-        saved: object = None,
-        *,
-        blocks: Iterable[TableBlock] = (),
-        play: int | Sequence[int] | None = None,
-        stand: Stand | None = None,
-        **options: Value,
-    ) -> SimulatedArm:
-        """Build the twin of an arm: as it was saved, or as one finds it in the morning.
-
-        `play` is the lost motion of every motor's train, or of each, in steps: without it, the
-        backlash of the arm file, which is what the driver takes up. `stand` puts the arm on a table
-        with others, which a saved world cannot be put on. `options` are settings of its device,
-        `speed_error=0.2` say. Raises `StateFileError` where what was saved fits no such arm, and
-        `BadRequest` for the rest.
-        """
-        device = self.simulate_device(
-            config, saved, blocks=blocks, play=play, stand=stand, settings=options
-        )
-        operator = SimulatedOperator(device.world, backlash_steps=config.backlash_steps)
-        link = link_to(device)
-        return SimulatedArm(
-            config.connection.dialect, device, link, operator, faults_on(device, link)
-        )
-
-    def simulate_device(
         self,
         config: ArmConfig,
         saved: object = None,
@@ -188,7 +164,14 @@ class SimDeviceKind:
         stand: Stand | None = None,
         settings: Mapping[str, Value] | None = None,
     ) -> SimDevice:
-        """Build the simulated device alone, for a process of its own."""
+        """Build the simulated device: as it was saved, or as one finds it in the morning.
+
+        `play` is the lost motion of every motor's train, or of each, in steps: without it, the
+        backlash of the arm file, which is what the driver takes up. `stand` puts the arm on a table
+        with others, which a saved world cannot be put on. `settings` are those of its device,
+        `speed_error=0.2` say. Raises `StateFileError` where what was saved fits no such arm, and
+        `BadRequest` for the rest.
+        """
         body = ArmBody.of_preset(config.model)
         widths = (
             config.backlash_steps if play is None else play_of(play, len(body.transmission.motors))

@@ -16,7 +16,7 @@ from armdrive.registry import simulated_kind
 from armdrive.runtime.drive import SimulatedPace
 from armdrive.runtime.stop_bounds import StopBound
 from armdrive.sim.device import DrivesOnBus, Options, Value
-from armdrive.sim.simulated_arm import TITLE, SimulatedArm, SimulatedOperator, faults_on
+from armdrive.sim.simulated_arm import TITLE, SimulatedArm
 from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody
@@ -138,10 +138,7 @@ class Stand:
         self.device = device
         self.pace = SimulatedPace()
         self.arm = Arm(assemble(config, self.link, self.pace, simulated=True))
-        operator = SimulatedOperator(self.world, backlash_steps=config.backlash_steps)
-        self.arm.twin = SimulatedArm(
-            config.connection.dialect, device, self.link, operator, faults_on(device, self.link)
-        )
+        self.arm.twin = SimulatedArm.of(config, device, self.link)
         if self.arm.status.state is State.DISABLED:
             self.arm.enable()
         joints, opening_mm = transmission.to_joints(self.world.motors)

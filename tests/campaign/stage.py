@@ -20,7 +20,7 @@ from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS
 from armdrive.dialog.operator import PostureRequest
 from armdrive.registry import dialect, simulated_kind
 from armdrive.sim.device import DrivesOnBus, Options
-from armdrive.sim.simulated_arm import TITLE, SimulatedArm, SimulatedOperator, faults_on
+from armdrive.sim.simulated_arm import TITLE, SimulatedArm
 from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.body import ArmBody
 from armdrive.status import State
@@ -105,13 +105,7 @@ class Stage:
         self.world = WatchedWorld(ArmBody.of_preset(self.config.model))
         device = kind.make(self.config, self.world, Options(kind.options, board_of(name, variant)))
         self.link = Deadly(device.line(), TITLE)
-        self.twin = SimulatedArm(
-            name,
-            device,
-            self.link,
-            SimulatedOperator(self.world, backlash_steps=self.config.backlash_steps),
-            faults_on(device, self.link),
-        )
+        self.twin = SimulatedArm.of(self.config, device, self.link)
         self.disk = Disk()
         self.agenda = Agenda()
         self.draw = draw

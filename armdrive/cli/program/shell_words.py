@@ -27,8 +27,7 @@ from armdrive.programs.language.words import (
 from armdrive.programs.language.writing import unparse
 from armdrive.programs.program import ENDING, ArmProgram, read_program, read_program_file
 from armdrive.registry import dialect
-from armdrive.sim.world.scene import GripScene
-from armdrive.sim.world.table import PARTS, block_of
+from armdrive.sim.world.table import PARTS, GripScene, block_of
 from armdrive.status import joints_view, pose_view, status_view
 from armdrive.storage.files import DISK, replace_durably
 from kinematics.errors import suggestion

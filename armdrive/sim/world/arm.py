@@ -11,8 +11,15 @@ from collections.abc import Iterable, Sequence
 
 from armdrive.errors.arguments import BASIC, checked_calls, made_of
 from armdrive.sim.world.body import ArmBody, Play, found_posture, sagged
-from armdrive.sim.world.scene import TABLE_TOLERANCE_MM, GripScene
-from armdrive.sim.world.table import Incident, IncidentKind, Point, Stand, TableBlock
+from armdrive.sim.world.table import (
+    TABLE_TOLERANCE_MM,
+    GripScene,
+    Incident,
+    IncidentKind,
+    Point,
+    Stand,
+    TableBlock,
+)
 from kinematics.presets import preset
 from kinematics.spaces import Joints, Motors, Pose
 
