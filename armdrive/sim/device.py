@@ -9,8 +9,6 @@ devices that do not have it.
 from __future__ import annotations
 
 import abc
-import heapq
-import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -19,7 +17,7 @@ from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 
 from armdrive.errors import BadRequest
 from armdrive.sim.mechanics.motors import MotorDrive
-from armdrive.sim.wire import PacedDevice
+from armdrive.sim.wire import PacedDevice, TimeQueue
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import (
     Form,
@@ -156,32 +154,6 @@ def lacks(device: SimDevice, what: str) -> BadRequest:
     return BadRequest(f"the simulated {device.title} has no {what}")
 
 
-# --- Things to be done to a device at stated times -----------------------------------------------
-
-Action = Callable[[], None]
-
-
-class Agenda:
-    """Actions by their time in seconds; of two at the same time the one added first goes first."""
-
-    def __init__(self) -> None:
-        self._entries: list[tuple[float, int, Action]] = []
-        self._number = itertools.count()
-
-    @property
-    def next_s(self) -> float:
-        """When the next action is due; infinity while there is none."""
-        return self._entries[0][0] if self._entries else math.inf
-
-    def add(self, time_s: float, action: Action) -> None:
-        """Have something done at a time."""
-        heapq.heappush(self._entries, (time_s, next(self._number), action))
-
-    def pop(self) -> Action:
-        """Take the next action out."""
-        return heapq.heappop(self._entries)[2]
-
-
 # --- What every device is made of, so that a dialect adds its controller alone -------------------
 #
 # A `SimDevice` keeps the clock, the agenda, power, inputs, the person at the arm, and the saved
@@ -189,6 +161,9 @@ class Agenda:
 # seconds on the clock that is handed in. A person acts at the device's present time, or through
 # `at` at a stated one. If a thread drives the device, call these methods on that thread or under
 # its lock.
+
+
+Action = Callable[[], None]
 
 
 class DeviceClock:
@@ -271,7 +246,7 @@ class SimDevice:
         self.inputs_set = 0
         self.said = bytearray()
         self._drive = drive
-        self._agenda = Agenda()
+        self._agenda: TimeQueue[Action] = TimeQueue()
 
     # The wire's side.
 
@@ -331,7 +306,7 @@ class SimDevice:
 
     def at(self, time_s: float, action: Action) -> None:
         """Have something done when the device's clock shows this time."""
-        self._agenda.add(time_s, action)
+        self._agenda.put(time_s, action)
 
     def count_from(self, registers: Sequence[int]) -> None:
         """Have the registers stand as a saved controller's did; nothing turns."""

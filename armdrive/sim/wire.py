@@ -13,9 +13,9 @@ import random
 import re
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Generic, Protocol, TypeVar
 
 BITS_A_BYTE = 10
 """A start bit, eight data bits and a stop bit."""
@@ -170,24 +170,56 @@ class Rule:
     amount: Amount
 
 
+T = TypeVar("T")
+
+
+class TimeQueue(Generic[T]):
+    """Things by their time in seconds; of two at the same time the one put first comes first."""
+
+    def __init__(self) -> None:
+        self._entries: list[tuple[float, int, T]] = []
+        self._number = itertools.count()
+
+    @property
+    def next_s(self) -> float:
+        """When the next one is due; infinity while there is none."""
+        return self._entries[0][0] if self._entries else math.inf
+
+    def put(self, time_s: float, thing: T) -> None:
+        """Have something come at a time."""
+        heapq.heappush(self._entries, (time_s, next(self._number), thing))
+
+    def pop(self) -> T:
+        """Take the next one out."""
+        return heapq.heappop(self._entries)[2]
+
+    def due(self, now_s: float) -> Iterator[T]:
+        """Take out one after the other that is due by now."""
+        while self.next_s <= now_s:
+            yield self.pop()
+
+    def clear(self) -> None:
+        """Have nothing come any more."""
+        self._entries.clear()
+
+
 class WireDirection:
     """One direction of the wire, with its faults; what is late stays in its order."""
 
     def __init__(self) -> None:
         self.rules: list[Rule] = []
-        self._late: list[tuple[float, int, bytes]] = []
-        self._number = itertools.count()
+        self._late: TimeQueue[bytes] = TimeQueue()
         self._last_s = -math.inf
 
     @property
     def next_s(self) -> float:
         """When the next late message is due; infinity while there is none."""
-        return self._late[0][0] if self._late else math.inf
+        return self._late.next_s
 
     @property
     def clear(self) -> bool:
         """Whether all passes at once as it is."""
-        return not (self.rules or self._late)
+        return not self.rules and math.isinf(self.next_s)
 
     def passed(self, data: bytes, now_s: float) -> list[bytes]:
         """Return what of a message passes at once; the rest is lost, or comes by `due`."""
@@ -196,18 +228,15 @@ class WireDirection:
             data, more_s = rule.effect(data, rule.amount)
             late_s += more_s
         self.rules = [rule for rule in self.rules if not rule.amount.spent]
-        if not late_s and not self._late:
+        if not late_s and math.isinf(self.next_s):
             return [data] if data else []
         self._last_s = max(now_s + late_s, self._last_s)
-        heapq.heappush(self._late, (self._last_s, next(self._number), data))
+        self._late.put(self._last_s, data)
         return []
 
     def due(self, now_s: float) -> list[bytes]:
         """Take the late messages whose time has come."""
-        taken = []
-        while self._late and self._late[0][0] <= now_s:
-            taken.append(heapq.heappop(self._late)[2])
-        return taken
+        return list(self._late.due(now_s))
 
     def lose_late(self) -> None:
         """Lose what is late."""

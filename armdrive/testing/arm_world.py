@@ -28,8 +28,6 @@ from armdrive.storage.files import always
 from armdrive.storage.record import Record
 from kinematics.spaces import Joints, Pose
 
-# Which simulated arm a program's connection leads to in a test's world.
-
 ONLY = "arm"
 """The name of the arm of a world in which nobody has placed any by name."""
 
@@ -72,77 +70,6 @@ class Placed:
         return self.arm is not None and not self.arm.closed
 
 
-class Places:
-    """The arms at one table by their names. One that nobody has placed is made when it is needed.
-
-    `target` is what that one is: as `Arm.connect` takes it. Without it, what the program asks for,
-    and the simulated TeachMover where the program's own name is not known on this computer.
-    """
-
-    def __init__(self, table: Table, target: str | None = None) -> None:
-        self._table = table
-        self._target = target
-        self._placed: dict[str, Placed] = {}
-
-    @property
-    def all(self) -> Mapping[str, Placed]:
-        """Every arm by its name."""
-        return MappingProxyType(self._placed)
-
-    def add(
-        self,
-        name: str,
-        target: str | None,
-        place: tuple[float, float, float] = (0.0, 0.0, 0.0),
-        **options: Any,
-    ) -> Placed:
-        """Place an arm: what it is, and where its base stands (mm, mm, deg)."""
-        if name in self._placed:
-            raise BadRequest(f"an arm called {name!r} stands at the table already")
-        config = find(target or self._target or DEFAULT_TARGET).config
-        return self._place(name, config, place, options)
-
-    def first(self) -> Placed:
-        """Return the first arm, made now where nobody has placed any."""
-        if not self._placed:
-            self.add(ONLY, None)
-        return next(iter(self._placed.values()))
-
-    def meant(self, target: str | None, dialect: str | None, baud: int | None) -> Placed:
-        """Return the arm that a program's connection leads to. Raises `BadRequest`."""
-        if target in self._placed:
-            return self._placed[target or ""]
-        if self._placed and ONLY not in self._placed:
-            raise BadRequest(
-                f"no arm of this test is called {target!r}: {', '.join(self._placed)}; place it "
-                f"with arm_world.add({target!r})"
-            )
-        asked = _known(target, dialect, baud)
-        if not self._placed and self._target is None and asked is not None:
-            return self._place(ONLY, asked.config)
-        only = self.first()
-        if asked is not None and not _alike(asked.config, only.config):
-            raise BadRequest(
-                f"the program connects to {asked.config.title} ({asked.config.connection.dialect}),"
-                f" but this test has {only.config.title} ({only.config.connection.dialect}): mark "
-                'it with @pytest.mark.armdrive(dialect="...") or (file="...")'
-            )
-        return only
-
-    def _place(
-        self,
-        name: str,
-        config: ArmConfig,
-        place: tuple[float, float, float] = (0.0, 0.0, 0.0),
-        options: Mapping[str, Any] = MappingProxyType({}),
-    ) -> Placed:
-        x_mm, y_mm, turned_deg = place
-        stand = Stand(self._table, x_mm, y_mm, math.radians(turned_deg))
-        placed = Placed(config, simulate(config, stand=stand, **options))
-        self._placed[name] = placed
-        return placed
-
-
 def _known(target: str | None, dialect: str | None, baud: int | None) -> Target | None:
     """Return what a program asks for; None for a name that only its own computer knows."""
     if target is None:
@@ -166,14 +93,19 @@ class ArmWorld:
 
     `arm_world.put("A", 250, 0)` places a block, in mm on the table, where the first arm's base is
     the origin. `pose`, `joints`, `opening_mm`, `held`, `faults` are those of the first arm; of
-    others, those of `arms["right"]`.
+    others, those of `arms["right"]`. An arm that nobody has placed is made when it is needed.
     """
 
     def __init__(self, target: str | None = None) -> None:
-        """`target` is what the arm is that nobody places by name: as `Arm.connect` takes it."""
+        """`target` is what the arm is that nobody places by name: as `Arm.connect` takes it.
+
+        Without it, what the program asks for, and the simulated TeachMover where the program's own
+        name is not known on this computer.
+        """
         self.clock = SimulatedClock()
         self._table = Table()
-        self._places = Places(self._table, target)
+        self._target = target
+        self._placed: dict[str, Placed] = {}
         self._open = ExitStack()
 
     def __enter__(self) -> Self:
@@ -187,7 +119,7 @@ class ArmWorld:
         trace: TracebackType | None,
     ) -> None:
         self._open.close()
-        for placed in self._places.all.values():
+        for placed in self._placed.values():
             if placed.arm is not None and placed.taken:
                 placed.arm.close()
 
@@ -208,12 +140,20 @@ class ArmWorld:
         `target` says what it is, `"sim:grbl"` or an arm file; the base stands at (x, y), turned
         about the vertical. Options are those of the simulated controller. Raises `BadRequest`.
         """
-        return self._places.add(name, target, (x_mm, y_mm, turned_deg), **options).twin
+        if name in self._placed:
+            raise BadRequest(f"an arm called {name!r} stands at the table already")
+        config = find(target or self._target or DEFAULT_TARGET).config
+        stand = Stand(self._table, x_mm, y_mm, math.radians(turned_deg))
+        return self._place(name, config, stand, **options).twin
+
+    def _place(self, name: str, config: ArmConfig, stand: Stand, **options: Any) -> Placed:
+        self._placed[name] = Placed(config, simulate(config, stand=stand, **options))
+        return self._placed[name]
 
     @property
     def arms(self) -> Mapping[str, SimulatedArm]:
         """The simulated arms by their names; `.world` of each is its physical truth."""
-        return MappingProxyType({name: each.twin for name, each in self._places.all.items()})
+        return MappingProxyType({name: each.twin for name, each in self._placed.items()})
 
     def put(
         self,
@@ -248,7 +188,13 @@ class ArmWorld:
     @property
     def twin(self) -> SimulatedArm:
         """The first arm: its controller, its wire and its world."""
-        return self._places.first().twin
+        return self._first().twin
+
+    def _first(self) -> Placed:
+        """Return the first arm, made now where nobody has placed any."""
+        if not self._placed:
+            self.add(ONLY)
+        return next(iter(self._placed.values()))
 
     @property
     def pose(self) -> Pose:
@@ -313,15 +259,12 @@ class ArmWorld:
         return self._connected(target, options)
 
     def _connected(self, target: str | None, options: ConnectOptions) -> Arm:
-        placed = self._places.meant(target, options.dialect, options.baud)
+        placed = self._meant(target, options)
         if placed.taken:
             raise ArmInUse(
                 f"the arm that {target or 'this program'} means is held by another connection of "
                 "this test: close that one, or place a second arm: arm_world.add(NAME)"
             )
-        return self._join(placed, options)
-
-    def _join(self, placed: Placed, options: ConnectOptions) -> Arm:
         placed.twin.link.reopen()
         placed.arm = Arm(
             connect_simulated(
@@ -335,3 +278,24 @@ class ArmWorld:
             )
         )
         return placed.arm
+
+    def _meant(self, target: str | None, options: ConnectOptions) -> Placed:
+        """Return the arm that a program's connection leads to. Raises `BadRequest`."""
+        if target in self._placed:
+            return self._placed[target or ""]
+        if self._placed and ONLY not in self._placed:
+            raise BadRequest(
+                f"no arm of this test is called {target!r}: {', '.join(self._placed)}; place it "
+                f"with arm_world.add({target!r})"
+            )
+        asked = _known(target, options.dialect, options.baud)
+        if not self._placed and self._target is None and asked is not None:
+            return self._place(ONLY, asked.config, Stand(self._table))
+        only = self._first()
+        if asked is not None and not _alike(asked.config, only.config):
+            raise BadRequest(
+                f"the program connects to {asked.config.title} ({asked.config.connection.dialect}),"
+                f" but this test has {only.config.title} ({only.config.connection.dialect}): mark "
+                'it with @pytest.mark.armdrive(dialect="...") or (file="...")'
+            )
+        return only

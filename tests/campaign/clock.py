@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import heapq
-import itertools
 import math
 import signal
 import threading
@@ -13,6 +11,7 @@ from types import FrameType
 
 from armdrive.runtime.drive import SimulatedPace
 from armdrive.runtime.engine import Engine
+from armdrive.sim.wire import TimeQueue
 
 MOST_TURNS = 10_000
 """An engine that is called so often while no time passes goes round in a circle. The simulated
@@ -64,18 +63,17 @@ class Agenda:
     """What happens to the host, at its time."""
 
     def __init__(self) -> None:
-        self._due: list[tuple[float, int, Callable[[], None]]] = []
+        self._due: TimeQueue[Callable[[], None]] = TimeQueue()
         self.patience = Patience()
-        self._number = itertools.count()
 
     @property
     def next_s(self) -> float:
         """When something happens next."""
-        return self._due[0][0] if self._due else math.inf
+        return self._due.next_s
 
     def at(self, time_s: float, action: Callable[[], None]) -> None:
         """Have something happen."""
-        heapq.heappush(self._due, (time_s, next(self._number), action))
+        self._due.put(time_s, action)
 
     def clear(self) -> None:
         """Have nothing more happen."""
@@ -83,8 +81,8 @@ class Agenda:
 
     def pass_to(self, now_s: float) -> None:
         """Have everything happen that is due."""
-        while self.next_s <= now_s:
-            heapq.heappop(self._due)[2]()
+        for action in self._due.due(now_s):
+            action()
 
 
 class Patience:

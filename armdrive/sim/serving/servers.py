@@ -11,7 +11,7 @@ import os
 import socket
 import sys
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -37,10 +37,6 @@ class Server(Protocol):
     @property
     def address(self) -> str:
         """What the other program opens."""
-
-    @property
-    def is_open(self) -> bool:
-        """Whether the other end can be opened, and stays open."""
 
     @property
     def paced(self) -> bool:
@@ -81,11 +77,6 @@ class PtyServer:
     def address(self) -> str:
         """The link's path, or the pseudo-terminal's own where there is no link."""
         return str(self._path or self._target)
-
-    @property
-    def is_open(self) -> bool:
-        """Whether clients can open it."""
-        return self._ends is not None
 
     def open(self, address: str | None = None) -> None:
         """Make the pseudo-terminal and its link. Raises `PortUnavailable`."""
@@ -192,11 +183,6 @@ class NetworkServer(ABC):
     def port(self) -> int:
         """The port number, found by the system where 0 was asked for."""
         return self._port
-
-    @property
-    def is_open(self) -> bool:
-        """Whether somebody is heard who calls."""
-        return self._ear is not None
 
     def open(self, address: str | None = None) -> None:
         """Listen, at another address if one is given. Raises `PortUnavailable`."""
@@ -360,19 +346,11 @@ def _is_loopback(host: str) -> bool:
 # It behaves like a Lawicel adapter: it answers a command with CR or the bell, a frame that it
 # accepts with `z` or `Z`, and `F`, `V` and `N` with words. Timestamps are off.
 
+_KBIT_S = (10, 20, 50, 100, 125, 250, 500, 750, 1000)
 BITRATES: Mapping[bytes, int] = MappingProxyType(
-    {
-        b"0": 10_000,
-        b"1": 20_000,
-        b"2": 50_000,
-        b"3": 100_000,
-        b"4": 125_000,
-        b"5": 250_000,
-        b"6": 500_000,
-        b"7": 750_000,
-        b"8": 1_000_000,
-    }
+    {b"%d" % number: 1000 * kbit_s for number, kbit_s in enumerate(_KBIT_S)}
 )
+"""What `S` and a digit set, in bits a second."""
 VERSION = b"V1013"
 SERIAL_NUMBER = b"NA123"
 _PASSIVE, _BUS_ERRORS = 0x20, 0x80
@@ -438,17 +416,32 @@ class Adapter:
 
     def _obey(self, line: bytes) -> None:
         order, rest = line[:1], line[1:]
-        if order == b"":
-            self._reply(CR)
-        elif order in (b"V", b"N"):
+        if order in (b"V", b"N"):
             self._said += (VERSION if order == b"V" else SERIAL_NUMBER) + CR
-        elif order[0] in ON_BUS:
+        elif order and order in ON_BUS:
             self._transmit(line)
         elif order == b"F" and self._open:
             self._reply(b"F%02X" % self._status() + CR)
         else:
-            change = _ORDERS.get(order)
-            self._reply(CR if change is not None and change(self, rest) else BELL)
+            self._reply(CR if self._changed(order, rest) else BELL)
+
+    def _changed(self, order: bytes, rest: bytes) -> bool:
+        """Do what changes the adapter or its channel; False where it refuses that."""
+        match order:
+            case b"":
+                return True
+            case b"S" if rest in BITRATES and not self._open:
+                self._bitrate = BITRATES[rest]
+                return True
+            case b"O" | b"L" if self._bitrate and not (self._open or rest):
+                self._open, self._listens, self.refused = True, order == b"L", 0
+                return True
+            case b"C":
+                was, self._open = self._open, False
+                self.faults.bus_off = False
+                return was and not rest
+            case _:
+                return order == b"Z" and rest == b"0"
 
     def _reply(self, words: bytes) -> None:
         if not self.faults.mute:
@@ -468,40 +461,6 @@ class Adapter:
         if self.faults.bus_off:
             return _PASSIVE | _BUS_ERRORS
         return _PASSIVE if self.refused and (self.faults.alone or not self.on_bus) else 0
-
-    def _set_up(self, rest: bytes) -> bool:
-        if self._open or rest not in BITRATES:
-            return False
-        self._bitrate = BITRATES[rest]
-        return True
-
-    def _begin(self, rest: bytes, *, listens: bool = False) -> bool:
-        if self._open or rest or not self._bitrate:
-            return False
-        self._open, self._listens, self.refused = True, listens, 0
-        return True
-
-    def _listen(self, rest: bytes) -> bool:
-        return self._begin(rest, listens=True)
-
-    def _end(self, rest: bytes) -> bool:
-        was, self._open = self._open, False
-        self.faults.bus_off = False
-        return was and not rest
-
-    def _stamp(self, rest: bytes) -> bool:
-        return rest == b"0"
-
-
-_ORDERS: Mapping[bytes, Callable[[Adapter, bytes], bool]] = MappingProxyType(
-    {
-        b"S": Adapter._set_up,  # noqa: SLF001 - the table of the class itself
-        b"O": Adapter._begin,  # noqa: SLF001
-        b"L": Adapter._listen,  # noqa: SLF001
-        b"C": Adapter._end,  # noqa: SLF001
-        b"Z": Adapter._stamp,  # noqa: SLF001
-    }
-)
 
 
 class SlcanServer:
@@ -531,11 +490,6 @@ class SlcanServer:
     def can_address(self) -> str:
         """The same as armdrive takes it."""
         return f"can:slcan:{self.address}?bitrate={self.adapter.bus_bitrate}"
-
-    @property
-    def is_open(self) -> bool:
-        """Whether the adapter is plugged in."""
-        return self._port.is_open
 
     def open(self, address: str | None = None) -> None:
         """Plug the adapter in, under another name perhaps. Raises `PortUnavailable`."""
