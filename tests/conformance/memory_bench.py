@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -17,8 +16,7 @@ from armdrive.dialog.operator import Operator
 from armdrive.registry.simulate import simulate
 from armdrive.runtime.drive import SimulatedPace
 from armdrive.sim.faults.request import parse_words
-from armdrive.sim.faults.running import Faults
-from armdrive.sim.simulated_arm import SimulatedArm, link_to
+from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.storage.record import FileRecorder
 
 from .bench import Bench
@@ -135,7 +133,7 @@ class MemoryBench(Bench):
         if (arm := self.arm) is not None:
             super().leave()
             self._now_s = max(self._now_s, arm.pace.now_s())
-            self.twin = self._rewired()
+            self.twin = SimulatedArm.of(self._config, self.twin.device)
 
     def close(self) -> None:
         """Forget the twin and its record."""
@@ -159,13 +157,6 @@ class MemoryBench(Bench):
     def replug_elsewhere(self) -> None:
         """Put the cable back."""
         self.fault("replug as elsewhere")
-
-    def _rewired(self) -> SimulatedArm:
-        """Return the twin with a wire of its own for the next driver."""
-        device = self.twin.device
-        link = link_to(device)
-        faults = Faults(device, link.line, link)
-        return replace(self.twin, link=link, faults_of_wire=lambda: faults)
 
 
 class ThoroughMemoryBench(MemoryBench):
