@@ -11,9 +11,8 @@ from bisect import bisect_right
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias
 
-from armdrive.sim.mechanics.profiles import ProfilePiece, nearest
+from armdrive.sim.mechanics.profiles import Part, ProfilePiece, nearest, trapezoid
 from kinematics.spaces import Motors
 
 _STRAIGHT = 1e-6
@@ -117,9 +116,6 @@ def corner_speed(one: PlannedLine, other: PlannedLine, limits: PathLimits) -> fl
 #
 # Every plan is a row of stretches of constant acceleration, exact in time.
 
-Part: TypeAlias = tuple[float, float, float]
-"""Speed, acceleration and duration of a part of a line."""
-
 
 @dataclass(frozen=True, slots=True)
 class PlannerStretch:
@@ -147,7 +143,8 @@ def planned(
         room = 2 * one.acceleration * far
         leave = min(entries[number + 1], math.sqrt(speed**2 + room))
         leave = max(leave, math.sqrt(max(speed**2 - room, 0.0)))
-        shape = _shape(speed, one.nominal(scale), leave, one.acceleration, far)
+        slope = one.acceleration
+        shape = trapezoid(speed, one.nominal(scale), leave, far, slope, slope)
         now_s = _lay(stretches, number, first, _floored(shape, one.least), now_s)
         speed = leave
     return stretches
@@ -186,20 +183,6 @@ def _entries(
         room = 2 * one.acceleration * one.length
         entries[number] = min(entries[number], math.sqrt(entries[number + 1] ** 2 + room))
     return entries
-
-
-def _shape(enter: float, nominal: float, leave: float, slope: float, far: float) -> Iterator[Part]:
-    """Yield speed, acceleration and duration of each part: towards the nominal speed, on, out."""
-    peak = math.sqrt(slope * far + (enter**2 + leave**2) / 2)
-    middle = max(min(nominal, peak), leave)
-    used = (abs(middle**2 - enter**2) + middle**2 - leave**2) / (2 * slope)
-    if enter > middle and used > far:
-        middle = leave  # too fast, and no room to do anything but slow down
-        used = (enter**2 - leave**2) / (2 * slope)
-    yield enter, math.copysign(slope, middle - enter), abs(middle - enter) / slope
-    if middle:
-        yield middle, 0.0, max(far - used, 0.0) / middle
-    yield middle, -slope, (middle - leave) / slope
 
 
 def _floored(shape: Iterable[Part], least: float) -> Iterator[Part]:

@@ -10,6 +10,7 @@ import math
 from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 _ROUNDING = 1e-9
 
@@ -106,21 +107,38 @@ def to_goal(
         return AxisProfile((*stop.pieces, *back.pieces), goal)
     way = math.copysign(1.0, goal - position)
     far, first = abs(goal - position), abs(speed)
-    both = 2 * acceleration * braking / (acceleration + braking)
-    peak = min(rate, math.sqrt(both * (far + first**2 / (2 * acceleration))))
-    slope = acceleration if peak >= first else -braking
-    run = max(far - (peak**2 - first**2) / (2 * slope) - peak**2 / (2 * braking), 0.0)
-    shape = (
-        (first, slope, (peak - first) / slope),
-        (peak, 0.0, run / peak if peak else 0.0),
-        (peak, -braking, peak / braking),
-    )
     pieces: list[ProfilePiece] = []
-    for begins, slope, duration_s in shape:
+    for begins, slope, duration_s in trapezoid(first, rate, 0.0, far, acceleration, braking):
         piece = ProfilePiece(now_s, position, way * begins, way * slope, duration_s)
         pieces.append(piece)
         now_s, position = piece.end_s, piece.at(piece.end_s)
     return AxisProfile(pieces, goal)
+
+
+Part: TypeAlias = tuple[float, float, float]
+"""Speed, acceleration and duration of a part of a way."""
+
+
+def trapezoid(
+    enter: float, nominal: float, leave: float, far: float, gain: float, brake: float
+) -> Iterator[Part]:
+    """Yield the parts of a way: from one speed towards the nominal one, on, and down to another.
+
+    `gain` and `brake` are how fast the speed rises and falls. What is so fast that there is no room
+    for anything but slowing down does that alone, and is not at the end of the way when it has.
+    """
+    both = 2 * gain * brake / (gain + brake)
+    peak = math.sqrt(both * (far + enter**2 / (2 * gain) + leave**2 / (2 * brake)))
+    middle = max(min(nominal, peak), leave)
+    out = (middle**2 - leave**2) / (2 * brake)
+    if enter > middle and (enter**2 - middle**2) / (2 * brake) + out > far:
+        middle, out = leave, 0.0
+    slope = gain if middle >= enter else -brake
+    used = (middle**2 - enter**2) / (2 * slope) + out
+    yield enter, slope, (middle - enter) / slope
+    if middle:
+        yield middle, 0.0, max(far - used, 0.0) / middle
+    yield middle, -brake, (middle - leave) / brake
 
 
 def nearest(position: float) -> int:
