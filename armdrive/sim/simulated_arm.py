@@ -20,7 +20,7 @@ from armdrive.transports.in_process import MemoryLink
 from kinematics.spaces import Joints, Motors
 
 if TYPE_CHECKING:
-    from armdrive.sim.faults.running import Faults
+    from armdrive.sim.faults.table import Faults
 
 # --- The operator --------------------------------------------------------------------------------
 #
@@ -102,6 +102,8 @@ class SimulatedArm:
     device: SimDevice
     link: MemoryLink[PacedDevice]
     operator: SimulatedOperator
+    wire: MemoryLink[PacedDevice]
+    """What faults befall: the link itself, or the one that it was put in front of."""
     _faults: Faults | None = field(default=None, init=False)
 
     @classmethod
@@ -110,15 +112,16 @@ class SimulatedArm:
     ) -> Self:
         """Return an arm's counterpart with a device, on a link of its own or on this one."""
         operator = SimulatedOperator(device.world, backlash_steps=config.backlash_steps)
-        return cls(config.connection.dialect, device, link or link_to(device), operator)
+        wire = link or link_to(device)
+        return cls(config.connection.dialect, device, wire, operator, wire)
 
     @property
     def faults(self) -> Faults:
         """Makes things go wrong: `twin.faults.add("drop", 0.01, side="host")`."""
-        from armdrive.sim.faults.running import Faults, link_cable  # nothing goes wrong by itself
+        from armdrive.sim.faults.table import Faults, link_cable  # nothing goes wrong by itself
 
         if self._faults is None:
-            self._faults = Faults(self.device, self.link.line, link_cable(self.link))
+            self._faults = Faults(self.device, self.wire.line, link_cable(self.wire))
         return self._faults
 
     @property

@@ -21,7 +21,7 @@ from armdrive.dialog.operator import Operator
 from armdrive.errors import ArmFileError, ArmInUse, BadRequest
 from armdrive.registry.simulate import simulate
 from armdrive.runtime.clock import SimulatedClock
-from armdrive.sim.faults.running import Faults
+from armdrive.sim.faults.table import Faults
 from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.sim.world.table import Incident, Stand, Table, TableBlock
 from armdrive.storage.files import always

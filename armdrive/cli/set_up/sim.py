@@ -15,7 +15,7 @@ from armdrive.registry.simulate import simulate_device
 from armdrive.sim.bus.line import BITRATE
 from armdrive.sim.device import DrivesOnBus, Options
 from armdrive.sim.faults.request import parse_option
-from armdrive.sim.faults.running import check_faults
+from armdrive.sim.faults.table import check_faults
 from armdrive.sim.listing import listing
 
 

@@ -2,7 +2,7 @@
 
 One line is at work at a time, as a script that yields when it wants to go on: a time, or infinity
 for "when something has happened". Real-time commands are picked out of the stream as they arrive
-(`realtime`). What the main loop is doing:
+(`orders`). What the main loop is doing:
 
     booting   nothing is read; what arrives is lost when the board has started
     critical  a limit alarm: nothing but a reset is heard

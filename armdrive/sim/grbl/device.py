@@ -17,17 +17,17 @@ from armdrive.sim.device import Option, Options, SimBase, SwitchState
 from armdrive.sim.grbl.board import GrblBoard, Makers
 from armdrive.sim.grbl.firmware import FIRMWARES, BoardSettings
 from armdrive.sim.grbl.hardware import BoardBuild, BoardDrive, Switches
-from armdrive.sim.grbl.lines import run_line
-from armdrive.sim.grbl.parser import STORED
-from armdrive.sim.grbl.realtime import (
+from armdrive.sim.grbl.orders import (
     fail,
     hold,
     obey,
     raise_critical,
     resume,
+    run_line,
     soft_reset,
     switched_on,
 )
+from armdrive.sim.grbl.parser import STORED
 from armdrive.sim.grbl.wiring import (
     board_axes,
     gripper_wiring,

@@ -41,7 +41,7 @@ from armdrive.arm.gripper import Gripper
 from armdrive.errors import ArmError, arguments, kinematic
 from armdrive.errors.table import entry
 from armdrive.moves import JointMove, LineMove, PoseMove
-from armdrive.sim.faults.running import Faults
+from armdrive.sim.faults.table import Faults
 from armdrive.sim.world.arm import World
 from armdrive.storage import point_file
 from armdrive.storage.point_file import Points

@@ -13,8 +13,7 @@ from armdrive.errors import BadRequest, LinkLost
 from armdrive.registry.simulate import simulate
 from armdrive.sim.device import DrivesOnBus, SaysEmergencies, SwitchState
 from armdrive.sim.faults.request import Cable, FaultRequest, parse_option, parse_words
-from armdrive.sim.faults.running import Faults
-from armdrive.sim.faults.table import FAULTS, faults_of
+from armdrive.sim.faults.table import FAULTS, Faults, faults_of
 from armdrive.sim.teachmover.device import SimTeachMover
 from armdrive.sim.wire import (
     Next,

@@ -8,7 +8,7 @@ from mks_sim import outcomes as said
 
 from armdrive.errors import BadRequest, LinkLost
 from armdrive.sim.faults.request import parse_option
-from armdrive.sim.faults.running import check_faults
+from armdrive.sim.faults.table import check_faults
 from armdrive.sim.teachmover.device import SimTeachMover
 from firmware_protocol.mks import (
     Answered,
