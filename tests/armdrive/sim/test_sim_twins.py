@@ -15,7 +15,7 @@ from armdrive.sim.device import Option, Options, SimDevice
 from armdrive.sim.teachmover.device import SimTeachMover
 from armdrive.sim.wire import PacedDevice, WireDevice
 
-SPOKEN = [name for name in DIALECTS if name in DIALECTS]
+SPOKEN = tuple(DIALECTS)
 TABLE = (
     Option("pace", 0.5, "how fast"),
     Option("slots", 3, "how many"),
