@@ -29,6 +29,7 @@ from armdrive.dialog.operator import Operator, PostureRequest
 from armdrive.errors.arguments import checked_calls
 from armdrive.motion import device as device_tasks
 from armdrive.motion import reference as reference_tasks
+from armdrive.motion.device import RowTold
 from armdrive.motion.execute import Moved
 from armdrive.motion.frames import frame_names, pose_in_frame
 from armdrive.motion.gripper import Grasped
@@ -325,7 +326,8 @@ class Arm:
         wait: Literal[False],
         **joints_deg: Unpack[JointAngles],
     ) -> Handle[Moved]: ...
-    def move_j(
+    @blocking
+    async def move_j(
         self,
         angles_deg: Angles | None = None,
         /,
@@ -339,7 +341,7 @@ class Arm:
         Joints that a model file names otherwise are given in a mapping, `{"turret_deg": 30}`.
         Straight in joint space. With `wait=False` a `Handle` is returned at once.
         """
-        return self.moving.go(JointMove(by_name(angles_deg, joints_deg), speed), wait)
+        return await self.moving.go(JointMove(by_name(angles_deg, joints_deg), speed), wait)
 
     @overload
     def move_to(
@@ -354,7 +356,8 @@ class Arm:
     def move_to(
         self, goal: Place, *, speed: float = 1.0, frame: str = BASE_FRAME, wait: Literal[False]
     ) -> Handle[Moved]: ...
-    def move_to(
+    @blocking
+    async def move_to(
         self, goal: Place, *, speed: float = 1.0, frame: str = BASE_FRAME, wait: bool = True
     ) -> Moved | Handle[Moved]:
         """Move the tip to a pose by a joint motion, to the posture nearest to the present one.
@@ -364,7 +367,7 @@ class Arm:
         a change from where the tool is.
         Raises `kinematics.Unreachable` or `OutOfBounds` with the nearest pose that is allowed.
         """
-        return self.moving.go(move_to_place(goal, line=False, speed=speed, frame=frame), wait)
+        return await self.moving.go(move_to_place(goal, line=False, speed=speed, frame=frame), wait)
 
     @overload
     def move_l(
@@ -379,7 +382,8 @@ class Arm:
     def move_l(
         self, goal: Place, *, speed: float = 1.0, frame: str = BASE_FRAME, wait: Literal[False]
     ) -> Handle[Moved]: ...
-    def move_l(
+    @blocking
+    async def move_l(
         self, goal: Place, *, speed: float = 1.0, frame: str = BASE_FRAME, wait: bool = True
     ) -> Moved | Handle[Moved]:
         """Move the tip to a pose, or to a named point's, along a straight line.
@@ -391,7 +395,7 @@ class Arm:
         The tip leaves the line by at most `motion.line_tolerance_mm` of the arm file and what one
         motor step is worth. Raises `kinematics.PathBroken` where the line leaves the reach.
         """
-        return self.moving.go(move_to_place(goal, line=True, speed=speed, frame=frame), wait)
+        return await self.moving.go(move_to_place(goal, line=True, speed=speed, frame=frame), wait)
 
     @overload
     def move_c(
@@ -413,7 +417,8 @@ class Arm:
         frame: str = BASE_FRAME,
         wait: Literal[False],
     ) -> Handle[Moved]: ...
-    def move_c(
+    @blocking
+    async def move_c(
         self,
         via: Pose,
         goal: Pose,
@@ -427,7 +432,7 @@ class Arm:
         Of `via` only x, y and z count; the hand turns evenly to the goal's pitch and roll. Raises
         `kinematics.NoArc` for points on one line, and `PathBroken` where the arc leaves the reach.
         """
-        return self.moving.go(ArcMove(via, goal, speed, frame), wait)
+        return await self.moving.go(ArcMove(via, goal, speed, frame), wait)
 
     @overload
     def move_path(
@@ -447,7 +452,8 @@ class Arm:
         frame: str = BASE_FRAME,
         wait: Literal[False],
     ) -> Handle[Moved]: ...
-    def move_path(
+    @blocking
+    async def move_path(
         self,
         parts: Sequence[PathPart],
         *,
@@ -461,7 +467,7 @@ class Arm:
         without, the arm stops there. The whole way is audited first, in one posture of the arm.
         `note` of the result tells of blends that had to be smaller.
         """
-        return self.moving.go(PathMove(tuple(parts), speed, frame), wait)
+        return await self.moving.go(PathMove(tuple(parts), speed, frame), wait)
 
     @blocking
     async def move_gripper(self, opening_mm: float, speed: float = 1.0) -> Moved:
@@ -719,7 +725,7 @@ class Arm:
         program: PendantProgram,
         *,
         leave_others: bool = False,
-        told: device_tasks.Told = device_tasks.unheard,
+        told: RowTold = device_tasks.unheard,
     ) -> int:
         """Write a program into the arm's memory, and read it back; moves nothing.
 

@@ -76,6 +76,7 @@ RULES: Mapping[str, Rule] = MappingProxyType(
         ),
         "Place": _PLACE,
         "Pose": made_of(Pose, "a pose", A_POSE),
+        "RowTold": call,
         "Sequence[PathPart]": several(
             made_of(get_args(PathPart), "a part of a path", f"LinePart({A_POSE})"),
             "a list of parts",
@@ -91,7 +92,6 @@ RULES: Mapping[str, Rule] = MappingProxyType(
         "Unpack[TipJog]": number,
         "frame: str": made_of(str, "the name of a frame", '"base" or "tool"'),
         "target: str": made_of(str, "the name of an arm or a port", f'"sim:{DEFAULT}"'),
-        "device_tasks.Told": call,
     }
 )
 """What a value must be, by the annotation of its parameter. A simulated arm and

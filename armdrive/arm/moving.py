@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any, overload
 
 from armdrive.arm.connected import StatusView
-from armdrive.arm.handle import Handle
+from armdrive.arm.handle import Handle, finished
 from armdrive.arm.jogging import Jogging
 from armdrive.arm.places import Places
 from armdrive.connect.parts import PATIENCE_S, Parts
@@ -79,10 +79,10 @@ class Moving:
             longest_s += GRASP_PATIENCE_S
         return Handle(runner, task, longest_s)
 
-    def go(self, move: Motion, wait: bool) -> Moved | Handle[Moved]:
+    async def go(self, move: Motion, wait: bool) -> Moved | Handle[Moved]:
         """Begin a move, and wait for its end where that is wanted."""
         handle = self.start(move)
-        return handle.wait() if wait else handle
+        return await finished(handle) if wait else handle
 
     def resolved(self, move: Move) -> Move:
         """Return a move as it means the same from anywhere; see `resolve.resolved`."""

@@ -41,7 +41,7 @@ class PendantMemory:
         program: PendantProgram,
         *,
         leave_others: bool = False,
-        told: program_memory.Told = program_memory.unheard,
+        told: program_memory.RowTold = program_memory.unheard,
     ) -> int:
         """Write a program into the arm's memory, and read it back; moves nothing.
 

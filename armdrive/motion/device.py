@@ -82,7 +82,7 @@ def mend_settings(wire: MotionContext, lines: tuple[str, ...]) -> TaskBody[Devic
 Row = tuple[int, ...]
 """The device's words of one row; the first is its number."""
 
-Told = Callable[[int], object]
+RowTold = Callable[[int], object]
 
 READINGS = 5
 """So often a program is read at most until two readings in succession agree."""
@@ -111,7 +111,7 @@ def unheard(_: int) -> None:
 
 
 def write_program(
-    wire: MotionContext, rows: Sequence[Row], *, leave_others: bool, told: Told = unheard
+    wire: MotionContext, rows: Sequence[Row], *, leave_others: bool, told: RowTold = unheard
 ) -> TaskBody[int]:
     """Bring rows into the device's memory; return how many of them had to be written.
 
