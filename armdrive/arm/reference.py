@@ -199,7 +199,7 @@ class Referencing:
     ) -> Verified:
         position = await self._parts.runner.perform(verifying.read_at_mark(self._parts.wire))
         transmission = self._core.transmission
-        truth = transmission.to_motors(request.joints, request.opening_mm)
+        truth = ArmCoordinates(request.joints, request.opening_mm).motors(transmission)
         drift = drift_between(self._config.model, position, truth)
         verdict = judge(drift, reference)
         note = AGAIN if verdict is Verdict.DRIFT and self._came_before(drift, logbook) else ""

@@ -66,7 +66,7 @@ class StreamedCourse:
         """
         waited_s = 0.0
         for there, duration_s in self._ways:
-            target = self._core.transmission.to_motors(there.joints, there.opening_mm)
+            target = there.motors(self._core.transmission)
             steps, self.end = target - self._at, there
             if not steps.largest:
                 waited_s += duration_s

@@ -15,7 +15,6 @@ from armdrive.motion.deviation import has_room, in_turn
 from armdrive.motion.plan import MotionPlan
 from armdrive.motion.segments import SpeedLimits
 from armdrive.motion.streaming import NOT_THERE, stream_legs, wait_out_pause
-from armdrive.runtime.arm_state import Core
 from armdrive.runtime.position import ArmCoordinates, MotionSegment
 from armdrive.runtime.states import Event
 from armdrive.status import State
@@ -162,7 +161,7 @@ def follow_leg(
         speed_override.note_slowed(leg.duration_s * share)
         further = 1.0 if share >= 1.0 - done - 1e-9 else done + share
         there = leg.start.towards(leg.end, further)
-        on_the_way = way_between(core.position.acknowledged, _motors(core, there))
+        on_the_way = way_between(core.position.acknowledged, there.motors(core.transmission))
         believed = core.belief
         yield from paced_move(wire, there, slowed.duration_s * share, given_up)
         if core.position.coordinates == there:
@@ -184,7 +183,7 @@ def next_share(wire: MotionContext, leg: MotionSegment, burst_s: float, done: fl
     count = max(math.ceil(_leg_takes_s(wire, leg) * left / burst_s - 1e-9), 1)
     while count < MOST_BURSTS:
         share = left / count
-        target = _motors(wire.core, leg.start.towards(leg.end, done + share))
+        target = leg.start.towards(leg.end, done + share).motors(wire.core.transmission)
         steps = (target - wire.core.position.acknowledged).largest
         duration_s = leg.duration_s * share
         short = steps <= 1 or true_duration_s(wire, steps, duration_s) <= burst_s
@@ -195,9 +194,7 @@ def next_share(wire: MotionContext, leg: MotionSegment, burst_s: float, done: fl
 
 
 def _leg_takes_s(wire: MotionContext, leg: MotionSegment) -> float:
-    before = wire.core.transmission.to_exact(leg.start.joints, leg.start.opening_mm)
-    behind = wire.core.transmission.to_exact(leg.end.joints, leg.end.opening_mm)
-    busiest = max(abs(b - a) for a, b in zip(before, behind, strict=True))
+    busiest = max(map(abs, leg.steps(wire.core.transmission)))
     return true_duration_s(wire, busiest, leg.duration_s)
 
 
@@ -216,7 +213,7 @@ def paced_move(
 
     Where the device's slowest setting is still faster than that, the rest of the time is waited.
     """
-    target = _motors(wire.core, there)
+    target = there.motors(wire.core.transmission)
     steps = (target - wire.core.position.acknowledged).largest
     rate_hz, until_s = _rate_hz(steps, duration_s), wire.now_s + duration_s
     *first, last = in_turn(wire.core, target, rate_hz) or (target,)
@@ -233,10 +230,6 @@ def paced_move(
 
 def _rate_hz(steps: float, duration_s: float) -> float:
     return steps / duration_s if duration_s > 0.0 else math.inf
-
-
-def _motors(core: Core, there: ArmCoordinates) -> Motors:
-    return core.transmission.to_motors(there.joints, there.opening_mm)
 
 
 def bench_move(

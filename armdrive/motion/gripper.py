@@ -202,6 +202,5 @@ def _raise_if_stopped(wire: MotionContext) -> None:
 def steps_per_mm(core: Core) -> float:
     """Return the gripper motor's steps for each mm of opening, without their sign."""
     joints = core.position.coordinates.joints
-    closed = core.transmission.to_exact(joints, 0.0)
-    opened = core.transmission.to_exact(joints, 1.0)
-    return max(abs(b - a) for a, b in zip(closed, opened, strict=True))
+    opening = MotionSegment(ArmCoordinates(joints, 0.0), ArmCoordinates(joints, 1.0), 0.0)
+    return max(map(abs, opening.steps(core.transmission)))

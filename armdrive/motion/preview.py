@@ -16,6 +16,7 @@ from armdrive.dialects.controller import Controller
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.kinematic import refusal_of
 from armdrive.errors.table import error_view
+from armdrive.motion.jog.bounds import furthest
 from armdrive.motion.plan import MotionPlan
 from armdrive.motion.resolve import Ground, PlannedMove, pose_of, prepare, resolve
 from armdrive.moves import (
@@ -65,18 +66,13 @@ class Margin:
 
 def postures_along(arm: ArmGeometry, plan: MotionPlan) -> tuple[Joints, ...]:
     """Return postures along a plan, its start and every corner among them."""
-    travels = [_travel_mm(arm, leg) for leg in plan.legs]
+    travels = [arm.travel_bound_mm(leg.turns_rad) for leg in plan.legs]
     step_mm = max(STEP_MM, math.fsum(travels) / MOST_POSTURES)
     found = [plan.start.joints]
     for leg, travel in zip(plan.legs, travels, strict=True):
         count = max(math.ceil(travel / step_mm), 1)
         found += [leg.start.towards(leg.end, part / count).joints for part in range(1, count + 1)]
     return tuple(found)
-
-
-def _travel_mm(arm: ArmGeometry, leg: MotionSegment) -> float:
-    ends = zip(leg.start.joints, leg.end.joints, strict=True)
-    return arm.travel_bound_mm(tuple(b - a for a, b in ends))
 
 
 def least_margins(model: ArmModel, postures: Sequence[Joints]) -> tuple[Margin, ...]:
@@ -124,8 +120,7 @@ def _bursts_s(
     transmission = config.model.transmission
     if transmission is None or leg.duration_s <= 0.0:
         return leg.duration_s
-    begin, end = (transmission.to_exact(one.joints, one.opening_mm) for one in (leg.start, leg.end))
-    steps = max(abs(b - a) for a, b in zip(begin, end, strict=True))
+    steps = max(map(abs, leg.steps(transmission)))
     rate_hz = steps / leg.duration_s
     count = max(math.ceil(controller.duration_s(steps, rate_hz) / burst_s - 1e-9), 1)
     one_s = max(leg.duration_s / count, controller.duration_s(steps / count, rate_hz))
@@ -202,17 +197,10 @@ def _parts(
 
 
 def _furthest_along(ground: Ground, part: Callable[[float], SingleMove]) -> Furthest | None:
-    low, high, best = 0.0, 1.0, None
-    for _ in range(HALVINGS):
-        middle = (low + high) / 2.0
-        plan = _plan(ground, part(middle))
-        if plan is None:
-            high = middle
-        else:
-            low, best = middle, plan
-    if best is None or low < LEAST_SHARE:
+    share, _ = furthest(lambda each: _plan(ground, part(each)) is not None, 1.0, HALVINGS)
+    if share < LEAST_SHARE or (plan := _plan(ground, part(share))) is None:
         return None
-    found = _furthest(ground, best.end.joints, low)
+    found = _furthest(ground, plan.end.joints, share)
     moved = zip(found.joints, ground.here.joints, strict=True)
     return found if max(abs(b - a) for a, b in moved) >= LEAST_TURN_RAD else None
 

@@ -212,7 +212,7 @@ class Core:
             registers=position.expected,
             taken=position.slack.taken if position.slack.any else (),
             unsure=position.slack.unsure,
-            coordinates=(*position.coordinates.joints, position.coordinates.opening_mm),
+            coordinates=position.coordinates.values,
             trust=self.belief.trust.value,
             reason=self.belief.reason,
             in_motion=in_motion,

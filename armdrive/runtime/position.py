@@ -30,6 +30,15 @@ class ArmCoordinates:
     joints: Joints
     opening_mm: float
 
+    @property
+    def values(self) -> tuple[float, ...]:
+        """The joint angles in rad, and then the opening."""
+        return (*self.joints, self.opening_mm)
+
+    def motors(self, transmission: Transmission) -> Motors:
+        """Return the whole steps that stand for this point: the one place where it is rounded."""
+        return transmission.to_motors(self.joints, self.opening_mm)
+
     def towards(self, other: ArmCoordinates, fraction: float) -> ArmCoordinates:
         """Return the point at a fraction of the straight way in joint space."""
         if fraction >= 1.0:
@@ -46,6 +55,18 @@ class MotionSegment:
     start: ArmCoordinates
     end: ArmCoordinates
     duration_s: float
+
+    @property
+    def turns_rad(self) -> tuple[float, ...]:
+        """By how much each joint turns."""
+        return tuple(b - a for a, b in zip(self.start.joints, self.end.joints, strict=True))
+
+    def steps(self, transmission: Transmission) -> tuple[float, ...]:
+        """Return how far each motor turns, before any rounding."""
+        before, after = (
+            transmission.to_exact(each.joints, each.opening_mm) for each in (self.start, self.end)
+        )
+        return tuple(b - a for a, b in zip(before, after, strict=True))
 
 
 class DeviceReadings:
@@ -229,7 +250,7 @@ class PositionLedger:
 
     def refer(self, registers: Motors, there: ArmCoordinates) -> None:
         """Make the present registers mean a known posture."""
-        position = self._transmission.to_motors(there.joints, there.opening_mm)
+        position = there.motors(self._transmission)
         self.slack.refer()
         self.offset = position - registers + self.slack.taken
         self.counts = registers
@@ -258,8 +279,7 @@ class PositionLedger:
             return None
         *angles, opening_mm = record.coordinates
         there = ArmCoordinates(Joints(tuple(angles), names), opening_mm)
-        same = self._transmission.to_motors(there.joints, opening_mm) == self.acknowledged
-        return there if same else None
+        return there if there.motors(self._transmission) == self.acknowledged else None
 
     def coordinates_of(self, position: Motors) -> ArmCoordinates:
         """Return the point that whole motor steps stand for."""
