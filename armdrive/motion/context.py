@@ -197,8 +197,7 @@ class MotionContext(RegisterReader):
         core = self.core
         core.require_settings()
         marked = yield from leave_standstill(self, let_go)
-        if core.state is State.ERROR_STOP:  # the device has raised an alarm since the last burst
-            raise DeviceFault(core.diagnostics.error)
+        self.require_no_fault()  # the device may have raised an alarm since the last burst
         return marked
 
     def stream(self, request: MoveAlong, course: StreamedCourse) -> TaskBody[bool]:

@@ -57,8 +57,8 @@ def compare_again(wire: MotionContext) -> TaskBody[None]:
 def _ask_settings(wire: MotionContext) -> TaskBody[DeviceSettings]:
     reply = yield from wire.request(ReadSettings())
     if not isinstance(reply, DeviceSettings):
-        wire.core.fault(f"the controller did not tell its settings ({reply}): look at the wire")
-        raise DeviceFault(wire.core.diagnostics.error)
+        words = f"the controller did not tell its settings ({reply}): look at the wire"
+        raise wire.fault(DeviceFault(words))
     return reply
 
 

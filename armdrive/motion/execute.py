@@ -6,7 +6,8 @@ A task never sleeps and touches no wire: it yields what it waits for. See runtim
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 from armdrive.errors import WrongState
@@ -60,8 +61,7 @@ def follow(wire: MotionContext, plan: MotionPlan) -> TaskBody[Moved]:
     """Carry out an audited plan. Raises `Stopped` where a stop ended it early."""
     core = wire.core
     began_s, bursts_before = wire.now_s, wire.engine.requests_sent
-    begin(wire)
-    try:
+    with in_motion(wire):
         core.plans(plan.legs, core.config.motion.planned_burst_s)
         yield from wire.look_before_motion()
         core.require_reference()
@@ -69,21 +69,31 @@ def follow(wire: MotionContext, plan: MotionPlan) -> TaskBody[Moved]:
             raise WrongState("the arm is no longer where the motion was planned from: plan anew")
         yield from drive_legs(wire, plan.legs, core.config.motion.planned_burst_s)
         yield from wire.verify()
-    finally:
-        core.settle()
-        core.still_since_s = wire.now_s
     if wire.stopping and core.position.coordinates != plan.end:
         raise wire.stopped("the motion was stopped before its goal")
     moved = report(wire, plan.end, began_s, bursts_before)
     return replace(moved, note="; ".join(filter(None, (plan.note, moved.note))))
 
 
-def begin(wire: MotionContext) -> None:
-    """Enter the state of motion, unless a stop was asked for before it began."""
-    if wire.stopping:
-        raise wire.stopped("the motion was stopped before it began")
-    wire.core.happen(Event.MOVE)
-    wire.straying_mm = wire.slow_s = wire.total_s = 0.0
+@contextmanager
+def in_motion(wire: MotionContext, *, or_homing: bool = False) -> Iterator[None]:
+    """Be in the state of motion herein, unless a stop was asked for before it began.
+
+    With `or_homing`, a homing that is under way stays what the arm is at.
+    """
+    core = wire.core
+    homing = or_homing and core.state is State.HOMING
+    if not homing:
+        if wire.stopping:
+            raise wire.stopped("the motion was stopped before it began")
+        core.happen(Event.MOVE)
+        wire.straying_mm = wire.slow_s = wire.total_s = 0.0
+    try:
+        yield
+    finally:
+        if not homing:
+            core.settle()
+        core.still_since_s = wire.now_s
 
 
 def report(
@@ -237,21 +247,14 @@ def bench_move(
 ) -> TaskBody[Moved]:
     """Move motors by raw steps, in bursts of jogging length. Knows no limit and no guard."""
     core = wire.core
-    homing = core.state is State.HOMING
-    if not homing:
-        begin(wire)
     began_s, before = wire.now_s, wire.engine.requests_sent
-    try:
+    with in_motion(wire, or_homing=True):
         yield from wire.look_before_motion()
         target = core.position.acknowledged + steps
         start, goal = core.position.coordinates, core.position.coordinates_of(target)
         leg = MotionSegment(start, goal, speeds.duration_s(start, goal, fraction))
         yield from drive_legs(wire, (leg,), core.config.motion.jog_burst_s)
         yield from wire.verify()
-    finally:
-        if not homing:
-            core.settle()
-        core.still_since_s = wire.now_s
     if wire.stopping and core.position.acknowledged != target:
         raise wire.stopped("the motion was stopped before its goal")
     return report(wire, goal, began_s, before)

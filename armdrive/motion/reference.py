@@ -143,8 +143,8 @@ def _home_group(wire: MotionContext, request: HomeDevice) -> TaskBody[None]:
         raise wire.stopped("homing was stopped: nothing was referenced")
     late = f"it had not ended after {wire.now_s - began_s:.0f} s, {wire.engine.received}"
     why = late if isinstance(reply, Halted) else reply  # nobody stopped it: its time was over
-    core.fault(f"homing failed: {why}. Look at the switches and the arm, then call `reset()`")
-    raise DeviceFault(core.diagnostics.error)
+    words = f"homing failed: {why}. Look at the switches and the arm, then call `reset()`"
+    raise wire.fault(DeviceFault(words))
 
 
 def confirm_record(wire: MotionContext) -> TaskBody[None]:
@@ -171,8 +171,8 @@ def disable(wire: MotionContext) -> TaskBody[None]:
     core.readings.current = Current.UNKNOWN
     reply = yield from wire.request(DropCurrent())
     if not isinstance(reply, Done):
-        core.fault("the controller did not say that it switched the motor current off: look at it")
-        raise DeviceFault(core.diagnostics.error)
+        words = "the controller did not say that it switched the motor current off: look at it"
+        raise wire.fault(DeviceFault(words))
     core.readings.current = Current.OFF
     registers = yield from wire.ask_registers()
     core.position.count_anew(registers.positions)  # they may have been zeroed, which moves nothing
@@ -189,10 +189,9 @@ def enable(wire: MotionContext) -> TaskBody[None]:
     if able is Switching.BOTH or (able is Switching.DROPS and core.readings.current is Current.OFF):
         reply = yield from wire.request(SwitchOn())
         if not isinstance(reply, Done):
-            core.fault(f"the controller did not switch the motors on: {reply}")
-            raise DeviceFault(core.diagnostics.error)
-        if core.state is State.ERROR_STOP:  # it has let the arm sag before it understood
-            raise DeviceFault(core.diagnostics.error)
+            words = f"the controller did not switch the motors on: {reply}"
+            raise wire.fault(DeviceFault(words))
+        wire.require_no_fault()  # it may have let the arm sag before it understood
         if able is Switching.BOTH:
             core.readings.current = Current.HELD
     yield from compare_again(wire)

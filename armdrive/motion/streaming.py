@@ -11,11 +11,10 @@ from collections.abc import Callable, Iterator
 from itertools import chain
 
 from armdrive.abilities import segment_s
-from armdrive.errors import DeviceFault, WrongState
+from armdrive.errors import WrongState
 from armdrive.motion.context import MotionContext, StreamedCourse, Way
 from armdrive.runtime.overrides import LONGEST_PAUSE_S, SpeedOverride, given_up
 from armdrive.runtime.position import MotionSegment
-from armdrive.status import State
 from armdrive.tasks import MoveAlong, SleepUntil, TaskBody, never
 
 # Waiting in a pause: the arm stands, is looked at now and then, and goes on where it stopped.
@@ -44,7 +43,7 @@ def wait_out_pause(wire: MotionContext) -> TaskBody[None]:
         while speed_override.paused and not wire.stopping:
             before_s = wire.now_s
             yield SleepUntil(before_s + LOOK_S)
-            _require_no_fault(wire)
+            wire.require_no_fault()
             waited_s = wire.now_s - began_s
             if speed_override.given_up or waited_s >= LONGEST_PAUSE_S:
                 raise given_up(waited_s)
@@ -57,14 +56,9 @@ def wait_out_pause(wire: MotionContext) -> TaskBody[None]:
     if wire.stopping:
         return
     yield from wire.look()  # however fresh the last one is: somebody may be about at the arm
-    _require_no_fault(wire)
+    wire.require_no_fault()
     if core.position.acknowledged != stood or core.belief is not believed:
         raise WrongState(NOT_THERE.format(core.belief.reason))
-
-
-def _require_no_fault(wire: MotionContext) -> None:
-    if wire.core.state is State.ERROR_STOP:
-        raise DeviceFault(wire.core.diagnostics.error)
 
 
 def stream_legs(

@@ -10,7 +10,7 @@ from armdrive.errors import ArmError, DeviceFault, NoAnswer, PendantStop, Positi
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.diagnostics import ALARM_VOUCHED, code_of
 from armdrive.runtime.engine import Engine
-from armdrive.status import Current, Evidence, Trust
+from armdrive.status import Current, Evidence, State, Trust
 from armdrive.tasks import (
     Alert,
     AlertKind,
@@ -173,6 +173,11 @@ class RegisterReader:
         """Latch error-stop, and return the error, to be raised."""
         self.core.fault(error)
         return error
+
+    def require_no_fault(self) -> None:
+        """Raise what has latched error-stop meanwhile."""
+        if self.core.state is State.ERROR_STOP:
+            raise DeviceFault(self.core.diagnostics.error)
 
 
 def without_reset(error: ArmError) -> str:

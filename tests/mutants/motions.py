@@ -376,7 +376,7 @@ MUTANTS = (
         promise="the fingers go where they are told",
         path="armdrive/motion/gripper.py",
         old="        reply = yield from wire.request(SetGripper(share))\n",
-        new=("        reply = Done()\n        yield Until(wire.now_s)\n"),
+        new=("        reply = Done()\n        yield SleepUntil(wire.now_s)\n"),
         tests=tests_of(
             "tests/armdrive/dialects/grbl/test_grbl_board.py",
             "test_a_gripper_on_a_valve_opens_and_closes",
