@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import simulated_config
 from armdrive.motion.jog.course import JogCourse, JogProposal, Terms, Wish
-from armdrive.motion.segments import SpeedLimits
+from armdrive.motion.plan import SpeedLimits
 from armdrive.moves import Jog
 from armdrive.registry import dialect
 from armdrive.runtime.position import ArmCoordinates

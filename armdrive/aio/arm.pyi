@@ -6,8 +6,9 @@ from typing import Literal, Self, Unpack, overload
 
 from armdrive.abilities import Abilities
 from armdrive.aio.calls import AsyncCalls, AsyncConnection, AsyncHandle, Connecting
+from armdrive.arm.device import Lines
 from armdrive.arm.gripper import Gripper
-from armdrive.arm.places import Place
+from armdrive.arm.moving import Place
 from armdrive.arm.reference import Accept, Told
 from armdrive.config.arm import ArmConfig
 from armdrive.dialog.operator import Operator, PostureRequest
@@ -15,9 +16,9 @@ from armdrive.motion.device import RowTold
 from armdrive.motion.execute import Moved
 from armdrive.motion.gripper import Grasped
 from armdrive.motion.jog.session import Jogged
+from armdrive.motion.plan import SpeedLimits
 from armdrive.motion.preview import Preview
-from armdrive.motion.segments import SpeedLimits
-from armdrive.motion.verify import Verified
+from armdrive.motion.reference import Verified
 from armdrive.moves import (
     Angles,
     GraspMove,
@@ -31,8 +32,7 @@ from armdrive.moves import (
     TipJog,
 )
 from armdrive.registry.pendant import PendantProgram
-from armdrive.runtime.drive import PaceChoice
-from armdrive.runtime.io_lines import Lines
+from armdrive.runtime.clock import PaceChoice
 from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.status import Status
 from armdrive.storage.point_file import Points

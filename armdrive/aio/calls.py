@@ -11,12 +11,12 @@ from typing import Any, Generic, Protocol, Self, TypeVar
 
 from armdrive.aio.loop import loop_context
 from armdrive.arm import Arm, anybody, connected
-from armdrive.arm.handle import Handle
+from armdrive.arm.connected import Handle
 from armdrive.blocking import coroutine_of, waiting_part
 from armdrive.connect.parts import ConnectOptions
 from armdrive.connect.target import SIM, simulation_forced
 from armdrive.errors.arguments import BASIC, checked_calls
-from armdrive.runtime.drive import PaceChoice
+from armdrive.runtime.clock import PaceChoice
 
 R = TypeVar("R")
 S = TypeVar("S", covariant=True)

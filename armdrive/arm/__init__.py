@@ -13,14 +13,11 @@ from typing import TYPE_CHECKING, Any, Literal, Self, Unpack, overload
 
 from armdrive.abilities import Abilities
 from armdrive.arm.arguments import RULES
-from armdrive.arm.connected import Connection, Recording, StatusView
+from armdrive.arm.connected import Connection, Handle, Recording, StatusView, finished
+from armdrive.arm.device import InputsOutputs, Lines, PendantMemory
 from armdrive.arm.gripper import Gripper
-from armdrive.arm.handle import Handle, finished
-from armdrive.arm.inputs_outputs import InputsOutputs
 from armdrive.arm.jogging import Jogging
-from armdrive.arm.moving import Moving
-from armdrive.arm.pendant import PendantMemory
-from armdrive.arm.places import Place, Places, move_to_place
+from armdrive.arm.moving import Moving, Place, Places, move_to_place
 from armdrive.arm.reference import Accept, Referencing, Told, unheard
 from armdrive.blocking import Wait, blocking, coroutine_of, run_blocking
 from armdrive.connect.control_socket import serve
@@ -34,9 +31,9 @@ from armdrive.motion.execute import Moved
 from armdrive.motion.frames import frame_names, pose_in_frame
 from armdrive.motion.gripper import Grasped
 from armdrive.motion.jog.session import Jogged
+from armdrive.motion.plan import SpeedLimits
 from armdrive.motion.preview import Preview
-from armdrive.motion.segments import SpeedLimits
-from armdrive.motion.verify import Verified
+from armdrive.motion.reference import Verified
 from armdrive.moves import (
     BASE_FRAME,
     Angles,
@@ -58,9 +55,8 @@ from armdrive.moves import (
     by_name,
     jog_axes,
 )
-from armdrive.runtime.diagnostics import EMERGENCY_STOP
-from armdrive.runtime.drive import PaceChoice
-from armdrive.runtime.io_lines import Lines
+from armdrive.runtime.arm_state import EMERGENCY_STOP
+from armdrive.runtime.clock import PaceChoice
 from armdrive.runtime.states import Event, after
 from armdrive.status import State, Status
 from armdrive.storage.point_file import Points

@@ -21,8 +21,7 @@ from armdrive.errors.arguments import (
 )
 from armdrive.moves import Jog, Move
 from armdrive.registry import DEFAULT
-from armdrive.runtime.clock import SimulatedClock
-from armdrive.runtime.drive import SimulatedPace
+from armdrive.runtime.clock import SimulatedClock, SimulatedPace
 from armdrive.storage.points import Point
 from kinematics.paths.parts import PathPart
 from kinematics.spaces import Joints, Pose

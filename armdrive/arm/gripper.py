@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol, overload
 
-from armdrive.arm.connected import StatusView
-from armdrive.arm.handle import Handle, finished
+from armdrive.arm.connected import Handle, StatusView, finished
 from armdrive.blocking import blocking, coroutine_of
 from armdrive.connect.parts import Parts
 from armdrive.errors import Refused

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from armdrive.arm.connected import StatusView
-from armdrive.arm.handle import Handle, finished
+from armdrive.arm.connected import Handle, StatusView, finished
 from armdrive.connect.parts import PATIENCE_S, Parts
 from armdrive.errors import BadRequest, Refused, WrongState
 from armdrive.motion.jog.session import Jogged, check_jog, jog_session

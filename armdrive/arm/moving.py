@@ -2,36 +2,141 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from datetime import datetime
 from typing import Any, overload
 
-from armdrive.arm.connected import StatusView
-from armdrive.arm.handle import Handle, finished
+from armdrive.arm.connected import Handle, StatusView, finished
 from armdrive.arm.jogging import Jogging
-from armdrive.arm.places import Places
 from armdrive.connect.parts import PATIENCE_S, Parts
 from armdrive.errors import BadRequest, Refused, Stopped
 from armdrive.motion import execute as motion
-from armdrive.motion.carry_out import carry_out
-from armdrive.motion.execute import Moved
-from armdrive.motion.gripper import Grasped, check_grasp, check_opening, require_gripper
+from armdrive.motion.context import MotionContext
+from armdrive.motion.execute import Moved, follow
+from armdrive.motion.gripper import (
+    Grasped,
+    check_grasp,
+    check_opening,
+    grasp,
+    require_gripper,
+    set_gripper,
+)
 from armdrive.motion.jog.session import Jogged, check_jog
+from armdrive.motion.plan import MotionPlan, SpeedLimits
 from armdrive.motion.preview import Preview, preview_move
-from armdrive.motion.resolve import Ground, is_cartesian, prepare, resolved
+from armdrive.motion.resolve import (
+    SAME_IN_EVERY_FRAME,
+    Ground,
+    PlannedMove,
+    PlannedStep,
+    is_cartesian,
+    prepare,
+    resolved,
+)
 from armdrive.moves import (
+    BASE_FRAME,
     GraspMove,
     GripperMove,
     JogMove,
+    JointMove,
+    LineMove,
     Motion,
     Move,
     MoveSequence,
+    PoseMove,
     SingleMove,
     speed_fraction,
 )
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.states import Event, after
 from armdrive.status import State, Trust
-from kinematics.spaces import Motors
+from armdrive.storage.point_file import points_of
+from armdrive.storage.points import Point
+from armdrive.tasks import TaskBody
+from kinematics.spaces import Joints, Motors, Pose
+
+Place = Pose | Point | str
+"""A pose, a point, or the name of a point."""
+
+
+class Places:
+    """The places of one arm that have a name."""
+
+    def __init__(self, parts: Parts, view: StatusView) -> None:
+        self._core = parts.core
+        self._view = view
+        self._arm = parts.config.model.arm
+        self.points = points_of(parts.config.name, self._arm, self._here)
+
+    def _here(self) -> Point:
+        """Return where the arm stands, on whole steps; raises `NotReferenced`."""
+        status = self._view.status
+        self._core.require_reference()
+        now = datetime.now().replace(microsecond=0)
+        return Point(self._view.known(status.joints), status.gripper_mm, taught=now)
+
+    def joints(self, name: str) -> Joints:
+        """Return the joint angles of a named point. Raises `UnknownPoint`."""
+        return self.points[name].joints
+
+
+def move_to_place(place: Place, *, line: bool, speed: float, frame: str) -> Motion:
+    """Return the move to a place: by a joint motion, or along a straight line."""
+    if not isinstance(place, Point):
+        return LineMove(place, speed, frame) if line else PoseMove(place, speed, frame)
+    if frame != BASE_FRAME:
+        raise BadRequest(SAME_IN_EVERY_FRAME)
+    return LineMove(place.joints, speed) if line else JointMove(place.joints, speed)
+
+
+# A planned move on the wire: its steps one after another, each as it was audited.
+
+
+def carry_out(
+    wire: MotionContext, speeds: SpeedLimits, planned: PlannedMove
+) -> TaskBody[Moved | Grasped]:
+    """Carry out a planned move. A stop ends all of it: no step begins behind one.
+
+    Returns what a grasp at its end has found, else where the arm is and what all steps cost.
+    """
+    moved: list[Moved] = []
+    for step in planned.steps:
+        done = yield from _step(wire, speeds, step)
+        if isinstance(done, Grasped):
+            return done
+        moved.append(done)
+    return _together(moved)
+
+
+def _step(wire: MotionContext, speeds: SpeedLimits, step: PlannedStep) -> TaskBody[Moved | Grasped]:
+    match step:
+        case PlannedStep(plan=MotionPlan() as plan):
+            return (yield from follow(wire, plan))
+        case PlannedStep(move=GraspMove(force_n=force_n)):
+            return (yield from grasp(wire, speeds, force_n))
+        case PlannedStep(move=GripperMove(opening_mm=float() as opening_mm)):
+            return (yield from set_gripper(wire, opening_mm))
+    raise BadRequest(f"{step.move} was not planned")
+
+
+def _together(moved: Sequence[Moved]) -> Moved:
+    """Return what several moves did as one: where the last one ended, and what they cost."""
+    last = moved[-1]
+    if len(moved) == 1:
+        return last
+    return Moved(
+        last.joints,
+        last.pose,
+        last.rounding_mm,
+        math.fsum(each.duration_s for each in moved),
+        sum(each.bursts for each in moved),
+        max(each.straying_mm for each in moved),
+        "; ".join(filter(None, (each.note for each in moved))),
+    )
+
+
+# Planned motion: resolved from where the arm stands, audited as a whole, handed to the engine.
 
 PATIENCE = 4.0
 """A motion that takes this many times longer than planned, and then some, is given up."""

@@ -5,18 +5,25 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from armdrive.arm.connected import StatusView
-from armdrive.arm.handle import finished
+from armdrive.arm.connected import StatusView, finished
 from armdrive.arm.moving import Moving
 from armdrive.config.sections import HomingSettings
 from armdrive.connect.parts import Parts
 from armdrive.dialog.operator import JoggedArm, MarkRequest, Operator, PostureRequest
 from armdrive.errors import OperatorNeeded, Refused, Stopped
 from armdrive.motion import reference as referencing
-from armdrive.motion import verify as verifying
-from armdrive.motion.reference import take_reference, vouched
+from armdrive.motion import reference as verifying
+from armdrive.motion.reference import (
+    Drift,
+    Verdict,
+    Verified,
+    drift_between,
+    judge,
+    take_reference,
+    verified_view,
+    vouched,
+)
 from armdrive.motion.resolve import above_mark
-from armdrive.motion.verify import Drift, Verdict, Verified, drift_between, judge, verified_view
 from armdrive.moves import ParkMove
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.states import Event, after

@@ -18,7 +18,7 @@ from armdrive.connect import parts as connecting
 from armdrive.connect.target import state_file
 from armdrive.errors import StateFileError
 from armdrive.registry.simulate import simulate
-from armdrive.runtime.drive import PaceChoice
+from armdrive.runtime.clock import PaceChoice
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold
 from armdrive.storage.files import replace_file

@@ -3,7 +3,7 @@
 Each is one JSON object, `{"request": NAME}` with the request's own words beside it, and is answered
 by one; `watch` and `wire` by one a moment, until either side ends. Only a stop reaches further than
 the next burst: nobody moves an arm from outside. Who is served when stands in
-storage/control_server.py.
+storage/arm_lock.py.
 """
 
 from __future__ import annotations
@@ -16,10 +16,9 @@ from typing import Any, Protocol
 
 from armdrive.errors import ArmError, StateFileError
 from armdrive.runtime.arm_state import Core
-from armdrive.runtime.drive import Pace
+from armdrive.runtime.clock import Pace
 from armdrive.status import Status, status_view
-from armdrive.storage.arm_lock import ArmLock
-from armdrive.storage.control_server import Json
+from armdrive.storage.arm_lock import ArmLock, Json
 from armdrive.storage.lock_client import WATCH_EVERY_S
 from armdrive.trace.calls import Tracer
 from armdrive.trace.entries import TraceEntry

@@ -20,17 +20,13 @@ from armdrive.connect.target import DEFAULT_TARGET, find, simulation_forced, sta
 from armdrive.dialog.operator import Operator
 from armdrive.errors import BadRequest, LinkLost, NoAnswer, PortUnavailable, Stopped
 from armdrive.motion import reference
-from armdrive.motion.context import MotionContext
+from armdrive.motion.context import MotionContext, alerted
 from armdrive.motion.idle import Idling
 from armdrive.registry import dialect
 from armdrive.registry.simulate import simulate
 from armdrive.runtime.arm_state import Core
-from armdrive.runtime.clock import SimulatedClock
-from armdrive.runtime.deadlines import call_limit_s
-from armdrive.runtime.drive import Pace, PaceChoice, RealPace, pace_of
-from armdrive.runtime.engine import Engine
-from armdrive.runtime.received import Received
-from armdrive.runtime.registers import alerted
+from armdrive.runtime.clock import Pace, PaceChoice, RealPace, SimulatedClock, pace_of
+from armdrive.runtime.engine import Engine, Received, call_limit_s
 from armdrive.runtime.states import Event
 from armdrive.status import State
 from armdrive.storage import files as places

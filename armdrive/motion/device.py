@@ -14,8 +14,7 @@ from armdrive.errors import (
     SettingsDiffer,
     Stopped,
 )
-from armdrive.motion.context import MotionContext
-from armdrive.runtime.registers import TRIES
+from armdrive.motion.context import TRIES, MotionContext
 from armdrive.tasks import (
     DeviceProgram,
     DeviceSettings,

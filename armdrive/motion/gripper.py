@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from armdrive.errors import BadRequest, DeviceFault, OutOfBounds, Refused
 from armdrive.motion.context import MotionContext
 from armdrive.motion.execute import Moved, drive_legs, in_motion, report
-from armdrive.motion.segments import SpeedLimits
+from armdrive.motion.plan import SpeedLimits
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.position import ArmCoordinates, MotionSegment
 from armdrive.tasks import Done, SetGripper, SleepUntil, TaskBody

@@ -18,13 +18,13 @@ from armdrive.motion.frames import BASE, TOOL, goal_in_base
 from armdrive.motion.jog.course import stride
 from armdrive.motion.plan import (
     MotionPlan,
+    SpeedLimits,
     named_joints,
     plan_joints,
     plan_line,
     plan_route,
     posture_for,
 )
-from armdrive.motion.segments import SpeedLimits
 from armdrive.moves import (
     ArcMove,
     GraspMove,

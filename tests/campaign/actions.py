@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import Any
 
 from armdrive.arm import Arm
-from armdrive.arm.handle import Handle
+from armdrive.arm.connected import Handle
 from armdrive.arm.moving import PATIENCE
 from armdrive.connect.parts import PATIENCE_S
 from armdrive.motion.execute import Moved

@@ -55,7 +55,7 @@ MUTANTS = (
     Mutant(
         name="queued motions lose their last segment",
         promise="a motion ends where it was asked to",
-        path="armdrive/motion/streaming.py",
+        path="armdrive/motion/execute.py",
         old=(
             "            done = 1.0 if count == 1 else done + (1.0 - done) / count\n"
             "            yield"
@@ -256,7 +256,7 @@ MUTANTS = (
     Mutant(
         name="a motion is twice as fast as asked",
         promise="a motion is never faster than asked",
-        path="armdrive/motion/segments.py",
+        path="armdrive/motion/plan.py",
         old=("speeds.limits, fraction)\n    places"),
         new=("speeds.limits, min(2.0 * fraction, 1.0))\n    places"),
         tests=tests_of(
@@ -289,7 +289,7 @@ MUTANTS = (
     Mutant(
         name="motions begin and end without ramps",
         promise="a motion keeps every joint's acceleration",
-        path="armdrive/motion/segments.py",
+        path="armdrive/motion/plan.py",
         old=(
             "usual = [speed / self.ramp_s if self.ramp_s > 0.0 else math.inf for speed in speeds]"
         ),

@@ -11,7 +11,7 @@ from armdrive.cli.presenter import emit, say
 from armdrive.cli.screens import agreed
 from armdrive.cli.terminal_person import TerminalOperator, settle_trust
 from armdrive.errors import OperatorNeeded
-from armdrive.motion.verify import Verdict, Verified, verified_view
+from armdrive.motion.reference import Verdict, Verified, verified_view
 
 OFF = 1
 FINE = "Finer is better here: shoulder 0.1, say. The smallest jog is one step of a motor."

@@ -25,7 +25,7 @@ from armdrive.motion.jog.bounds import (
     spans_of,
 )
 from armdrive.motion.jog.rates import Paced, Pacer, RateGoal, Scale, axis_names
-from armdrive.motion.segments import SpeedLimits
+from armdrive.motion.plan import SpeedLimits
 from armdrive.moves import GRIPPER_AXIS, Jog, Space
 from armdrive.runtime.position import ArmCoordinates, MotionSegment
 from kinematics.five_axis.jog_rates import Rates, braked, shares_to_stop

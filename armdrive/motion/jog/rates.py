@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from armdrive.config.arm import ArmConfig
 from armdrive.motion.jog.bounds import JogPath, Kind
-from armdrive.motion.segments import SpeedLimits
+from armdrive.motion.plan import SpeedLimits
 from armdrive.moves import CARTESIAN_AXES, GRIPPER_AXIS, YAW_AXIS, Space
 from armdrive.runtime.position import ArmCoordinates
 from kinematics.five_axis.arm import FiveAxisArm

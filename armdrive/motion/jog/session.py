@@ -8,15 +8,13 @@ from dataclasses import dataclass
 from armdrive.abilities import Abort, segment_s
 from armdrive.errors import ArmError, BadRequest, NotReferenced, WrongState
 from armdrive.motion.context import MotionContext, Way
-from armdrive.motion.execute import drive_legs, in_motion, next_share, paced_move
+from armdrive.motion.execute import drive_legs, in_motion, next_share, paced_move, stream_held
 from armdrive.motion.frames import axes_of
 from armdrive.motion.gripper import require_finger_motor
 from armdrive.motion.jog.bounds import JogEnded
 from armdrive.motion.jog.course import JogCourse, JogProposal, Terms, Wish, stride
 from armdrive.motion.jog.rates import axis_names
-from armdrive.motion.plan import audit
-from armdrive.motion.segments import SpeedLimits
-from armdrive.motion.streaming import stream_held
+from armdrive.motion.plan import SpeedLimits, audit
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS, ContinuousJog, IncrementalJog, Jog, Space
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.position import ArmCoordinates, MotionSegment

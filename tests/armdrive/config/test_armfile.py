@@ -14,7 +14,7 @@ from armdrive.connect.parts import assemble, connect_simulated
 from armdrive.errors import ArmFileError, Refused
 from armdrive.registry.arm_files import load_arm, parse_arm, preset_arm
 from armdrive.registry.simulate import simulate
-from armdrive.runtime.drive import SimulatedPace
+from armdrive.runtime.clock import SimulatedPace
 from kinematics import KinematicsError, preset
 from kinematics.spaces import Joints
 

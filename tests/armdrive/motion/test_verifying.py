@@ -12,8 +12,8 @@ from armdrive import Arm, MarkRequest, Verdict
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import NotReferenced, OperatorNeeded, Stopped
+from armdrive.motion.reference import drift_between, judge
 from armdrive.motion.resolve import park_pose
-from armdrive.motion.verify import drift_between, judge
 from armdrive.registry import DIALECTS
 from armdrive.status import Evidence, State, Trust
 from armdrive.storage.record import FileRecorder

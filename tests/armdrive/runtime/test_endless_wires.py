@@ -15,8 +15,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.errors import ArmError, DeviceFault, NoAnswer, Refused
 from armdrive.registry import DIALECTS
-from armdrive.runtime.deadlines import CALL_LIMIT_S, call_limit_s
-from armdrive.runtime.received import Received, excerpt
+from armdrive.runtime.engine import CALL_LIMIT_S, Received, call_limit_s, excerpt
 from armdrive.status import State
 from firmware_protocol.frames import Frame, Unpacker, pack
 

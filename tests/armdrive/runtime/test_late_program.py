@@ -17,8 +17,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.dialects.exchange import ScriptRunner
 from armdrive.registry import DIALECTS
 from armdrive.registry.simulate import simulate
-from armdrive.runtime.clock import SimulatedClock
-from armdrive.runtime.drive import SimulatedPace
+from armdrive.runtime.clock import SimulatedClock, SimulatedPace
 from armdrive.status import State, Trust
 from armdrive.tasks import ReadPosition, Registers, Timeout
 from kinematics import Motors

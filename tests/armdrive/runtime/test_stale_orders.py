@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from armdrive import Arm
-from armdrive.arm.handle import Handle
+from armdrive.arm.connected import Handle
 from armdrive.errors import Stopped
 
 

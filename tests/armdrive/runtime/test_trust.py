@@ -9,7 +9,7 @@ from armdrive.blocking import run_blocking
 from armdrive.errors import ArmError, DeviceFault, NotReferenced, PositionMismatch, Refused
 from armdrive.motion.reference import poll, take_reference, vouched
 from armdrive.runtime.position import ArmCoordinates
-from armdrive.runtime.trust import FIRST_BELIEF, RESULTS, Belief, require_reference
+from armdrive.runtime.states import FIRST_BELIEF, RESULTS, Belief, require_reference
 from armdrive.status import Current, Evidence, State, Trust
 from kinematics import Pose
 

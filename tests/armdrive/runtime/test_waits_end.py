@@ -11,12 +11,11 @@ from armdrive.arm import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, WrongState
-from armdrive.motion import streaming as pausing
+from armdrive.motion import execute as pausing
 from armdrive.moves import Jog
 from armdrive.programs import performing
 from armdrive.programs.acts import Say
-from armdrive.runtime.clock import SimulatedClock
-from armdrive.runtime.drive import RealPace, SimulatedPace
+from armdrive.runtime.clock import RealPace, SimulatedClock, SimulatedPace
 from armdrive.runtime.engine import Engine
 from armdrive.runtime.overrides import BREATHS, LONGEST_PAUSE_S, LONGEST_SIMULATED_PAUSE_S
 from armdrive.status import State

@@ -17,14 +17,14 @@ from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError
-from armdrive.storage import control_server
+from armdrive.storage import arm_lock as control_server
 from armdrive.storage import lock_client as holder_notice
-from armdrive.storage.arm_lock import hold
-from armdrive.storage.control_server import (
+from armdrive.storage.arm_lock import (
     MOST_ANSWERED,
     MOST_INCOMPLETE,
     MOST_REQUEST_BYTES,
     MOST_WATCHERS,
+    hold,
 )
 from armdrive.storage.lock_client import ask_holder, called, notice_of, watch_holder
 

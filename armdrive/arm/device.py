@@ -1,20 +1,65 @@
-"""Inputs and outputs of the arm's controller, one by one: read, waited for, switched."""
+"""What an arm's controller has besides motors: inputs, outputs, and a program of its own."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
+from armdrive.abilities import OUTPUTS
 from armdrive.blocking import Wait
 from armdrive.connect.parts import Parts
-from armdrive.errors import BadRequest, InputTimeout, Stopped
+from armdrive.errors import BadRequest, InputTimeout, Refused, Stopped
+from armdrive.motion import device as program_memory
 from armdrive.motion import idle as idling
 from armdrive.motion import reference as referencing
-from armdrive.runtime.drive import RealPace
+from armdrive.registry import pendant_of
+from armdrive.runtime.arm_state import Core
+from armdrive.runtime.clock import RealPace
 from armdrive.runtime.engine import Engine
-from armdrive.runtime.io_lines import Lines, input_bits, output_bits
 from armdrive.runtime.states import Event, after
-from armdrive.status import State
+from armdrive.status import State, Trust
 from kinematics.errors import finite
+
+if TYPE_CHECKING:
+    from armdrive.dialects.pendant import PendantTools
+    from armdrive.registry.pendant import PendantProgram
+
+Lines = int | Iterable[int]
+"""One input or output, or several, counted from 1."""
+
+
+def output_bits(lines: Lines) -> int:
+    """Return the bits of outputs. Raises `BadRequest` for numbers that no output has."""
+    return _bits(lines, "outputs", OUTPUTS)
+
+
+def input_bits(core: Core, lines: Lines) -> int:
+    """Return the bits of an arm's inputs.
+
+    Raises `BadRequest` for numbers that it has not, and `Refused` where it has no inputs: whoever
+    waited for one would wait for ever.
+    """
+    most = core.controller.abilities.inputs
+    if not most:
+        raise Refused(
+            f"the controller of the {core.config.title} tells no inputs: nothing can be read there "
+            "or waited for"
+        )
+    return _bits(lines, f"the inputs of the {core.config.title}", most)
+
+
+def _bits(lines: Lines, what: str, most: int) -> int:
+    bits = 0
+    for number in [lines] if isinstance(lines, int) else lines:
+        whole = isinstance(number, int) and not isinstance(number, bool)
+        if not whole or not 1 <= number <= most:
+            raise BadRequest(f"{what} are counted from 1 to {most}, not {number!r}")
+        bits |= 1 << number - 1
+    return bits
+
+
+# Inputs and outputs of the arm's controller, one by one: read, waited for, switched.
 
 SIMULATED_S = 3600.0
 """A wait without a deadline ends after so long on simulated time, where nobody could interrupt it.
@@ -117,3 +162,64 @@ def _words(want: int, shun: int) -> str:
         for bits, name in named
         if bits
     )
+
+
+# The program that an arm keeps in a memory of its own, for its pendant: read, and written.
+
+PATIENCE_S = 3600.0
+"""Every request in it has a deadline from its bytes: at 110 baud they add up to many minutes."""
+
+
+class PendantMemory:
+    """The program in one arm's own memory. Nothing here moves it."""
+
+    def __init__(self, parts: Parts) -> None:
+        self._parts = parts
+
+    async def read(self) -> PendantProgram:
+        """Read the program in the arm's own memory; takes some seconds, and moves nothing.
+
+        It is read until two readings agree. Where the position is trusted, the program says as
+        well what its rows mean (`origin`). Raises `Refused` for an arm that keeps no program, and
+        `DeviceFault`.
+        """
+        memory = self._memory()
+        body = program_memory.read_program(self._parts.wire)
+        rows = await self._parts.runner.perform(body, PATIENCE_S)
+        return memory.from_words(rows, self._origin())
+
+    async def write(
+        self,
+        program: PendantProgram,
+        *,
+        leave_others: bool = False,
+        told: program_memory.RowTold = program_memory.unheard,
+    ) -> int:
+        """Write a program into the arm's memory, and read it back; moves nothing.
+
+        Returns how many rows were not there already; `told` is called by the engine's thread with
+        the number of each as it is in the arm, and must not wait for anything. Raises `Refused`
+        where the program's rows were read under another reference, so that they mean other places
+        now (`moved_to` shifts them), or where rows of other numbers would stay, unless
+        `leave_others`. An end before the end raises `ProgramHalfWritten`, which names the rows
+        that are in the arm.
+        """
+        self._memory()
+        program.require_fitting(self._parts.core.controller.abilities.program_rows)
+        program.require_origin(self._origin())
+        body = program_memory.write_program(
+            self._parts.wire, program.words, leave_others=leave_others, told=told
+        )
+        return await self._parts.runner.perform(body, PATIENCE_S)
+
+    def _memory(self) -> PendantTools[PendantProgram]:
+        """Return how its memory is read; raises `Refused` for an arm that has none."""
+        memory = pendant_of(self._parts.config)
+        after(self._parts.core.state, Event.MOVE)
+        return memory
+
+    def _origin(self) -> tuple[int, ...] | None:
+        """Return what the registers have to be added to now; None where nobody knows it."""
+        if self._parts.core.belief.trust in (Trust.REFERENCED, Trust.RESTORED):
+            return tuple(self._parts.core.position.offset)
+        return None
