@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from armdrive.arm.connected import StatusView, finished
@@ -213,7 +214,7 @@ class Referencing:
         found = Verified(verdict, drift, accepted=False, found=drift.words(transmission), note=note)
         if not drift.steps.largest or not _taken(found, accept):
             return found
-        return Verified(verdict, drift, accepted=True, found=found.found, note=note)
+        return replace(found, accepted=True)
 
     def _came_before(self, drift: Drift, logbook: Path | None) -> bool:
         """Tell whether the last verification found the same, and was taken for the reference."""
@@ -240,9 +241,7 @@ class Referencing:
             write_down(logbook, verified_view(verified), self._config.calibration, reference)
         except OSError as error:
             note = f"{verified.note}; it could not be written down: {error}".removeprefix("; ")
-            return Verified(
-                verified.verdict, verified.drift, verified.accepted, verified.found, note
-            )
+            return replace(verified, note=note)
         return verified
 
 

@@ -249,11 +249,7 @@ class MotionContext:
         """Send one burst and wait until it has ended; False where a stop ended it early."""
         core = self.core
         core.position.sends(burst.steps)
-        try:
-            reply = yield from self.request(burst, Evidence.ANSWER_LOST)
-        except LinkLost:
-            core.lost_in_motion(self.now_s)
-            raise
+        reply = yield from self._driven(burst)
         if isinstance(reply, Halted | Interrupted):
             beyond = reply.beyond if isinstance(reply, Halted) else 0
             farthest = core.position.commanded + Motors(
@@ -268,6 +264,14 @@ class MotionContext:
         if not timely or self.now_s > self.looked_s + BLIND_S:
             yield from self.verify()
         return True
+
+    def _driven(self, request: MoveBy | MoveAlong) -> TaskBody[Reply]:
+        """Send a motion and return its reply; a wire that is lost meanwhile is lost in motion."""
+        try:
+            return (yield from self.request(request, Evidence.ANSWER_LOST))
+        except LinkLost:
+            self.core.lost_in_motion(self.now_s)
+            raise
 
     def note_straying(self, steps: Sequence[float]) -> None:
         """Note that each motor may stray from its way by so many steps."""
@@ -291,11 +295,7 @@ class MotionContext:
         if not (yield from self._may_begin(request.let_go)):
             return False
         core.position.stands()
-        try:
-            reply = yield from self.request(request, Evidence.ANSWER_LOST)
-        except LinkLost:
-            core.lost_in_motion(self.now_s)
-            raise
+        reply = yield from self._driven(request)
         self.straying_mm = max(self.straying_mm, course.straying_mm)
         self.slow_s, self.total_s = self.slow_s + course.slow_s, self.total_s + course.total_s
         if isinstance(reply, Halted | Interrupted):
@@ -396,23 +396,29 @@ def leave_standstill(wire: MotionContext, let_go: Callable[[], bool] = never) ->
     """
     memory = wire.core.memory
     memory.begin_mark()
-    look_s = FIRST_LOOK_S
+    pauses_s = _pauses_s()
     while not memory.mark_stands():
         if wire.stopping or let_go():
             return False
-        yield SleepUntil(wire.now_s + look_s)
-        look_s = min(look_s * SLOWER, LAST_LOOK_S)
+        yield SleepUntil(wire.now_s + next(pauses_s))
     return True
 
 
 def be_remembered(wire: MotionContext) -> TaskBody[None]:
     """Wait until what was asked for is on the disk or has failed, which the notice tells then."""
     end_s = wire.now_s + LONGEST_S
-    look_s = FIRST_LOOK_S
+    pauses_s = _pauses_s()
     while not (wire.core.memory.settled or wire.stopping or wire.now_s >= end_s):
-        yield SleepUntil(wire.now_s + look_s)
-        look_s = min(look_s * SLOWER, LAST_LOOK_S)
+        yield SleepUntil(wire.now_s + next(pauses_s))
     wire.core.hear_memory()
+
+
+def _pauses_s() -> Iterator[float]:
+    """Give the pauses between two looks."""
+    pause_s = FIRST_LOOK_S
+    while True:
+        yield pause_s
+        pause_s = min(pause_s * SLOWER, LAST_LOOK_S)
 
 
 # What a device says unasked, and what that does to trust and state: one table.
