@@ -20,13 +20,14 @@ import struct
 import sys
 import tempfile
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from enum import Enum
 from multiprocessing.connection import Connection, Listener, Pipe, wait
 from pathlib import Path
 from queue import Empty, Queue
 from time import monotonic
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from armdrive.errors import ArmInUse, StateFileError
 from armdrive.storage import files as places
@@ -65,17 +66,16 @@ _LENGTH = struct.Struct("!i")
 """What goes before each message on a local socket: its length in bytes."""
 
 
-class Answerer(Protocol):
-    """Answers requests, from as many threads as there are callers."""
+class Answering(Enum):
+    """How long a request takes, and so where it is answered."""
 
-    def is_stop(self, request: Json) -> bool:
-        """Tell whether a request is answered at once, in the thread that reads all callers."""
+    AT_ONCE = "in the thread that reads all callers"
+    IN_TURN = "by one object, in a thread"
+    WATCHING = "by one object after another until either side ends, in a thread"
 
-    def is_stream(self, request: Json) -> bool:
-        """Tell whether a request is answered until either side ends."""
 
-    def answers(self, request: Json) -> Iterator[Json]:
-        """Answer a request: by one object, or by a stream of them."""
+Answerer = Callable[[Json], tuple[Answering, Iterator[Json]]]
+"""Tells how a request is answered, and answers it, from as many threads as there are callers."""
 
 
 @dataclass(slots=True, eq=False)
@@ -210,10 +210,11 @@ class ControlServer:
         except ValueError as error:
             _hang_up(connection, str(error))
             return
-        if self._answerer.is_stop(message):
-            self._reply(connection, message)
+        way, answers = self._answerer(message)
+        if way is Answering.AT_ONCE:
+            self._reply(connection, answers)
             return
-        if self._answerer.is_stream(message):
+        if way is Answering.WATCHING:
             slots, full = self._watching, f"{MOST_WATCHERS} programs watch this arm already"
         else:
             slots, full = self._answering, f"{MOST_ANSWERED} requests are being answered already"
@@ -223,7 +224,7 @@ class ControlServer:
 
         def reply() -> None:
             try:
-                self._reply(connection, message)
+                self._reply(connection, answers)
             finally:
                 slots.release()
 
@@ -233,9 +234,9 @@ class ControlServer:
             slots.release()
             _hang_up(connection, "the program that holds the arm cannot begin one more thread")
 
-    def _reply(self, connection: Connection[Any, Any], message: Json) -> None:
+    def _reply(self, connection: Connection[Any, Any], answers: Iterator[Json]) -> None:
         with connection, contextlib.suppress(OSError, EOFError):
-            for answer in self._answerer.answers(message):
+            for answer in answers:
                 connection.send_bytes(json.dumps(answer).encode())
 
 
