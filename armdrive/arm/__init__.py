@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self, Unpack, overload
 
 from armdrive.abilities import Abilities
 from armdrive.arm.arguments import RULES
-from armdrive.arm.connected import Connection, Handle, Recording, StatusView, finished
+from armdrive.arm.connected import Connection, Handle, Recording, finished
 from armdrive.arm.device import InputsOutputs, Lines, PendantMemory
 from armdrive.arm.gripper import Gripper
 from armdrive.arm.jogging import Jogging
@@ -97,13 +97,12 @@ class Arm:
         self.logbook = parts.logbook
         self.connection = Connection(parts)
         self._parts = parts
-        self._view = StatusView(parts)
-        self.places = Places(parts, self._view)
-        self._jogging = Jogging(parts, self._view)
-        self.moving = Moving(parts, self._view, self.places, self._jogging)
-        self.referencing = Referencing(self, parts, self._view, self.moving)
+        self.places = Places(parts)
+        self._jogging = Jogging(parts)
+        self.moving = Moving(parts, self.places, self._jogging)
+        self.referencing = Referencing(self, parts, self.moving)
         self._lines = InputsOutputs(parts)
-        self._gripper = Gripper(self, parts, self._view)
+        self._gripper = Gripper(self, parts)
         if parts.lock is not None:
             serve(parts.lock, self)
 
@@ -634,17 +633,17 @@ class Arm:
     @property
     def status(self) -> Status:
         """A frozen picture of this moment."""
-        return self._view.status
+        return self._parts.status
 
     @property
     def joints(self) -> Joints:
         """The acknowledged joint angles. Raises `NotReferenced` while the position is unknown."""
-        return self._view.joints
+        return self._parts.joints
 
     @property
     def pose(self) -> Pose:
         """The acknowledged pose. Raises `NotReferenced` while the position is unknown."""
-        return self._view.pose
+        return self._parts.pose
 
     def pose_in(self, frame: str) -> Pose:
         """The acknowledged pose as the base or a frame of the arm file sees it."""
@@ -663,7 +662,7 @@ class Arm:
     @property
     def speeds(self) -> SpeedLimits:
         """The limits that time is computed from; a device may tell its own once it is connected."""
-        return self._view.speeds
+        return self._parts.speeds
 
     @property
     def abilities(self) -> Abilities:

@@ -2,75 +2,24 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from armdrive.blocking import Wait, blocking, coroutine_of
 from armdrive.connect.parts import PATIENCE_S, Parts, TaskRunner
-from armdrive.errors import ArmError, NoAnswer, WaitTimeout, WrongState
+from armdrive.errors import NoAnswer, WaitTimeout, WrongState
 from armdrive.errors.arguments import BASIC, checked_calls
-from armdrive.motion.plan import SpeedLimits
 from armdrive.runtime.states import Event
-from armdrive.status import State, Status
+from armdrive.status import State
 from armdrive.tasks import Task
 from armdrive.trace.calls import Tracer
 from armdrive.trace.entries import TraceEntry
-from kinematics.spaces import Joints, Pose
 
 if TYPE_CHECKING:
     from armdrive.trace.log import LogReader
 
 T = TypeVar("T")
-
-
-class StatusView:
-    """What is known of a connected arm. Nothing here waits, or sends anything."""
-
-    def __init__(self, parts: Parts) -> None:
-        self._parts = parts
-
-    @property
-    def status(self) -> Status:
-        """A frozen picture of this moment."""
-        parts = self._parts
-        with parts.pace.lock:
-            scheduling_jitter = parts.pace.lateness.view()
-            return parts.core.status(
-                parts.engine, simulated=parts.simulated, scheduling_jitter=scheduling_jitter
-            )
-
-    @property
-    def joints(self) -> Joints:
-        """The acknowledged joint angles. Raises `NotReferenced` while the position is unknown."""
-        return self.known(self.status.joints)
-
-    @property
-    def pose(self) -> Pose:
-        """The acknowledged pose. Raises `NotReferenced` while the position is unknown."""
-        return self.known(self.status.pose)
-
-    @property
-    def speeds(self) -> SpeedLimits:
-        """The limits that time is computed from; a device may tell its own once it is connected."""
-        config, core = self._parts.config, self._parts.core
-        return SpeedLimits(
-            config.model.joint_speeds_rad_s,
-            config.model.gripper_speed_mm_s,
-            core.controller.usable_rate_hz(math.inf),
-            core.transmission,
-            config.motion.ramp_s,
-            config.motion.jerk_s,
-            config.accelerations_rad_s2,
-        )
-
-    def known(self, value: T | None) -> T:
-        """Return what a status tells, or raise `NotReferenced` where it tells nothing."""
-        if value is None:
-            self._parts.core.require_reference()
-            raise ArmError("the position is not known")
-        return value
 
 
 class Connection:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from armdrive.arm.connected import Handle, StatusView, finished
+from armdrive.arm.connected import Handle, finished
 from armdrive.connect.parts import PATIENCE_S, Parts
 from armdrive.errors import BadRequest, Refused, WrongState
 from armdrive.motion.jog.session import Jogged, check_jog, jog_session
@@ -22,9 +22,8 @@ LONGEST_WAIT_S = 1.0
 class Jogging:
     """The jogs of one arm: one session at a time takes up what is asked of it."""
 
-    def __init__(self, parts: Parts, view: StatusView) -> None:
+    def __init__(self, parts: Parts) -> None:
         self._parts = parts
-        self._view = view
         self._core = parts.core
         self._session: Task[Jogged] | None = None
 
@@ -106,6 +105,6 @@ class Jogging:
     def _join_session(self) -> Task[Jogged]:
         """Return the jogging under way, which takes up what was just asked, or begin one."""
         if self._session is None or self._session.done:
-            body = jog_session(self._parts.wire, self._view.speeds)
+            body = jog_session(self._parts.wire, self._parts.speeds)
             self._session = self._parts.runner.submit(body, alone=True)
         return self._session

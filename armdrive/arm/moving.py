@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from datetime import datetime
 from typing import Any, overload
 
-from armdrive.arm.connected import Handle, StatusView, finished
+from armdrive.arm.connected import Handle, finished
 from armdrive.arm.jogging import Jogging
 from armdrive.connect.parts import PATIENCE_S, Parts
 from armdrive.errors import BadRequest, Refused, Stopped
@@ -63,18 +63,17 @@ Place = Pose | Point | str
 class Places:
     """The places of one arm that have a name."""
 
-    def __init__(self, parts: Parts, view: StatusView) -> None:
-        self._core = parts.core
-        self._view = view
+    def __init__(self, parts: Parts) -> None:
+        self._parts = parts
         self._arm = parts.config.model.arm
         self.points = points_of(parts.config.name, self._arm, self._here)
 
     def _here(self) -> Point:
         """Return where the arm stands, on whole steps; raises `NotReferenced`."""
-        status = self._view.status
-        self._core.require_reference()
+        status = self._parts.status
+        self._parts.core.require_reference()
         now = datetime.now().replace(microsecond=0)
-        return Point(self._view.known(status.joints), status.gripper_mm, taught=now)
+        return Point(self._parts.known(status.joints), status.gripper_mm, taught=now)
 
     def joints(self, name: str) -> Joints:
         """Return the joint angles of a named point. Raises `UnknownPoint`."""
@@ -148,9 +147,8 @@ GRASP_PATIENCE_S = 120.0
 class Moving:
     """The planned motions of one arm."""
 
-    def __init__(self, parts: Parts, view: StatusView, places: Places, jogging: Jogging) -> None:
+    def __init__(self, parts: Parts, places: Places, jogging: Jogging) -> None:
         self._parts = parts
-        self._view = view
         self._places = places
         self._jogging = jogging
         self._core = parts.core
@@ -177,7 +175,7 @@ class Moving:
             made = prepare(move, self.ground())
             if runner.stops != asked:
                 raise Stopped("a stop was asked for before the motion began")
-            body = carry_out(self._parts.wire, self._view.speeds, made)
+            body = carry_out(self._parts.wire, self._parts.speeds, made)
             task = runner.submit(body, alone=True)
         longest_s = made.duration_s * PATIENCE + PATIENCE_S
         if isinstance(made.steps[-1].move, GraspMove):
@@ -216,7 +214,7 @@ class Moving:
                 after(core.state, Event.MOVE)
             if stops is not None and runner.stops != stops:
                 raise Stopped("a stop was asked for before the motors began to turn")
-            body = motion.bench_move(self._parts.wire, self._view.speeds, motors, fraction)
+            body = motion.bench_move(self._parts.wire, self._parts.speeds, motors, fraction)
             task = runner.submit(body, alone=True)
         return await runner.finish(task, PATIENCE_S * 10)
 
@@ -227,7 +225,7 @@ class Moving:
         core = self._core
         return Ground(
             self._parts.config,
-            self._view.speeds,
+            self._parts.speeds,
             core.position.coordinates if here is None else here,
             self._places.joints,
             core.transmission.has_gripper,

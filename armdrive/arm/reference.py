@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from armdrive.arm.connected import StatusView, finished
+from armdrive.arm.connected import finished
 from armdrive.arm.moving import Moving
 from armdrive.config.sections import HomingSettings
 from armdrive.connect.parts import Parts
@@ -57,10 +57,9 @@ class Referencing:
     `arm` is the arm as an operator meets it.
     """
 
-    def __init__(self, arm: JoggedArm, parts: Parts, view: StatusView, moving: Moving) -> None:
+    def __init__(self, arm: JoggedArm, parts: Parts, moving: Moving) -> None:
         self._arm = arm
         self._parts = parts
-        self._view = view
         self._moving = moving
         self._core = parts.core
         self._config = parts.config
@@ -86,7 +85,7 @@ class Referencing:
         except BaseException:
             await self._leave_homing()
             raise
-        return self._view.pose
+        return self._parts.pose
 
     @property
     def homes_by_switches(self) -> bool:
@@ -108,7 +107,7 @@ class Referencing:
             body = referencing.home_device(wire, homing, lambda group: told(names[group]))
             task = runner.submit(body, alone=True)
         await runner.finish(task, HOMING_PATIENCE_S)
-        return self._view.pose
+        return self._parts.pose
 
     def _have_confirmed(self, operator: Operator, request: PostureRequest) -> None:
         """Raise unless the operator confirms the posture and nobody has stopped meanwhile."""
@@ -146,7 +145,7 @@ class Referencing:
 
     async def confirm_restored(self) -> None:
         """Say that the arm stands as its record shows it: planned motion is allowed again."""
-        trust = self._view.status.trust
+        trust = self._parts.status.trust
         if trust is not Trust.RESTORED:
             raise Refused(
                 "there is no restored position to confirm, the position is "
