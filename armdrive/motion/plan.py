@@ -16,7 +16,7 @@ from armdrive.abilities import ramp_piece_s
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest, OutOfBounds
 from armdrive.registry import dialect
-from armdrive.runtime.position import ArmCoordinates, MotionSegment
+from armdrive.runtime.position import ArmCoordinates, MotionSegment, joints_between
 from kinematics.errors import Unreachable, finite, suggestion
 from kinematics.geometry import ArmGeometry
 from kinematics.guards.escape import nearest_allowed
@@ -293,14 +293,8 @@ def audit(config: ArmConfig, corners: list[Joints], further: float = 0.0) -> Non
             if violation.excess_rad > excused.get(violation.joint, 0.0) + SLACK_RAD:
                 raise limit_error(violation)
     if further > 0.0 and len(corners) > 1:
-        corners = [*corners, _running_on(corners[-2], corners[-1], further)]
+        corners = [*corners, joints_between(corners[-2], corners[-1], 1.0 + further)]
     _audit_guards(config, corners)
-
-
-def _running_on(start: Joints, end: Joints, further: float) -> Joints:
-    """Return where the joints come to that go on as from start to end by a share of that way."""
-    angles = (b + (b - a) * further for a, b in zip(start, end, strict=True))
-    return Joints(tuple(angles), end.names)
 
 
 def _audit_guards(config: ArmConfig, corners: list[Joints]) -> None:

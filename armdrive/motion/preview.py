@@ -29,7 +29,7 @@ from armdrive.moves import (
     SingleMove,
 )
 from armdrive.registry import dialect
-from armdrive.runtime.position import MotionSegment
+from armdrive.runtime.position import MotionSegment, alike, joints_between
 from armdrive.runtime.stop_bounds import run_on, stretches
 from armdrive.status import joints_view, pose_view, violation_text
 from kinematics.errors import KinematicsError
@@ -193,7 +193,7 @@ def _parts(
             end = solved
         case _:
             return None
-    return lambda share: JointMove(_between(here.joints, end, share), move.speed)
+    return lambda share: JointMove(joints_between(here.joints, end, share), move.speed)
 
 
 def _furthest_along(ground: Ground, part: Callable[[float], SingleMove]) -> Furthest | None:
@@ -214,12 +214,6 @@ def _plan(ground: Ground, move: SingleMove) -> MotionPlan | None:
 
 def _furthest(ground: Ground, joints: Joints, share: float) -> Furthest:
     return Furthest(ground.config.model.arm.fk(joints), joints, share)
-
-
-def _between(start: Joints, end: Joints, share: float) -> Joints:
-    return start.replace(
-        **{name: start[name] + (end[name] - start[name]) * share for name in start.names}
-    )
 
 
 # The ways to hold the hand at a goal: which posture a motion takes, and why the others fall out.
@@ -267,13 +261,13 @@ def _different(found: Sequence[Posture]) -> Iterator[Posture]:
     """Yield each posture once: the elbow of an arm that is stretched out is neither up nor down."""
     seen: list[Posture] = []
     for posture in found:
-        if not any(_same(posture.joints, each.joints) for each in seen):
+        if not any(alike(posture.joints, each.joints, SAME_RAD) for each in seen):
             seen.append(posture)
             yield posture
 
 
 def _way(ground: Ground, posture: Posture, end: Joints | None, line: bool) -> PostureOption:
-    taken = end is not None and _same(posture.joints, end)
+    taken = end is not None and alike(posture.joints, end, SAME_RAD)
     if taken:
         return PostureOption(posture.name, posture.joints, taken=True)
     forbidden = _forbidden(ground, posture)
@@ -297,10 +291,6 @@ def _second_choice(ground: Ground, posture: Posture, end: Joints | None, line: b
         return "allowed, but a straight line keeps the posture that it begins in"
     turn, least = (_turn_deg(ground.here.joints, one) for one in (posture.joints, end))
     return f"allowed, but further: its joints turn by {turn:.0f}° instead of {least:.0f}°"
-
-
-def _same(a: Joints, b: Joints) -> bool:
-    return all(abs(x - y) <= SAME_RAD for x, y in zip(a, b, strict=True))
 
 
 def _turn_deg(a: Joints, b: Joints) -> float:

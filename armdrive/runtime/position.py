@@ -23,6 +23,17 @@ from kinematics.spaces import Joints, Motors
 from kinematics.transmission import Transmission
 
 
+def joints_between(start: Joints, end: Joints, fraction: float) -> Joints:
+    """Return the joints at a fraction of the straight way between two; beyond its end above 1."""
+    angles = (a + (b - a) * fraction for a, b in zip(start, end, strict=True))
+    return Joints(tuple(angles), start.names)
+
+
+def alike(a: Joints, b: Joints, within_rad: float) -> bool:
+    """Tell whether two postures are the same, each joint within an angle."""
+    return all(abs(x - y) <= within_rad for x, y in zip(a, b, strict=True))
+
+
 @dataclass(frozen=True, slots=True)
 class ArmCoordinates:
     """Where the arm is meant to be, before rounding to steps: joints and gripper opening."""
@@ -43,9 +54,8 @@ class ArmCoordinates:
         """Return the point at a fraction of the straight way in joint space."""
         if fraction >= 1.0:
             return other
-        angles = (a + (b - a) * fraction for a, b in zip(self.joints, other.joints, strict=True))
         opening_mm = self.opening_mm + (other.opening_mm - self.opening_mm) * fraction
-        return ArmCoordinates(Joints(tuple(angles), self.joints.names), opening_mm)
+        return ArmCoordinates(joints_between(self.joints, other.joints, fraction), opening_mm)
 
 
 @dataclass(frozen=True, slots=True)
