@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
+from faults import as_it_stands
 
 from armdrive import Arm
 from armdrive.arm.connected import Handle
@@ -14,8 +15,7 @@ from armdrive.errors import Stopped
 @pytest.fixture
 def arm() -> Iterator[Arm]:
     with Arm.connect("sim:cia402") as arm:
-        arm.home()
-        yield arm
+        yield as_it_stands(arm)
 
 
 def moving(arm: Arm) -> Handle:

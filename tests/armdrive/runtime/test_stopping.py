@@ -5,7 +5,7 @@ import signal
 import threading
 
 import pytest
-from faults import Rule, late_by, ready_arm, sim_arm, sim_config, stand_still_s
+from faults import Rule, as_it_stands, late_by, ready_arm, sim_arm, sim_config, stand_still_s
 
 from armdrive import Jog
 from armdrive.errors import ArmError, OperatorNeeded, Stopped, WrongState
@@ -211,7 +211,7 @@ def test_a_reset_with_a_late_answer_on_the_line_takes_it_for_nothing_else():
         arm.move_j(base_deg=1)
     arm.reset()
     assert arm.twin.world.motors == arm.status.acknowledged
-    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    as_it_stands(arm)
     arm.move_j(base_deg=2)
     assert arm.twin.world.joints.deg["base"] == pytest.approx(2.0, abs=0.1)
 
