@@ -82,11 +82,7 @@ class InputsOutputs:
         await self._parts.runner.perform(idling.set_outputs(self._parts.wire, bits))
 
     async def set_output(self, number: int, on: bool = True) -> None:
-        """Switch one output, counted from 1; the others stay. Moves nothing.
-
-        Outputs that this connection has not written yet are taken to be off, as they are when the
-        controller is switched on: no such controller tells how they are.
-        """
+        """Switch one output, counted from 1; see `Arm.set_output`."""
         bit = output_bits(number)
         bits = self._core.readings.outputs or 0
         await self.set_outputs(bits | bit if on else bits & ~bit)
@@ -99,14 +95,7 @@ class InputsOutputs:
     async def wait_inputs(
         self, *, high: Lines = (), low: Lines = (), within_s: float | None = None
     ) -> int:
-        """Wait until inputs, counted from 1, are high and low; return the input bits.
-
-        `wait_inputs(high=3, low=(1, 2), within_s=10)`, on the arm's own clock. Other calls may go
-        on meanwhile: a standing arm is looked at 20 times a second, one in motion as often as its
-        controller tells. Raises `InputTimeout` at the deadline, `Stopped` where the arm is stopped
-        or this program was suspended, what broke where its wire is lost, `WrongState` for an arm
-        that nobody looks at, and `Refused` for one that has no inputs.
-        """
+        """Wait until inputs are high and low, and return them; see `Arm.wait_inputs`."""
         want, shun = input_bits(self._core, high), input_bits(self._core, low)
         patience_s = self._patience_s(within_s)
         if want & shun or not want | shun:
@@ -177,12 +166,7 @@ class PendantMemory:
         self._parts = parts
 
     async def read(self) -> PendantProgram:
-        """Read the program in the arm's own memory; takes some seconds, and moves nothing.
-
-        It is read until two readings agree. Where the position is trusted, the program says as
-        well what its rows mean (`origin`). Raises `Refused` for an arm that keeps no program, and
-        `DeviceFault`.
-        """
+        """Read the program in the arm's own memory; see `Arm.read_pendant_program`."""
         memory = self._memory()
         body = program_memory.read_program(self._parts.wire)
         rows = await self._parts.runner.perform(body, PATIENCE_S)
@@ -195,15 +179,7 @@ class PendantMemory:
         leave_others: bool = False,
         told: program_memory.RowTold = program_memory.unheard,
     ) -> int:
-        """Write a program into the arm's memory, and read it back; moves nothing.
-
-        Returns how many rows were not there already; `told` is called by the engine's thread with
-        the number of each as it is in the arm, and must not wait for anything. Raises `Refused`
-        where the program's rows were read under another reference, so that they mean other places
-        now (`moved_to` shifts them), or where rows of other numbers would stay, unless
-        `leave_others`. An end before the end raises `ProgramHalfWritten`, which names the rows
-        that are in the arm.
-        """
+        """Write a program into the arm's memory; see `Arm.write_pendant_program`."""
         self._memory()
         program.require_fitting(self._parts.core.controller.abilities.program_rows)
         program.require_origin(self._origin())
