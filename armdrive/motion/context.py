@@ -322,7 +322,6 @@ class MotionContext:
         elif core.position.slack.vague:
             core.learn(Evidence.READ_BACK_DIFFERS, self.now_s, TURNING_ROUND)
         core.position.believe_registers()
-        core.position.commanded = core.position.acknowledged  # also where nothing had moved yet
         if isinstance(reply, Interrupted):
             raise self.fault(
                 PendantStop(
@@ -341,7 +340,6 @@ class MotionContext:
         words = f": {reply.reason}" if reply.reason else ""
         if not reply.moved and not difference.largest:
             core.position.believe_registers()
-            core.position.commanded = core.position.acknowledged
             raise self.fault(DeviceFault(told or f"the controller refused the motion{words}"))
         core.learn(_evidence(reply), self.now_s, reply.reason)
         take_difference(core)

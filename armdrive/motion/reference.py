@@ -130,9 +130,14 @@ def home_device(
     core.position.refer(registers.positions, ArmCoordinates(homing.joints, homing.opening_mm))
     core.learn(Evidence.HOMED_BY_SWITCHES, wire.now_s)
     core.clear_remarks()
-    core.settle()
-    core.mark_still()
     core.still_since_s = wire.now_s
+    yield from _settled(wire)
+
+
+def _settled(wire: MotionContext) -> TaskBody[None]:
+    """Stand with what is believed by now, and wait until that is on the disk."""
+    wire.core.settle()
+    wire.core.mark_still()
     yield from be_remembered(wire)
 
 
@@ -280,9 +285,7 @@ def take_reference(wire: MotionContext, word: Vouched) -> TaskBody[None]:
     core.position.refer(registers, word.there)
     core.learn(word.evidence, wire.now_s)
     core.clear_remarks()
-    core.settle()
-    core.mark_still()
-    yield from be_remembered(wire)
+    yield from _settled(wire)
 
 
 _MOVED = "the wire was disturbed, and the registers have changed meanwhile"
@@ -305,9 +308,7 @@ def believe_mark(wire: MotionContext) -> TaskBody[None]:
     _require_homing(wire)
     if core.belief.trust is Trust.RESTORED:
         core.learn(Evidence.CONFIRMED, wire.now_s)
-    core.settle()
-    core.mark_still()
-    yield from be_remembered(wire)
+    yield from _settled(wire)
 
 
 def doubt_position(wire: MotionContext, detail: str) -> TaskBody[None]:
@@ -315,9 +316,7 @@ def doubt_position(wire: MotionContext, detail: str) -> TaskBody[None]:
     core = wire.core
     _require_homing(wire)
     core.learn(Evidence.OFF_ITS_MARK, wire.now_s, detail)
-    core.settle()
-    core.mark_still()
-    yield from be_remembered(wire)
+    yield from _settled(wire)
 
 
 def _require_homing(wire: MotionContext) -> None:

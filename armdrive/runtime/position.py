@@ -247,8 +247,9 @@ class PositionLedger:
     def believe_registers(self) -> None:
         """Take the read-back for the position: the motors are there, whatever was commanded."""
         if self.read_back is not None and self.read_back != self.acknowledged:
-            self.commanded = self.acknowledged = self.read_back
+            self.acknowledged = self.read_back
             self.coordinates = self.coordinates_of(self.acknowledged)
+        self.commanded = self.acknowledged  # also where nothing had moved yet
         self.slack.believe()
 
     def count_anew(self, registers: Motors) -> None:

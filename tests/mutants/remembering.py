@@ -145,9 +145,7 @@ MUTANTS = (
         old=(
             "    core.learn(word.evidence, wire.now_s)\n"
             "    core.clear_remarks()\n"
-            "    core.settle()\n"
-            "    core.mark_still()\n"
-            "    yield from be_remembered(wire)\n"
+            "    yield from _settled(wire)\n"
         ),
         new=(
             "    core.learn(word.evidence, wire.now_s)\n"
