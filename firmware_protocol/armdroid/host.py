@@ -12,21 +12,19 @@ from collections import deque
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from firmware_protocol.armdroid.answers import (
+from firmware_protocol.armdroid.messages import (
     ANSWER_TO,
     Answer,
-    SpeedReported,
-    TorqueReported,
-    Welcome,
-)
-from firmware_protocol.armdroid.commands import (
     Clear,
     Command,
     DriveAll,
     DriveOne,
     DropArguments,
     SetSpeed,
+    SpeedReported,
     Torque,
+    TorqueReported,
+    Welcome,
     ZeroOffsets,
 )
 from firmware_protocol.armdroid.wire import END, decode_answer, encode_command

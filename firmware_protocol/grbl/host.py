@@ -13,30 +13,149 @@ Real-time commands are never counted. Nothing that the board sends raises.
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from operator import add, sub
+from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
-from firmware_protocol.grbl.answers import Alarm, Banner, Bracketed, Error, Ok
-from firmware_protocol.grbl.audit import check_command
+from firmware_protocol.grbl.answers import Alarm, Banner, Bracketed, Error, Ok, Version
 from firmware_protocol.grbl.codes import alarm_code, error_code
-from firmware_protocol.grbl.commands import Command, writes_eeprom
+from firmware_protocol.grbl.commands import Command, check_command, writes_eeprom
 from firmware_protocol.grbl.dialect import GRBL, Dialect, Variant
-from firmware_protocol.grbl.events import (
-    Acknowledged,
-    AlarmRaised,
-    Event,
-    Refused,
-    Restarted,
-    StatusReported,
-    Unexpected,
-    Unreadable,
-)
-from firmware_protocol.grbl.info import Version
-from firmware_protocol.grbl.position import Positions
 from firmware_protocol.grbl.realtime import Realtime
-from firmware_protocol.grbl.reports import PADDING, Answer, WordedAlarm, WordedError, decode_answer
+from firmware_protocol.grbl.reports import (
+    PADDING,
+    Answer,
+    Info,
+    WordedAlarm,
+    WordedError,
+    decode_answer,
+)
 from firmware_protocol.grbl.status import StatusReport
 from firmware_protocol.lines import Dropped, LineSplitter
+
+# What a host learns from a board.
+
+
+@dataclass(frozen=True, slots=True)
+class Acknowledged:
+    """The board took a line: for a motion that it is planned, not that it is over."""
+
+    command: Command
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """The board refused a line, which did nothing. `code` is None where it answered in words."""
+
+    command: Command
+    code: int | None
+    meaning: str
+    remedy: str
+
+
+@dataclass(frozen=True, slots=True)
+class AlarmRaised:
+    """The board has locked itself. `position_kept` is false where steps may have been lost."""
+
+    code: int | None
+    meaning: str
+    remedy: str
+    position_kept: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Restarted:
+    """The board has started anew: its position is suspect, and `lost` lines have no answer.
+
+    Of the lost lines some may have been executed.
+    """
+
+    banner: Banner
+    lost: tuple[Command, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class StatusReported:
+    """A status report, with both positions where they are known.
+
+    The one that the report lacks is computed with the last work offset that was reported since
+    the board's start; it is None where none was.
+    """
+
+    report: StatusReport
+    machine_position: tuple[float, ...] | None
+    work_position: tuple[float, ...] | None
+
+
+@dataclass(frozen=True, slots=True)
+class Unexpected:
+    """An answer to a line where no line was unanswered."""
+
+    answer: Ok | Error | WordedError
+
+
+@dataclass(frozen=True, slots=True)
+class Unreadable:
+    """Bytes that cannot be read, and why."""
+
+    data: bytes
+    reason: str
+
+
+Event: TypeAlias = (
+    Acknowledged
+    | Refused
+    | AlarmRaised
+    | Restarted
+    | StatusReported
+    | Unexpected
+    | Unreadable
+    | Info
+)
+
+
+# Machine position and work position out of reports that give one of them.
+#
+# WPos = MPos - WCO, and the offset (WCO) is reported now and then: at once when it has changed.
+
+Coordinates: TypeAlias = tuple[float, ...]
+_DECIMALS = 6
+"""Sums of reported numbers are rounded to these; reports have three or four."""
+
+
+class Positions:
+    """Remembers the work offset of one run of the board."""
+
+    def __init__(self) -> None:
+        self._offset: Coordinates | None = None
+
+    def of(self, report: StatusReport, axes: int) -> tuple[Coordinates | None, Coordinates | None]:
+        """Return machine position and work position, None where it cannot be known.
+
+        Raises `RemoteProtocolError` where the report has another number of axes: a damaged line,
+        or a board that was built otherwise than its owner believes.
+        """
+        for values in (report.machine_position, report.work_position, report.work_offset):
+            if values is not None and len(values) != axes:
+                raise RemoteProtocolError(
+                    f"{len(values)} coordinates, but the board has {axes} axes"
+                )
+        if report.work_offset is not None:
+            self._offset = report.work_offset
+        machine, work = report.machine_position, report.work_position
+        if machine is None:
+            return self._shifted(work, add), work
+        return machine, self._shifted(machine, sub)
+
+    def _shifted(
+        self, values: Coordinates | None, how: Callable[[float, float], float]
+    ) -> Coordinates | None:
+        if values is None or self._offset is None or len(self._offset) != len(values):
+            return None
+        return tuple(round(how(a, b), _DECIMALS) for a, b in zip(values, self._offset, strict=True))
+
 
 LINE_BYTES_MAX = 512
 """A longer line from the board is dropped and reported."""

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError, whole
-from firmware_protocol.grbl.answers import within
-from firmware_protocol.grbl.info import coordinates, write_coordinates
+from firmware_protocol.grbl.answers import coordinates, within, write_coordinates
 from firmware_protocol.grbl.words import number, write_number
 
 COUNT_MAX = 99_999_999

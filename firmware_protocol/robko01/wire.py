@@ -5,39 +5,40 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from firmware_protocol.errors import RemoteProtocolError
-from firmware_protocol.robko01.answers import (
+from firmware_protocol.robko01.frames import Frame, Kind, frame_bytes
+from firmware_protocol.robko01.messages import (
+    AXES_BYTES,
     VALUED,
     Acknowledged,
     Answer,
+    Axes,
     Busy,
-    InputsRead,
-    Moving,
-    OutputsSet,
-    Pong,
-    Positions,
-    RobotId,
-)
-from firmware_protocol.robko01.frames import Frame, Kind, frame_bytes
-from firmware_protocol.robko01.requests import (
     Clear,
     Disable,
     Enable,
     GetRobotId,
     Inputs,
+    InputsRead,
     IsMoving,
     LoadPosition,
     MoveAbsolute,
     MoveRelative,
     MoveSpeed,
+    Moving,
+    Op,
     Outputs,
+    OutputsSet,
     Ping,
+    Pong,
     Position,
+    Positions,
     Request,
+    RobotId,
     SavePosition,
     SetRobotId,
+    Status,
     Stop,
 )
-from firmware_protocol.robko01.values import AXES_BYTES, Axes, Op, Status
 
 
 def encode_request(request: Request, *, counts_check: bool = False) -> bytes:

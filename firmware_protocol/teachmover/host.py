@@ -19,17 +19,19 @@ from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
 from firmware_protocol.lines import Dropped, LineSplitter
-from firmware_protocol.teachmover.due import AFTER_DONE, FORMS, Due
 from firmware_protocol.teachmover.messages import (
+    AFTER_DONE,
     ATTENTION,
+    FORMS,
     Arm,
     Command,
+    Due,
+    ProgramRow,
     Registers,
     Reply,
     Status,
     attention_character,
 )
-from firmware_protocol.teachmover.program import ProgramRow
 from firmware_protocol.teachmover.wire import CR, NOISE, decode_reply, encode_command
 
 MAX_ROWS = 64

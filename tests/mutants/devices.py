@@ -52,7 +52,7 @@ MUTANTS = (
     Mutant(
         name="an ok is taken for the end of its line",
         promise="a GRBL motion has ended when the board stands at its end",
-        path="armdrive/dialects/grbl/in_flight.py",
+        path="armdrive/dialects/grbl/planner.py",
         old=("        self.unanswered = max(self.unanswered - 1, 0)\n        self.oks += 1\n"),
         new=(
             "        self.unanswered = max(self.unanswered - 1, 0)\n"
@@ -78,7 +78,7 @@ MUTANTS = (
     Mutant(
         name="jogs are sent before the line before is answered",
         promise="no more than one line of a jog is unanswered",
-        path="armdrive/dialects/grbl/in_flight.py",
+        path="armdrive/dialects/grbl/planner.py",
         old="return self.lines.unanswered > 0 and (self.jog or not self.lines.oks)",
         new="return False",
         tests=tests_of(
@@ -155,7 +155,7 @@ MUTANTS = (
     Mutant(
         name="a Robko position has its bytes in the wrong order",
         promise="frames are as the firmware writes them",
-        path="firmware_protocol/robko01/values.py",
+        path="firmware_protocol/robko01/messages.py",
         old='struct.Struct(f"<{2 * AXES}h")',
         new='struct.Struct(f">{2 * AXES}h")',
         tests=tests_of(
@@ -216,7 +216,7 @@ MUTANTS = (
     Mutant(
         name="an Armdroid's number loses its sign",
         promise="numbers come out as they went in",
-        path="firmware_protocol/armdroid/characters.py",
+        path="firmware_protocol/armdroid/device.py",
         old="            self._accumulator = wrapped(-self._accumulator)",
         new="            self._accumulator = wrapped(self._accumulator)",
         tests=tests_of(

@@ -45,7 +45,7 @@ from firmware_protocol.armdroid import (
     TorqueReported,
     Welcome,
 )
-from firmware_protocol.armdroid.characters import wrapped
+from firmware_protocol.armdroid.device import wrapped
 from firmware_protocol.armdroid.host import Event as Heard
 from firmware_protocol.armdroid.wire import encode_command
 from kinematics.spaces import Motors

@@ -14,9 +14,8 @@ from armdrive.dialects.grbl.exchange import (
     GrblExchange,
     refusal,
 )
-from armdrive.dialects.grbl.outputs import GrblOutputs
 from armdrive.dialects.grbl.settings import GrblSettings
-from armdrive.dialects.grbl.stops import GrblStops
+from armdrive.dialects.grbl.stops import GrblOutputs, GrblStops
 from armdrive.tasks import Done, RequestRejected, Timeout
 from firmware_protocol.grbl import (
     Acknowledged,
@@ -28,7 +27,7 @@ from firmware_protocol.grbl import (
     StatusReported,
     Unlock,
 )
-from firmware_protocol.grbl.events import Event as HostEvent
+from firmware_protocol.grbl.host import Event as HostEvent
 
 TRIES = 3
 """How often the board's build is asked for, its modes are set, and a report that surprises is

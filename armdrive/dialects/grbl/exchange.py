@@ -23,7 +23,7 @@ from firmware_protocol.grbl import (
     State,
     StatusReported,
 )
-from firmware_protocol.grbl.events import Event as HostEvent
+from firmware_protocol.grbl.host import Event as HostEvent
 
 Asking: TypeAlias = Generator[float, HostEvent | None, bool]
 Answering: TypeAlias = Generator[float, HostEvent | None, Reply]

@@ -9,11 +9,9 @@ from armdrive.dialects.controller import StopPart
 from armdrive.dialects.exchange import ScriptRunner
 from armdrive.dialects.grbl.board import BoardState
 from armdrive.dialects.grbl.exchange import SPOILER, GrblExchange
-from armdrive.dialects.grbl.in_flight import InFlightLines
-from armdrive.dialects.grbl.outputs import GrblOutputs
-from armdrive.dialects.grbl.planner import Limits, MotionBounds, SegmentBuffer
+from armdrive.dialects.grbl.planner import InFlightLines, Limits, MotionBounds, SegmentBuffer
 from armdrive.dialects.grbl.settings import BoardAxes
-from armdrive.dialects.grbl.stops import GrblStops
+from armdrive.dialects.grbl.stops import GrblOutputs, GrblStops
 from armdrive.errors import Refused
 from armdrive.tasks import Alert, AlertKind, Done, ProtocolWarning, Registers, RequestRejected
 from firmware_protocol.grbl import Dialect, Host, Line, State, Variant
