@@ -35,7 +35,7 @@ from firmware_protocol.errors import LocalProtocolError
 
 # The sketch's character machine: an accumulator, an argument index and the arguments it keeps.
 #
-# Numbers are `int` of 16 bit, as on the AVR boards the sketch was written for, and wrap as those do.
+# Numbers are `int` of 16 bit, as on the AVR boards that the sketch was written for, and wrap.
 
 
 _DIGITS = b"0123456789"

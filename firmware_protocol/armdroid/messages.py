@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import ClassVar, TypeAlias
 
 from firmware_protocol.errors import BadField, whole
+from firmware_protocol.fields import boolean, checks, optional, row_of, whole_from
 
 MOTORS = 6
 """1 gripper, 2 left wrist, 3 right wrist, 4 elbow, 5 shoulder, 6 base."""
@@ -26,16 +27,12 @@ RPM_MAX = 60 * 1000 // STEPS_PER_TURN
 _BYTE_MAX = 255
 
 
-def six_steps(field: str, steps: object, count: int = MOTORS) -> tuple[int, ...]:
-    """Return so many counts of steps in signed 16 bit, or raise `BadField` naming the one."""
-    if not isinstance(steps, tuple | list) or len(steps) != count:
-        raise BadField(field, steps, f"{count} counts of steps")
-    return tuple(
-        whole(f"{field}[{index}]", each, STEPS_MIN, STEPS_MAX) for index, each in enumerate(steps)
-    )
+STEPS = whole_from(STEPS_MIN, STEPS_MAX)
+SIX_STEPS = row_of(STEPS, MOTORS, f"{MOTORS} counts of steps")
 
 
 @dataclass(frozen=True, slots=True)
+@checks(motor=whole_from(1, MOTORS), steps=STEPS)
 class DriveOne:
     """Move one motor, 1 to 6, by relative steps; the answer comes at the motion's end.
 
@@ -48,12 +45,9 @@ class DriveOne:
     motor: int
     steps: int
 
-    def __post_init__(self) -> None:
-        whole("motor", self.motor, 1, MOTORS)
-        whole("steps", self.steps, STEPS_MIN, STEPS_MAX)
-
 
 @dataclass(frozen=True, slots=True)
+@checks(steps=SIX_STEPS)
 class DriveAll:
     """Move all six motors together by relative steps, each at the same rate until it is done.
 
@@ -64,9 +58,6 @@ class DriveAll:
 
     letter: ClassVar[str] = "D"
     steps: tuple[int, ...]
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "steps", six_steps("steps", self.steps))
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +82,7 @@ class ZeroOffsets:
 
 
 @dataclass(frozen=True, slots=True)
+@checks(rpm=whole_from(1, RPM_MAX))
 class SetSpeed:
     """Set the speed of later motions, 1 to 1250 rpm.
 
@@ -100,9 +92,6 @@ class SetSpeed:
     letter: ClassVar[str] = "s"
     rpm: int
 
-    def __post_init__(self) -> None:
-        whole("rpm", self.rpm, 1, RPM_MAX)
-
     @property
     def step_interval_ms(self) -> int:
         """The least time between two steps at this speed."""
@@ -110,15 +99,12 @@ class SetSpeed:
 
 
 @dataclass(frozen=True, slots=True)
+@checks(on=boolean)
 class Torque:
     """Switch the motor current on or off; off lets the arm sag."""
 
     letter: ClassVar[str] = "t"
     on: bool
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.on, bool):
-            raise BadField("on", self.on, "True or False")
 
 
 @dataclass(frozen=True, slots=True)
@@ -224,75 +210,60 @@ Request: TypeAlias = Command | DriveNone | OddSpeed
 _WORD = re.compile(r"[!-.0-~]{1,16}")
 
 
-def _word(field: str, value: object) -> None:
+def _word(field: str, value: object) -> str:
     if not isinstance(value, str) or not _WORD.fullmatch(value):
         raise BadField(field, value, "1 to 16 printable ASCII characters, no space and no slash")
+    return value
 
 
 @dataclass(frozen=True, slots=True)
+@checks(offsets=SIX_STEPS)
 class OffsetsReported:
     """Where the motors are, in steps from where the offsets were zeroed. They wrap at 16 bit."""
 
     offsets: tuple[int, ...]
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "offsets", six_steps("offsets", self.offsets))
-
 
 @dataclass(frozen=True, slots=True)
+@checks(rpm=STEPS)
 class SpeedReported:
     """The number that was taken for a speed."""
 
     rpm: int
 
-    def __post_init__(self) -> None:
-        whole("rpm", self.rpm, STEPS_MIN, STEPS_MAX)
-
 
 @dataclass(frozen=True, slots=True)
+@checks(on=boolean)
 class TorqueReported:
     """Whether the motor current is on now."""
 
     on: bool
 
-    def __post_init__(self) -> None:
-        if not isinstance(self.on, bool):
-            raise BadField("on", self.on, "True or False")
-
 
 @dataclass(frozen=True, slots=True)
+@checks(firmware=_word, protocol=optional(_word))
 class VersionReported:
     """The versions; sketches up to 1.3 name one alone, and `protocol` is None."""
 
     firmware: str = "2.0"
     protocol: str | None = "1.0a"
 
-    def __post_init__(self) -> None:
-        _word("firmware", self.firmware)
-        if self.protocol is not None:
-            _word("protocol", self.protocol)
-
 
 @dataclass(frozen=True, slots=True)
+@checks(kind=_word)
 class InterfaceReported:
     """The interface to the motors: `direct-drive`, or `logic-drive` of the prototype models."""
 
     kind: str = "direct-drive"
 
-    def __post_init__(self) -> None:
-        _word("kind", self.kind)
-
 
 @dataclass(frozen=True, slots=True)
+@checks(arguments=row_of(STEPS, KEPT, f"{KEPT} counts of steps"), accumulator=STEPS)
 class ArgumentsReported:
     """The five kept arguments and the accumulator."""
 
     arguments: tuple[int, ...]
     accumulator: int
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "arguments", six_steps("arguments", self.arguments, KEPT))
-        whole("accumulator", self.accumulator, STEPS_MIN, STEPS_MAX)
 
 
 @dataclass(frozen=True, slots=True)

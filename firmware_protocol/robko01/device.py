@@ -11,8 +11,7 @@ from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
 from firmware_protocol.robko01.frames import Noise, Receiving
-from firmware_protocol.robko01.messages import Answer, Request
-from firmware_protocol.robko01.wire import decode_request, encode_answer
+from firmware_protocol.robko01.messages import Answer, Request, decode_request, encode_answer
 
 
 @dataclass(frozen=True, slots=True)

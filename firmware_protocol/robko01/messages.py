@@ -1,4 +1,8 @@
-"""The small values of the SUPER protocol: operations, status, the six axes, positions that wrap.
+"""What a Robko 01 and its host say to each other, as values checked when built, and their frames.
+
+A message has its operation and its payload, which takes one of four forms: nothing, one byte, the
+six axes, or any bytes. Everything here that is built raises `BadField` (a `LocalProtocolError`),
+everything that is read `RemoteProtocolError`.
 
 Operations and status: robko01/fw_arduino_lib src/OperationsCodes.h and src/SUPER.h.
 """
@@ -6,19 +10,21 @@ Operations and status: robko01/fw_arduino_lib src/OperationsCodes.h and src/SUPE
 from __future__ import annotations
 
 import struct
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import ClassVar, TypeAlias
+from functools import partial
+from typing import ClassVar, Self, TypeAlias, get_args
 
-from firmware_protocol.errors import BadField, whole
-from firmware_protocol.robko01.frames import PAYLOAD_MAX
+from firmware_protocol.errors import BadField, RemoteProtocolError, whole
+from firmware_protocol.fields import BYTE, an_instance, checks, row_of, whole_from
+from firmware_protocol.robko01.frames import PAYLOAD_MAX, Frame, Kind, frame_bytes
 
 AXES = 6
 AXIS_NAMES = ("base", "shoulder", "elbow", "left differential", "right differential", "gripper")
 WORD_MIN, WORD_MAX = -(1 << 15), (1 << 15) - 1
 _TURN = 1 << 16
 _TWELVE = struct.Struct(f"<{2 * AXES}h")
-AXES_BYTES = _TWELVE.size
 
 
 class Op(IntEnum):
@@ -53,16 +59,11 @@ class Status(IntEnum):
     TIMEOUT = 4
 
 
-def six_words(field: str, words: object) -> tuple[int, ...]:
-    """Return six whole numbers in signed 16 bit, or raise `BadField` naming the one."""
-    if not isinstance(words, tuple | list) or len(words) != AXES:
-        raise BadField(field, words, f"{AXES} whole numbers, one an axis")
-    return tuple(
-        whole(f"{field}[{index}]", word, WORD_MIN, WORD_MAX) for index, word in enumerate(words)
-    )
+_SIX_WORDS = row_of(whole_from(WORD_MIN, WORD_MAX), AXES, f"{AXES} whole numbers, one an axis")
 
 
 @dataclass(frozen=True, slots=True)
+@checks(positions_steps=_SIX_WORDS, speeds_steps_s=_SIX_WORDS)
 class Axes:
     """A position in steps and a speed in steps a second for each axis, base to gripper.
 
@@ -72,10 +73,6 @@ class Axes:
 
     positions_steps: tuple[int, ...]
     speeds_steps_s: tuple[int, ...] = (0,) * AXES
-
-    def __post_init__(self) -> None:
-        for field in ("positions_steps", "speeds_steps_s"):
-            object.__setattr__(self, field, six_words(field, getattr(self, field)))
 
     @classmethod
     def from_bytes(cls, data: bytes) -> Axes:
@@ -102,194 +99,227 @@ def unwrap(reported_steps: int, near_steps: int) -> int:
     return near_steps + wrap(reported_steps - near_steps)
 
 
-# What a host asks of a Robko 01, as values checked when they are built.
-#
-# Each has its operation and its payload. Everything here raises `BadField` (a
-# `LocalProtocolError`) that names the field, the value and the range.
-
-BYTE_MAX = 255
+# The four forms of a payload, in requests and in answers alike.
 
 
-def some_bytes(field: str, value: object) -> bytes:
-    """Return bytes that fit in a payload, or raise `BadField`."""
+def _some_bytes(field: str, value: object) -> bytes:
     if not isinstance(value, bytes) or len(value) > PAYLOAD_MAX:
         raise BadField(field, value, f"at most {PAYLOAD_MAX} bytes")
     return value
 
 
-def six_axes(value: object) -> Axes:
-    """Return `Axes`, or raise `BadField`."""
-    if not isinstance(value, Axes):
-        raise BadField("axes", value, "an Axes")
-    return value
+def _require_length(op: Op, payload: bytes, length: int, belong: str) -> bytes:
+    if len(payload) != length:
+        raise RemoteProtocolError(f"{op.name} with {len(payload)} bytes where {belong}")
+    return payload
 
 
 @dataclass(frozen=True, slots=True)
-class Ping:
-    """Ask for the same bytes back; on a retrofit it also feeds the watchdog."""
+class _OfNothing:
+    """A message without a payload."""
 
-    op: ClassVar[Op] = Op.PING
-    payload: bytes = b""
-
-    def __post_init__(self) -> None:
-        some_bytes("payload", self.payload)
-
-
-@dataclass(frozen=True, slots=True)
-class _Plain:
-    """A request without a payload."""
+    op: ClassVar[Op]
 
     @property
     def payload(self) -> bytes:
         """Nothing."""
         return b""
 
-
-@dataclass(frozen=True, slots=True)
-class Stop(_Plain):
-    """Ramp a move down. A `MoveSpeed` runs on: it is ended by one with all speeds zero."""
-
-    op: ClassVar[Op] = Op.STOP
-
-
-@dataclass(frozen=True, slots=True)
-class Disable(_Plain):
-    """Switch the motors' current off."""
-
-    op: ClassVar[Op] = Op.DISABLE
+    @classmethod
+    def read(cls, payload: bytes) -> Self:
+        """Read the message; raises `RemoteProtocolError`."""
+        _require_length(cls.op, payload, 0, "none belong")
+        return cls()
 
 
 @dataclass(frozen=True, slots=True)
-class Enable(_Plain):
-    """Switch the motors' current on."""
+@checks(value=BYTE)
+class _OfByte:
+    """A message whose payload is one byte."""
 
-    op: ClassVar[Op] = Op.ENABLE
-
-
-@dataclass(frozen=True, slots=True)
-class Clear(_Plain):
-    """Call the present position zero on every axis, in motion too."""
-
-    op: ClassVar[Op] = Op.CLEAR
-
-
-@dataclass(frozen=True, slots=True)
-class Inputs(_Plain):
-    """Ask for the digital inputs."""
-
-    op: ClassVar[Op] = Op.INPUTS
-
-
-@dataclass(frozen=True, slots=True)
-class IsMoving(_Plain):
-    """Ask which axes move. The answer can be none for 10 ms after a move was accepted."""
-
-    op: ClassVar[Op] = Op.IS_MOVING
-
-
-@dataclass(frozen=True, slots=True)
-class Position(_Plain):
-    """Ask for the position and the speed of every axis."""
-
-    op: ClassVar[Op] = Op.POSITION
-
-
-@dataclass(frozen=True, slots=True)
-class SavePosition(_Plain):
-    """Named by the firmware and not implemented: no answer comes."""
-
-    op: ClassVar[Op] = Op.SAVE_POSITION
-
-
-@dataclass(frozen=True, slots=True)
-class LoadPosition(_Plain):
-    """Named by the firmware and not implemented: no answer comes."""
-
-    op: ClassVar[Op] = Op.LOAD_POSITION
-
-
-@dataclass(frozen=True, slots=True)
-class _OfAxes:
-    """A request for all six axes."""
-
-    axes: Axes
-
-    def __post_init__(self) -> None:
-        six_axes(self.axes)
-
-    @property
-    def payload(self) -> bytes:
-        """The axes' 24 bytes."""
-        return self.axes.to_bytes()
-
-
-@dataclass(frozen=True, slots=True)
-class MoveRelative(_OfAxes):
-    """Move every axis by a distance; each ends when it ends. Answered at once."""
-
-    op: ClassVar[Op] = Op.MOVE_RELATIVE
-
-
-@dataclass(frozen=True, slots=True)
-class MoveAbsolute(_OfAxes):
-    """Move every axis to a position, which is not wrapped: 16 bits is as far as it goes."""
-
-    op: ClassVar[Op] = Op.MOVE_ABSOLUTE
-
-
-@dataclass(frozen=True, slots=True)
-class MoveSpeed(_OfAxes):
-    """Run every axis at a speed until told otherwise; the positions mean nothing.
-
-    Nothing ends it when the host falls silent, and `Stop` does not either.
-    """
-
-    op: ClassVar[Op] = Op.MOVE_SPEED
-
-
-@dataclass(frozen=True, slots=True)
-class Outputs:
-    """Set the digital outputs, one a bit."""
-
-    op: ClassVar[Op] = Op.OUTPUTS
+    op: ClassVar[Op]
     value: int
-
-    def __post_init__(self) -> None:
-        whole("value", self.value, 0, BYTE_MAX)
 
     @property
     def payload(self) -> bytes:
         """The one byte."""
         return bytes((self.value,))
 
+    @classmethod
+    def read(cls, payload: bytes) -> Self:
+        """Read the message; raises `RemoteProtocolError`."""
+        return cls(_require_length(cls.op, payload, 1, "one belongs")[0])
+
 
 @dataclass(frozen=True, slots=True)
+@checks(axes=an_instance(Axes, "an Axes"))
+class _OfAxes:
+    """A message about all six axes."""
+
+    op: ClassVar[Op]
+    axes: Axes
+
+    @property
+    def payload(self) -> bytes:
+        """The axes' 24 bytes."""
+        return self.axes.to_bytes()
+
+    @classmethod
+    def read(cls, payload: bytes) -> Self:
+        """Read the message; raises `RemoteProtocolError`."""
+        data = _require_length(cls.op, payload, _TWELVE.size, f"{_TWELVE.size} belong")
+        return cls(Axes.from_bytes(data))
+
+
+@dataclass(frozen=True, slots=True)
+@checks(payload=_some_bytes)
+class _OfBytes:
+    """A message of any bytes."""
+
+    op: ClassVar[Op]
+    payload: bytes = b""
+
+    @classmethod
+    def read(cls, payload: bytes) -> Self:
+        """Read the message."""
+        return cls(payload)
+
+
+# What a host asks.
+
+
+class Ping(_OfBytes):
+    """Ask for the same bytes back; on a retrofit it also feeds the watchdog."""
+
+    __slots__ = ()
+    op = Op.PING
+
+
+class Stop(_OfNothing):
+    """Ramp a move down. A `MoveSpeed` runs on: it is ended by one with all speeds zero."""
+
+    __slots__ = ()
+    op = Op.STOP
+
+
+class Disable(_OfNothing):
+    """Switch the motors' current off."""
+
+    __slots__ = ()
+    op = Op.DISABLE
+
+
+class Enable(_OfNothing):
+    """Switch the motors' current on."""
+
+    __slots__ = ()
+    op = Op.ENABLE
+
+
+class Clear(_OfNothing):
+    """Call the present position zero on every axis, in motion too."""
+
+    __slots__ = ()
+    op = Op.CLEAR
+
+
+class Inputs(_OfNothing):
+    """Ask for the digital inputs."""
+
+    __slots__ = ()
+    op = Op.INPUTS
+
+
+class IsMoving(_OfNothing):
+    """Ask which axes move. The answer can be none for 10 ms after a move was accepted."""
+
+    __slots__ = ()
+    op = Op.IS_MOVING
+
+
+class Position(_OfNothing):
+    """Ask for the position and the speed of every axis."""
+
+    __slots__ = ()
+    op = Op.POSITION
+
+
+class SavePosition(_OfNothing):
+    """Named by the firmware and not implemented: no answer comes."""
+
+    __slots__ = ()
+    op = Op.SAVE_POSITION
+
+
+class LoadPosition(_OfNothing):
+    """Named by the firmware and not implemented: no answer comes."""
+
+    __slots__ = ()
+    op = Op.LOAD_POSITION
+
+
+class MoveRelative(_OfAxes):
+    """Move every axis by a distance; each ends when it ends. Answered at once."""
+
+    __slots__ = ()
+    op = Op.MOVE_RELATIVE
+
+
+class MoveAbsolute(_OfAxes):
+    """Move every axis to a position, which is not wrapped: 16 bits is as far as it goes."""
+
+    __slots__ = ()
+    op = Op.MOVE_ABSOLUTE
+
+
+class MoveSpeed(_OfAxes):
+    """Run every axis at a speed until told otherwise; the positions mean nothing.
+
+    Nothing ends it when the host falls silent, and `Stop` does not either.
+    """
+
+    __slots__ = ()
+    op = Op.MOVE_SPEED
+
+
+class Outputs(_OfByte):
+    """Set the digital outputs, one a bit."""
+
+    __slots__ = ()
+    op = Op.OUTPUTS
+
+
+@dataclass(frozen=True, slots=True)
+@checks(robot_id=_some_bytes)
 class _OfRobotId:
-    """A request that the firmware answers with what it carries: it stores no id."""
+    """A message that carries the robot's name. The firmware answers with it and stores none."""
 
+    op: ClassVar[Op]
     robot_id: bytes = b""
-
-    def __post_init__(self) -> None:
-        some_bytes("robot_id", self.robot_id)
 
     @property
     def payload(self) -> bytes:
         """The id, as it is."""
         return self.robot_id
 
+    @classmethod
+    def read(cls, payload: bytes) -> Self:
+        """Read the message."""
+        return cls(payload)
 
-@dataclass(frozen=True, slots=True)
+
 class SetRobotId(_OfRobotId):
     """Name the robot. The firmware forgets it."""
 
-    op: ClassVar[Op] = Op.SET_ROBOT_ID
+    __slots__ = ()
+    op = Op.SET_ROBOT_ID
 
 
-@dataclass(frozen=True, slots=True)
 class GetRobotId(_OfRobotId):
     """Ask for the robot's name, without bytes of one's own; the firmware would return those."""
 
-    op: ClassVar[Op] = Op.GET_ROBOT_ID
+    __slots__ = ()
+    op = Op.GET_ROBOT_ID
 
 
 Request: TypeAlias = (
@@ -312,10 +342,7 @@ Request: TypeAlias = (
 )
 
 
-# What a Robko 01 answers, as values checked when they are built: operation, status, payload.
-#
-# Everything here raises `BadField` (a `LocalProtocolError`) that names the field, the value and
-# the range.
+# What the arm answers: a status, and a payload where the operation has one.
 
 VALUED = frozenset(
     (Op.PING, Op.INPUTS, Op.IS_MOVING, Op.POSITION, Op.SET_ROBOT_ID, Op.GET_ROBOT_ID)
@@ -327,53 +354,28 @@ VALUED = frozenset(
 _ID_OPS = (Op.SET_ROBOT_ID, Op.GET_ROBOT_ID)
 
 
-def _operation(value: object) -> Op:
-    return Op(whole("op", value, min(Op), max(Op)))
+def _operation(field: str, value: object) -> Op:
+    return Op(whole(field, value, min(Op), max(Op)))
 
 
 @dataclass(frozen=True, slots=True)
 class Acknowledged:
     """A status and nothing more."""
 
+    payload: ClassVar[bytes] = b""
     op: Op
     status: Status = Status.OK
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "op", _operation(self.op))
+        object.__setattr__(self, "op", _operation("op", self.op))
         status = Status(whole("status", self.status, min(Status), max(Status)))
         object.__setattr__(self, "status", status)
         if self.status is Status.OK and self.op in VALUED:
             raise BadField("status", status, f"other than OK: {self.op.name} answers with a value")
 
-    @property
-    def payload(self) -> bytes:
-        """Nothing."""
-        return b""
-
 
 @dataclass(frozen=True, slots=True)
-class _Ok:
-    """An answer that comes with a status of OK alone."""
-
-    status: ClassVar[Status] = Status.OK
-
-
-@dataclass(frozen=True, slots=True)
-class _OfByte:
-    """An answer whose payload is one byte."""
-
-    value: int
-
-    def __post_init__(self) -> None:
-        whole("value", self.value, 0, BYTE_MAX)
-
-    @property
-    def payload(self) -> bytes:
-        """The one byte."""
-        return bytes((self.value,))
-
-
-@dataclass(frozen=True, slots=True)
+@checks(op=_operation, moving=BYTE)
 class Busy:
     """Refused, because axes are moving: bit n of `moving` is axis n."""
 
@@ -381,46 +383,38 @@ class Busy:
     op: Op
     moving: int
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "op", _operation(self.op))
-        whole("moving", self.moving, 0, BYTE_MAX)
-
     @property
     def payload(self) -> bytes:
         """The mask."""
         return bytes((self.moving,))
 
 
-@dataclass(frozen=True, slots=True)
-class Pong(_Ok):
+class Pong(_OfBytes):
     """The bytes of a `Ping`."""
 
-    op: ClassVar[Op] = Op.PING
-    payload: bytes = b""
-
-    def __post_init__(self) -> None:
-        some_bytes("payload", self.payload)
+    __slots__ = ()
+    op, status = Op.PING, Status.OK
 
 
-@dataclass(frozen=True, slots=True)
-class OutputsSet(_OfByte, _Ok):
+class OutputsSet(_OfByte):
     """The outputs as they are now. An `Acknowledged` says the same without the byte."""
 
-    op: ClassVar[Op] = Op.OUTPUTS
+    __slots__ = ()
+    op, status = Op.OUTPUTS, Status.OK
 
 
-@dataclass(frozen=True, slots=True)
-class InputsRead(_OfByte, _Ok):
+class InputsRead(_OfByte):
     """The inputs, one a bit."""
 
-    op: ClassVar[Op] = Op.INPUTS
+    __slots__ = ()
+    op, status = Op.INPUTS, Status.OK
 
 
-@dataclass(frozen=True, slots=True)
-class Moving(_OfByte, _Ok):
+class Moving(_OfByte):
     """Which axes move: bit n of `value` is axis n."""
 
-    op: ClassVar[Op] = Op.IS_MOVING
+    __slots__ = ()
+    op, status = Op.IS_MOVING, Status.OK
 
     @property
     def axes(self) -> tuple[int, ...]:
@@ -428,34 +422,26 @@ class Moving(_OfByte, _Ok):
         return tuple(axis for axis in range(AXES) if self.value >> axis & 1)
 
 
-@dataclass(frozen=True, slots=True)
-class Positions(_Ok):
+class Positions(_OfAxes):
     """Where every axis is, wrapped to 16 bits (`unwrap`), and how fast it goes."""
 
-    op: ClassVar[Op] = Op.POSITION
-    axes: Axes
-
-    def __post_init__(self) -> None:
-        six_axes(self.axes)
-
-    @property
-    def payload(self) -> bytes:
-        """The axes' 24 bytes."""
-        return self.axes.to_bytes()
+    __slots__ = ()
+    op, status = Op.POSITION, Status.OK
 
 
 @dataclass(frozen=True, slots=True)
-class RobotId(_Ok):
+class RobotId:
     """The answer to `SetRobotId` or `GetRobotId`."""
 
+    status: ClassVar[Status] = Status.OK
     op: Op
     robot_id: bytes = b""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "op", _operation(self.op))
+        object.__setattr__(self, "op", _operation("op", self.op))
         if self.op not in _ID_OPS:
             raise BadField("op", self.op, "SET_ROBOT_ID or GET_ROBOT_ID")
-        some_bytes("robot_id", self.robot_id)
+        _some_bytes("robot_id", self.robot_id)
 
     @property
     def payload(self) -> bytes:
@@ -466,3 +452,54 @@ class RobotId(_Ok):
 Answer: TypeAlias = (
     Acknowledged | Busy | Pong | OutputsSet | InputsRead | Moving | Positions | RobotId
 )
+
+
+# Messages to frames and back, one table each way.
+
+_REQUESTS: dict[Op, type[Request]] = {kind.op: kind for kind in get_args(Request)}
+_VALUES: dict[Op, Callable[[bytes], Answer]] = {
+    **{kind.op: kind.read for kind in (Pong, OutputsSet, InputsRead, Moving, Positions)},
+    **{op: partial(RobotId, op) for op in _ID_OPS},
+}
+"""How the payload of an answer is read when its status is OK."""
+
+
+def encode_request(request: Request, *, counts_check: bool = False) -> bytes:
+    """Return the frame of a request."""
+    return frame_bytes(Kind.REQUEST, request.op, request.payload, counts_check=counts_check)
+
+
+def encode_answer(answer: Answer, *, counts_check: bool = False) -> bytes:
+    """Return the frame of an answer."""
+    rest = bytes((answer.status,)) + answer.payload
+    return frame_bytes(Kind.ANSWER, answer.op, rest, counts_check=counts_check)
+
+
+def decode_request(frame: Frame) -> Request:
+    """Read a request; raises `RemoteProtocolError`."""
+    if frame.kind is not Kind.REQUEST:
+        raise RemoteProtocolError("an answer, where requests belong")
+    return _REQUESTS[_named(frame)].read(frame.rest)
+
+
+def decode_answer(frame: Frame) -> Answer:
+    """Read an answer; raises `RemoteProtocolError`."""
+    if frame.kind is not Kind.ANSWER:
+        raise RemoteProtocolError("a request, where answers belong")
+    op = _named(frame)
+    number, payload = frame.rest[0], frame.rest[1:]
+    if number not in tuple(Status):
+        raise RemoteProtocolError(f"no status has the number {number}")
+    status = Status(number)
+    if status is Status.OK and op in _VALUES and (payload or op in VALUED):
+        return _VALUES[op](payload)
+    if status is Status.BUSY and payload:
+        return Busy(op, _require_length(op, payload, 1, "one belongs")[0])
+    _require_length(op, payload, 0, "none belong")
+    return Acknowledged(op, status)
+
+
+def _named(frame: Frame) -> Op:
+    if frame.op not in tuple(Op):
+        raise RemoteProtocolError(f"no operation has the number {frame.op}")
+    return Op(frame.op)

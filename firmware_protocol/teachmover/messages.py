@@ -13,6 +13,7 @@ from types import MappingProxyType
 from typing import ClassVar, TypeAlias
 
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
+from firmware_protocol.fields import BYTE, an_instance, checks, optional, row_of, whole_from
 
 # One row of the program in a TeachMover's memory, and its packing into eight words.
 #
@@ -31,16 +32,15 @@ WORD_MAX = (1 << 16) - 1
 _BYTE_MAX = 255
 
 
-def six_steps(field: str, steps: object) -> tuple[int, ...]:
-    """Return six counts of half-steps in signed 16 bit, or raise `BadField` naming the one."""
-    if not isinstance(steps, tuple | list) or len(steps) != MOTORS:
-        raise BadField(field, steps, f"{MOTORS} counts of half-steps, one a motor")
-    return tuple(
-        whole(f"{field}[{index}]", count, STEPS_MIN, STEPS_MAX) for index, count in enumerate(steps)
-    )
+WORD = whole_from(0, WORD_MAX)
+SPEED = whole_from(0, SPEED_MAX)
+SIX_STEPS = row_of(
+    whole_from(STEPS_MIN, STEPS_MAX), MOTORS, f"{MOTORS} counts of half-steps, one a motor"
+)
 
 
 @dataclass(frozen=True, slots=True)
+@checks(number=WORD, speed=BYTE, positions=SIX_STEPS, kind=BYTE)
 class ProgramRow:
     """One row of the arm's own program: absolute positions, in half-steps, and how to get there.
 
@@ -54,12 +54,6 @@ class ProgramRow:
     speed: int
     positions: tuple[int, ...]
     kind: int = MOVE_KIND
-
-    def __post_init__(self) -> None:
-        whole("number", self.number, 0, WORD_MAX)
-        whole("speed", self.speed, 0, _BYTE_MAX)
-        object.__setattr__(self, "positions", six_steps("positions", self.positions))
-        whole("kind", self.kind, 0, _BYTE_MAX)
 
     @classmethod
     def move(cls, number: int, speed: int, positions: tuple[int, ...]) -> ProgramRow:
@@ -150,6 +144,7 @@ class Key(IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
+@checks(speed=SPEED, steps=SIX_STEPS, output=optional(BYTE))
 class Step:
     """Move all six motors together by relative half-steps; the answer comes at the motion's end.
 
@@ -161,12 +156,6 @@ class Step:
     speed: int
     steps: tuple[int, ...]
     output: int | None = None
-
-    def __post_init__(self) -> None:
-        whole("speed", self.speed, 0, SPEED_MAX)
-        object.__setattr__(self, "steps", six_steps("steps", self.steps))
-        if self.output is not None:
-            whole("output", self.output, 0, _BYTE_MAX)
 
     @property
     def arguments(self) -> tuple[int, ...]:
@@ -213,6 +202,7 @@ class QDump(_Plain):
 
 
 @dataclass(frozen=True, slots=True)
+@checks(speed=optional(SPEED))
 class _AtSpeed:
     """A command whose one argument is a speed, 0 to 245, that may be left out.
 
@@ -220,10 +210,6 @@ class _AtSpeed:
     """
 
     speed: int | None = None
-
-    def __post_init__(self) -> None:
-        if self.speed is not None:
-            whole("speed", self.speed, 0, SPEED_MAX)
 
     @property
     def arguments(self) -> tuple[int, ...]:
@@ -246,15 +232,12 @@ class Set(_AtSpeed):
 
 
 @dataclass(frozen=True, slots=True)
+@checks(row=an_instance(ProgramRow, "a ProgramRow"))
 class QWrite:
     """Write one row of the program in the arm's memory."""
 
     name: ClassVar[str] = "QWRITE"
     row: ProgramRow
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.row, ProgramRow):
-            raise BadField("row", self.row, "a ProgramRow")
 
     @property
     def arguments(self) -> tuple[int, ...]:
@@ -263,14 +246,12 @@ class QWrite:
 
 
 @dataclass(frozen=True, slots=True)
+@checks(attention=lambda field, value: attention_character(value, field))
 class Arm:
     """Make commands start with another character from now on."""
 
     name: ClassVar[str] = "ARM"
     attention: str
-
-    def __post_init__(self) -> None:
-        attention_character(self.attention)
 
     @property
     def arguments(self) -> tuple[str, ...]:
@@ -279,6 +260,7 @@ class Arm:
 
 
 @dataclass(frozen=True, slots=True)
+@checks(count=WORD)
 class Delay:
     """Make the arm pause between the characters that it sends; the unit is unverified.
 
@@ -288,16 +270,19 @@ class Delay:
     name: ClassVar[str] = "DELAY"
     count: int
 
-    def __post_init__(self) -> None:
-        whole("count", self.count, 0, WORD_MAX)
-
     @property
     def arguments(self) -> tuple[int, ...]:
         """The numbers behind the command's name."""
         return (self.count,)
 
 
+def _key(field: str, value: object) -> Key | int:
+    key = whole(field, value, 0, _BYTE_MAX)
+    return Key(key) if key <= Key.RUN else key
+
+
 @dataclass(frozen=True, slots=True)
+@checks(positions=SIX_STEPS, key=_key, inputs=BYTE)
 class Registers:
     """The six position registers in half-steps, the last key pressed and the input byte.
 
@@ -307,12 +292,6 @@ class Registers:
     positions: tuple[int, ...]
     key: Key | int = Key.NONE
     inputs: int = 0
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "positions", six_steps("positions", self.positions))
-        key = whole("key", self.key, 0, _BYTE_MAX)
-        object.__setattr__(self, "key", Key(key) if key <= Key.RUN else key)
-        whole("inputs", self.inputs, 0, _BYTE_MAX)
 
     @classmethod
     def from_numbers(cls, numbers: Sequence[int]) -> Registers:

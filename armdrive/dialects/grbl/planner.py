@@ -331,10 +331,8 @@ class MotionBounds:
 # The lines of one motion that have been sent: which are done, where the arm is.
 #
 # Nothing but a report says that a line was driven. A block leaves the board's planner as soon as
-# its
-# last segment is computed, so that the reported position has the last word: a line is behind us
-# when
-# the position lies on a later one, or when the board is Idle with an empty planner.
+# its last segment is computed, so that the reported position has the last word: a line is behind us
+# when the position lies on a later one, or when the board is Idle with an empty planner.
 
 REPORT_S = 0.15
 """A report may be this old. A position that is farther behind the planner than the segment buffer

@@ -22,8 +22,9 @@ from firmware_protocol.robko01.messages import (
     MoveSpeed,
     Position,
     Positions,
+    decode_answer,
+    decode_request,
 )
-from firmware_protocol.robko01.wire import decode_answer, decode_request
 
 
 def _fastest(axes: Axes) -> int:
