@@ -6,6 +6,7 @@ A rule takes a field's name and its value, and returns the value to keep, or rai
 from __future__ import annotations
 
 from collections.abc import Callable
+from enum import IntEnum
 from typing import Any, TypeAlias, TypeVar
 
 from firmware_protocol.errors import BadField, whole
@@ -17,17 +18,22 @@ Rule: TypeAlias = Callable[[str, Any], Any]
 def checks(**rules: Rule) -> Callable[[type[M]], type[M]]:
     """Have the fields of a frozen message checked when it is built, in this order.
 
-    It stands below `@dataclass`, which calls what it adds.
+    It stands below `@dataclass`. What several fields say together is looked at behind the rules, by
+    the class's own `__post_init__` if it has one.
     """
 
-    def check(message: Any) -> None:
-        for name, rule in rules.items():
-            given = getattr(message, name)
-            kept = rule(name, given)
-            if kept is not given:
-                object.__setattr__(message, name, kept)
-
     def add(kind: type[M]) -> type[M]:
+        together: Callable[[M], None] | None = getattr(kind, "__post_init__", None)
+
+        def check(message: M) -> None:
+            for name, rule in rules.items():
+                given = getattr(message, name)
+                kept = rule(name, given)
+                if kept is not given:
+                    object.__setattr__(message, name, kept)
+            if together is not None:
+                together(message)
+
         made: Any = kind
         made.__post_init__ = check
         return kind
@@ -41,6 +47,11 @@ def whole_from(low: int, high: int) -> Rule:
 
 
 BYTE = whole_from(0, 255)
+
+
+def numbered(members: type[IntEnum]) -> Rule:
+    """Return the rule of a member of an enumeration whose numbers have no gap."""
+    return lambda field, value: members(whole(field, value, min(members), max(members)))
 
 
 def boolean(field: str, value: object) -> bool:

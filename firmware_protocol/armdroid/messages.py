@@ -11,8 +11,8 @@ import re
 from dataclasses import dataclass
 from typing import ClassVar, TypeAlias
 
-from firmware_protocol.errors import BadField, whole
-from firmware_protocol.fields import boolean, checks, optional, row_of, whole_from
+from firmware_protocol.errors import BadField
+from firmware_protocol.fields import BYTE, boolean, checks, optional, row_of, whole_from
 
 MOTORS = 6
 """1 gripper, 2 left wrist, 3 right wrist, 4 elbow, 5 shoulder, 6 base."""
@@ -24,7 +24,6 @@ RPM_DEFAULT = 100
 """The speed after the board has started."""
 RPM_MAX = 60 * 1000 // STEPS_PER_TURN
 """One step a millisecond. Above it the sketch steps as fast as it can; 0 it divides by."""
-_BYTE_MAX = 255
 
 
 STEPS = whole_from(STEPS_MIN, STEPS_MAX)
@@ -152,6 +151,7 @@ class DropArguments:
 
 
 @dataclass(frozen=True, slots=True)
+@checks(motor=BYTE, steps=STEPS)
 class DriveNone:
     """What a board makes of a `d` for a motor that does not exist: it moves nothing and answers.
 
@@ -163,13 +163,12 @@ class DriveNone:
     steps: int
 
     def __post_init__(self) -> None:
-        whole("motor", self.motor, 0, _BYTE_MAX)
         if 1 <= self.motor <= MOTORS:
             raise BadField("motor", self.motor, "no motor of the arm: use DriveOne")
-        whole("steps", self.steps, STEPS_MIN, STEPS_MAX)
 
 
 @dataclass(frozen=True, slots=True)
+@checks(rpm=STEPS)
 class OddSpeed:
     """An `s` with a speed that no host of ours sends. Only devices meet it.
 
@@ -181,7 +180,6 @@ class OddSpeed:
     rpm: int
 
     def __post_init__(self) -> None:
-        whole("rpm", self.rpm, STEPS_MIN, STEPS_MAX)
         if 1 <= self.rpm <= RPM_MAX:
             raise BadField("rpm", self.rpm, f"no whole number from 1 to {RPM_MAX}: use SetSpeed")
 

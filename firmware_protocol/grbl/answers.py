@@ -6,64 +6,54 @@ Values checked when built, each with its line.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
-from firmware_protocol.errors import BadField, whole
+from firmware_protocol.errors import BadField
+from firmware_protocol.fields import checks, each, optional, whole_from
 from firmware_protocol.grbl.commands import SETTING_MAX
 from firmware_protocol.grbl.dialect import RING_BYTES_MAX, Variant
-from firmware_protocol.grbl.words import AXIS_LETTERS, number, printable
+from firmware_protocol.grbl.words import (
+    AXIS_LETTERS,
+    Template,
+    coordinates,
+    printable,
+    within,
+    written,
+)
 
 CODE_MAX = 255
-
-
-def within(field_name: str, value: object, forbidden: str) -> str:
-    """Return printable text without the signs that would end it early, or raise `BadField`."""
-    text = printable(field_name, value)
-    if any(sign in forbidden for sign in text):
-        raise BadField(field_name, value, f"text without any of {forbidden}")
-    return text
+CODE = whole_from(1, CODE_MAX)
 
 
 @dataclass(frozen=True, slots=True)
 class Ok:
     """The line was taken."""
 
-    @property
-    def line(self) -> str:
-        """The line without its end."""
-        return "ok"
+    line: ClassVar[str] = "ok"
 
 
 @dataclass(frozen=True, slots=True)
+@checks(code=CODE)
 class Error:
     """The line was refused and did nothing."""
 
     code: int
 
-    def __post_init__(self) -> None:
-        whole("code", self.code, 1, CODE_MAX)
-
-    @property
-    def line(self) -> str:
-        """The line without its end."""
-        return f"error:{self.code}"
+    line = Template("error:{code}")
 
 
 @dataclass(frozen=True, slots=True)
+@checks(code=CODE)
 class Alarm:
     """The machine has locked itself."""
 
     code: int
 
-    def __post_init__(self) -> None:
-        whole("code", self.code, 1, CODE_MAX)
-
-    @property
-    def line(self) -> str:
-        """The line without its end."""
-        return f"ALARM:{self.code}"
+    line = Template("ALARM:{code}")
 
 
 @dataclass(frozen=True, slots=True)
+@checks(version=within(" []'<>"), firmware=within("[]'"))
 class Banner:
     """The first line after a start or a reset.
 
@@ -75,9 +65,8 @@ class Banner:
     firmware: str = ""
 
     def __post_init__(self) -> None:
-        if not within("version", self.version, " []'<>"):
+        if not self.version:
             raise BadField("version", self.version, "not empty")
-        within("firmware", self.firmware, "[]'")
         if (self.variant is Variant.FLUIDNC) != bool(self.firmware):
             raise BadField("firmware", self.firmware, "given by FluidNC and by no other")
 
@@ -90,7 +79,13 @@ class Banner:
         return f"{self.variant} {self.version} [{hint} for help]"
 
 
+def _key(field: str, value: object) -> object:
+    number_or_name = within("= ") if isinstance(value, str) else whole_from(0, SETTING_MAX)
+    return number_or_name(field, value)
+
+
 @dataclass(frozen=True, slots=True)
+@checks(key=_key, value=printable)
 class Setting:
     """A setting's value, as text. A key that is no number, as FluidNC's paths, stays text.
 
@@ -101,46 +96,31 @@ class Setting:
     value: str
 
     def __post_init__(self) -> None:
-        if isinstance(self.key, str):
-            if not within("key", self.key, "= ") or self.key.isdigit():
-                raise BadField("key", self.key, "a number, or a name that is none")
-        else:
-            whole("key", self.key, 0, SETTING_MAX)
-        if printable("value", self.value).strip() != self.value:
+        if self.key == "" or (isinstance(self.key, str) and self.key.isdigit()):
+            raise BadField("key", self.key, "a number, or a name that is none")
+        if self.value.strip() != self.value:
             raise BadField("value", self.value, "text without spaces around it")
 
-    @property
-    def line(self) -> str:
-        """The line without its end."""
-        return f"${self.key}={self.value}"
+    line = Template("${key}={value}")
 
 
 @dataclass(frozen=True, slots=True)
+@checks(text=printable)
 class Feedback:
     """A message for people: `[MSG:...]`."""
 
     text: str
 
-    def __post_init__(self) -> None:
-        printable("text", self.text)
-
-    @property
-    def line(self) -> str:
-        """The line without its end."""
-        return f"[MSG:{self.text}]"
+    line = Template("[MSG:{text}]")
 
 
 @dataclass(frozen=True, slots=True)
+@checks(text=printable, code=optional(CODE))
 class StartupEcho:
     """A startup line was executed, or refused with a code; this is no answer to any line."""
 
     text: str
     code: int | None = None
-
-    def __post_init__(self) -> None:
-        printable("text", self.text)
-        if self.code is not None:
-            whole("code", self.code, 1, CODE_MAX)
 
     @property
     def line(self) -> str:
@@ -149,62 +129,38 @@ class StartupEcho:
 
 
 @dataclass(frozen=True, slots=True)
+@checks(text=printable)
 class Bracketed:
     """Any other line in brackets, as `[HLP:...]` or `[FIRMWARE:grblHAL]`: what stands inside."""
 
     text: str
 
-    def __post_init__(self) -> None:
-        printable("text", self.text)
-
-    @property
-    def line(self) -> str:
-        """The line without its end."""
-        return f"[{self.text}]"
+    line = Template("[{text}]")
 
 
-# What a device tells when asked for its build, its modes and its coordinates.
-#
-# Values checked when built, each with its line.
+# What it tells when asked for its build, its modes and its coordinates.
 
 BLOCKS_MAX = 65535
-COORDINATE_DECIMALS = 3
-COORDINATE_MAX = 1e9
-
-
-def coordinates(field_name: str, values: object) -> tuple[float, ...]:
-    """Return at least one coordinate as a tuple, or raise `BadField`."""
-    if not isinstance(values, tuple | list) or not 1 <= len(values) <= len(AXIS_LETTERS):
-        raise BadField(field_name, values, f"1 to {len(AXIS_LETTERS)} numbers")
-    return tuple(
-        number(f"{field_name}[{i}]", v, -COORDINATE_MAX, COORDINATE_MAX)
-        for i, v in enumerate(values)
-    )
-
-
-def write_coordinates(values: tuple[float, ...]) -> str:
-    """Return coordinates as GRBL writes them, with three decimals."""
-    return ",".join(f"{value:.{COORDINATE_DECIMALS}f}" for value in values)
 
 
 @dataclass(frozen=True, slots=True)
+@checks(version=within(":"), note=printable)
 class Version:
     """The firmware's version and the owner's note, out of `$I`."""
 
     version: str
     note: str = ""
 
-    def __post_init__(self) -> None:
-        within("version", self.version, ":")
-        printable("note", self.note)
-
-    @property
-    def line(self) -> str:
-        """The line without its end."""
-        return f"[VER:{self.version}:{self.note}]"
+    line = Template("[VER:{version}:{note}]")
 
 
 @dataclass(frozen=True, slots=True)
+@checks(
+    letters=within(","),
+    blocks=optional(whole_from(0, BLOCKS_MAX)),
+    rx_bytes=optional(whole_from(0, RING_BYTES_MAX)),
+    more=each(within(",")),
+)
 class BuildInfo:
     """Option letters, planner blocks and the receive ring, out of `$I`; FluidNC gives letters.
 
@@ -217,15 +173,9 @@ class BuildInfo:
     more: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        within("letters", self.letters, ",")
-        object.__setattr__(self, "more", tuple(within("more", part, ",") for part in self.more))
         given = [part is not None for part in (self.blocks, self.rx_bytes)] + [bool(self.more)]
         if given != sorted(given, reverse=True):
             raise BadField("blocks", self.blocks, "given where what follows is")
-        if self.blocks is not None:
-            whole("blocks", self.blocks, 0, BLOCKS_MAX)
-        if self.rx_bytes is not None:
-            whole("rx_bytes", self.rx_bytes, 0, RING_BYTES_MAX)
 
     @property
     def line(self) -> str:
@@ -235,6 +185,7 @@ class BuildInfo:
 
 
 @dataclass(frozen=True, slots=True)
+@checks(count=whole_from(1, len(AXIS_LETTERS)))
 class AxesInfo:
     """How many motors the board drives as axes, and their letters; two may share a letter."""
 
@@ -242,24 +193,20 @@ class AxesInfo:
     letters: str
 
     def __post_init__(self) -> None:
-        whole("count", self.count, 1, len(AXIS_LETTERS))
         if not isinstance(self.letters, str) or not set(self.letters) <= set(AXIS_LETTERS):
             raise BadField("letters", self.letters, f"letters out of {AXIS_LETTERS}")
 
-    @property
-    def line(self) -> str:
-        """The line without its end."""
-        return f"[AXS:{self.count}:{self.letters}]"
+    line = Template("[AXS:{count}:{letters}]")
 
 
 @dataclass(frozen=True, slots=True)
+@checks(words=each(within(" ]")))
 class ParserState:
     """The modes in force, as words: `G0`, `G54`, ..., `F0`, `S0`."""
 
     words: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "words", tuple(within("words", w, " ]") for w in self.words))
         if not self.words or not all(self.words):
             raise BadField("words", self.words, "words, none of them empty")
 
@@ -270,6 +217,7 @@ class ParserState:
 
 
 @dataclass(frozen=True, slots=True)
+@checks(values=coordinates)
 class Parameter:
     """Coordinates that the device keeps: G54 to G59, G28, G30, G92, TLO or PRB.
 
@@ -283,7 +231,6 @@ class Parameter:
     def __post_init__(self) -> None:
         if not is_parameter(self.name):
             raise BadField("name", self.name, "a G number, TLO or PRB")
-        object.__setattr__(self, "values", coordinates("values", self.values))
         if (self.name == "PRB") != (self.success is not None):
             raise BadField("success", self.success, "given for PRB and for no other")
 
@@ -291,7 +238,7 @@ class Parameter:
     def line(self) -> str:
         """The line without its end."""
         end = "" if self.success is None else f":{int(self.success)}"
-        return f"[{self.name}:{write_coordinates(self.values)}{end}]"
+        return f"[{self.name}:{written(self.values)}{end}]"
 
 
 def is_parameter(name: object) -> bool:

@@ -5,15 +5,18 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import ClassVar, TypeAlias
 
-from firmware_protocol.errors import BadField, LocalProtocolError, whole
+from firmware_protocol.errors import BadField, LocalProtocolError
+from firmware_protocol.fields import checks, optional, whole_from
 from firmware_protocol.grbl.dialect import Dialect, Variant
 from firmware_protocol.grbl.words import (
     AXIS_LETTERS,
+    Template,
     axis_values,
     line_text,
     number,
+    number_from,
     write_axes,
     write_number,
 )
@@ -24,79 +27,67 @@ STARTUP_LINES = 2
 RESTORABLE = "$#*"
 
 
-class _Plain:
-    """A command that takes nothing; equal to every other one of its class."""
-
-    __slots__ = ()
-    _text = ""
-
-    @property
-    def text(self) -> str:
-        """The line without its end."""
-        return self._text
-
-
 @dataclass(frozen=True, slots=True)
-class Help(_Plain):
+class Help:
     """Ask which commands there are."""
 
-    _text = "$"
+    text: ClassVar[str] = "$"
 
 
 @dataclass(frozen=True, slots=True)
-class QuerySettings(_Plain):
+class QuerySettings:
     """Ask for all settings."""
 
-    _text = "$$"
+    text: ClassVar[str] = "$$"
 
 
 @dataclass(frozen=True, slots=True)
-class QueryBuildInfo(_Plain):
+class QueryBuildInfo:
     """Ask for version, options, ring size and, on some firmwares, the axes."""
 
-    _text = "$I"
+    text: ClassVar[str] = "$I"
 
 
 @dataclass(frozen=True, slots=True)
-class QueryParameters(_Plain):
+class QueryParameters:
     """Ask for the offsets of all coordinate systems."""
 
-    _text = "$#"
+    text: ClassVar[str] = "$#"
 
 
 @dataclass(frozen=True, slots=True)
-class QueryParserState(_Plain):
+class QueryParserState:
     """Ask for the modes in force."""
 
-    _text = "$G"
+    text: ClassVar[str] = "$G"
 
 
 @dataclass(frozen=True, slots=True)
-class QueryStartupLines(_Plain):
+class QueryStartupLines:
     """Ask for the lines that are executed at every start."""
 
-    _text = "$N"
+    text: ClassVar[str] = "$N"
 
 
 @dataclass(frozen=True, slots=True)
-class Unlock(_Plain):
+class Unlock:
     """Leave the alarm state. Moves nothing; the position may still be wrong."""
 
-    _text = "$X"
+    text: ClassVar[str] = "$X"
 
 
 @dataclass(frozen=True, slots=True)
-class CheckMode(_Plain):
+class CheckMode:
     """Enter or leave the mode in which lines are checked and nothing moves; leaving it resets."""
 
-    _text = "$C"
+    text: ClassVar[str] = "$C"
 
 
 @dataclass(frozen=True, slots=True)
-class Sleep(_Plain):
+class Sleep:
     """Switch the motors off until a reset; an arm sags."""
 
-    _text = "$SLP"
+    text: ClassVar[str] = "$SLP"
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,59 +101,39 @@ class Home:
         if not fits or len(set(self.axes)) != len(self.axes):
             raise BadField("axes", self.axes, f"different letters out of {AXIS_LETTERS}, or none")
 
-    @property
-    def text(self) -> str:
-        """The line without its end."""
-        return f"$H{self.axes}"
+    text = Template("$H{axes}")
 
 
 @dataclass(frozen=True, slots=True)
+@checks(setting=whole_from(0, SETTING_MAX), value=number)
 class SetSetting:
     """Write one setting into EEPROM."""
 
     setting: int
     value: float
 
-    def __post_init__(self) -> None:
-        whole("setting", self.setting, 0, SETTING_MAX)
-        number("value", self.value)
-
-    @property
-    def text(self) -> str:
-        """The line without its end."""
-        return f"${self.setting}={write_number(self.value)}"
+    text = Template("${setting}={value}")
 
 
 @dataclass(frozen=True, slots=True)
+@checks(which=whole_from(0, STARTUP_LINES - 1), line=line_text)
 class StoreStartupLine:
     """Write a line of g-code that is executed at every start."""
 
     which: int
     line: str
 
-    def __post_init__(self) -> None:
-        whole("which", self.which, 0, STARTUP_LINES - 1)
-        line_text("line", self.line)
-
-    @property
-    def text(self) -> str:
-        """The line without its end."""
-        return f"$N{self.which}={self.line}"
+    text = Template("$N{which}={line}")
 
 
 @dataclass(frozen=True, slots=True)
+@checks(note=line_text)
 class StoreBuildInfo:
     """Write the owner's text that `$I` shows."""
 
     note: str
 
-    def __post_init__(self) -> None:
-        line_text("note", self.note)
-
-    @property
-    def text(self) -> str:
-        """The line without its end."""
-        return f"$I={self.note}"
+    text = Template("$I={note}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,10 +146,7 @@ class Restore:
         if not isinstance(self.what, str) or len(self.what) != 1 or self.what not in RESTORABLE:
             raise BadField("what", self.what, f"one of {RESTORABLE}")
 
-    @property
-    def text(self) -> str:
-        """The line without its end."""
-        return f"$RST={self.what}"
+    text = Template("$RST={what}")
 
 
 # Lines of g-code that a host sends: moves, modes, outputs and waits, checked when built.
@@ -189,6 +157,7 @@ class Restore:
 
 PORT_MAX = 255
 """The greatest number of an output that is admitted; boards have few."""
+PORT = whole_from(0, PORT_MAX)
 DWELL_MAX_S = 3600.0
 FEED_MIN = 0.0001
 """The slowest feed that can be written; to GRBL 0 is none at all."""
@@ -197,13 +166,13 @@ COORDINATE_SYSTEMS = (54, 59)
 _DISTANCE = {None: "", False: "G90", True: "G91"}
 
 
-def _check_target(axes: object, relative: bool | None, machine: bool) -> Mapping[str, float]:
+def _check_absolute(relative: bool | None, machine: bool) -> None:
     if machine and relative is not False:
         raise BadField("relative", relative, "False in machine coordinates, which are absolute")
-    return axis_values("axes", axes)
 
 
 @dataclass(frozen=True, slots=True)
+@checks(axes=axis_values, feed=optional(number_from(FEED_MIN)))
 class Move:
     """A straight move of the axes named: G1 at `feed`, or G0 as fast as may be where it is None.
 
@@ -217,9 +186,7 @@ class Move:
     machine: bool = False
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "axes", _check_target(self.axes, self.relative, self.machine))
-        if self.feed is not None:
-            number("feed", self.feed, FEED_MIN)
+        _check_absolute(self.relative, self.machine)
 
     @property
     def text(self) -> str:
@@ -231,6 +198,7 @@ class Move:
 
 
 @dataclass(frozen=True, slots=True)
+@checks(axes=axis_values, feed=number_from(FEED_MIN))
 class Jog:
     """A jog (`$J=`) of the axes named, in millimetres (G21) whatever the mode is.
 
@@ -243,8 +211,7 @@ class Jog:
     machine: bool = False
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "axes", _check_target(self.axes, self.relative, self.machine))
-        number("feed", self.feed, FEED_MIN)
+        _check_absolute(self.relative, self.machine)
 
     @property
     def text(self) -> str:
@@ -254,6 +221,7 @@ class Jog:
 
 
 @dataclass(frozen=True, slots=True)
+@checks(coordinate_system=whole_from(*COORDINATE_SYSTEMS))
 class Modes:
     """Put the modes that matter to a known state: plane XY, millimetres, units a minute.
 
@@ -263,9 +231,6 @@ class Modes:
     relative: bool = False
     coordinate_system: int = 54
 
-    def __post_init__(self) -> None:
-        whole("coordinate_system", self.coordinate_system, *COORDINATE_SYSTEMS)
-
     @property
     def text(self) -> str:
         """The line without its end."""
@@ -273,14 +238,12 @@ class Modes:
 
 
 @dataclass(frozen=True, slots=True)
+@checks(speed=number_from(0))
 class SpindleOn:
     """Turn the spindle on (M3, or M4 the other way), or give a servo its position."""
 
     speed: float
     counterclockwise: bool = False
-
-    def __post_init__(self) -> None:
-        number("speed", self.speed, 0)
 
     @property
     def text(self) -> str:
@@ -292,10 +255,7 @@ class SpindleOn:
 class SpindleOff:
     """Turn the spindle off."""
 
-    @property
-    def text(self) -> str:
-        """The line without its end."""
-        return "M5"
+    text: ClassVar[str] = "M5"
 
 
 @dataclass(frozen=True, slots=True)
@@ -311,15 +271,13 @@ class Coolant:
 
 
 @dataclass(frozen=True, slots=True)
+@checks(port=PORT)
 class DigitalOutput:
     """Switch an output, in step with the motion (M62, M63) or at once (M64, M65)."""
 
     port: int
     on: bool
     at_once: bool = False
-
-    def __post_init__(self) -> None:
-        whole("port", self.port, 0, PORT_MAX)
 
     @property
     def text(self) -> str:
@@ -329,16 +287,13 @@ class DigitalOutput:
 
 
 @dataclass(frozen=True, slots=True)
+@checks(port=PORT, value=number)
 class AnalogOutput:
     """Give an output a value, in step with the motion (M67) or at once (M68)."""
 
     port: int
     value: float
     at_once: bool = False
-
-    def __post_init__(self) -> None:
-        whole("port", self.port, 0, PORT_MAX)
-        number("value", self.value)
 
     @property
     def text(self) -> str:
@@ -347,28 +302,21 @@ class AnalogOutput:
 
 
 @dataclass(frozen=True, slots=True)
+@checks(seconds=number_from(0, DWELL_MAX_S))
 class Dwell:
     """Wait when the motion before it has ended; its `ok` comes when the wait is over."""
 
     seconds: float
 
-    def __post_init__(self) -> None:
-        number("seconds", self.seconds, 0, DWELL_MAX_S)
-
-    @property
-    def text(self) -> str:
-        """The line without its end."""
-        return f"G4P{write_number(self.seconds)}"
+    text = Template("G4P{seconds}")
 
 
 @dataclass(frozen=True, slots=True)
+@checks(text=line_text)
 class Line:
     """Any text, for what has no message of its own; empty, it asks for an `ok` and no more."""
 
     text: str = ""
-
-    def __post_init__(self) -> None:
-        line_text("text", self.text)
 
 
 # Everything a host can send as a line, and which of it writes EEPROM.

@@ -16,8 +16,8 @@ from enum import IntEnum
 from functools import partial
 from typing import ClassVar, Self, TypeAlias, get_args
 
-from firmware_protocol.errors import BadField, RemoteProtocolError, whole
-from firmware_protocol.fields import BYTE, an_instance, checks, row_of, whole_from
+from firmware_protocol.errors import BadField, RemoteProtocolError
+from firmware_protocol.fields import BYTE, an_instance, checks, numbered, row_of, whole_from
 from firmware_protocol.robko01.frames import PAYLOAD_MAX, Frame, Kind, frame_bytes
 
 AXES = 6
@@ -354,11 +354,8 @@ VALUED = frozenset(
 _ID_OPS = (Op.SET_ROBOT_ID, Op.GET_ROBOT_ID)
 
 
-def _operation(field: str, value: object) -> Op:
-    return Op(whole(field, value, min(Op), max(Op)))
-
-
 @dataclass(frozen=True, slots=True)
+@checks(op=numbered(Op), status=numbered(Status))
 class Acknowledged:
     """A status and nothing more."""
 
@@ -367,15 +364,14 @@ class Acknowledged:
     status: Status = Status.OK
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "op", _operation("op", self.op))
-        status = Status(whole("status", self.status, min(Status), max(Status)))
-        object.__setattr__(self, "status", status)
         if self.status is Status.OK and self.op in VALUED:
-            raise BadField("status", status, f"other than OK: {self.op.name} answers with a value")
+            raise BadField(
+                "status", self.status, f"other than OK: {self.op.name} answers with a value"
+            )
 
 
 @dataclass(frozen=True, slots=True)
-@checks(op=_operation, moving=BYTE)
+@checks(op=numbered(Op), moving=BYTE)
 class Busy:
     """Refused, because axes are moving: bit n of `moving` is axis n."""
 
@@ -430,6 +426,7 @@ class Positions(_OfAxes):
 
 
 @dataclass(frozen=True, slots=True)
+@checks(op=numbered(Op), robot_id=_some_bytes)
 class RobotId:
     """The answer to `SetRobotId` or `GetRobotId`."""
 
@@ -438,10 +435,8 @@ class RobotId:
     robot_id: bytes = b""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "op", _operation("op", self.op))
         if self.op not in _ID_OPS:
             raise BadField("op", self.op, "SET_ROBOT_ID or GET_ROBOT_ID")
-        _some_bytes("robot_id", self.robot_id)
 
     @property
     def payload(self) -> bytes:
