@@ -96,8 +96,8 @@ TOOL_MAX = 255
 
 # One line of g-code read into a block, as GRBL's parser does in its step 2.
 #
-# What is wrong with the words alone is found here; what depends on the modes in force is found in
-# modes.py. A block that is refused carries the number that GRBL answers with.
+# What is wrong with the words alone is found here; what depends on the modes in force is found by
+# `Modal`. A block that is refused carries the number that GRBL answers with.
 
 
 class GcodeError(RemoteProtocolError):
