@@ -29,10 +29,9 @@ from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.saved import Json
 from armdrive.tasks import AlertKind
 from armdrive.text.reading import parse_toml
-from armdrive.trace.describe import talk
 from armdrive.trace.entries import EntryKind, TraceEntry
 from armdrive.trace.files import Recording
-from armdrive.trace.timeline import Parting
+from armdrive.trace.log import Parting, talk
 from kinematics.errors import KinematicsError
 
 # A simulated twin on simulated time, brought to where a recording begins, fed with its bytes.

@@ -10,8 +10,7 @@ from armdrive.errors import BadRequest
 from armdrive.storage.files import recordings
 from armdrive.trace.entries import Topic
 from armdrive.trace.files import ENDING, read_recording
-from armdrive.trace.log import BETWEEN, Sieve, recorded
-from armdrive.trace.timeline import heading
+from armdrive.trace.log import BETWEEN, Sieve, heading, recorded
 from kinematics.errors import suggestion
 
 

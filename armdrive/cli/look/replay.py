@@ -10,8 +10,8 @@ from armdrive.cli.presenter import emit, say
 from armdrive.registry import simulated_kind
 from armdrive.sim.device import Options
 from armdrive.trace.files import Recording, read_recording
+from armdrive.trace.log import Narrator, heading, lines
 from armdrive.trace.replay import Replayed, config_of, replay, replayed_view
-from armdrive.trace.timeline import Teller, heading, lines
 
 PARTED = 1
 
@@ -36,9 +36,9 @@ def _print_json(recording: Recording, replayed: Replayed | None) -> None:
     if replayed is not None:
         emit(replayed_view(recording, replayed))
         return
-    teller = Teller(recording.header.dialect)
+    narrator = Narrator(recording.header.dialect)
     for entry in recording.entries:
-        emit(teller.view(entry))
+        emit(narrator.view(entry))
 
 
 def _print(recording: Recording, replayed: Replayed | None, options: argparse.Namespace) -> None:
