@@ -93,13 +93,15 @@ class ScriptIO(Generic[H]):
         """Give an event to the engine."""
         self.events.append(event)
 
-    def hear(self, until_s: float, wanted: Callable[[H], bool]) -> Script[H, H | None]:
-        """Wait for a message of a kind, stop or no stop; None when the time is over.
+    def hear(
+        self, until_s: float, wanted: Callable[[H], bool], *, until_stop: bool = False
+    ) -> Script[H, H | None]:
+        """Wait for a message of a kind; None when the time is over, or at a stop if told so.
 
         What has come is read to its end before the time is found to be over: this program may be
         late, and the answer stand behind something else.
         """
-        while True:
+        while not (until_stop and self.stop_asked):
             heard = yield until_s
             if heard is None:
                 if self.now_s >= until_s:
@@ -109,6 +111,7 @@ class ScriptIO(Generic[H]):
                 self.overdue = self.now_s > until_s
                 return heard
             self.on_unasked(heard)
+        return None
 
     def collect(
         self,
