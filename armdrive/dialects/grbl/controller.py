@@ -17,9 +17,9 @@ from dataclasses import replace
 
 from armdrive.abilities import Abilities
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.controller import StopPart, Stopping
+from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
 from armdrive.dialects.dialect import Driver
-from armdrive.dialects.exchange import BITS_A_BYTE, ScriptRunner
+from armdrive.dialects.exchange import BITS_A_BYTE
 from armdrive.dialects.grbl.board import BoardState
 from armdrive.dialects.grbl.contact import GrblContact
 from armdrive.dialects.grbl.exchange import Answering, GrblExchange, refusal

@@ -13,9 +13,9 @@ from dataclasses import replace
 from typing import TypeAlias
 
 from armdrive.abilities import Abilities
-from armdrive.dialects.controller import StopPart, Stopping
+from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
 from armdrive.dialects.dialect import Driver
-from armdrive.dialects.exchange import BITS_A_BYTE, ScriptRunner
+from armdrive.dialects.exchange import BITS_A_BYTE
 from armdrive.dialects.robko01.exchange import MotorPower, RobkoExchange
 from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS, RobkoMotion, RobkoStart, RobkoWatch
 from armdrive.dialects.robko01.settings import SLACK_S, TOLD_BY_S, Pacing, RobkoSettings
