@@ -6,7 +6,6 @@ from firmware_protocol.armdroid.device import DeviceEvent as DeviceEvent
 from firmware_protocol.armdroid.device import Ignored as Ignored
 from firmware_protocol.armdroid.device import Overrun as Overrun
 from firmware_protocol.armdroid.host import LINE_BYTES as LINE_BYTES
-from firmware_protocol.armdroid.host import MAX_EARLY as MAX_EARLY
 from firmware_protocol.armdroid.host import Completed as Completed
 from firmware_protocol.armdroid.host import Event as Event
 from firmware_protocol.armdroid.host import Host as Host
@@ -44,3 +43,4 @@ from firmware_protocol.armdroid.messages import Version as Version
 from firmware_protocol.armdroid.messages import VersionReported as VersionReported
 from firmware_protocol.armdroid.messages import Welcome as Welcome
 from firmware_protocol.armdroid.messages import ZeroOffsets as ZeroOffsets
+from firmware_protocol.lines import MAX_EARLY as MAX_EARLY

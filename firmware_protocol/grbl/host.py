@@ -33,7 +33,7 @@ from firmware_protocol.grbl.reports import (
     decode_answer,
 )
 from firmware_protocol.grbl.status import StatusReport
-from firmware_protocol.lines import Dropped, LineSplitter
+from firmware_protocol.lines import AnswerLines, Dropped
 
 # What a host learns from a board.
 
@@ -159,8 +159,6 @@ class Positions:
 
 LINE_BYTES_MAX = 512
 """A longer line from the board is dropped and reported."""
-MAX_EARLY = 256
-"""How many events from before the last `send` are kept for the owner, the newest."""
 _LINE_ENDS = b"\r\n"
 _IN_WORDS = "the firmware answered in words"
 
@@ -188,12 +186,12 @@ class Host:
 
     def __init__(self, dialect: Dialect = GRBL) -> None:
         self.dialect = dialect
-        self._lines = LineSplitter(_LINE_ENDS, max_length=LINE_BYTES_MAX)
-        self._early: deque[Event] = deque(maxlen=MAX_EARLY)
+        self._lines = AnswerLines[Event](
+            _LINE_ENDS, self._interpret, padding=PADDING, max_length=LINE_BYTES_MAX
+        )
         self._outstanding: deque[_Sent] = deque()
         self._bytes = 0
         self._resetting = False
-        self._began_early = False
         self._positions = Positions()
 
     @property
@@ -243,10 +241,9 @@ class Host:
         hindrance = self._hindrance(sent)
         if hindrance is not None:
             raise LocalProtocolError(f"'{text}' cannot be sent now: {hindrance}")
-        while (event := self._read()) is not None:
-            self._early.append(event)
+        self._lines.keep_early()
         if not self._outstanding:
-            self._began_early = bool(self._lines.partial.strip(PADDING))
+            self._lines.mark_early()
         self._outstanding.append(sent)
         self._bytes += sent.size
         return text.encode("ascii") + b"\n"
@@ -267,7 +264,7 @@ class Host:
 
     def next_event(self) -> Event | None:
         """Return what the bytes received so far say, one event at a time, then None."""
-        return self._early.popleft() if self._early else self._read()
+        return self._lines.next_event()
 
     def forget_outstanding(self) -> tuple[Command, ...]:
         """Forget the unanswered lines, and an awaited banner, and return the lines.
@@ -278,14 +275,13 @@ class Host:
         lost = self.outstanding_lines
         self._outstanding.clear()
         self._bytes = 0
-        self._resetting = self._began_early = False
+        self._resetting = False
+        self._lines.mark_early(early=False)
         return lost
 
     def discard(self) -> None:
         """Forget all bytes received and all events not fetched; unanswered lines stay."""
         self._lines.discard()
-        self._early.clear()
-        self._began_early = False
 
     def _hindrance(self, line: _Sent) -> str | None:
         if self._resetting:
@@ -300,17 +296,9 @@ class Host:
             return f"{self.outstanding_bytes} bytes are in a ring of {self.ring_bytes}"
         return None
 
-    def _read(self) -> Event | None:
-        """Turn waiting lines into the next event; lines of nothing but padding are no event."""
-        while (line := self._lines.next_line()) is not None:
-            early, self._began_early = self._began_early, False
-            if isinstance(line, Dropped):
-                return Unreadable(line.start, line.reason)
-            if line.strip(PADDING):
-                return self._interpret(line, early=early)
-        return None
-
-    def _interpret(self, line: bytes, *, early: bool) -> Event:
+    def _interpret(self, line: bytes | Dropped, early: bool) -> Event:
+        if isinstance(line, Dropped):
+            return Unreadable(line.start, line.reason)
         try:
             return self._event(decode_answer(line), early=early)
         except RemoteProtocolError as error:
