@@ -90,5 +90,4 @@ from firmware_protocol.grbl.reports import encode_answer as encode_answer
 from firmware_protocol.grbl.status import State as State
 from firmware_protocol.grbl.status import StatusReport as StatusReport
 from firmware_protocol.grbl.words import AXIS_LETTERS as AXIS_LETTERS
-from firmware_protocol.grbl.words import as_written as as_written
 from firmware_protocol.grbl.words import write_number as write_number

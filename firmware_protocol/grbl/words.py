@@ -52,11 +52,6 @@ def write_number(value: float) -> str:
     return "0" if text in ("-0", "") else text
 
 
-def as_written(value: float) -> float:
-    """Return the number that the device reads where `value` is sent."""
-    return float(write_number(value))
-
-
 def take_number(text: str, start: int) -> tuple[float, int] | None:
     """Read a number at `start` as GRBL does; return it and where it ends, or None.
 
