@@ -145,9 +145,11 @@ class ReportField:
 
     def text(self, report: StatusReport) -> str | None:
         """Return what is written of a report; None where it is left out."""
+        if getattr(report, self.attributes[0]) is None:  # as most of them are, in most reports
+            return None
         values = [getattr(report, name) for name in self.attributes]
-        known = [self.write(value) for value in values if value is not None]
-        return ",".join(known) if len(known) in self.counts else None
+        known = [value for value in values if value is not None]
+        return ",".join(map(self.write, known)) if len(known) in self.counts else None
 
     def values(self, text: str) -> dict[str, object]:
         """Return what a text says of the attributes; raises `RemoteProtocolError`."""

@@ -91,7 +91,7 @@ def written(value: object) -> str:
     """Return a field of a message as GRBL writes it."""
     if isinstance(value, tuple):
         return ",".join(f"{each:.{COORDINATE_DECIMALS}f}" for each in value)
-    return write_number(value) if isinstance(value, int | float) else str(value)
+    return write_number(value) if isinstance(value, float) else str(value)
 
 
 def axis_letters(value: object, field: str = "axes") -> str:
