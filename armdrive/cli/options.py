@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import inspect
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -27,15 +28,23 @@ def load(place: str) -> Any:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Arguments:
-    """What may be typed after a command, and the text that ends its help."""
+    """What may be typed after a command, and the text that ends its help.
+
+    Where none is given, that is what the declaring function's docstring says after its first line.
+    """
 
     declare: Declare
     epilog: str = ""
 
+    @property
+    def help_end(self) -> str:
+        """The text that ends the help of the command: notes and examples."""
+        return self.epilog or inspect.cleandoc(self.declare.__doc__ or "").partition("\n\n")[2]
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Action:
-    """An action of a command, as `list` of `points`: its line of help, its options, its function.
+    """An action of a command, as `list` of `points`: its line of help, its function, its options.
 
     The function is written `drive.points:show`; its module is loaded to carry the action out.
     """
@@ -50,15 +59,19 @@ def add_actions(parser: argparse.ArgumentParser, actions: Mapping[str, Action]) 
     """Add the actions of a command, one of which has to be named."""
     listed = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
     for name, row in actions.items():
-        action = listed.add_parser(
-            name,
-            help=row.summary,
-            description=row.summary[0].upper() + row.summary[1:] + ".",
-            formatter_class=argparse.RawDescriptionHelpFormatter,
-            epilog=row.epilog,
-        )
+        words = help_of(row.summary, Arguments(row.declare, row.epilog))
+        action = listed.add_parser(name, help=row.summary, **words)
         row.declare(action)
         action.set_defaults(function=row.function)
+
+
+def help_of(summary: str, arguments: Arguments) -> Any:
+    """Return what an argument parser has to know to print the help of a command or an action."""
+    return {
+        "description": summary[0].upper() + summary[1:] + ".",
+        "formatter_class": argparse.RawDescriptionHelpFormatter,
+        "epilog": arguments.help_end,
+    }
 
 
 def add_switches(parser: argparse._ActionsContainer, switches: Mapping[str, str]) -> None:
