@@ -7,7 +7,6 @@ import subprocess
 import sys
 
 import pytest
-from cli_calls import Caller
 
 from armdrive import cli
 from armdrive.cli import COMMANDS, EXIT_CODES
@@ -29,11 +28,6 @@ WITH_ACTIONS = {
     "points": drive_arguments.POINT_ACTIONS,
 }
 """The commands each of whose actions has a function of its own."""
-
-
-@pytest.fixture
-def call(capsys):
-    return Caller(capsys)
 
 
 def error_classes(kind=ArmError):

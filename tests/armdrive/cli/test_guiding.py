@@ -6,7 +6,7 @@ import io
 import sys
 
 import pytest
-from cli_calls import Caller, write_arm_file
+from cli_calls import write_arm_file
 
 from armdrive import Arm
 from armdrive.cli import terminal_person
@@ -20,11 +20,6 @@ from kinematics import preset
 
 AXES = ("base", "shoulder", "elbow", "wrist_pitch", "wrist_roll", "gripper")
 ARM = "sim:teachmover"
-
-
-@pytest.fixture
-def call(capsys):
-    return Caller(capsys)
 
 
 @pytest.fixture
