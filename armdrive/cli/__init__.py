@@ -42,18 +42,18 @@ _COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
             "drive.motors:disable",
             "switch the motors off, which lets the arm sag: parks it first",
         ),
-        "stop": ("drive.control_requests:stop", "stop an arm that another program drives"),
-        "pause": ("drive.control_requests:pause", "have an arm wait that another program drives"),
-        "resume": ("drive.control_requests:resume", "let a paused arm go on"),
+        "stop": ("drive.control_requests:stop", "stop an arm that another program is driving"),
+        "pause": ("drive.control_requests:pause", "pause an arm that another program is driving"),
+        "resume": ("drive.control_requests:resume", "resume a paused arm"),
         "slow": (
             "drive.control_requests:slow",
-            "have an arm go slower than the program that drives it asks for",
+            "slow down an arm that another program is driving",
         ),
-        "watch": ("look.status:watch", "watch an arm that another program drives"),
+        "watch": ("look.status:watch", "watch an arm that another program is driving"),
         "status": ("look.status:status", "show where an arm is, and whether that can be trusted"),
         "record": (
             "drive.control_requests:record",
-            "write down what has passed between an arm and the program that drives it",
+            "save a recording of an arm that another program is driving",
         ),
         "log": (
             "look.recordings:log",
@@ -61,7 +61,7 @@ _COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         ),
         "replay": (
             "look.recordings:replay_recording",
-            "replay a recording against a simulated twin, and show where they part",
+            "replay a recording against a simulated arm, and show where they differ",
         ),
         "fk": ("learn.poses:fk", "joint angles to the pose of the finger tips"),
         "ik": ("learn.poses:ik", "a pose to joint angles, every solution"),

@@ -54,6 +54,19 @@ def test_every_command_has_its_own_help(call, name):
     assert COMMANDS[name][1:] in " ".join(text.split())
 
 
+@pytest.mark.parametrize(
+    ("words", "example"),
+    [
+        ("home", "  armdrive home --declare park  "),
+        ("sim", "  armdrive sim --list  "),
+        ("can setup", "  can:socketcan:can0  "),
+        ("can monitor", "  armdrive can monitor can:socketcan:can0 --id 3\n"),
+    ],
+)
+def test_the_help_ends_with_examples_as_they_are_written(call, words, example):
+    assert example in call(*words.split(), "--help", code=0).out
+
+
 @pytest.mark.parametrize("name", sorted(COMMANDS.keys() - {"demo", "jog", "sim"}))
 def test_every_command_that_prints_can_print_json(call, name):
     assert "--json" in call(name, "--help", code=0).out
