@@ -10,6 +10,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from armdrive.errors import BadRequest
+
 Command = Callable[[argparse.Namespace], int]
 """Carries a command out, and returns the exit code."""
 Declare = Callable[[argparse.ArgumentParser], None]
@@ -89,17 +91,25 @@ def add_json_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON")
 
 
-def number(text: str) -> float:
-    """Return a finite number, for argparse's `type=`; digits are 0 to 9, with nothing between."""
+def typed_number(text: str) -> float:
+    """Return a finite number; digits are 0 to 9, with nothing between. Raises `BadRequest`."""
     try:
         value = float(text)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+        raise BadRequest(f"{text!r} is not a number") from None
     if not text.isascii() or "_" in text:  # Python would take both: `1_5` for 15
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number")
+        raise BadRequest(f"{text!r} is not a number")
     if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a finite number")
+        raise BadRequest(f"{text!r} is not a finite number")
     return value
+
+
+def number(text: str) -> float:
+    """Return a finite number, for argparse's `type=`."""
+    try:
+        return typed_number(text)
+    except BadRequest as error:  # argparse shows the words of its own kind of error alone
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def positive(text: str) -> float:

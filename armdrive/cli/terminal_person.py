@@ -6,6 +6,7 @@ import os
 import sys
 
 from armdrive.arm import Arm
+from armdrive.cli.options import typed_number
 from armdrive.cli.presenter import say
 from armdrive.cli.screens import agreed, typed
 from armdrive.dialog.operator import JoggedArm, PostureRequest
@@ -206,11 +207,8 @@ def _axis(word: str, axes: tuple[str, ...]) -> str:
 
 
 def _amount(word: str) -> float:
-    try:
-        amount = float(word)
-    except ValueError:
-        raise BadRequest(f"{word!r} is no number") from None
-    if not abs(amount) <= MOST_DEG:
+    amount = typed_number(word)
+    if abs(amount) > MOST_DEG:
         raise BadRequest(f"jog by at most {MOST_DEG:g} degrees or mm at a time, not {word}")
     return amount
 

@@ -71,7 +71,13 @@ def test_a_line_that_means_nothing_is_answered_and_moves_nothing(call, typing):
     wrong = ("shoulder", "elbow x", "shoulder nan", "shoulder 200", "w 2", "tail 3", "x 5", "", "?")
     typing("ok", *wrong, "done")
     said = call("home", "--guide", code=0).out
-    for words in ("'tail' is none of", "'x' is no number", "at most 20", "a name and an amount"):
+    for words in (
+        "'tail' is none of",
+        "'x' is not a number",
+        "'nan' is not a finite number",
+        "at most 20",
+        "a name and an amount",
+    ):
         assert words in said
     assert call("status", "--json", code=0).json["acknowledged_steps"] is not None
 
