@@ -24,7 +24,6 @@ EXAMPLE = "shown to a person as an example of what to type"
 
 EXCEPTIONS: Mapping[str, str] = {
     "armdrive/cli/learn/arguments.py": PRESET,
-    "armdrive/cli/set_up/arguments.py": EXAMPLE,
     "armdrive/config/arm.py": EXAMPLE,
     "armdrive/setup/findings.py": WORDS,
     "armdrive/setup/templates.py": "templates are presets of whole arms, each with its controller",
