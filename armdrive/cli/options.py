@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import importlib
 import inspect
 import math
 from collections.abc import Callable, Mapping
@@ -16,16 +15,6 @@ Command = Callable[[argparse.Namespace], int]
 """Carries a command out, and returns the exit code."""
 Declare = Callable[[argparse.ArgumentParser], None]
 """Declares the options of a command."""
-
-
-def load(place: str) -> Any:
-    """Return what stands in a module of the command line, written `drive.move:move`.
-
-    The tables of commands and actions name their functions like this, so that help and a wrong
-    option do not wait for what only the work needs.
-    """
-    module, _, name = place.partition(":")
-    return getattr(importlib.import_module(f"armdrive.cli.{module}"), name)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,7 +37,8 @@ class Arguments:
 class Action:
     """An action of a command, as `list` of `points`: its line of help, its function, its options.
 
-    The function is written `drive.points:show`; its module is loaded to carry the action out.
+    The function is written `drive.points:show`: loading.py loads its module to carry the action
+    out.
     """
 
     summary: str

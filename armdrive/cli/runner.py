@@ -16,7 +16,8 @@ from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
-from armdrive.cli.options import Arguments, help_of, load
+from armdrive.cli.loading import load
+from armdrive.cli.options import Arguments, help_of
 from armdrive.cli.presenter import Outcome, as_json, complain, present, put_error
 from armdrive.errors import ArmError
 from armdrive.errors.actions import COMMAND_LINE, presented

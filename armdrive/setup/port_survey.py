@@ -15,7 +15,6 @@ from armdrive.setup.diagnosis import Diagnosis, Report
 from armdrive.setup.ports import Before, PortNaming, arm_files, look_at, unfound
 from armdrive.setup.prober import Examination
 from armdrive.storage.arm_lock import hold
-from armdrive.tasks import DeviceSettings
 
 
 def closed_port(config: ArmConfig) -> tuple[str, Before]:
@@ -34,14 +33,14 @@ class PortSurvey:
     """A survey of a port that may be opened now.
 
     `config` is the arm that is expected there, if one is, and `baud` the only rate to try, if it is
-    given. With `agree`, settings that differ are written where that returns True.
+    given. `compare` compares the settings of a controller that is the expected one.
     """
 
     report: Report
     before: Before
+    compare: Callable[[ArmConfig, Report], None]
     config: ArmConfig | None = None
     baud: int | None = None
-    agree: Callable[[DeviceSettings], bool] | None = None
 
     def run(self) -> Diagnosis:
         """Open the port, and find out who answers; what is found goes to the report."""
@@ -53,10 +52,7 @@ class PortSurvey:
         if identity is None or not identity.dialect:
             return Diagnosis.NOBODY
         if config is not None and identity.dialect == config.connection.dialect:
-            # all that drives an arm, which a silent port does without
-            from armdrive.setup.bus_survey import compare_settings
-
-            compare_settings(config, report, self.agree)
+            self.compare(config, report)
         return report.diagnosis
 
     def _examined(self) -> Examination:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator
 
-from armdrive.cli.options import load
 from armdrive.cli.presenter import Outcome, Result
 from kinematics.presets import PRESETS
 from kinematics.textbook.systems import SYSTEMS
@@ -15,8 +14,9 @@ def explain(options: argparse.Namespace) -> Outcome:
     """Explain a system, or list the systems."""
     if not options.list and options.system is not None:
         # solvers, symbols and the studies of systems, which their list does without
-        explained: Outcome = load("learn.explain_worked:explain_system")(options)
-        return explained
+        from armdrive.cli.learn.explain_worked import explain_system
+
+        return explain_system(options)
     systems = [
         {
             "name": each.name,

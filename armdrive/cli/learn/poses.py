@@ -6,10 +6,9 @@ Those of any other model are in models.py, with the textbook that a built-in arm
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
-from armdrive.cli.options import load
 from armdrive.cli.presenter import Result
 from armdrive.errors import BadRequest
 from armdrive.status import joints_view, pose_view, violation_text
@@ -18,11 +17,19 @@ from kinematics.presets import PRESETS, preset
 from kinematics.spaces import JOINT_NAMES, Joints, Pose
 
 
+def _of_models() -> tuple[
+    Callable[[argparse.Namespace], Result], Callable[[argparse.Namespace], Iterator[Result]]
+]:
+    from armdrive.cli.learn import models  # the textbook, which a built-in arm does without
+
+    return models.fk, models.ik
+
+
 def fk(options: argparse.Namespace) -> Result:
     """Return the pose, and the limits and guards that the posture would pass."""
     if options.model not in PRESETS:
-        found: Result = load("learn.models:fk")(options)
-        return found
+        fk_of_model, _ = _of_models()
+        return fk_of_model(options)
     if len(options.joints) != len(JOINT_NAMES):
         raise BadRequest(
             f"{len(JOINT_NAMES)} joint angles are required ({', '.join(JOINT_NAMES)}), "
@@ -45,7 +52,8 @@ def fk(options: argparse.Namespace) -> Result:
 def ik(options: argparse.Namespace) -> Iterator[Result]:
     """Give every branch, then the one that the arm would take, or why there is none."""
     if options.model not in PRESETS:
-        yield from load("learn.models:ik")(options)
+        _, ik_of_model = _of_models()
+        yield from ik_of_model(options)
         return
     if options.yaw is not None:
         raise BadRequest("--yaw is for a model of six joints: the hand of this one has none")

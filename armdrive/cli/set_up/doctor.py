@@ -7,7 +7,7 @@ import dataclasses
 import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from types import MappingProxyType
+from types import MappingProxyType, ModuleType
 
 from armdrive.cli.presenter import Result, as_json, put_error, say, tell
 from armdrive.cli.screens import agreed
@@ -55,8 +55,20 @@ def doctor(options: argparse.Namespace) -> Result:
         return _result(report, Diagnosis.CLOSED)
     report.add([after.finding(after.measure())])
     _agree(port, options)
-    survey = PortSurvey(report, before, config, options.baud, _mending(options))
+
+    def compare(config: ArmConfig, report: Report) -> None:
+        _deeper().compare_settings(config, report, _mending(options))
+
+    survey = PortSurvey(report, before, compare, config, options.baud)
     return _result(report, survey.run())
+
+
+def _deeper() -> ModuleType:
+    """Return what surveys a CAN bus, and compares the settings of a controller."""
+    # all that drives an arm, and every protocol of a bus: a silent port needs neither
+    from armdrive.setup import bus_survey
+
+    return bus_survey
 
 
 def _report(port: str, options: argparse.Namespace) -> Report:
@@ -81,20 +93,18 @@ def _what_next(report: Report) -> Iterator[str]:
 
 def _on_bus(options: argparse.Namespace, config: ArmConfig | None) -> Result:
     """Survey the CAN bus that is meant."""
-    # all that drives an arm, and every protocol of a bus: a silent port needs neither
-    from armdrive.setup.bus_survey import BusSurvey, ids_of, only_bus
-
+    deeper = _deeper()
     if options.can:
         port = options.can if is_can(options.can) else PREFIX + options.can
     elif config is not None:
         port = PortOpening(config).find()
     else:
-        port = options.port or only_bus()
+        port = options.port or deeper.only_bus()
     if not is_can(port):
         raise BadRequest(f"{port} is no CAN bus: write can:INTERFACE:CHANNEL")
     report = _report(port, options)
-    ids = ids_of(options.ids) if options.ids else ()
-    survey = BusSurvey(report, config, ids, options.every_rate, _mending(options))
+    ids = deeper.ids_of(options.ids) if options.ids else ()
+    survey = deeper.BusSurvey(report, config, ids, options.every_rate, _mending(options))
     return _result(report, survey.run())
 
 

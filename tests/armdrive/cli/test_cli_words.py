@@ -11,7 +11,7 @@ import pytest
 from armdrive import cli
 from armdrive.cli import COMMANDS, EXIT_CODES
 from armdrive.cli.drive import arguments as drive_arguments
-from armdrive.cli.options import load
+from armdrive.cli.loading import load
 from armdrive.cli.program import arguments as program_arguments
 from armdrive.cli.program import pendant, teach
 from armdrive.cli.set_up import arguments as set_up_arguments
