@@ -16,6 +16,7 @@ from functools import reduce
 from types import CodeType, FunctionType, SimpleNamespace
 from typing import Any, TypeVar
 
+from kinematics.chains import spherical_wrist
 from kinematics.chains.chain import Chain
 from kinematics.chains.generated import generated
 from kinematics.chains.links import Convention, DHLink, JointKind, a_matrix
@@ -25,10 +26,7 @@ from kinematics.frames import numbers
 from kinematics.frames.numbers import cos, sin
 from kinematics.frames.transforms import Transform, compose
 from kinematics.frames.vectors import Vector, add, scale, subtract
-from kinematics.textbook.systems import wrist as spherical_wrist
-from kinematics.textbook.systems.mini_movers import MiniBuild
 from kinematics.textbook.systems.named import System
-from kinematics.textbook.systems.puma import Puma
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -407,7 +405,7 @@ def _without_twists(tally: Tally, chain: Chain) -> Tally:
 
 def _shared_forward(system: System, posture: tuple[float, ...]) -> list[Way]:
     """Return the count of the forward solution that the five-axis arms run on."""
-    if not isinstance(system, MiniBuild):
+    if system.arm is None:
         return []
     what = "the same formulas with their common factors taken out"
     lengths = system.arm.lengths
@@ -439,11 +437,12 @@ def _branch(system: System, name: str) -> Callable[[tuple[Any, ...]], object]:
 def _shared_inverse(system: System, goal: tuple[float, ...], frame: Transform) -> Tally:
     """Count the system's own fast inverse; nothing where it has none."""
     ledger = Ledger()
-    if isinstance(system, MiniBuild):
+    if system.arm is not None:
         inverse = on_any_numbers(closed_form.inverse)
         inverse(ledger.numbers(goal), system.arm.lengths, 0.0, (0.0,) * 5)
-    elif isinstance(system, Puma):
-        on_any_numbers(spherical_wrist.inverse)(ledger.numbers(frame), system.wrist_arm())
+    elif system.name == "puma":
+        arm = spherical_wrist.WristArm.of(*system.sizes)
+        on_any_numbers(spherical_wrist.inverse)(ledger.numbers(frame), arm)
     return ledger.tally()
 
 

@@ -25,8 +25,9 @@ from kinematics.textbook.efficiency import (
 from kinematics.textbook.notation import matrix_latex, matrix_text
 from kinematics.textbook.symbolic_systems import symbolic_chain, symbolic_system
 from kinematics.textbook.symbols import Symbol, coordinate, named
-from kinematics.textbook.systems import SYSTEMS, NamedBranch, System, system
+from kinematics.textbook.systems import SYSTEMS, system
 from kinematics.textbook.systems.mini_movers import urdf_of_arm
+from kinematics.textbook.systems.named import NamedBranch, System
 from kinematics.textbook.worked_example import WorkedExample, work_chain, work_system
 
 __all__ = [

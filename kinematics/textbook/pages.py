@@ -8,9 +8,9 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from kinematics.chains.links import Convention, JointKind
 from kinematics.frames.transforms import IN_PLACE, Transform, position_of
-from kinematics.textbook.jacobians import ROW_NAMES, Lost
+from kinematics.textbook.jacobians import ROW_NAMES
 from kinematics.textbook.study import Study
-from kinematics.textbook.systems import NamedBranch
+from kinematics.textbook.systems.named import Lost, NamedBranch
 from kinematics.textbook.worked_example import (
     ExampleSection,
     joints_text,

@@ -20,7 +20,7 @@ from kinematics.frames.transforms import Transform, position_of, rotation_of
 from kinematics.frames.vectors import dot, subtract
 from kinematics.textbook.jacobians import ROW_NAMES
 from kinematics.textbook.study import Subject, study
-from kinematics.textbook.systems import NamedBranch, System
+from kinematics.textbook.systems.named import NamedBranch, System
 from kinematics.textbook.worked_example import number_text, violation_text
 
 # Following the Jacobian of a link table: a step of the hand in small ones, within the limits.

@@ -23,7 +23,6 @@ from kinematics.frames.transforms import Transform, rotation_of
 from kinematics.geometry import ArmGeometry
 from kinematics.presets import PRESETS, preset
 from kinematics.textbook.jacobians import (
-    Lost,
     chain_jacobian,
     chain_rows,
     judged,
@@ -31,7 +30,9 @@ from kinematics.textbook.jacobians import (
     own_jacobian,
     own_rows,
 )
-from kinematics.textbook.systems import SYSTEMS, MiniMover, NamedBranch, System
+from kinematics.textbook.systems import SYSTEMS
+from kinematics.textbook.systems.mini_movers import MINI_MOVER, with_arm
+from kinematics.textbook.systems.named import Lost, NamedBranch, System
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +61,7 @@ def named_subject(name: str) -> Subject:
     if name in SYSTEMS:
         return _of_system(name, SYSTEMS[name].title, SYSTEMS[name])
     if name in PRESETS:
-        return _of_system(name, preset(name).title, MiniMover(preset(name).arm))
+        return _of_system(name, preset(name).title, with_arm(MINI_MOVER, preset(name).arm))
     names = subject_names()
     raise UnknownSystem(name, names, nearest_word(name, names))
 
@@ -74,7 +75,7 @@ def subject_of_arm(name: str, arm: ArmGeometry) -> Subject | None:
     if isinstance(arm, ToolArm):
         return subject_of_arm(f"{name}, without its tool", arm.bare)
     if isinstance(arm, FiveAxisArm):
-        return _of_system(name, name, MiniMover(arm))
+        return _of_system(name, name, with_arm(MINI_MOVER, arm))
     if isinstance(arm, ChainArm):
         return subject_of_chain(name, name, "", arm.chain)
     return None

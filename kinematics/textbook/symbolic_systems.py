@@ -9,27 +9,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
-from typing import Any, cast
+from dataclasses import replace
+from typing import Any
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import JointKind
-from kinematics.errors import KinematicsError
-from kinematics.five_axis.arm import FiveAxisArm
-from kinematics.limits import JointRange
 from kinematics.textbook.notation import GREEK
-from kinematics.textbook.symbols import Symbol, coordinate, named
-from kinematics.textbook.systems import System
+from kinematics.textbook.symbols import coordinate, named
+from kinematics.textbook.systems.named import System
 
 _SYMBOL = re.compile(rf"(?:[a-z]|{'|'.join(sorted(GREEK))})_?\d*")
-
-
-@dataclass(frozen=True, slots=True)
-class _NamedArm:
-    """What a system of the Mini-mover's build asks of its arm while it computes."""
-
-    lengths: tuple[Any, ...]
-    limits: tuple[JointRange, ...]
 
 
 def joint_symbols(chain: Chain) -> tuple[Any, ...]:
@@ -64,24 +53,8 @@ def symbolic_chain(chain: Chain) -> Chain:
 
 def symbolic_system(system: System) -> System:
     """Return the system with its lengths as the names that its figure and derivation use."""
-    if not is_dataclass(system):
-        raise KinematicsError(f"{system.name} is no dataclass, so its lengths have no names")
-    arm = getattr(system, "arm", None)
-    if isinstance(arm, FiveAxisArm):
-        names = tuple(map(named, system.lengths()))
-        return cast(System, replace(system, arm=_NamedArm(names, arm.limits)))
-    # each length becomes its field's name first, which tells how `lengths` calls it
-    given = {
-        field.name: getattr(system, field.name)
-        for field in fields(system)
-        if field.name.endswith("_mm") and isinstance(getattr(system, field.name), float)
-    }
-    marked = replace(system, **{name: named(name) for name in given})
-    called = {cast(Symbol, value): name for name, value in marked.lengths().items()}
-    return replace(
-        system,
-        **{name: _name(value, called.get(named(name), name)) for name, value in given.items()},
-    )
+    names = map(_name, system.sizes, system.length_names)
+    return replace(system, sizes=tuple(names))
 
 
 def symbolic_goal(coordinates: Sequence[str]) -> tuple[Any, ...]:

@@ -33,7 +33,7 @@ from kinematics.textbook.symbolic_systems import (
     symbolic_goal,
     symbolic_system,
 )
-from kinematics.textbook.systems import NamedBranch, NamedStep, Quantity, System
+from kinematics.textbook.systems.named import NamedBranch, NamedStep, Quantity, System
 
 FRAME_COORDINATES = ("x_mm", "y_mm", "z_mm", "phi_rad", "theta_rad", "psi_rad")
 """The goal of a chain that is no named system: a position, or a position and an orientation."""

@@ -29,7 +29,9 @@ from kinematics.frames.transforms import IN_PLACE, Transform, position_of
 from kinematics.presets import PRESETS, preset
 from kinematics.textbook.notation import Latex, SymbolText
 from kinematics.textbook.symbols import as_symbol
-from kinematics.textbook.systems import SYSTEMS, MiniMover, System, system
+from kinematics.textbook.systems import SYSTEMS, system
+from kinematics.textbook.systems.mini_movers import MINI_MOVER, with_arm
+from kinematics.textbook.systems.named import System
 from kinematics.textbook.worked_example import (
     FRAME_COORDINATES,
     ExampleSection,
@@ -116,7 +118,7 @@ def _example(
 def _system(word: str) -> System:
     """Return a named system, or a built-in arm as one of the Mini-mover's build."""
     if word in PRESETS and word not in SYSTEMS:
-        return MiniMover(preset(word).arm)
+        return with_arm(MINI_MOVER, preset(word).arm)
     try:
         return system(word)
     except UnknownSystem as error:
