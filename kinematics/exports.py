@@ -73,9 +73,6 @@ from kinematics.five_axis.nearest import nearest as nearest
 from kinematics.five_axis.singularities import FiveAxisSingularity as FiveAxisSingularity
 from kinematics.five_axis.singularities import Nearness as Nearness
 from kinematics.five_axis.singularities import five_axis_singularities as five_axis_singularities
-from kinematics.five_axis.singularities import (
-    nearest_five_axis_singularity as nearest_five_axis_singularity,
-)
 from kinematics.five_axis.singularities import task_jacobian as task_jacobian
 from kinematics.five_axis.workspace import Reach as Reach
 from kinematics.five_axis.workspace import Section as Section
@@ -136,8 +133,6 @@ from kinematics.limits import LimitViolation as LimitViolation
 from kinematics.paths.arcs import arc_path as arc_path
 from kinematics.paths.arcs import circle_path as circle_path
 from kinematics.paths.chords import JointPath as JointPath
-from kinematics.paths.chords import deviation_mm as deviation_mm
-from kinematics.paths.chords import joint_path as joint_path
 from kinematics.paths.chords import line_path as line_path
 from kinematics.paths.motion_limits import MotionLimits as MotionLimits
 from kinematics.paths.parts import ArcPart as ArcPart

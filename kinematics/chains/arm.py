@@ -99,14 +99,6 @@ class ChainArm:
         """A point of the base axis, from which outwards is counted."""
         return position_of(self.chain.base)
 
-    def with_limits(self, limits: Sequence[JointRange]) -> ChainArm:
-        """Return this arm with other ranges of its joints."""
-        links = tuple(
-            replace(link, low=one.low_rad, high=one.high_rad)
-            for link, one in zip(self.chain.links, limits, strict=True)
-        )
-        return ChainArm(replace(self.chain, links=links))
-
     def with_tool(self, tool: Tool) -> ChainArm:
         """Return this arm with a tool in its hand: poses are those of the tool's point."""
         off = translation(tool.up_mm, tool.side_mm, tool.along_mm)

@@ -387,7 +387,6 @@ class Branching(Protocol):
 
     def branches(self, pose: Pose, seed: Joints | None = None) -> tuple[Branch, ...]:
         """Return every posture for a pose, those beyond the limits included."""
-        ...
 
 
 def postures(arm: ArmGeometry, pose: Pose, seed: Joints) -> tuple[Posture, ...]:

@@ -32,12 +32,10 @@ class Dimensions(Protocol):
     @property
     def lengths(self) -> Lengths:
         """Base height, upper arm, forearm and hand in mm."""
-        ...
 
     @property
     def limits(self) -> tuple[JointRange, ...]:
         """The range of each joint."""
-        ...
 
 
 def plane_tip(

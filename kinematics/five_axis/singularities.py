@@ -131,11 +131,6 @@ def five_axis_singularities(arm: FiveAxisArm, joints: Joints) -> tuple[Nearness,
     )
 
 
-def nearest_five_axis_singularity(arm: FiveAxisArm, joints: Joints) -> Nearness:
-    """Return the singularity that the smallest joint move leads to."""
-    return five_axis_singularities(arm, joints)[0]
-
-
 def _over_base(arm: FiveAxisArm, start: tuple[float, float, float]) -> float:
     """Return a small move of shoulder, elbow and wrist that puts the tip on the base axis.
 

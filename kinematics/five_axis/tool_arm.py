@@ -97,7 +97,7 @@ class ToolArm:
         try:
             return self.bare.ik(fingers, seed)
         except Unreachable as refusal:
-            raise _of_tool(refusal, pose, self.nearest_pose(pose, seed)) from None
+            raise refusal.instead(self.nearest_pose(pose, seed), goal=pose) from None
 
     def ik_near(self, pose: Pose, seed: Joints) -> Joints:
         """Return what `ik` does, which is quick enough for every small step."""
@@ -193,27 +193,12 @@ class ToolArm:
         )
 
 
-def _of_tool(refusal: Unreachable, pose: Pose, nearest: Pose) -> Unreachable:
-    """Return the refusal of the finger tips' pose as one of the tool's."""
-    return Unreachable(
-        refusal.reason,
-        constraint=refusal.constraint,
-        joint=refusal.joint,
-        value=refusal.value,
-        bound=refusal.bound,
-        unit=refusal.unit,
-        goal=pose,
-        nearest=nearest,
-    )
-
-
 @runtime_checkable
 class TakesTool(Protocol):
     """An arm whose own numbers say where its tool is."""
 
     def with_tool(self, tool: Tool) -> ArmGeometry:
         """Return this arm with a tool in its hand."""
-        ...
 
 
 def holding(arm: ArmGeometry, tool: Tool) -> ArmGeometry:

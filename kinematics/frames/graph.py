@@ -78,11 +78,6 @@ class FrameGraph:
             seen.append(found)
         raise FramesNotConnected(reference, name, seen)
 
-    def with_relation(self, reference: str, name: str, frame: Transform) -> FrameGraph:
-        """Return the graph with one relation more, or changed. Raises as the constructor does."""
-        relations = {**self.relations, (reference, name): frame}
-        return FrameGraph(relations, self.tolerance_mm, self.tolerance_rad)
-
     def _spread(self, reference: str) -> Iterator[tuple[str, Transform]]:
         """Yield every frame that is joined to a reference, nearest first, observed in it."""
         placed = {reference: IN_PLACE}

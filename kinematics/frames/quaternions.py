@@ -250,12 +250,12 @@ def nearest_rotation(matrix: Matrix3) -> Matrix3:
         raise NoNearestRotation
     (a, b, c), (d, e, f), (g, h, i) = (tuple(x / size for x in row) for row in matrix)
     values, vectors = symmetric_eigen(
-        [
-            [a + e + i, h - f, c - g, d - b],
-            [h - f, a - e - i, b + d, c + g],
-            [c - g, b + d, e - a - i, f + h],
-            [d - b, c + g, f + h, i - a - e],
-        ]
+        (
+            (a + e + i, h - f, c - g, d - b),
+            (h - f, a - e - i, b + d, c + g),
+            (c - g, b + d, e - a - i, f + h),
+            (d - b, c + g, f + h, i - a - e),
+        )
     )
     if values[0] - values[1] <= TIE:
         raise NoNearestRotation

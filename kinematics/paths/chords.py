@@ -16,7 +16,7 @@ from operator import mul, sub
 from typing import NamedTuple
 
 from kinematics.errors import KinematicsError, PathBroken, finite
-from kinematics.geometry import ArmGeometry, Curve, Point
+from kinematics.geometry import ArmGeometry, Curve
 from kinematics.spaces import Joints, Pose
 
 MARGIN = 0.75
@@ -208,14 +208,6 @@ class JointPath:
         return tuple(b - a for a, b in zip(self.start, self.goal, strict=True))
 
 
-def joint_path(start: Joints, goal: Joints) -> JointPath:
-    """Return the joint motion between two postures; ranges are convex, so checking ends is enough.
-
-    Guards are another matter: see `guards.path`.
-    """
-    return JointPath(start, goal)
-
-
 def line_path(
     arm: ArmGeometry, start: Joints, goal: Pose, tolerance_mm: float = LINE_TOLERANCE_MM
 ) -> tuple[Joints, ...]:
@@ -230,32 +222,3 @@ def line_path(
     its limit may come back, but not go further.
     """
     return corners(smooth(cut(arm, arm.line(start, goal), start, tolerance_mm)))
-
-
-def deviation_mm(
-    arm: ArmGeometry, waypoints: Sequence[Joints], goal: Pose, samples: int = 16
-) -> float:
-    """Return the largest distance of the tip from the straight line to `goal`, in mm.
-
-    The joints turn in proportion between waypoints; each such motion is looked at `samples` times.
-    """
-    first = arm.fk(waypoints[0])
-    origin = first.x_mm, first.y_mm, first.z_mm
-    end = goal.x_mm, goal.y_mm, goal.z_mm
-    worst = 0.0
-    for a, b in pairwise(waypoints):
-        for index in range(samples + 1):
-            tip = arm.points(JointPath(a, b).at(index / samples))[-1]
-            worst = max(worst, _off_segment(tip, origin, end))
-    return worst
-
-
-def _off_segment(point: Point, start: Point, end: Point) -> float:
-    """Return the distance in mm of a point from the straight segment between two others."""
-    along = tuple(b - a for a, b in zip(start, end, strict=True))
-    length = sum(part * part for part in along)
-    if length == 0.0:
-        return math.dist(point, start)
-    share = sum(d * (p - a) for d, p, a in zip(along, point, start, strict=True)) / length
-    share = min(max(share, 0.0), 1.0)
-    return math.dist(point, tuple(a + share * d for a, d in zip(start, along, strict=True)))

@@ -23,16 +23,13 @@ class Trace(Protocol):
     @property
     def shape(self) -> str:
         """What it is, in words."""
-        ...
 
     @property
     def least_chords(self) -> int:
         """Into how many shares it is cut before anything is looked at."""
-        ...
 
     def at(self, share: float) -> Point:
         """Return the point at a share of the way; the ends are exact."""
-        ...
 
 
 class Blendable(Trace, Protocol):
@@ -41,15 +38,12 @@ class Blendable(Trace, Protocol):
     @property
     def largest_blend_mm(self) -> float:
         """How far from its end a blend may leave it."""
-        ...
 
     def share_beside_end(self, radius_mm: float) -> float:
         """Return the share of the way that lies within this distance of an end."""
-        ...
 
     def slope(self, share: float) -> Vector:
         """Return how the point moves with the share, in mm for the whole way."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)

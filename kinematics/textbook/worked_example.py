@@ -17,7 +17,7 @@ from kinematics.chains.links import DHLink, JointKind
 from kinematics.chains.singularities import condition
 from kinematics.chains.tables import table_text
 from kinematics.errors import KinematicsError, finite
-from kinematics.frames.orientations import RPY, Degeneracy, OrientationSolution, solve_rpy
+from kinematics.frames.orientations import RPY, OrientationSolution, solve_rpy
 from kinematics.frames.transforms import IN_PLACE, Transform, position_of, rotation_of, transform
 from kinematics.textbook.notation import (
     Definition,
@@ -76,11 +76,6 @@ class WorkedExample:
     goal: tuple[float, ...]
     branches: tuple[WorkedBranch, ...] = ()
     solution: Solution | None = None
-
-    @property
-    def orientation_degeneracy(self) -> Degeneracy | None:
-        """What the orientation's angles lose, or None."""
-        return self.orientation.degeneracy
 
 
 def work_system(
