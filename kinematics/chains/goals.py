@@ -175,13 +175,22 @@ def pose_goal(
     on_axis = norm(level) <= VERTICAL
     outwards = X_AXIS if on_axis else unit(level)
     roll = pose.roll_rad + roll_frame.value * math.atan2(outwards[1], outwards[0])
-    hand = _elevated(outwards, pose.pitch_rad)
-    up = add(scale(-math.sin(pose.pitch_rad), outwards), scale(math.cos(pose.pitch_rad), Z_AXIS))
-    frame = transform(_rolled(hand, up, roll), (pose.x_mm, pose.y_mm, pose.z_mm))
+    frame = hand_frame(pose, outwards, roll)
     left_out = {Part.PITCH} if pitch_free else set()
     left_out |= {Part.ROLL} if roll_free else set()
     left_out |= {Part.HEADING} if on_axis else set()
     return Goal(frame, outwards, ALL_PARTS - left_out)
+
+
+def hand_frame(pose: Pose, outwards: Vector, roll_rad: float) -> Transform:
+    """Return the frame of a hand at a pose's place and pitch, in the plane outwards."""
+    hand, up = _elevated(outwards, pose.pitch_rad), upwards(outwards, pose.pitch_rad)
+    return transform(_rolled(hand, up, roll_rad), (pose.x_mm, pose.y_mm, pose.z_mm))
+
+
+def upwards(outwards: Vector, pitch_rad: float) -> Vector:
+    """Return the direction, normal to a hand of this pitch, that x has where the roll is zero."""
+    return add(scale(-math.sin(pitch_rad), outwards), scale(math.cos(pitch_rad), Z_AXIS))
 
 
 def _rotation_vector(matrix: Matrix3) -> Vector:

@@ -16,20 +16,18 @@ from dataclasses import replace
 from enum import Enum
 
 from kinematics.chains.chain import Chain
-from kinematics.chains.goals import VERTICAL, Goal, Part, pose_goal
+from kinematics.chains.goals import VERTICAL, Goal, Part, hand_frame, pose_goal, upwards
 from kinematics.chains.inverse import Reason, Solution
 from kinematics.errors import Constraint, KinematicsError, Unreachable, limit_sentence
-from kinematics.frames.rotations import columns, from_columns
-from kinematics.frames.transforms import Transform, position_of, rotation_of, transform
+from kinematics.frames.rotations import columns
+from kinematics.frames.transforms import Transform, position_of, rotation_of
 from kinematics.frames.vectors import (
     X_AXIS,
     Z_AXIS,
     Vector,
-    add,
     cross,
     dot,
     norm,
-    scale,
     subtract,
     unit,
 )
@@ -78,7 +76,7 @@ def pose_of(frame: Transform, task: HandTask, centre: Vector) -> Pose:
         level = (hand[0], hand[1], 0.0)
         outwards = unit(level) if norm(level) > VERTICAL else X_AXIS
         pitch = math.atan2(hand[2], norm(level))
-    up = _up(outwards, pitch)
+    up = upwards(outwards, pitch)
     roll = math.atan2(dot(x, cross(hand, up)), dot(x, up))
     yaw = math.atan2(outwards[1], outwards[0]) if task is HandTask.WHOLE else None
     return Pose(*position_of(frame), pitch, roll, yaw)
@@ -96,10 +94,8 @@ def goal_of(pose: Pose, task: HandTask, centre: Vector) -> Goal:
         return pose_goal(pose, centre=centre)
     heading = pose.yaw_rad or 0.0
     outwards = (math.cos(heading), math.sin(heading), 0.0)
-    up = _up(outwards, pose.pitch_rad)
-    hand = add(scale(math.cos(pose.pitch_rad), outwards), scale(math.sin(pose.pitch_rad), Z_AXIS))
-    x = add(scale(math.cos(pose.roll_rad), up), scale(math.sin(pose.roll_rad), cross(hand, up)))
-    frame = transform(from_columns(x, cross(hand, x), hand), (pose.x_mm, pose.y_mm, pose.z_mm))
+    frame = hand_frame(pose, outwards, pose.roll_rad)
+    hand = columns(rotation_of(frame))[2]
     if task is HandTask.WHOLE:
         return Goal(frame, outwards)
     level = (hand[0], hand[1], 0.0)
@@ -108,11 +104,6 @@ def goal_of(pose: Pose, task: HandTask, centre: Vector) -> Goal:
         unit(level) if norm(level) > VERTICAL else outwards,
         frozenset({Part.POSITION, Part.PITCH, Part.ROLL}),
     )
-
-
-def _up(outwards: Vector, pitch: float) -> Vector:
-    """Return the direction, normal to a hand of this pitch, that x has where the roll is zero."""
-    return add(scale(-math.sin(pitch), outwards), scale(math.cos(pitch), Z_AXIS))
 
 
 def _outwards(frame: Transform, centre: Vector) -> Vector:

@@ -7,6 +7,7 @@ import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 
 from kinematics.chains.links import Convention, JointKind
+from kinematics.chains.tables import aligned
 from kinematics.frames.transforms import IN_PLACE, Transform, position_of
 from kinematics.textbook.jacobians import ROW_NAMES
 from kinematics.textbook.study import Study
@@ -93,14 +94,10 @@ def fixed(value: float) -> str:
 
 def rows_text(rows: Sequence[Sequence[float]], names: Sequence[str] = ()) -> list[str]:
     """Return the rows of a matrix, columns in line, each after its name."""
-    cells = [[fixed(entry) for entry in row] for row in rows]
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    lines = aligned([[fixed(entry) for entry in row] for row in rows], gap=" ")
     first = max(map(len, names), default=0)
-    heads = [f"{name:<{first}} " for name in names] or ["" for _ in rows]
-    return [
-        f"{head}[ {' '.join(map(str.rjust, row, widths))} ]"
-        for head, row in zip(heads, cells, strict=True)
-    ]
+    heads = [f"{name:<{first}} " for name in names] or [""] * len(lines)
+    return [f"{head}[ {line} ]" for head, line in zip(heads, lines, strict=True)]
 
 
 def wrapped(lines: Sequence[str], width: int) -> Iterator[str]:
@@ -130,10 +127,7 @@ def _links(of: Study) -> Iterator[str]:
         cells.append(
             (name, theta_text, lengths[0] + (" " if turns else "*"), lengths[1], angles[1])
         )
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    for name, *numbers in cells:
-        shown = map(str.rjust, numbers, widths[1:])
-        yield f"{name:<{widths[0]}} {' '.join(shown)}"
+    yield from aligned(cells, left=1, gap=" ")
 
 
 def _matrices(of: Study) -> Iterator[str]:

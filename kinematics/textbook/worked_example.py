@@ -15,17 +15,17 @@ from kinematics.chains.goals import ALL_PARTS, Part
 from kinematics.chains.inverse import Solution, solve_frame_ik
 from kinematics.chains.links import DHLink, JointKind
 from kinematics.chains.singularities import condition
-from kinematics.chains.tables import table_text
+from kinematics.chains.tables import aligned, table_text
 from kinematics.errors import KinematicsError, finite
 from kinematics.frames.orientations import RPY, OrientationSolution, solve_rpy
 from kinematics.frames.transforms import IN_PLACE, Transform, position_of, rotation_of, transform
 from kinematics.textbook.notation import (
+    PLAIN,
     Definition,
-    Latex,
-    SymbolText,
     definitions,
     matrix_latex,
     matrix_text,
+    notation,
 )
 from kinematics.textbook.symbolic_systems import (
     joint_symbols,
@@ -271,8 +271,7 @@ def frame_text(frame: Transform) -> list[str]:
         ]
         for row in frame
     ]
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    return [f"[ {'  '.join(map(str.rjust, row, widths))} ]" for row in cells]
+    return [f"[ {row} ]" for row in aligned(cells)]
 
 
 def violation_text(violation: JointViolation) -> str:
@@ -405,7 +404,7 @@ class SymbolicExample:
 def symbolic_system_example(system: System) -> SymbolicExample:
     """Return a named system in symbols: its lengths and joints as its figure calls them."""
     plain, symbolic = system.chain(), symbolic_system(system)
-    names = [SymbolText().write(symbol) for symbol in joint_symbols(plain)]
+    names = [PLAIN.write(symbol) for symbol in joint_symbols(plain)]
     goal = symbolic_goal(system.coordinates)
     branches = []
     for name in system.signs:
@@ -431,7 +430,7 @@ def symbolic_sections(example: SymbolicExample, *, latex: bool = False) -> Itera
 
 def equation(step: Definition, *, latex: bool = False) -> str:
     """Return a step as an equation."""
-    writer = Latex() if latex else SymbolText()
+    writer = notation(latex=latex)
     return f"{writer.name(step.name)} = {writer.write(step.symbol)}"
 
 
@@ -459,13 +458,17 @@ def _product(example: SymbolicExample, latex: bool) -> Iterator[str]:
         factors.insert(0, "base")
     if example.tool != IN_PLACE:
         factors.append("tool")
-    written = " ".join(map(Latex().name if latex else SymbolText().name, factors))
+    written = " ".join(map(notation(latex=latex).name, factors))
     yield from _matrix("T", example.product, latex, f" = {written}")
 
 
 def _matrix(name: str, matrix: Transform, latex: bool, made_of: str = "") -> list[str]:
     if latex:
-        return [rf"\[ {Latex().name(name)}{made_of} =", *matrix_latex(matrix).splitlines(), r"\]"]
+        return [
+            rf"\[ {notation(latex=True).name(name)}{made_of} =",
+            *matrix_latex(matrix).splitlines(),
+            r"\]",
+        ]
     return [f"{name}{made_of} =", *matrix_text(matrix).splitlines()]
 
 

@@ -27,7 +27,7 @@ from kinematics.chains.urdf import urdf_of_chain
 from kinematics.errors import OutOfReach, UnknownSystem
 from kinematics.frames.transforms import IN_PLACE, Transform, position_of
 from kinematics.presets import PRESETS, preset
-from kinematics.textbook.notation import Latex, SymbolText
+from kinematics.textbook.notation import notation
 from kinematics.textbook.symbols import as_symbol
 from kinematics.textbook.systems import SYSTEMS, system
 from kinematics.textbook.systems.mini_movers import MINI_MOVER, with_arm
@@ -208,7 +208,7 @@ def example_view(example: WorkedExample) -> dict[str, Any]:
 
 def symbolic_view(example: SymbolicExample, *, latex: bool) -> dict[str, Any]:
     """Return a symbolic example, its entries as text or as LaTeX."""
-    writer = Latex() if latex else SymbolText()
+    writer = notation(latex=latex)
 
     def written(matrix: Transform) -> list[list[str]]:
         return [[writer.write(as_symbol(entry)) for entry in row] for row in matrix]
