@@ -25,7 +25,7 @@ from kinematics import FiveAxisArm, Joints, preset
 from kinematics.chains.chain import Chain
 from kinematics.chains.generated import generated
 from kinematics.chains.spherical_wrist import WristArm, inverse
-from kinematics.five_axis.frame import forward_frame
+from kinematics.five_axis.closed_form import forward_frame
 from kinematics.textbook.systems.mini_movers import MINI_MOVER, with_arm
 from kinematics.textbook.systems.named import System
 from kinematics.textbook.systems.puma import PUMA

@@ -19,8 +19,7 @@ from textbook_peers import START, Peers, solvers
 
 from kinematics import FiveAxisArm, preset
 from kinematics.five_axis.batch import branches_of_frames
-from kinematics.five_axis.closed_form import Angles
-from kinematics.five_axis.frame import ON_MANIFOLD_RAD
+from kinematics.five_axis.closed_form import ON_MANIFOLD_RAD, Angles
 from kinematics.frames.transforms import Transform
 from kinematics.textbook.systems.mini_movers import MINI_MOVER, with_arm
 

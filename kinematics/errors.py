@@ -414,6 +414,14 @@ def finite(name: str, value: object) -> float:
     return number
 
 
+def positive(name: str, value: float) -> float:
+    """Return a finite number above zero, or raise `KinematicsError` or `BadNumber`."""
+    number = finite(name, value)
+    if number <= 0.0:
+        raise KinematicsError(f"{name} must be more than 0, not {number}")
+    return number
+
+
 def require(name: str, value: object, kind: type, example: str) -> None:
     """Raise `KinematicsError` that names a value of the wrong kind, with one of the right kind."""
     if not isinstance(value, kind):

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from kinematics.chains.chain import Chain
 from kinematics.chains.generated import Jacobian, generated
 from kinematics.chains.goals import Goal, Part
+from kinematics.chains.jacobians import length_of
 from kinematics.chains.links import JointKind
-from kinematics.chains.singularities import length_of
 from kinematics.frames.transforms import Transform
 from kinematics.frames.vectors import dot
 

@@ -11,9 +11,9 @@ import math
 from dataclasses import dataclass, replace
 
 from kinematics.chains.chain import Chain
+from kinematics.chains.goals import HandTask, goal_of, pose_of
 from kinematics.chains.inverse import Solution, descend
-from kinematics.chains.task import HandTask, goal_of, pose_of
-from kinematics.frames.quaternions import Quaternion, quaternion_of
+from kinematics.frames.orientations import Quaternion, quaternion_of
 from kinematics.frames.transforms import position_of, rotation_of, transform
 from kinematics.frames.vectors import Vector
 from kinematics.geometry import Hand, NotFollowed, Point

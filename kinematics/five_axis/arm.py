@@ -21,15 +21,19 @@ from typing import Protocol, runtime_checkable
 
 from kinematics.errors import JointLimit, KinematicsError, Unreachable, finite
 from kinematics.five_axis import closed_form
-from kinematics.five_axis.closed_form import Angles, ArmBuild, Lengths, build, solve_pose
-from kinematics.five_axis.follow import line_from
-from kinematics.five_axis.frame import (
+from kinematics.five_axis.closed_form import (
+    Angles,
+    ArmBuild,
     FrameAngles,
     FrameSolution,
+    Lengths,
+    build,
     forward_frame,
     frame_solution,
     solve_frame,
+    solve_pose,
 )
+from kinematics.five_axis.follow import line_from
 from kinematics.five_axis.nearest import limit_refusal, nearest, span_refusal
 from kinematics.frames.rotations import Matrix3
 from kinematics.frames.transforms import Transform, check_transform

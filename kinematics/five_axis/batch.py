@@ -19,8 +19,14 @@ import numpy.typing as npt
 
 from kinematics.errors import KinematicsError
 from kinematics.five_axis.arm import Base, Elbow, FiveAxisArm
-from kinematics.five_axis.closed_form import AXIS_MM, REACH_MM, Lengths
-from kinematics.five_axis.frame import NEAR_AXIS_MM, ON_MANIFOLD_RAD, UPRIGHT
+from kinematics.five_axis.closed_form import (
+    AXIS_MM,
+    NEAR_AXIS_MM,
+    ON_MANIFOLD_RAD,
+    REACH_MM,
+    UPRIGHT,
+    Lengths,
+)
 from kinematics.limits import LIMIT_TOLERANCE_RAD
 
 Array: TypeAlias = npt.NDArray[np.float64]

@@ -18,7 +18,7 @@ from kinematics.errors import (
     UnknownFrame,
     nearest_word,
 )
-from kinematics.frames.quaternions import turn_between
+from kinematics.frames.orientations import turn_between
 from kinematics.frames.transforms import (
     IN_PLACE,
     Transform,

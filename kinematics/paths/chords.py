@@ -1,22 +1,23 @@
-"""Straight paths, and any curve cut into joint motions short enough for the tip and for timing.
+"""Lines and arcs of the tip, and any curve cut into short joint motions.
 
 Units: mm and rad. Between two corners every joint turns in proportion: a chord of the curve in
-joint space. Whoever times a path sees how it bends by how much one chord's direction differs from
-the next one's, so that they may not differ much. A straight line is solved on one branch of the
-inverse kinematics.
+joint space, short enough for the tip and for timing. Whoever times a path sees how it bends by how
+much one chord's direction differs from the next one's, so that they may not differ much. A straight
+line is solved on one branch of the inverse kinematics.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from operator import mul, sub
 from typing import NamedTuple
 
-from kinematics.errors import KinematicsError, PathBroken, finite
+from kinematics.errors import PathBroken, positive
 from kinematics.geometry import ArmGeometry, Curve
+from kinematics.paths.curves import arc_between, beginning
 from kinematics.spaces import Joints, Pose
 
 MARGIN = 0.75
@@ -172,15 +173,9 @@ def corners(chords: Sequence[Chord]) -> tuple[Joints, ...]:
     return (chords[0].start, *(chord.end for chord in chords))
 
 
-def positive(name: str, value: float) -> float:
-    """Check a length that must not be zero."""
-    number = finite(name, value)
-    if number <= 0.0:
-        raise KinematicsError(f"{name} must be more than 0, not {number}")
-    return number
-
-
-# Paths between postures: straight in the joints, or straight in x, y, z, pitch and roll.
+# Paths between postures: straight in the joints, straight in x, y, z, pitch and roll, or an arc of
+# the tip, along which the hand turns in proportion to the sweep; how the via point's pose holds it
+# is not looked at.
 
 LINE_TOLERANCE_MM = 0.5
 """How far the tip may leave a straight line by default: less than two steps of a TeachMover."""
@@ -222,3 +217,41 @@ def line_path(
     its limit may come back, but not go further.
     """
     return corners(smooth(cut(arm, arm.line(start, goal), start, tolerance_mm)))
+
+
+def arc_path(
+    arm: ArmGeometry,
+    start: Joints,
+    via: Pose,
+    goal: Pose,
+    tolerance_mm: float = LINE_TOLERANCE_MM,
+    *,
+    sweep_rad: float | None = None,
+) -> tuple[Joints, ...]:
+    """Return corners, the start included, of an arc through a via point to a pose.
+
+    Pitch and roll (of six joints the hand's rotation about one axis) go from the start's to the
+    goal's in proportion to the sweep; of `via` only x, y and z are used. With `sweep_rad` the arc
+    goes by that angle instead of to the goal, which is then no more than a third point of the
+    circle, and the hand that is reached at the end: 2 pi is a full circle. Tolerance, posture and
+    `PathBroken` are as of `line_path`. Raises `NoArc` for points in a line, or fewer than three.
+    """
+    follower, tip = beginning(arm, start)
+    arc = arc_between(follower, tip, follower.first, via, goal, sweep_rad)
+    return corners(smooth(cut(arm, arc, start, tolerance_mm)))
+
+
+def circle_path(
+    arm: ArmGeometry,
+    start: Joints,
+    via: Pose,
+    through: Pose,
+    tolerance_mm: float = LINE_TOLERANCE_MM,
+) -> tuple[Joints, ...]:
+    """Return corners of the full circle through a via point and another, back to where it began.
+
+    The hand is held as at the start; of the two poses only x, y and z are used. See `arc_path`.
+    """
+    here = arm.fk(start)
+    goal = replace(here, x_mm=through.x_mm, y_mm=through.y_mm, z_mm=through.z_mm)
+    return arc_path(arm, start, via, goal, tolerance_mm, sweep_rad=math.tau)

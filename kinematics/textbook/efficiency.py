@@ -21,7 +21,7 @@ from kinematics.chains.chain import Chain
 from kinematics.chains.generated import generated
 from kinematics.chains.links import Convention, JointKind, a_matrix
 from kinematics.five_axis import closed_form
-from kinematics.five_axis.frame import forward_frame
+from kinematics.five_axis.closed_form import forward_frame
 from kinematics.frames import numbers
 from kinematics.frames.numbers import cos, sin
 from kinematics.frames.transforms import Transform, compose

@@ -9,18 +9,14 @@ from collections.abc import Iterable, Iterator, Sequence
 from kinematics.chains.links import Convention, JointKind
 from kinematics.chains.tables import aligned
 from kinematics.frames.transforms import IN_PLACE, Transform, position_of
-from kinematics.textbook.jacobians import ROW_NAMES
-from kinematics.textbook.study import Study
-from kinematics.textbook.systems.named import Lost, NamedBranch
-from kinematics.textbook.worked_example import (
-    ExampleSection,
-    joints_text,
-    plain,
+from kinematics.textbook.study import ROW_NAMES, Study
+from kinematics.textbook.symbolic_systems import (
     symbolic_chain_example,
     symbolic_sections,
-    violation_text,
+    symbolic_system_example,
 )
-from kinematics.textbook.worked_example import symbolic_system_example as symbolic_system
+from kinematics.textbook.systems.named import Lost, NamedBranch
+from kinematics.textbook.worked_example import ExampleSection, joints_text, plain, violation_text
 
 DIGITS = 3
 
@@ -53,7 +49,7 @@ def symbol_sections(of: Study, width: int) -> tuple[ExampleSection, ...]:
     example = (
         symbolic_chain_example(subject.chain)
         if subject.system is None
-        else symbolic_system(subject.system)
+        else symbolic_system_example(subject.system)
     )
     return tuple(
         ExampleSection(f"{one.title}, in symbols", tuple(wrapped(one.lines, width)))

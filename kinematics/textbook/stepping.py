@@ -12,14 +12,12 @@ from operator import mul
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.generated import generated
-from kinematics.chains.jacobians import joint_rates
+from kinematics.chains.jacobians import joint_rates, length_of
 from kinematics.chains.links import JointKind
-from kinematics.chains.singularities import length_of
 from kinematics.errors import KinematicsError, OutOfReach
 from kinematics.frames.transforms import Transform, position_of, rotation_of
 from kinematics.frames.vectors import dot, subtract
-from kinematics.textbook.jacobians import ROW_NAMES
-from kinematics.textbook.study import Subject, study
+from kinematics.textbook.study import ROW_NAMES, Subject, study
 from kinematics.textbook.systems.named import NamedBranch, System
 from kinematics.textbook.worked_example import number_text, violation_text
 

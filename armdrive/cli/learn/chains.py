@@ -12,9 +12,8 @@ from armdrive.cli.presenter import emit, say
 from armdrive.config.link_model import Model
 from armdrive.errors import Refused
 from kinematics.chains.chain import Chain
-from kinematics.chains.goals import Goal, Part
+from kinematics.chains.goals import Goal, HandTask, Part, goal_of
 from kinematics.chains.inverse import Solution, solve_goal, solve_pose_ik
-from kinematics.chains.task import HandTask, goal_of
 from kinematics.frames.transforms import position_of
 from kinematics.spaces import Pose
 from kinematics.textbook.worked_example import (

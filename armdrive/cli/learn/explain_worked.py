@@ -28,6 +28,12 @@ from kinematics.errors import OutOfReach, UnknownSystem
 from kinematics.frames.transforms import IN_PLACE, Transform, position_of
 from kinematics.presets import PRESETS, preset
 from kinematics.textbook.notation import notation
+from kinematics.textbook.symbolic_systems import (
+    SymbolicExample,
+    symbolic_chain_example,
+    symbolic_sections,
+    symbolic_system_example,
+)
 from kinematics.textbook.symbols import as_symbol
 from kinematics.textbook.systems import SYSTEMS, system
 from kinematics.textbook.systems.mini_movers import MINI_MOVER, with_arm
@@ -35,13 +41,9 @@ from kinematics.textbook.systems.named import System
 from kinematics.textbook.worked_example import (
     FRAME_COORDINATES,
     ExampleSection,
-    SymbolicExample,
     WorkedBranch,
     WorkedExample,
     sections,
-    symbolic_chain_example,
-    symbolic_sections,
-    symbolic_system_example,
     violation_text,
     work_chain,
     work_system,

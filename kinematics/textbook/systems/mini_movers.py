@@ -20,7 +20,7 @@ from kinematics.chains.spherical_wrist import REACH_MM, broken_bound
 from kinematics.chains.urdf import urdf_of_chain
 from kinematics.errors import KinematicsError, OutOfReach
 from kinematics.five_axis.arm import Branch, FiveAxisArm
-from kinematics.five_axis.frame import NEAR_AXIS_MM, UPRIGHT
+from kinematics.five_axis.closed_form import NEAR_AXIS_MM, UPRIGHT
 from kinematics.five_axis.nearest import nearest
 from kinematics.five_axis.singularities import five_axis_singularities, task_jacobian
 from kinematics.frames.numbers import atan2, cos, sin, sqrt

@@ -26,8 +26,7 @@ from kinematics import (
     preset,
 )
 from kinematics.chains.arm import ChainArm
-from kinematics.chains.goals import Part
-from kinematics.chains.task import HandTask, goal_of, pose_of
+from kinematics.chains.goals import HandTask, Part, goal_of, pose_of
 from kinematics.frames.rotations import multiply, transpose
 from kinematics.frames.transforms import position_of, rotation_of
 

@@ -21,8 +21,7 @@ from kinematics.chains.jacobians import (
 )
 from kinematics.chains.links import DHLink, JointKind
 from kinematics.five_axis.singularities import task_jacobian
-from kinematics.frames.decompositions import singular
-from kinematics.frames.matrices import transposed
+from kinematics.frames.matrices import singular, transposed
 
 
 @given(chains_and_values(most=6))

@@ -10,15 +10,15 @@ from kinematics_cases import TEACHMOVER, arm_and_posture
 
 from kinematics import Joints, KinematicsError
 from kinematics.chains.chain import Chain
-from kinematics.chains.jacobians import manipulability
-from kinematics.chains.links import DHLink, JointKind
-from kinematics.chains.singularities import (
+from kinematics.chains.jacobians import (
     SINGULAR,
     condition,
     in_words,
     length_of,
+    manipulability,
     nearest_singularity,
 )
+from kinematics.chains.links import DHLink, JointKind
 from kinematics.five_axis.singularities import (
     FiveAxisSingularity,
     five_axis_singularities,

@@ -17,7 +17,7 @@ from kinematics.five_axis.batch import (
     inverse_many,
     within_limits,
 )
-from kinematics.five_axis.frame import ON_MANIFOLD_RAD
+from kinematics.five_axis.closed_form import ON_MANIFOLD_RAD
 
 each_arm = pytest.mark.parametrize("arm", ARMS, ids=["teachmover", "uneven"])
 

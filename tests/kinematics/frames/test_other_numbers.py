@@ -12,8 +12,7 @@ import pytest
 from frame_cases import any_angle
 from hypothesis import given
 
-from kinematics.frames.orientations import RPY, EulerZYZ
-from kinematics.frames.quaternions import AxisAngle
+from kinematics.frames.orientations import RPY, AxisAngle, EulerZYZ
 from kinematics.frames.rotations import multiply, rot_x, rot_y, rot_z
 from kinematics.frames.transforms import (
     compose,

@@ -19,7 +19,7 @@ from kinematics import (
     nearest_rotation,
     turn_between,
 )
-from kinematics.frames.decompositions import symmetric_eigen
+from kinematics.frames.matrices import symmetric_eigen
 from kinematics.frames.rotations import (
     IDENTITY,
     columns,

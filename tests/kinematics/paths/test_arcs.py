@@ -24,7 +24,7 @@ from kinematics.chains.arm import ChainArm
 from kinematics.five_axis.tool_arm import ToolArm
 from kinematics.frames.transforms import translation
 from kinematics.frames.vectors import cross, dot, subtract, unit
-from kinematics.paths.arcs import round_through
+from kinematics.paths.traces import round_through
 from kinematics.tool import Tool
 
 PUMA = ChainArm(dataclasses.replace(system("puma").chain(), base=translation(0.0, 0.0, 660.0)))

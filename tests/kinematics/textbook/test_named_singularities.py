@@ -7,7 +7,7 @@ import pytest
 from kinematics.chains.tables import chain_of_rows
 from kinematics.frames.rotations import multiply, transpose
 from kinematics.frames.transforms import rotation_of
-from kinematics.textbook.jacobians import (
+from kinematics.textbook.study import (
     chain_rows,
     judged,
     named_singularities,

@@ -17,10 +17,10 @@ from kinematics.textbook.symbolic_systems import (
     symbolic_chain,
     symbolic_goal,
     symbolic_system,
+    symbolic_system_example,
 )
 from kinematics.textbook.symbols import as_symbol
 from kinematics.textbook.systems import SYSTEMS
-from kinematics.textbook.worked_example import symbolic_system_example
 
 
 def postures(system, low_rad=-3.0, high_rad=3.0):
