@@ -18,12 +18,12 @@ from kinematics.chains.goals import Goal, HandTask, Part, goal_of, pose_of, task
 from kinematics.chains.inverse import Effort, First, Reason, Solution, descend, solve_goal
 from kinematics.chains.jacobians import length_of
 from kinematics.chains.links import Convention, JointKind
-from kinematics.errors import Constraint, JointLimit, KinematicsError, Unreachable, limit_sentence
+from kinematics.errors import Constraint, KinematicsError, Unreachable, limit_sentence
 from kinematics.frames.rotations import Matrix3
 from kinematics.frames.transforms import compose, position_of, rotation_of, translation
 from kinematics.frames.vectors import Vector, cross, dot, norm, subtract
 from kinematics.geometry import Point
-from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, LimitViolation
+from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, LimitViolation, refuse_worst
 from kinematics.paths.curves import Line, largest_turn, leap_sentence
 from kinematics.spaces import Joints, Pose
 from kinematics.tool import Tool
@@ -82,8 +82,7 @@ class ChainArm:
     @property
     def meaning(self) -> Chain:
         """The link table, which gives joint angles their meaning, without the limits."""
-        free = tuple(replace(link, low=-math.inf, high=math.inf) for link in self.chain.links)
-        return replace(self.chain, links=free)
+        return self.chain.within()
 
     @property
     def centre(self) -> Vector:
@@ -162,10 +161,7 @@ class ChainArm:
 
     def check(self, joints: Joints) -> None:
         """Raise `JointLimit` for the joint that passes its limit furthest, if any does."""
-        broken = self.violations(joints)
-        if broken:
-            worst = max(broken, key=lambda violation: violation.excess_rad)
-            raise JointLimit(worst.joint, worst.value_rad, worst.bound_rad)
+        refuse_worst(self.violations(joints))
 
     def hand_axes(self, joints: Joints) -> Matrix3:
         """Return the axes of the hand's frame as the columns of a matrix in the base frame."""

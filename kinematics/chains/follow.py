@@ -8,7 +8,7 @@ angle's own degeneracy disturbs: a hand is the unit quaternion of its rotation.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.goals import HandTask, goal_of, pose_of
@@ -104,11 +104,8 @@ def _widened(chain: Chain, start: Joints) -> Chain:
     """Return the chain with its limits widened to a posture beyond them."""
     if not chain.violations(start.angles_rad):
         return chain
-    links = tuple(
-        replace(link, low=min(link.low, angle), high=max(link.high, angle))
-        for link, angle in zip(chain.links, start, strict=True)
-    )
-    return replace(chain, links=links)
+    pairs = zip(chain.limits, start, strict=True)
+    return chain.within((min(low, angle), max(high, angle)) for (low, high), angle in pairs)
 
 
 def _reason(found: Solution) -> str:

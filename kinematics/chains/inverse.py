@@ -340,9 +340,7 @@ def _without_limits(
     """
     if not any(link.has_limits for link in chain.links):
         return None
-    free = replace(
-        chain, links=tuple(replace(link, low=-math.inf, high=math.inf) for link in chain.links)
-    )
+    free = chain.within()
     descent = _descent(free, goal, ())
     loose = replace(effort, starts=6)
     met = [

@@ -347,12 +347,12 @@ def nearest_singularity(
     ]
     if not found:
         return None
-    units = _units(chain)
+    units = units_of(chain)
     best = min(found, key=lambda end: _move(start, end, units))
     return NearestSingularity(best, _move(start, best, units), condition(chain, best, chosen))
 
 
-def _units(chain: Chain) -> tuple[float, ...]:
+def units_of(chain: Chain) -> tuple[float, ...]:
     """Return what one dimensionless unit of each joint is, in rad or mm."""
     length = length_of(chain)
     return tuple(length if kind is JointKind.PRISMATIC else 1.0 for kind in chain.kinds)
@@ -366,7 +366,7 @@ def _descend(
     chain: Chain, start: Sequence[float], rows: Sequence[int], which: int
 ) -> tuple[float, ...] | None:
     """Follow one singular value, counted from the smallest, to zero by the shortest move."""
-    made, units = generated(chain), _units(chain)
+    made, units = generated(chain), units_of(chain)
     values = tuple(start)
     for _ in range(_ROUNDS):
         jacobian = scaled_rows(chain, made, values, rows)
@@ -399,7 +399,7 @@ def _gradient(
 ) -> list[float]:
     """Return how a singular value changes with each joint, by central differences of J alone."""
     slopes = []
-    for joint, unit in enumerate(_units(chain)):
+    for joint, unit in enumerate(units_of(chain)):
         ends = []
         for sign in (1.0, -1.0):
             moved = list(values)

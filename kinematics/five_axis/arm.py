@@ -19,7 +19,7 @@ from dataclasses import dataclass, field, fields
 from enum import Enum
 from typing import Protocol, runtime_checkable
 
-from kinematics.errors import JointLimit, KinematicsError, Unreachable, finite
+from kinematics.errors import KinematicsError, Unreachable, finite
 from kinematics.five_axis import closed_form
 from kinematics.five_axis.closed_form import (
     Angles,
@@ -38,11 +38,16 @@ from kinematics.five_axis.nearest import limit_refusal, nearest, span_refusal
 from kinematics.frames.rotations import Matrix3
 from kinematics.frames.transforms import Transform, check_transform
 from kinematics.geometry import ArmGeometry
-from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, LimitViolation, turn_into, wrap
+from kinematics.limits import (
+    LIMIT_TOLERANCE_RAD,
+    JointRange,
+    LimitViolation,
+    refuse_worst,
+    turn_into,
+    wrap,
+)
 from kinematics.paths.curves import Line
 from kinematics.spaces import JOINT_NAMES, Joints, Pose, RollFrame
-
-MOVING_POINTS = ("elbow", "wrist", "tip")
 
 
 class Base(Enum):
@@ -94,6 +99,11 @@ class FiveAxisArm:
     forearm_mm: float
     hand_mm: float
     limits: tuple[JointRange, ...]
+    joint_names = JOINT_NAMES
+    moving_points = ("elbow", "wrist", "tip")
+    has_yaw = False
+    """The hand stays in the plane of base axis and tip."""
+
     _build: ArmBuild = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -120,21 +130,6 @@ class FiveAxisArm:
     def meaning(self) -> Lengths:
         """The lengths, which give joint angles their meaning."""
         return self.lengths
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """The joints from the table to the hand."""
-        return JOINT_NAMES
-
-    @property
-    def has_yaw(self) -> bool:
-        """Never: the hand stays in the plane of base axis and tip."""
-        return False
-
-    @property
-    def moving_points(self) -> tuple[str, ...]:
-        """Names of those of `points` that move."""
-        return MOVING_POINTS
 
     def fk(self, joints: Joints, roll_frame: RollFrame = RollFrame.HAND) -> Pose:
         """Return the pose of a posture; pitch and roll within (-pi, pi].
@@ -167,10 +162,7 @@ class FiveAxisArm:
 
     def check(self, joints: Joints) -> None:
         """Raise `JointLimit` for the joint that passes its limit furthest, if any does."""
-        broken = self.violations(joints)
-        if broken:
-            worst = max(broken, key=lambda violation: violation.excess_rad)
-            raise JointLimit(worst.joint, worst.value_rad, worst.bound_rad)
+        refuse_worst(self.violations(joints))
 
     def branches(
         self, pose: Pose, seed: Joints | None = None, roll_frame: RollFrame = RollFrame.HAND

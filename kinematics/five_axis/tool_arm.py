@@ -29,6 +29,8 @@ class ToolArm:
 
     bare: FiveAxisArm
     tool: Tool
+    has_yaw = False
+    """As of the arm that holds the tool."""
 
     @property
     def limits(self) -> tuple[JointRange, ...]:
@@ -39,11 +41,6 @@ class ToolArm:
     def joint_names(self) -> tuple[str, ...]:
         """The joints from the table to the hand."""
         return self.bare.joint_names
-
-    @property
-    def has_yaw(self) -> bool:
-        """Never, as of the arm that holds the tool."""
-        return False
 
     @property
     def moving_points(self) -> tuple[str, ...]:

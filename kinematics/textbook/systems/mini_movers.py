@@ -33,11 +33,11 @@ from kinematics.textbook.systems.named import (
     QUARTER_TURN,
     Lost,
     NamedBranch,
-    NamedStep,
     Quantity,
     Solved,
     System,
     Values,
+    steps,
 )
 from kinematics.textbook.systems.triangle import (
     FOLDED,
@@ -48,10 +48,6 @@ from kinematics.textbook.systems.triangle import (
 
 HALF_TURN = math.pi
 HAND_SETS_BASE = "the tip is on the base axis: the hand's direction sets the base"
-ELBOW_TRIANGLE = (
-    "cos(bend) = (r0^2 + z0^2 - a2^2 - a3^2) / (2 a2 a3)",
-    "cosine rule in the elbow triangle: upper arm, forearm, and the line from shoulder to wrist",
-)
 COORDINATES = ("x_mm", "y_mm", "z_mm", "pitch_rad", "roll_rad")
 SIGNS = MappingProxyType(
     {
@@ -265,29 +261,25 @@ MINI_MOVER = with_arm(
         name="minimover5",
         title="Mini-mover 5 (five revolute joints)",
         source="McKerrow, chapter 4, section 16",
-        derivation=(
-            NamedStep(
-                "base", "theta1 = atan2(y, x)", "the arm's plane holds the tip; or half a turn on"
-            ),
-            NamedStep(
-                "wrist",
-                "r0 = sqrt(x^2 + y^2) - d5 cos(P),  z0 = z - d1 - d5 sin(P)",
-                "from the tip back along the hand, whose pitch P is given, seen from the shoulder",
-            ),
-            NamedStep("elbow triangle", *ELBOW_TRIANGLE),
-            NamedStep(
-                "shoulder",
-                "theta2 = direction + lift,  direction = atan2(z0, r0)",
-                "elbow up; elbow down takes the lift away. With equal links a2 = a3 = L, "
-                "lift = acos(sqrt(r0^2 + z0^2) / 2L)",
-            ),
-            NamedStep("elbow", "theta3 = -+ bend", "minus for elbow up"),
-            NamedStep(
-                "wrist pitch", "theta4 = P - theta2 - theta3", "elevations of parallel axes add up"
-            ),
-            NamedStep(
-                "wrist roll", "theta5 = R", "in the hand's frame; plus theta1 in the table's"
-            ),
+        derivation=steps(
+            """
+base: theta1 = atan2(y, x)
+    the arm's plane holds the tip; or half a turn on
+wrist: r0 = sqrt(x^2 + y^2) - d5 cos(P),  z0 = z - d1 - d5 sin(P)
+    from the tip back along the hand, whose pitch P is given, seen from the shoulder
+elbow triangle: cos(bend) = (r0^2 + z0^2 - a2^2 - a3^2) / (2 a2 a3)
+    cosine rule in the elbow triangle: upper arm, forearm, and the line from shoulder to
+    wrist
+shoulder: theta2 = direction + lift,  direction = atan2(z0, r0)
+    elbow up; elbow down takes the lift away. With equal links a2 = a3 = L, lift =
+    acos(sqrt(r0^2 + z0^2) / 2L)
+elbow: theta3 = -+ bend
+    minus for elbow up
+wrist pitch: theta4 = P - theta2 - theta3
+    elevations of parallel axes add up
+wrist roll: theta5 = R
+    in the hand's frame; plus theta1 in the table's
+"""
         ),
         drawing=r"""
       z        theta3
@@ -325,34 +317,26 @@ ALPHA_2 = with_arm(
         name="alpha2",
         title="Alpha II (five revolute joints)",
         source="Asokan, Introduction to Robotics, lecture 2.7",
-        derivation=(
-            NamedStep(
-                "frames",
-                "z0 up the base, z1, z2, z3 along the parallel axes, z4 and z5 along the hand",
-                "frames 3 and 4 share the wrist, where z3 and z4 meet; frame 5 is at the tip",
-            ),
-            NamedStep(
-                "link table",
-                "alpha = -90, 0, 0, -90, 0 degrees;  d1 = 215, a2 = a3 = 177.8, d5 = 129.5 mm",
-                "z1 = z0 turned by -90 degrees about x1, z4 = z3 turned by -90 degrees about x4",
-            ),
-            NamedStep(
-                "home", "theta4 = -90 degrees", "x4 points up and z4 along the hand, straight on"
-            ),
-            NamedStep("base", "theta1 = atan2(y, x)", "or half a turn on"),
-            NamedStep(
-                "wrist",
-                "r0 = sqrt(x^2 + y^2) - d5 cos(P),  z0 = z - d1 - d5 sin(P)",
-                "P is the hand's pitch above the horizontal",
-            ),
-            NamedStep("elbow triangle", *ELBOW_TRIANGLE),
-            NamedStep(
-                "shoulder and elbow",
-                "theta2 = -(direction +- lift),  theta3 = +- bend",
-                "upper signs for elbow up; both count downwards",
-            ),
-            NamedStep("tool pitch", "theta4 = -P - theta2 - theta3 - 90 degrees"),
-            NamedStep("tool roll", "theta5 = R"),
+        derivation=steps(
+            """
+frames: z0 up the base, z1, z2, z3 along the parallel axes, z4 and z5 along the hand
+    frames 3 and 4 share the wrist, where z3 and z4 meet; frame 5 is at the tip
+link table: alpha = -90, 0, 0, -90, 0 degrees;  d1 = 215, a2 = a3 = 177.8, d5 = 129.5 mm
+    z1 = z0 turned by -90 degrees about x1, z4 = z3 turned by -90 degrees about x4
+home: theta4 = -90 degrees
+    x4 points up and z4 along the hand, straight on
+base: theta1 = atan2(y, x)
+    or half a turn on
+wrist: r0 = sqrt(x^2 + y^2) - d5 cos(P),  z0 = z - d1 - d5 sin(P)
+    P is the hand's pitch above the horizontal
+elbow triangle: cos(bend) = (r0^2 + z0^2 - a2^2 - a3^2) / (2 a2 a3)
+    cosine rule in the elbow triangle: upper arm, forearm, and the line from shoulder to
+    wrist
+shoulder and elbow: theta2 = -(direction +- lift),  theta3 = +- bend
+    upper signs for elbow up; both count downwards
+tool pitch: theta4 = -P - theta2 - theta3 - 90 degrees
+tool roll: theta5 = R
+"""
         ),
         drawing=r"""
       z0       elbow    wrist

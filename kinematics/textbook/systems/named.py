@@ -8,6 +8,7 @@ it, and its closed forms as functions of it. These are written with the function
 from __future__ import annotations
 
 import math
+import re
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -45,6 +46,21 @@ class NamedStep:
     title: str
     formula: str
     why: str = ""
+
+
+def steps(text: str) -> tuple[NamedStep, ...]:
+    """Read a derivation laid out as it is printed: `title: formula`, and why in lines below it.
+
+    What goes on of a formula is indented by two, and why by four.
+    """
+    found = []
+    for step in re.split(r"\n(?=\S)", text.strip()):
+        first, *others = step.split("\n")
+        title, _, formula = first.partition(": ")
+        more = [line.strip() for line in others if not line.startswith("    ")]
+        why = [line.strip() for line in others if line.startswith("    ")]
+        found.append(NamedStep(title, "  ".join((formula, *more)), " ".join(why)))
+    return tuple(found)
 
 
 @dataclass(frozen=True, slots=True)
@@ -337,13 +353,7 @@ class System:
 
 @lru_cache(maxsize=64)
 def _chain(one: System) -> Chain:
-    chain = one.table(*one.sizes)
-    limits = one.ranges or (ENDLESS,) * len(chain)
-    links = tuple(
-        replace(link, low=low, high=high)
-        for link, (low, high) in zip(chain.links, limits, strict=True)
-    )
-    return replace(chain, links=links, name=one.name)
+    return replace(one.table(*one.sizes).within(one.ranges or None), name=one.name)
 
 
 def _held(branch: NamedBranch, chain: Chain, near: Sequence[float]) -> NamedBranch:

@@ -25,11 +25,11 @@ from kinematics.textbook.systems.named import (
     QUARTER_TURN,
     Lost,
     NamedBranch,
-    NamedStep,
     Quantity,
     Solved,
     System,
     Values,
+    steps,
 )
 from kinematics.textbook.systems.triangle import (
     Links,
@@ -65,9 +65,13 @@ CARTESIAN = System(
     name="cartesian",
     title="Cartesian transporter (three prismatic joints)",
     source=SOURCE,
-    derivation=(
-        NamedStep("end point", "X = d1,  Y = d2,  Z = d3", "the joints are the coordinates"),
-        NamedStep("inverse", "d1 = X,  d2 = Y,  d3 = Z", "one solution"),
+    derivation=steps(
+        """
+end point: X = d1,  Y = d2,  Z = d3
+    the joints are the coordinates
+inverse: d1 = X,  d2 = Y,  d3 = Z
+    one solution
+"""
     ),
     drawing=r"""
       z       o end point
@@ -117,13 +121,17 @@ CYLINDRICAL = System(
     name="cylindrical",
     title="Cylindrical transporter (one revolute, two prismatic joints)",
     source=SOURCE,
-    derivation=(
-        NamedStep(
-            "end point", "X = r cos(theta),  Y = r sin(theta),  Z = l", "equations 2.28 to 2.30"
-        ),
-        NamedStep("slide", "r = +- sqrt(X^2 + Y^2)", "equation 2.31; the notes give the plus only"),
-        NamedStep("base", "theta = atan2(Y / r, X / r)", "equation 2.31; free where r = 0"),
-        NamedStep("lift", "l = Z", "equation 2.32"),
+    derivation=steps(
+        """
+end point: X = r cos(theta),  Y = r sin(theta),  Z = l
+    equations 2.28 to 2.30
+slide: r = +- sqrt(X^2 + Y^2)
+    equation 2.31; the notes give the plus only
+base: theta = atan2(Y / r, X / r)
+    equation 2.31; free where r = 0
+lift: l = Z
+    equation 2.32
+"""
     ),
     drawing=r"""
       z    r
@@ -200,23 +208,17 @@ SPHERICAL = System(
     name="spherical",
     title="Spherical transporter (two revolute joints, one prismatic)",
     source=SOURCE,
-    derivation=(
-        NamedStep(
-            "end point",
-            "X = r cos(theta) cos(phi),  Y = r cos(theta) sin(phi),  Z = r sin(theta)",
-            "equation 2.33",
-        ),
-        NamedStep("slide", "r = +- sqrt(X^2 + Y^2 + Z^2)", "the notes give the plus only"),
-        NamedStep(
-            "elevation",
-            "cos(theta) = +- sqrt(X^2 + Y^2) / |r|,  sin(theta) = Z / r",
-            "equation 2.34; the second is over the top, 180 degrees - theta",
-        ),
-        NamedStep(
-            "azimuth",
-            "cos(phi) = X / (r cos(theta)),  sin(phi) = Y / (r cos(theta))",
-            "after equation 2.34, which leaves out r; free where cos(theta) = 0",
-        ),
+    derivation=steps(
+        """
+end point: X = r cos(theta) cos(phi),  Y = r cos(theta) sin(phi),  Z = r sin(theta)
+    equation 2.33
+slide: r = +- sqrt(X^2 + Y^2 + Z^2)
+    the notes give the plus only
+elevation: cos(theta) = +- sqrt(X^2 + Y^2) / |r|,  sin(theta) = Z / r
+    equation 2.34; the second is over the top, 180 degrees - theta
+azimuth: cos(phi) = X / (r cos(theta)),  sin(phi) = Y / (r cos(theta))
+    after equation 2.34, which leaves out r; free where cos(theta) = 0
+"""
     ),
     drawing=r"""
       z        .o end point
@@ -333,22 +335,19 @@ REVOLUTE = System(
     name="revolute",
     title="General revolute transporter (three revolute joints)",
     source=SOURCE,
-    derivation=(
-        NamedStep(
-            "arm's own plane", "h = S2 L2 + S23 L3", "how far the arm leans away from the axis"
-        ),
-        NamedStep("end point", "X = S1 h,  Y = -C1 h,  Z = L1 + C2 L2 + C23 L3", "equation 2.35"),
-        NamedStep(
-            "base", "h = +- sqrt(X^2 + Y^2),  theta1 = atan2(X / h, -Y / h)", "two solutions"
-        ),
-        NamedStep(
-            "elbow",
-            "C3 = (h^2 + (Z - L1)^2 - L2^2 - L3^2) / (2 L2 L3),  S3 = +- sqrt(1 - C3^2)",
-            "cosine rule in the arm's plane: two solutions for each",
-        ),
-        NamedStep(
-            "shoulder", "theta2 = atan2(h, Z - L1) - atan2(L3 S3, L2 + L3 C3)", "from upright"
-        ),
+    derivation=steps(
+        """
+arm's own plane: h = S2 L2 + S23 L3
+    how far the arm leans away from the axis
+end point: X = S1 h,  Y = -C1 h,  Z = L1 + C2 L2 + C23 L3
+    equation 2.35
+base: h = +- sqrt(X^2 + Y^2),  theta1 = atan2(X / h, -Y / h)
+    two solutions
+elbow: C3 = (h^2 + (Z - L1)^2 - L2^2 - L3^2) / (2 L2 L3),  S3 = +- sqrt(1 - C3^2)
+    cosine rule in the arm's plane: two solutions for each
+shoulder: theta2 = atan2(h, Z - L1) - atan2(L3 S3, L2 + L3 C3)
+    from upright
+"""
     ),
     drawing=r"""
       z      theta3

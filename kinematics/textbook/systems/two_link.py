@@ -23,12 +23,12 @@ from kinematics.textbook.systems.named import (
     QUARTER_TURN,
     Lost,
     NamedBranch,
-    NamedStep,
     Quantity,
     Solved,
     System,
     Values,
     Workspace,
+    steps,
 )
 from kinematics.textbook.systems.triangle import (
     ELBOWS,
@@ -83,21 +83,21 @@ TWO_LINK_1 = System(
     name="two-link-1",
     title="Type 1 two-link manipulator (parallel revolute joints)",
     source="McKerrow, chapter 4, sections 5, 7, 8, 11 and 12",
-    derivation=(
-        NamedStep("first link", "p01 = (l1 C1, l1 S1)", "a link of length l1 at the angle theta1"),
-        NamedStep("second link", "p12 = (l2 C12, l2 S12)", "in the base frame the angles add up"),
-        NamedStep("tip", "x = l1 C1 + l2 C12,  y = l1 S1 + l2 S12", "p02 = p01 + p12"),
-        NamedStep("orientation", "phi = theta1 + theta2", "RPY(phi, 0, 0) = Rot(z, phi)"),
-        NamedStep(
-            "elbow",
-            "C2 = (x^2 + y^2 - l1^2 - l2^2) / (2 l1 l2),  S2 = -+ sqrt(1 - C2^2)",
-            "cosine rule in the triangle of l1, l2 and the line to the tip: two solutions",
-        ),
-        NamedStep(
-            "shoulder",
-            "theta1 = atan2(y, x) - atan2(l2 S2, l1 + l2 C2)",
-            "direction of the tip less the angle between that line and the first link",
-        ),
+    derivation=steps(
+        """
+first link: p01 = (l1 C1, l1 S1)
+    a link of length l1 at the angle theta1
+second link: p12 = (l2 C12, l2 S12)
+    in the base frame the angles add up
+tip: x = l1 C1 + l2 C12,  y = l1 S1 + l2 S12
+    p02 = p01 + p12
+orientation: phi = theta1 + theta2
+    RPY(phi, 0, 0) = Rot(z, phi)
+elbow: C2 = (x^2 + y^2 - l1^2 - l2^2) / (2 l1 l2),  S2 = -+ sqrt(1 - C2^2)
+    cosine rule in the triangle of l1, l2 and the line to the tip: two solutions
+shoulder: theta1 = atan2(y, x) - atan2(l2 S2, l1 + l2 C2)
+    direction of the tip less the angle between that line and the first link
+"""
     ),
     drawing=r"""
       y
@@ -170,19 +170,19 @@ TWO_LINK_2 = System(
     name="two-link-2",
     title="Type 2 two-link manipulator (perpendicular revolute joints)",
     source="McKerrow, chapter 4, section 6",
-    derivation=(
-        NamedStep(
-            "column", "A1 = [C1 0 S1 0; S1 0 -C1 0; 0 1 0 d1; 0 0 0 1]", "alpha1 = 90 degrees"
-        ),
-        NamedStep("arm", "A2 = [C2 -S2 0 l2 C2; S2 C2 0 l2 S2; 0 0 1 0; 0 0 0 1]"),
-        NamedStep("tip", "x = l2 C1 C2,  y = l2 S1 C2,  z = d1 + l2 S2", "last column of A1 A2"),
-        NamedStep("orientation", "phi = theta1,  theta = -theta2,  psi = 90 degrees"),
-        NamedStep("constraint", "x^2 + y^2 + (z - d1)^2 = l2^2", "two joints reach a surface only"),
-        NamedStep(
-            "inverse",
-            "theta1 = atan2(y, x),  theta2 = atan2(z - d1, sqrt(x^2 + y^2))",
-            "or over the top: theta1 + 180 degrees, 180 degrees - theta2",
-        ),
+    derivation=steps(
+        """
+column: A1 = [C1 0 S1 0; S1 0 -C1 0; 0 1 0 d1; 0 0 0 1]
+    alpha1 = 90 degrees
+arm: A2 = [C2 -S2 0 l2 C2; S2 C2 0 l2 S2; 0 0 1 0; 0 0 0 1]
+tip: x = l2 C1 C2,  y = l2 S1 C2,  z = d1 + l2 S2
+    last column of A1 A2
+orientation: phi = theta1,  theta = -theta2,  psi = 90 degrees
+constraint: x^2 + y^2 + (z - d1)^2 = l2^2
+    two joints reach a surface only
+inverse: theta1 = atan2(y, x),  theta2 = atan2(z - d1, sqrt(x^2 + y^2))
+    or over the top: theta1 + 180 degrees, 180 degrees - theta2
+"""
     ),
     drawing=r"""
       z
@@ -253,15 +253,20 @@ TWO_LINK_3 = System(
     name="two-link-3",
     title="Type 3 two-link manipulator (revolute and intersecting prismatic joint)",
     source="McKerrow, chapter 4, section 7",
-    derivation=(
-        NamedStep(
-            "column", "A1 = [C1 0 S1 0; S1 0 -C1 0; 0 1 0 d1; 0 0 0 1]", "alpha1 = 90 degrees"
-        ),
-        NamedStep("slide", "A2 = Trans(0, 0, d2)", "along z1, which lies in the horizontal plane"),
-        NamedStep("tip", "x = d2 S1,  y = -d2 C1,  z = d1", "last column of A1 A2"),
-        NamedStep("orientation", "phi = theta1,  theta = 0,  psi = 90 degrees"),
-        NamedStep("slide", "d2 = +- sqrt(x^2 + y^2)", "S1^2 + C1^2 = 1"),
-        NamedStep("base", "theta1 = atan2(x / d2, -y / d2)", "half a turn apart for the two signs"),
+    derivation=steps(
+        """
+column: A1 = [C1 0 S1 0; S1 0 -C1 0; 0 1 0 d1; 0 0 0 1]
+    alpha1 = 90 degrees
+slide: A2 = Trans(0, 0, d2)
+    along z1, which lies in the horizontal plane
+tip: x = d2 S1,  y = -d2 C1,  z = d1
+    last column of A1 A2
+orientation: phi = theta1,  theta = 0,  psi = 90 degrees
+slide: d2 = +- sqrt(x^2 + y^2)
+    S1^2 + C1^2 = 1
+base: theta1 = atan2(x / d2, -y / d2)
+    half a turn apart for the two signs
+"""
     ),
     drawing=r"""
       z
@@ -343,13 +348,19 @@ TWO_LINK_4 = System(
     name="two-link-4",
     title="Type 4 two-link manipulator (prismatic and intersecting revolute joint)",
     source="McKerrow, chapter 4, section 8",
-    derivation=(
-        NamedStep("lift", "A1 = [1 0 0 0; 0 0 -1 0; 0 1 0 d1; 0 0 0 1]", "alpha1 = 90 degrees"),
-        NamedStep("arm", "A2 = [C2 -S2 0 l2 C2; S2 C2 0 l2 S2; 0 0 1 0; 0 0 0 1]"),
-        NamedStep("tip", "x = l2 C2,  y = 0,  z = d1 + l2 S2", "last column of A1 A2"),
-        NamedStep("orientation", "phi = 0,  theta = -theta2,  psi = 90 degrees"),
-        NamedStep("arm", "C2 = x / l2,  S2 = +- sqrt(1 - C2^2)", "two angles have the same cosine"),
-        NamedStep("lift", "d1 = z - l2 S2", "the lift makes up for the arm's height"),
+    derivation=steps(
+        """
+lift: A1 = [1 0 0 0; 0 0 -1 0; 0 1 0 d1; 0 0 0 1]
+    alpha1 = 90 degrees
+arm: A2 = [C2 -S2 0 l2 C2; S2 C2 0 l2 S2; 0 0 1 0; 0 0 0 1]
+tip: x = l2 C2,  y = 0,  z = d1 + l2 S2
+    last column of A1 A2
+orientation: phi = 0,  theta = -theta2,  psi = 90 degrees
+arm: C2 = x / l2,  S2 = +- sqrt(1 - C2^2)
+    two angles have the same cosine
+lift: d1 = z - l2 S2
+    the lift makes up for the arm's height
+"""
     ),
     drawing=r"""
       z
@@ -398,12 +409,19 @@ TWO_LINK_5 = System(
     name="two-link-5",
     title="Type 5 two-link manipulator (perpendicular prismatic joints)",
     source="McKerrow, chapter 4, section 8",
-    derivation=(
-        NamedStep("lift", "A1 = [1 0 0 0; 0 0 -1 0; 0 1 0 d1; 0 0 0 1]", "alpha1 = 90 degrees"),
-        NamedStep("slide", "A2 = Trans(0, 0, d2)", "along z1 = -y0"),
-        NamedStep("tip", "x = 0,  y = -d2,  z = d1", "Trans(y, -d2) Trans(z, d1) Rot(x, 90)"),
-        NamedStep("orientation", "phi = 0,  theta = 0,  psi = 90 degrees", "it never turns"),
-        NamedStep("inverse", "d1 = z,  d2 = -y", "one solution"),
+    derivation=steps(
+        """
+lift: A1 = [1 0 0 0; 0 0 -1 0; 0 1 0 d1; 0 0 0 1]
+    alpha1 = 90 degrees
+slide: A2 = Trans(0, 0, d2)
+    along z1 = -y0
+tip: x = 0,  y = -d2,  z = d1
+    Trans(y, -d2) Trans(z, d1) Rot(x, 90)
+orientation: phi = 0,  theta = 0,  psi = 90 degrees
+    it never turns
+inverse: d1 = z,  d2 = -y
+    one solution
+"""
     ),
     drawing=r"""
       z
@@ -468,23 +486,19 @@ THREE_LINK = System(
     name="three-link",
     title="Planar three-link arm (parallel revolute joints)",
     source="Craig, chapters 3 and 4",
-    derivation=(
-        NamedStep("direction", "phi = theta1 + theta2 + theta3", "parallel axes add up"),
-        NamedStep(
-            "tip",
-            "x = l1 C1 + l2 C12 + l3 C123,  y = l1 S1 + l2 S12 + l3 S123",
-            "frame 3 stands at the third joint, the tip is l3 along its x axis",
-        ),
-        NamedStep(
-            "third joint", "xw = x - l3 cos(phi),  yw = y - l3 sin(phi)", "the last link is given"
-        ),
-        NamedStep(
-            "second angle",
-            "C2 = (xw^2 + yw^2 - l1^2 - l2^2) / (2 l1 l2),  S2 = -+ sqrt(1 - C2^2)",
-            "cosine rule: two solutions",
-        ),
-        NamedStep("first angle", "theta1 = atan2(yw, xw) - atan2(l2 S2, l1 + l2 C2)"),
-        NamedStep("third angle", "theta3 = phi - theta1 - theta2"),
+    derivation=steps(
+        """
+direction: phi = theta1 + theta2 + theta3
+    parallel axes add up
+tip: x = l1 C1 + l2 C12 + l3 C123,  y = l1 S1 + l2 S12 + l3 S123
+    frame 3 stands at the third joint, the tip is l3 along its x axis
+third joint: xw = x - l3 cos(phi),  yw = y - l3 sin(phi)
+    the last link is given
+second angle: C2 = (xw^2 + yw^2 - l1^2 - l2^2) / (2 l1 l2),  S2 = -+ sqrt(1 - C2^2)
+    cosine rule: two solutions
+first angle: theta1 = atan2(yw, xw) - atan2(l2 S2, l1 + l2 C2)
+third angle: theta3 = phi - theta1 - theta2
+"""
     ),
     drawing=r"""
       y              l3
