@@ -154,9 +154,9 @@ def _drives_on_shafts(
         grip_steps_per_n=_GRIP_STEPS_PER_N * per_mm / (371 / MM_PER_INCH),
         verified=False,
         notes=f"A template: the Mini-mover's mechanics with a {drive} drive on each motor's shaft, "
-        f"its steps the {steps}. Nobody sells it: gears of 50, 50, 40 and 20 to 1 and the gripper's "
-        f"{per_mm} {unit} per mm stand in for those of your arm; limits, speeds and the reference "
-        "posture are the Mini-mover's.",
+        f"its steps the {steps}. Nobody sells it: gears of 50, 50, 40 and 20 to 1 and the "
+        f"gripper's {per_mm} {unit} per mm stand in for those of your arm; limits, speeds and the "
+        "reference posture are the Mini-mover's.",
     )
 
 

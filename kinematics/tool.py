@@ -1,6 +1,6 @@
 """A tool in the fingers: where its point is, seen from the finger tips.
 
-Lengths in mm, along the axes of the hand's frame (`five_axis.frame`): `along` the hand, away from
+Lengths in mm, along the axes of the hand's frame (`closed_form`): `along` the hand, away from
 the wrist; `up` from the hand's back where the roll is zero; `side` completes a right-handed frame
 of up, side, along: for a hand that points outwards it is to the right.
 """

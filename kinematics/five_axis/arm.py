@@ -203,7 +203,7 @@ class FiveAxisArm:
         return solve_pose(goal, self._build, table_roll, near)
 
     def transform(self, joints: Joints) -> Transform:
-        """Return the hand's frame in the arm's base frame; see `five_axis.frame` for its axes."""
+        """Return the hand's frame in the arm's base frame; see `closed_form` for its axes."""
         return forward_frame(_angles(joints), self.lengths)
 
     def solve_transform(self, goal: Transform, seed: Joints | None = None) -> FrameSolution:

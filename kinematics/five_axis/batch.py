@@ -88,7 +88,7 @@ def branches_of_frames(
 ) -> FrameBranches:
     """Return all branches of each hand frame (N, 4, 4), and how far it is off the manifold.
 
-    The frames' axes are those of `five_axis.frame`; their rotations are taken for rotations.
+    The frames' axes are those of `closed_form.forward_frame`; their rotations are taken for rotations.
     """
     goals = _rows(frames, (4, 4))
     joints = _result(out, len(goals), 4, 5)
