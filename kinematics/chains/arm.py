@@ -12,18 +12,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from kinematics.chains.chain import Chain
-from kinematics.chains.follow import chain_line
 from kinematics.chains.generated import Generated, generated
 from kinematics.chains.goals import Goal, HandTask, Part, goal_of, pose_of, task_of
 from kinematics.chains.inverse import Effort, First, Reason, Solution, descend, solve_goal
-from kinematics.chains.jacobians import length_of
 from kinematics.chains.links import Convention, JointKind
+from kinematics.chains.near import chain_line, near_posture
 from kinematics.errors import Constraint, KinematicsError, Unreachable, limit_sentence
 from kinematics.frames.rotations import Matrix3
 from kinematics.frames.transforms import compose, position_of, rotation_of, translation
-from kinematics.frames.vectors import Vector, cross, dot, norm, subtract
+from kinematics.frames.vectors import Vector, cross, norm, subtract
 from kinematics.geometry import Point
-from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, LimitViolation, refuse_worst
+from kinematics.limits import JointRange, LimitViolation, refuse_worst
 from kinematics.paths.curves import Line, largest_turn, leap_sentence
 from kinematics.spaces import Joints, Pose
 from kinematics.tool import Tool
@@ -125,11 +124,12 @@ class ChainArm:
         return self.joints_of(found.joints) if found.ok else None
 
     def solve_near(self, pose: Pose, seed: Joints) -> Joints | None:
-        """Return a posture a small step from the seed, quickly, or None; see `chain_near`."""
+        """Return a posture a small step from the seed, quickly, or None; see `near_posture`."""
         try:
-            return chain_near(self, pose, seed)
+            found = near_posture(self.chain, self.goal(pose), seed.angles_rad)
         except KinematicsError:
             return None
+        return None if found is None else self.joints_of(found)
 
     def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:
         """Return the pose in reach, the hand held as asked where it can be, that was found."""
@@ -246,130 +246,6 @@ def _longest_levers(chain: Chain) -> tuple[float, ...]:
         found.append(own + (across if aligned else beyond))
         beyond += math.hypot(link.a_mm, link.d_mm)
     return tuple(reversed(found))
-
-
-# The posture of a chain a small step from one that is known, on bare floats and quickly, or none.
-#
-# Levenberg and Marquardt's steps (Marquardt, 1963) by their normal equations. A jog asks for this
-# many times in each leg, also for points that cannot be reached, and has no time for reasons:
-# `ik_near` gives those. Errors count mm in the arm's length.
-
-ROUNDS = 16
-MET = 1e-18
-"""A squared error that is none: some 1e-7 mm."""
-
-GENTLE, HARSH = 1e-12, 1.0
-"""Between what the damping stays, as a share of the largest diagonal entry."""
-
-EASIER, HARDER = 0.01, 30.0
-HOPELESS = 0.999
-"""A round that leaves more of the error than this, twice in a row, leads nowhere."""
-
-INSIDE_RAD = 0.05
-"""How far from a joint's limit the second look begins."""
-
-Rows = list[list[float]]
-
-
-def chain_near(arm: ChainArm, pose: Pose, seed: Joints) -> Joints | None:
-    """Return the posture of a chain; raises `KinematicsError` for a pose of other axes.
-
-    A singular posture is often one with a joint at its limit, as a straight elbow is: no slope
-    leads out of it, so that a look from further inside comes second.
-    """
-    goal = arm.goal(pose)
-    found = _descended(arm, goal, seed.angles_rad)
-    if found is None and (inside := _inside(arm, seed.angles_rad)) is not None:
-        found = _descended(arm, goal, inside)
-    return None if found is None else _within(arm, found)
-
-
-def _descended(arm: ChainArm, goal: Goal, start: Sequence[float]) -> Sequence[float] | None:
-    """Return where the steps from a start meet a goal, None where they do not."""
-    length, values = length_of(arm.chain), list(start)
-    error, rows = _linear(arm, goal, values, length)
-    cost, damping, stuck = _squared(error), 1e-6, 0
-    for _ in range(ROUNDS):
-        if cost < MET:
-            return values
-        step = _step(rows, error, damping)
-        moved = [a + b for a, b in zip(values, step, strict=True)]
-        next_error, next_rows = _linear(arm, goal, moved, length)
-        next_cost = _squared(next_error)
-        stuck = stuck + 1 if next_cost > HOPELESS * cost else 0
-        if next_cost < cost:
-            values, error, rows, cost = moved, next_error, next_rows, next_cost
-            damping = max(damping * EASIER, GENTLE)
-        else:
-            damping = min(damping * HARDER, HARSH)
-        if stuck > 1:
-            return None
-    return values if cost < MET else None
-
-
-def _inside(arm: ChainArm, start: Sequence[float]) -> list[float] | None:
-    """Return a start with the joints that stand at a limit inside of it; None where none does."""
-    moved = [
-        min(max(value, bounds.low_rad + INSIDE_RAD), bounds.high_rad - INSIDE_RAD)
-        for bounds, value in zip(arm.limits, start, strict=True)
-    ]
-    return None if moved == list(start) else moved
-
-
-def _within(arm: ChainArm, values: Sequence[float]) -> Joints | None:
-    """Return the posture, none where it passes a limit by more than rounding."""
-    turned = [bounds.clamp(value) for bounds, value in zip(arm.limits, values, strict=True)]
-    excess = max(abs(a - b) for a, b in zip(turned, values, strict=True))
-    return arm.joints_of(turned) if excess <= LIMIT_TOLERANCE_RAD else None
-
-
-def _linear(
-    arm: ChainArm, goal: Goal, values: Sequence[float], length: float
-) -> tuple[list[float], Rows]:
-    """Return the errors that are left, and how the joints reduce them."""
-    frame, jacobian = generated(arm.chain).fk_and_jacobian(values)
-    errors = [(goal.frame[row][3] - frame[row][3]) / length for row in range(3)]
-    rows = [[entry / length for entry in jacobian[row]] for row in range(3)]
-    turning = list(zip(*jacobian[3:], strict=True))
-    for _, axis, miss in goal.turn(frame)[1]:
-        errors.append(miss)
-        rows.append([dot(column, axis) for column in turning])
-    return errors, rows
-
-
-def _step(rows: Rows, error: Sequence[float], damping: float) -> list[float]:
-    """Solve the damped normal equations, by elimination with the largest pivot there is."""
-    count = len(rows[0])
-    columns = list(zip(*rows, strict=True))
-    square = [
-        [sum([a * b for a, b in zip(one, other, strict=True)]) for other in columns]
-        for one in columns
-    ]
-    most = max([square[index][index] for index in range(count)])
-    table = []
-    for index, row in enumerate(square):
-        row[index] += damping * most
-        row.append(sum([a * b for a, b in zip(columns[index], error, strict=True)]))
-        table.append(row)
-    for index in range(count):
-        best = max(range(index, count), key=lambda at: abs(table[at][index]))
-        table[index], table[best] = table[best], table[index]
-        head = table[index]
-        for below in table[index + 1 :]:
-            share = below[index] / head[index]
-            for at in range(index, count + 1):
-                below[at] -= share * head[at]
-    step = [0.0] * count
-    for index in reversed(range(count)):
-        row = table[index]
-        known = sum([row[at] * step[at] for at in range(index + 1, count)])
-        step[index] = (row[count] - known) / row[index]
-    return step
-
-
-def _squared(values: Sequence[float]) -> float:
-    """Return the sum of squares."""
-    return sum([value * value for value in values])
 
 
 # Why an arm given by its link table cannot take a pose, and which pose it can take instead.

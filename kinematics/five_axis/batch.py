@@ -88,7 +88,7 @@ def branches_of_frames(
 ) -> FrameBranches:
     """Return all branches of each hand frame (N, 4, 4), and how far it is off the manifold.
 
-    The frames' axes are those of `closed_form.forward_frame`; their rotations are taken for rotations.
+    The axes are those of `closed_form.forward_frame`; the rotations are taken for rotations.
     """
     goals = _rows(frames, (4, 4))
     joints = _result(out, len(goals), 4, 5)
@@ -218,7 +218,7 @@ class _HandGoals:
 
 
 def _hands_of_frames(lengths: Lengths, goals: Array) -> tuple[_HandGoals, Array]:
-    """Return what frames ask, and how far each approach leaves the plane: `frame.solve_frame`."""
+    """Return what frames ask, and how far each approach leaves the arm's plane."""
     height, _, _, hand = lengths
     (ux, _, hx, x), (uy, _, hy, y), (uz, _, hz, z), _ = goals.transpose(1, 2, 0)
     out_x, out_y = x, y
