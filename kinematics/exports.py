@@ -70,10 +70,10 @@ from kinematics.five_axis.arm import FiveAxisArm as FiveAxisArm
 from kinematics.five_axis.closed_form import FrameSolution as FrameSolution
 from kinematics.five_axis.nearest import Nearest as Nearest
 from kinematics.five_axis.nearest import nearest as nearest
-from kinematics.five_axis.singularities import FiveAxisSingularity as FiveAxisSingularity
-from kinematics.five_axis.singularities import Nearness as Nearness
-from kinematics.five_axis.singularities import five_axis_singularities as five_axis_singularities
-from kinematics.five_axis.singularities import task_jacobian as task_jacobian
+from kinematics.five_axis.rates import FiveAxisSingularity as FiveAxisSingularity
+from kinematics.five_axis.rates import Nearness as Nearness
+from kinematics.five_axis.rates import five_axis_singularities as five_axis_singularities
+from kinematics.five_axis.rates import task_jacobian as task_jacobian
 from kinematics.five_axis.workspace import Reach as Reach
 from kinematics.five_axis.workspace import Section as Section
 from kinematics.five_axis.workspace import sampled_reach as sampled_reach

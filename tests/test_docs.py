@@ -14,7 +14,7 @@ from armdrive.config import sections as armsections
 from armdrive.dialects.teachmover.controller import TeachMoverSettings
 from armdrive.registry.arm_files import parse_arm
 from kinematics import preset
-from kinematics.tool import Tool
+from kinematics.geometry import Tool
 
 DOCS = Path(__file__).parent.parent / "docs"
 ROOT = DOCS.parent

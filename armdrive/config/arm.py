@@ -38,9 +38,9 @@ from armdrive.text.toml import (
 from kinematics.errors import KinematicsError
 from kinematics.five_axis.tool_arm import holding
 from kinematics.frames.user_frame import UserFrame
+from kinematics.geometry import Tool
 from kinematics.presets import PRESETS, ArmModel, preset
 from kinematics.spaces import Pose
-from kinematics.tool import Tool
 
 M = TypeVar("M", bound=ArmModel)
 

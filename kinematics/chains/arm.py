@@ -21,11 +21,10 @@ from kinematics.errors import Constraint, KinematicsError, Unreachable, limit_se
 from kinematics.frames.rotations import Matrix3
 from kinematics.frames.transforms import compose, position_of, rotation_of, translation
 from kinematics.frames.vectors import Vector, cross, norm, subtract
-from kinematics.geometry import Point
+from kinematics.geometry import Point, Tool
 from kinematics.limits import JointRange, LimitViolation, refuse_worst
 from kinematics.paths.curves import Line, largest_turn, leap_sentence
 from kinematics.spaces import Joints, Pose
-from kinematics.tool import Tool
 
 EFFORT = Effort(starts=16)
 """Postures tried before a pose is called out of reach: a person is waiting for the answer."""

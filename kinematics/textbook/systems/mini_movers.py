@@ -22,7 +22,7 @@ from kinematics.errors import KinematicsError, OutOfReach
 from kinematics.five_axis.arm import Branch, FiveAxisArm
 from kinematics.five_axis.closed_form import NEAR_AXIS_MM, UPRIGHT
 from kinematics.five_axis.nearest import nearest
-from kinematics.five_axis.singularities import five_axis_singularities, task_jacobian
+from kinematics.five_axis.rates import five_axis_singularities, task_jacobian
 from kinematics.frames.numbers import atan2, cos, sin, sqrt
 from kinematics.frames.transforms import LAST_ROW, Transform
 from kinematics.limits import turn_into

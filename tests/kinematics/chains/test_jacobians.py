@@ -20,7 +20,7 @@ from kinematics.chains.jacobians import (
     manipulability,
 )
 from kinematics.chains.links import DHLink, JointKind
-from kinematics.five_axis.singularities import task_jacobian
+from kinematics.five_axis.rates import task_jacobian
 from kinematics.frames.matrices import singular, transposed
 
 

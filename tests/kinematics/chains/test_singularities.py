@@ -19,11 +19,7 @@ from kinematics.chains.jacobians import (
     nearest_singularity,
 )
 from kinematics.chains.links import DHLink, JointKind
-from kinematics.five_axis.singularities import (
-    FiveAxisSingularity,
-    five_axis_singularities,
-    task_jacobian,
-)
+from kinematics.five_axis.rates import FiveAxisSingularity, five_axis_singularities, task_jacobian
 
 TWO_LINK = Chain((DHLink(a_mm=200.0), DHLink(a_mm=100.0)))
 
