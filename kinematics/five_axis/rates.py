@@ -1,4 +1,4 @@
-"""Rates of the five-axis build: of its joints for a moving tip, in a jog cycle and at singularities.
+"""Rates of the five-axis build: of its joints for a moving tip, in a jog and at singularities.
 
 Lengths in mm, angles in rad, times in s. The tip's rates are x, y, z, pitch and roll; the joints'
 follow from solving the build's own two links and its turning base (the derivative of the five-axis
@@ -20,7 +20,7 @@ from kinematics.five_axis.closed_form import AXIS_MM, Angles, Lengths, plane_tip
 from kinematics.limits import wrap
 from kinematics.spaces import Joints, RollFrame
 
-# The arithmetic of one jog cycle: ramps, joint rates of a moving tip, braking. A jog is decided anew
+# The arithmetic of one jog cycle: ramps, joint rates of a moving tip, braking. A jog is decided
 # many times a second, so that nothing but floats and tuples is made, and nothing is checked.
 
 Rates = tuple[float, ...]

@@ -211,7 +211,10 @@ class System:
     """For such a system, each joint's sign and offset against the arm's relative angles."""
 
     def sized(self, *sizes: float, ranges: Sequence[Span] | None = None, **named: float) -> System:
-        """Return a system of this build with other lengths (in order, or by name) and ranges."""
+        """Return a system of this build with other lengths (in order, or by name) and ranges.
+
+        The ranges of an arm of the Mini-mover's build stay its limits.
+        """
         unknown = named.keys() - set(self.length_names)
         if unknown or len(sizes) not in (0, len(self.sizes)):
             raise KinematicsError(
@@ -219,6 +222,11 @@ class System:
             )
         pairs = zip(self.length_names, sizes or self.sizes, strict=True)
         made = tuple(named.get(name, value) for name, value in pairs)
+        if self.arm is not None:
+            height, upper, fore, hand = made
+            return replace(
+                self, sizes=made, arm=FiveAxisArm(height, upper, fore, hand, self.arm.limits)
+            )
         return replace(self, sizes=made, ranges=self.ranges if ranges is None else tuple(ranges))
 
     def lengths(self) -> dict[str, float]:
