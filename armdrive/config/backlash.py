@@ -3,76 +3,73 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
 
-from armdrive.errors import ArmFileError
-from armdrive.text.toml import number, refuse_unknown, require_table, within
+from armdrive.text.toml import TomlTable, between
 from kinematics.transmission import Transmission
-
-MOST_DEG = 10.0
-MOST_MM = 5.0
-"""More than that is a loose screw: no arithmetic mends it."""
 
 TURNING, SLIDING = "backlash_deg", "backlash_mm"
 """The keys, of an arm file or of one of its [[motors]]; the second of a gripper's motor."""
 
+WIDTHS = {TURNING: between(0.0, 10.0), SLIDING: between(0.0, 5.0)}
+"""More than that is a loose screw: no arithmetic mends it."""
 
-def read_backlash(table: Mapping[str, Any], transmission: Transmission | None) -> tuple[int, ...]:
-    """Return the steps of each motor, nothing where no motor has any. Raises `ArmFileError`."""
+
+def read_backlash(table: TomlTable, transmission: Transmission | None) -> tuple[int, ...]:
+    """Return the steps of each motor, nothing where no motor has any."""
     if transmission is None:
         return ()
-    names = [motor.name for motor in transmission.motors]
-    count = len(transmission.joint_names)
-    given = _of_rows(table["motors"]) if "motors" in table else _of_sections(table, names, count)
-    widths = [0] * len(names)
-    for name, (key, where, value) in given.items():
-        if name not in names:
-            raise ArmFileError(f"{where}: gripper.kind says that no motor drives the gripper")
-        motor = names.index(name)
-        wanted = TURNING if motor < count else SLIDING
-        if key != wanted:
-            raise ArmFileError(f"{where}: the backlash of motor {name!r} is {wanted}")
-        scale = math.pi / 180.0 if key == TURNING else 1.0
-        size = number(value, where)
-        within(where, size, 0.0, MOST_DEG if key == TURNING else MOST_MM)
-        widths[motor] = math.floor(
-            abs(transmission.motors[motor].steps_per_unit) * scale * size + 0.5
-        )
+    given = _of_rows if "motors" in table.entries else _of_sections
+    widths = [0] * len(transmission.motors)
+    for motor, size in given(table, transmission):
+        widths[motor] = math.floor(_steps_per_unit(transmission, motor) * size + 0.5)
     return tuple(widths) if any(widths) else ()
 
 
-def backlash_keys(widths: tuple[int, ...], transmission: Transmission) -> Iterator[Keyed]:
-    """Give what a file has to say of each motor so that its backlash is read as it is."""
-    for index, (width, motor) in enumerate(zip(widths, transmission.motors, strict=False)):
-        turning = index < len(transmission.joint_names)
-        per_unit = abs(motor.steps_per_unit) * (math.pi / 180.0 if turning else 1.0)
-        if width:
-            yield motor.name, TURNING if turning else SLIDING, round(width / per_unit, 9)
+def backlash_keys(
+    widths: tuple[int, ...], transmission: Transmission | None
+) -> Iterator[tuple[str, str, float]]:
+    """Give motor, key and value: what a file has to say so that its backlash is read as it is."""
+    for index, width in enumerate(widths):
+        if transmission is not None and width:
+            name = transmission.motors[index].name
+            size = width / _steps_per_unit(transmission, index)
+            yield name, _key(transmission, index), round(size, 9)
 
 
-Keyed = tuple[str, str, float]
-"""A motor, the key of its backlash, and the value."""
-
-Given = dict[str, tuple[str, str, object]]
-"""By motor: the key, where it stands, and its value."""
+def _key(transmission: Transmission, motor: int) -> str:
+    return TURNING if motor < len(transmission.joint_names) else SLIDING
 
 
-def _of_sections(table: Mapping[str, Any], names: list[str], count: int) -> Given:
-    turning = require_table(table.get(TURNING, {}), TURNING)
-    refuse_unknown(turning, names[:count], TURNING)
-    given: Given = {name: (TURNING, f"{TURNING}.{name}", value) for name, value in turning.items()}
-    if SLIDING in table:
-        if len(names) == count:
-            raise ArmFileError(f"{SLIDING} is of a gripper's motor, and this arm has none")
-        given[names[-1]] = (SLIDING, SLIDING, table[SLIDING])
-    return given
+def _steps_per_unit(transmission: Transmission, motor: int) -> float:
+    """Return the steps of a degree, or of a mm."""
+    scale = math.pi / 180.0 if _key(transmission, motor) == TURNING else 1.0
+    return abs(transmission.motors[motor].steps_per_unit) * scale
 
 
-def _of_rows(rows: list[Mapping[str, Any]]) -> Given:
-    return {
-        row["name"]: (key, f"motors[{index}].{key}", row[key])
-        for index, row in enumerate(rows, 1)
-        for key in (TURNING, SLIDING)
-        if key in row
-    }
+def _of_sections(table: TomlTable, transmission: Transmission) -> Iterator[tuple[int, float]]:
+    names = [motor.name for motor in transmission.motors]
+    count = len(transmission.joint_names)
+    turning = table.by_name(TURNING, names[:count], WIDTHS[TURNING])
+    yield from ((names.index(name), size) for name, size in turning.items())
+    sliding = table.value(SLIDING, WIDTHS[SLIDING], None)
+    if sliding is not None and not transmission.has_gripper:
+        table.problems.note(f"{SLIDING} is of a gripper's motor, and this arm has none")
+    elif sliding is not None:
+        yield len(names) - 1, sliding
+
+
+def _of_rows(table: TomlTable, transmission: Transmission) -> Iterator[tuple[int, float]]:
+    names = [motor.name for motor in transmission.motors]
+    for row in table.rows("motors"):
+        for key in [key for key in WIDTHS if key in row.entries]:
+            name = row.entries["name"]
+            if name not in names:
+                row.problems.note(
+                    f"{row.at(key)}: gripper.kind says that no motor drives the gripper"
+                )
+            elif key != _key(transmission, names.index(name)):
+                wanted = _key(transmission, names.index(name))
+                row.problems.note(f"{row.at(key)}: the backlash of motor {name!r} is {wanted}")
+            elif (size := row.value(key, WIDTHS[key], None)) is not None:
+                yield names.index(name), size

@@ -15,10 +15,10 @@ from types import MappingProxyType
 from typing import Any
 
 from armdrive.config.arm import ArmConfig
-from armdrive.config.write import Change
 from armdrive.dialog.conversation import WrongAnswer
 from armdrive.errors import BadRequest, Refused
 from armdrive.sim.world.body import found_posture
+from armdrive.text.toml_amend import Change
 from kinematics.geometry import ArmGeometry
 from kinematics.spaces import Joints
 from kinematics.transmission import Transmission

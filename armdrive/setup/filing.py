@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from armdrive.config.arm import ArmConfig, read_arm_table
-from armdrive.config.write import amended
 from armdrive.errors import ArmFileError
 from armdrive.registry.arm_files import arm_problems, load_arm
 from armdrive.setup.arm_text import ArmFiles
 from armdrive.setup.directions import DirectionVerdict, changes, swapped
 from armdrive.storage.files import replace_file
 from armdrive.text.reading import read_text
+from armdrive.text.toml_amend import amended
 from kinematics.transmission import Transmission
 
 

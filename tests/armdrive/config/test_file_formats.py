@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.config.link_model import parse_model, read_model
-from armdrive.config.write import Change, amended, complete
+from armdrive.config.write import complete
 from armdrive.errors import ArmFileError, PointsFileError, StateFileError
 from armdrive.programs.acts import Remember
 from armdrive.programs.journal import interrupted, journal_file
@@ -25,6 +25,7 @@ from armdrive.storage import files as places
 from armdrive.storage.point_file import PointWriter, points_of
 from armdrive.storage.points import Point, Step, StepList, Taught, parse_points
 from armdrive.text.toml import FORMAT, require_format
+from armdrive.text.toml_amend import Change, amended
 from armdrive.trace.files import texts_of
 from kinematics import JOINT_NAMES, preset
 

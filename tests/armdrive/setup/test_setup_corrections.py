@@ -4,12 +4,12 @@ import tomllib
 
 import pytest
 
-from armdrive.config.write import Change, amended
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry.arm_files import load_arm
 from armdrive.setup.directions import WAYS, DirectionCheck, DirectionVerdict, SawMotion
 from armdrive.setup.filing import propose
 from armdrive.sim.world.body import found_posture
+from armdrive.text.toml_amend import Change, amended
 from kinematics import preset
 
 PRESET = """\
@@ -146,10 +146,49 @@ def test_a_key_of_one_motor_of_several_is_changed():
     assert tomllib.loads(after)["motors"][0]["sees"] == {"one": 1}
 
 
-def test_a_layout_that_is_not_understood_is_refused_with_what_to_write():
-    for line in ("motor_signs = { elbow = 1 }", "motor_signs.elbow = 1"):
-        with pytest.raises(ArmFileError, match=r"by hand.*motor_signs\.elbow = -1"):
-            amended(f"{line}\n{PRESET}", [Change(("motor_signs", "elbow"), -1, "seen")])
+@pytest.mark.parametrize("line", ["motor_signs = { elbow = 1 }", "motor_signs.elbow = 1"])
+def test_a_key_is_changed_however_its_table_is_written(line):
+    after = amended(f"{line}  # mine\n{PRESET}", [Change(("motor_signs", "elbow"), -1, "seen")])
+    assert after == f"{line.replace('1', '-1')}  # mine\n{PRESET}"
+
+
+def test_a_layout_that_cannot_be_changed_is_refused_with_what_to_write():
+    with pytest.raises(ArmFileError, match=r"by hand.*motor_signs\.elbow = -1"):
+        amended(f"motor_signs = 3\n{PRESET}", [Change(("motor_signs", "elbow"), -1, "seen")])
+
+
+AROUND = """\
+# heading
+
+model = "teachmover"   # the left one
+steps_per_mm = 15      # measured
+
+# the wire
+[connection]
+port = ""   # none yet
+  # indented
+
+# what turns
+[motor_signs]
+"left wrist" = 1
+"""
+
+
+@pytest.mark.parametrize(
+    ("change", "old", "new"),
+    [
+        (("steps_per_mm", 7.5), "steps_per_mm = 15 ", "steps_per_mm = 7.5 "),
+        (("connection", "port", "COM1"), 'port = ""', 'port = "COM1"'),
+        (("connection", "baud", 4800), "none yet\n", "none yet\nbaud = 4800\n"),
+        (("title", "mine"), "measured\n", 'measured\ntitle = "mine"\n'),
+        (("motor_signs", "base", -1), '"left wrist" = 1\n', '"left wrist" = 1\nbase = -1\n'),
+        (("joint_signs", "base", -1), "= 1\n", "= 1\n\n[joint_signs]\nbase = -1\n"),
+    ],
+)
+def test_comments_blank_lines_and_the_order_of_a_file_survive_a_change(change, old, new):
+    *path, value = change
+    assert old in AROUND
+    assert amended(AROUND, [Change(tuple(path), value)]) == AROUND.replace(old, new)
 
 
 def test_what_follows_a_motor_follows_its_direction_and_its_gear():

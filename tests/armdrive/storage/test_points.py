@@ -117,7 +117,7 @@ WRONG = [
     ("[sequences.s]\nsteps = [{}]\n", "is one of point, gripper and wait_s"),
     ("[sequences.s]\nsteps = [{ wait_s = -1 }]\n", "wait_s is from 0"),
     ("[sequences.s]\nsteps = [{ gripper = true }]\n", "must be text"),
-    ("[sequences.s]\nsteps = 3\n", "is a list"),
+    ("[sequences.s]\nsteps = 3\n", "steps must be a list"),
     ('[sequences.s]\nsteps = [{ wait_s = 1, how = "line" }]\n', "how belongs to"),
     (f'[points.a]\n{joints_line()}\n[sequences.s]\nsteps = [{{ point = "a", speed = 2 }}]\n',
      "speed is above 0"),
