@@ -6,18 +6,12 @@ link table has everything written out. Comments say where a number comes from.
 
 from __future__ import annotations
 
-import copy
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
-from armdrive.config.arm import ArmConfig
 from armdrive.config.preset import LENGTHS
-from armdrive.setup.directions import SeenMotion, Signs, conclude
 from armdrive.setup.draft import GRIPPER_MOTOR, HALF_STEP, Draft
-from armdrive.setup.plan import MM, CommissioningPlan, Notes
 from armdrive.setup.templates import COUPLED, model_text, typed_text
-from armdrive.text.toml import FORMAT, FORMAT_KEY
 from armdrive.text.toml_document import FORMAT_ENTRY, TomlEntry, TomlSection, document
 
 # The motors of an arm file: steps per turn as a sum, and which joints a motor sees which way.
@@ -275,116 +269,3 @@ def _guards(draft: Draft) -> TomlSection:
         return TomlSection("guards", ())
     comment = "how far below the table rounding may put a point"
     return TomlSection("guards", (TomlEntry("tolerance_mm", tolerance_mm, comment),))
-
-
-# From what was found to the arm's file: a new one, or the present one with what differs.
-#
-# A file that is there is written anew from its own table, so that its comments go; the command
-# keeps the old text beside it.
-
-DIGITS = 9
-
-
-def signs_of(plan: CommissioningPlan, notes: Mapping[str, Notes]) -> Signs:
-    """Return which directions are reversed, of the motors that were tried."""
-    tried = [(each, notes[each.name]) for each in plan.drives if _was_tried(notes, each.name)]
-    seen = [SeenMotion(drive.trial, noted.way, noted.roll) for drive, noted in tried]
-    return conclude(seen, plan.roll_joint)
-
-
-def _was_tried(notes: Mapping[str, Notes], name: str) -> bool:
-    return name in notes and bool(notes[name].way)
-
-
-def merged(
-    config: ArmConfig, plan: CommissioningPlan, notes: Mapping[str, Notes], port: str
-) -> dict[str, Any]:
-    """Return the table of the arm's file with everything that was found."""
-    table: dict[str, Any] = copy.deepcopy(dict(config.source.table if config.source else {}))
-    wire = table.setdefault("connection", {})
-    wire["dialect"] = config.connection.dialect
-    if port:
-        wire["port"] = port
-    _put_device(table.setdefault(config.connection.dialect, {}), plan, notes)
-    signs = signs_of(plan, notes)
-    gears = {each.name: notes[each.name].gear for each in plan.drives if each.name in notes}
-    per_unit = {name: plan.tools.counts_per_turn * gear for name, gear in gears.items() if gear}
-    if "motors" in table:
-        _put_motors(table["motors"], per_unit, signs)
-    else:
-        _put_preset(table, plan, per_unit, signs)
-    return table
-
-
-def _put_device(
-    section: dict[str, Any], plan: CommissioningPlan, notes: Mapping[str, Notes]
-) -> None:
-    currents = {each.current_ma for each in notes.values() if each.current_ma}
-    alike = len(currents) == 1 and len(notes) == len(plan.drives)
-    ids = [each.node for each in plan.drives]
-    section.update(plan.tools.section(plan.config.device, ids, currents.pop() if alike else 0))
-
-
-def _put_preset(
-    table: dict[str, Any], plan: CommissioningPlan, per_unit: Mapping[str, float], signs: Signs
-) -> None:
-    pulling = {each.name for each in plan.drives if each.unit == MM}
-    for name, steps in per_unit.items():
-        if name in pulling:
-            table["steps_per_mm"] = _rounded(steps)
-        else:
-            table.setdefault("steps_per_turn", {})[name] = _rounded(steps)
-    for section, names in (("motor_signs", signs.motors), ("joint_signs", signs.joints)):
-        for name in names:
-            known = table.setdefault(section, {})
-            known[name] = -known.get(name, 1)
-
-
-def _put_motors(motors: list[dict[str, Any]], per_unit: Mapping[str, float], signs: Signs) -> None:
-    for motor in motors:
-        name = str(motor.get("name"))
-        if name in per_unit:
-            key = "steps_per_mm" if "steps_per_mm" in motor else "steps_per_turn"
-            motor[key] = _rounded(per_unit[name])
-        sees = motor.get("sees", {})
-        turned = {joint: -1 for joint in signs.joints if joint in sees}
-        own = -1 if name in signs.motors else 1
-        motor["sees"] = {joint: one * own * turned.get(joint, 1) for joint, one in sees.items()}
-
-
-def text_of(table: Mapping[str, Any], name: str, unclear: tuple[str, ...] = ()) -> str:
-    """Return the text of an arm file."""
-    heading = f"{name}: its drives were commissioned by `armdrive can setup {name}`."
-    if unclear:
-        heading += f"\nDirections and gears are not tried yet: {', '.join(unclear)}."
-    return document(_table_sections({FORMAT_KEY: FORMAT, **table}), heading)
-
-
-def _table_sections(
-    table: Mapping[str, Any], name: str = "", array: bool = False
-) -> Iterator[TomlSection]:
-    inner = {key: each for key, each in table.items() if _is_section(each)}
-    if array:  # an array's entries keep their tables inline
-        inner = {}
-    yield TomlSection(
-        name,
-        tuple(TomlEntry(key, each) for key, each in table.items() if key not in inner),
-        array=array,
-    )
-    for key, each in inner.items():
-        path = f"{name}.{key}" if name else key
-        if isinstance(each, Mapping):
-            yield from _table_sections(each, path)
-        else:
-            for one in each:
-                yield from _table_sections(one, path, array=True)
-
-
-def _is_section(value: Any) -> bool:
-    tables = isinstance(value, list) and value and all(isinstance(one, Mapping) for one in value)
-    return isinstance(value, Mapping) or bool(tables)
-
-
-def _rounded(steps: float) -> float:
-    """Return the number without digits that no arm has."""
-    return float(f"{steps:.{DIGITS}g}")

@@ -23,9 +23,9 @@ from armdrive.registry.arm_files import load_arm, parse_arm, preset_arm
 from armdrive.registry.simulate import simulate
 from armdrive.setup import dialog_runner
 from armdrive.setup import plan as kept
-from armdrive.setup.arm_text import merged, signs_of, text_of
 from armdrive.setup.commissioning import CommissioningOutcome, Practice, walk
 from armdrive.setup.dialog_runner import Clock, DialogClock, DialogPerson, DialogRunner
+from armdrive.setup.filing import commissioned, new_text, signs_of
 from armdrive.setup.plan import CommissioningPlan, commissionable, plan_of
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold
@@ -37,7 +37,7 @@ from armdrive.transports.link import Link
 
 DONE, UNFINISHED = 0, 1
 BEFORE = ".before"
-"""How the old text of an arm file ends that was written anew."""
+"""How the file of an arm file's old text ends."""
 
 
 def run(options: argparse.Namespace) -> int:
@@ -138,7 +138,7 @@ def _practise(
     person = Practice(twin, plan, tell, None if alone else terminal.answer)
     tell("These drives are simulated, as they are shipped; nothing is written.")
     outcome = _held(twin.link, DialogClock(), person, plan, {}, lambda _notes: None, again=True)
-    text = text_of(merged(config, plan, outcome.notes, ""), plan.name, outcome.left_out)
+    text = _found(config, plan, outcome, "", _path(options.name))
     if options.json:
         emit({"arm": plan.name, "left_out": list(outcome.left_out), "arm_file": text})
     else:
@@ -154,9 +154,8 @@ def _end(
     options: argparse.Namespace,
 ) -> None:
     """Show the arm file, and write it once that is agreed to."""
-    table = merged(config, plan, outcome.notes, port)
-    text = text_of(table, plan.name, outcome.left_out)
     path = _path(options.name)
+    text = _found(config, plan, outcome, port, path)
     parse_arm(tomllib.loads(text), name=plan.name, folder=path.parent)
     if unclear := signs_of(plan, outcome.notes).unclear:
         say(f"The directions of {', '.join(unclear)} contradict each other: try them with --again.")
@@ -164,7 +163,7 @@ def _end(
         say(f"Left out: {', '.join(outcome.left_out)}. The same command goes on there.")
     say_lines(f"\n{text}")
     there = path.is_file()
-    if there and dict(config.source.table if config.source else {}) == table:
+    if there and read_text(path, "the arm file", ArmFileError) == text:
         say(f"{path} says all this already.")
     elif agree(_question(path, there=there), "no leaves it as it is; the notes are kept."):
         _write(path, text, there=there)
@@ -174,9 +173,21 @@ def _end(
         _say_next(path, plan.name)
 
 
+def _found(
+    config: ArmConfig, plan: CommissioningPlan, outcome: CommissioningOutcome, port: str, path: Path
+) -> str:
+    """Return the arm file with what was found; the one that is there keeps all else."""
+    before = (
+        read_text(path, "the arm file", ArmFileError)
+        if path.is_file()
+        else new_text(config, outcome.left_out)
+    )
+    return commissioned(before, config, plan, outcome.notes, port)
+
+
 def _question(path: Path, *, there: bool) -> str:
     if there:
-        return f"Write {path} anew, without its comments (the old text stays as {BEFORE})?"
+        return f"Write this to {path} (its old text stays as {path.name}{BEFORE})?"
     return f"Write this to {path}?"
 
 
