@@ -28,7 +28,7 @@ MEANINGS: Mapping[str, str] = {
     "steps_per_mm": "gripper motor, steps per mm of opening",
     SLIDING: "its lost motion at reversals; see backlash.md",
     "reference": "the posture that a reference is taken in",
-    "park": "by default 30 mm above the reference",
+    "park": "where it parks, by default 30 mm above the reference",
     "tool": "a tool in the fingers: its point, seen from the finger tips",
     "homing.joints_deg": "where every joint stands after homing",
     "groups": "motors by number, in the order in which they home",

@@ -14,10 +14,7 @@ from armdrive.setup.arm_text import ArmFiles, files_of
 from armdrive.setup.draft import Draft, Surroundings
 from armdrive.setup.filing import checked
 from armdrive.setup.finding import surroundings
-from armdrive.setup.questions import arm as rows_arm
-from armdrive.setup.questions import device as rows_device
-from armdrive.setup.questions import use as rows_use
-from armdrive.setup.questions import wire as rows_wire
+from armdrive.setup.questions import ROWS
 from armdrive.setup.templates import TEMPLATES
 from armdrive.storage import files as places
 
@@ -25,8 +22,6 @@ from armdrive.storage import files as places
 #
 # `question` is the next one or None at the end; `answer` takes a line for it, and raises
 # `WrongAnswer` without having changed anything.
-
-ROWS = (*rows_wire.ROWS, *rows_arm.ROWS, *rows_use.ROWS, *rows_device.ROWS)
 
 
 class Interview:
