@@ -140,27 +140,6 @@ class DialectSections:
     find: Callable[[str], DialectSection]
 
 
-def config_of_preset(
-    key: str, dialect: DialectSection, *, name: str, connection: Connection
-) -> ArmConfig:
-    """Return an arm as it leaves the factory, on the given wire."""
-    model = preset(key)
-    return ArmConfig(
-        name,
-        model.title,
-        model,
-        connection,
-        dialect.settings()(),
-        MotionSettings(**_bursts(dialect, connection.baud)),
-        source=ConfigSource({"model": key}),
-    )
-
-
-def _port_of(dialect: DialectSection) -> dict[str, Any]:
-    """Return how a dialect's port is opened unless an arm file says otherwise."""
-    return {"dialect": dialect.name, "baud": dialect.baud, "raise_dtr": dialect.raise_dtr}
-
-
 def _bursts(dialect: DialectSection, baud: int) -> dict[str, float]:
     """Return how long a dialect's motions are on this wire, unless an arm file says otherwise."""
     able = dialect.abilities

@@ -143,7 +143,7 @@ def _blocks(text: str) -> Iterator[tuple[tuple[str, ...], str]]:
     """
     place: tuple[str, ...] = ()
     block: list[str] = []
-    for line in text.splitlines(keepends=True):
+    for line in _toml_lines(text):
         named = _named(line)
         if named is not None:
             above = _comments_at_end(block)
@@ -151,6 +151,11 @@ def _blocks(text: str) -> Iterator[tuple[tuple[str, ...], str]]:
             place, block = named, block[len(block) - above :]
         block.append(line if line.endswith("\n") else f"{line}\n")
     yield place, "".join(block)
+
+
+def _toml_lines(text: str) -> list[str]:
+    """Return the lines with their ends. Other signs that part lines of text may stand in a note."""
+    return re.findall(r"[^\n]*\n|[^\n]+", text)
 
 
 def _named(line: str) -> tuple[str, ...] | None:
@@ -177,7 +182,7 @@ def _comments_at_end(block: list[str]) -> int:
 
 def _above(block: str) -> str:
     """Return the comment lines above a table's header."""
-    lines = block.splitlines(keepends=True)
+    lines = _toml_lines(block)
     return "".join(lines[: next(i for i, line in enumerate(lines) if _named(line) is not None)])
 
 

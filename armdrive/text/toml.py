@@ -11,6 +11,7 @@ Reading goes on past a fault as if the key at fault were not there, and notes th
 
 from __future__ import annotations
 
+import functools
 import json
 import math
 import re
@@ -18,7 +19,6 @@ import types
 import typing
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields
-from functools import partial
 from typing import Any, TypeAlias, TypeVar
 
 from armdrive.errors import ArmFileError, BadRequest
@@ -163,7 +163,7 @@ class TomlTable:
         tables = []
         for index, row in enumerate(listed, 1):
             at = f"{where}[{index}]"
-            inside = self.problems.attempt(partial(require_table, row, at), None)
+            inside = self.problems.attempt(functools.partial(require_table, row, at), None)
             if inside is not None:
                 tables.append(TomlTable(inside, at, self.problems))
         return tables
@@ -189,53 +189,50 @@ class TomlTable:
 
         `own` are values in the place of the section's defaults.
         """
-        hints = typing.get_type_hints(kind)
-        keys: Mapping[str, Field[Any]] = {each.name: each for each in fields(kind)}  # type: ignore[arg-type]
+        keys, needed = _keys_of(typing.cast(typing.Hashable, kind))
         self.allow(keys)
-        values = {
-            name: self.value(name, _checked(hints[name], rule_of(key)), None)
-            for name, key in keys.items()
+        given = {
+            name: self.value(name, read, None)
+            for name, read in keys.items()
             if name in self.entries
         }
-        values = {**(own or {}), **{k: v for k, v in values.items() if v is not None}}
-        missing = [
-            name
-            for name, key in keys.items()
-            if key.default is MISSING and name not in {*values, *self.entries}
-        ]
+        values = dict(own or {}) | {name: each for name, each in given.items() if each is not None}
+        missing = [name for name in needed if name not in {*values, *given}]
         if missing:
             self.problems.note(f"[{self.where}] is missing {', '.join(missing)}")
-        if any(key.default is MISSING and name not in values for name, key in keys.items()):
+        if not values.keys() >= set(needed):
             return None
-        return self._made(kind, values)
-
-    def _made(self, kind: type[S], values: dict[str, Any]) -> S | None:
-        """Return the section, without the keys that it refuses itself.
-
-        A section may check its keys against one another. The key at fault is the one without
-        which the complaint is another one, or none.
-        """
-        complaint = _complaint(kind, values)
-        optional = [each.name for each in fields(kind) if each.default is not MISSING]  # type: ignore[arg-type]
+        # A section may check its keys against one another. The key at fault is the one without
+        # which the complaint is another one, or none.
+        section, complaint = _made(kind, values)
         while complaint:
             named = self.where in complaint
             self.problems.note(complaint if named else f"{self.where}: {complaint}")
-            fewer = [
-                {k: v for k, v in values.items() if k != key} for key in values if key in optional
+            others = [
+                {k: v for k, v in values.items() if k != key} for key in values if key not in needed
             ]
-            better = next((each for each in fewer if _complaint(kind, each) != complaint), None)
-            if better is None:
+            better = [each for each in others if _made(kind, each)[1] != complaint]
+            if not better:
                 return None
-            values, complaint = better, _complaint(kind, better)
-        return kind(**values)
+            values = better[0]
+            section, complaint = _made(kind, values)
+        return section
 
 
-def _complaint(kind: type[Any], values: Mapping[str, Any]) -> str:
+@functools.cache
+def _keys_of(kind: type[Any]) -> tuple[Mapping[str, Read[Any]], tuple[str, ...]]:
+    """Return what reads each key of a section, and the keys that have no default."""
+    hints = typing.get_type_hints(kind)
+    keys = {each.name: _checked(hints[each.name], rule_of(each)) for each in fields(kind)}
+    return keys, tuple(each.name for each in fields(kind) if each.default is MISSING)
+
+
+def _made(kind: type[S], values: Mapping[str, Any]) -> tuple[S | None, str]:
+    """Return a section with these values, or what it says against them."""
     try:
-        kind(**values)
+        return kind(**values), ""
     except (ArmFileError, BadRequest, KinematicsError) as error:
-        return str(error)
-    return ""
+        return None, str(error)
 
 
 # Single values.

@@ -333,6 +333,15 @@ def test_every_change_of_our_own_layout_is_made_in_place(before, after):
     assert WRITER.edited(text, rounded(after), rounded(after)) == text
 
 
+@pytest.mark.parametrize(
+    "sign", ["\x85", "\u2028", "\u2029", "\x1c", "\r\n", "\x0b", "\n[points.b]\n"]
+)
+def test_a_note_with_signs_that_part_lines_is_kept(sign):
+    taught = Taught({"a": replace(THERE, note=f"one{sign}two"), "b": THERE})
+    text = WRITER.document(taught)
+    assert WRITER.edited(text, rounded(taught), rounded(taught)) == text
+
+
 # -- going to points --------------------------------------------------------------------------
 
 
