@@ -14,14 +14,16 @@ from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 from armdrive.abilities import Abilities, budget
-from armdrive.config.backlash import SLIDING, TURNING, read_backlash
 from armdrive.config.preset import MOTOR_KEYS, corrected
 from armdrive.config.sections import (
+    SLIDING,
+    TURNING,
     Connection,
     GripperSettings,
     HomingSettings,
     MotionSettings,
     read_accelerations,
+    read_backlash,
     read_frames,
     read_homing,
     read_posture,

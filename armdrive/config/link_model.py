@@ -11,10 +11,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from armdrive.config.backlash import SLIDING, TURNING
 from armdrive.config.guards import guards_of
 from armdrive.config.preset import MOST_STEPS, SPEED
-from armdrive.config.sections import GripperSettings, read_posture
+from armdrive.config.sections import SLIDING, TURNING, GripperSettings, read_posture
 from armdrive.errors import ArmFileError
 from armdrive.text.reading import read_toml
 from armdrive.text.toml import (
