@@ -42,7 +42,7 @@ from kinematics.errors import KinematicsError
 from kinematics.five_axis.tool_arm import holding
 from kinematics.frames.user_frame import UserFrame
 from kinematics.geometry import Tool
-from kinematics.presets import PRESETS, ArmModel, preset
+from kinematics.presets import PRESETS, ArmModel, ArmPreset, preset
 from kinematics.spaces import Pose
 
 M = TypeVar("M", bound=ArmModel)
@@ -197,8 +197,8 @@ def read_arm(
     known = problems.attempt(lambda: _basics(table, sections), None)
     if known is None:
         return None
-    word, dialect = known
-    linked = word not in PRESETS and word.lower().endswith(MODEL_FILE)
+    preset_model, dialect = known
+    linked = preset_model is None
     table.allow([*(LINKED_KEYS if linked else PRESET_KEYS), dialect.name])
     title = table.value("title", text, "")
     port = {"dialect": dialect.name, "baud": dialect.baud, "raise_dtr": dialect.raise_dtr}
@@ -209,10 +209,10 @@ def read_arm(
     frames = read_frames(table.table("frames"))
     device = table.table(dialect.name).section(dialect.settings())
     model: ArmModel | None
-    if linked:
+    if preset_model is None:
         model = problems.attempt(lambda: _described(table, folder, gripper), None)
     else:
-        model = problems.attempt(lambda: corrected(preset(word), table), None)
+        model = problems.attempt(lambda: corrected(preset_model, table), None)
     if model is None or gripper is None or not _is_as_given(gripper, table):
         return None
     fitted = _with_gripper(model, gripper)
@@ -242,8 +242,11 @@ def read_arm(
     )
 
 
-def _basics(table: TomlTable, sections: DialectSections) -> tuple[str, DialectSection]:
-    """Return the model's name and the dialect. Raises `ArmFileError`."""
+def _basics(table: TomlTable, sections: DialectSections) -> tuple[ArmPreset | None, DialectSection]:
+    """Return the preset, None of an arm of a model file, and the dialect.
+
+    Raises `ArmFileError`, and `KinematicsError` for a preset that there is not.
+    """
     require_format(table.entries)
     word = table.entries.get("model")
     if not isinstance(word, str):
@@ -253,9 +256,11 @@ def _basics(table: TomlTable, sections: DialectSections) -> tuple[str, DialectSe
     if not isinstance(spoken, str):
         raise ArmFileError(f"connection.dialect must be text, not {spoken!r}")
     try:
-        return word, sections.find(spoken)
+        dialect = sections.find(spoken)
     except BadRequest as error:
         raise ArmFileError(f"connection.dialect: {error}") from None
+    linked = word not in PRESETS and word.lower().endswith(MODEL_FILE)
+    return None if linked else preset(word), dialect
 
 
 def _is_as_given(gripper: GripperSettings, table: TomlTable) -> bool:

@@ -175,7 +175,9 @@ def _sums(table: TomlTable, joints: tuple[str, ...]) -> Iterator[AngleSum]:
             row.problems.note(
                 f"{row.where} needs joints, for example joints = {{ {joints[1]} = 1 }}"
             )
-        name = row.value("name", text, "") or " + ".join(shares)
+        name = row.value("name", text, " + ".join(shares))
+        if not name and shares:
+            row.problems.note(f"{row.at('name')} must be text, not ''")
         bounds = row.required("range_deg", joint_range)
         if bounds is not None:
             yield AngleSum(name, tuple(shares.items()), bounds.low_rad, bounds.high_rad)

@@ -286,7 +286,7 @@ def _motor(row: TomlTable, seen: tuple[str, ...], earlier: list[str]) -> MotorSp
             f"motor {name!r} needs steps_per_turn, or steps_per_mm where it drives a gripper"
         )
     sees = row.by_name("sees", seen, number)
-    if "sees" not in row.entries and slide is not None:
+    if "sees" not in row.entries and "steps_per_mm" in row.entries:
         sees = {OPENING: 1.0}
     elif not row.entries.get("sees"):
         row.problems.note(

@@ -119,11 +119,15 @@ def check_settings(section: Any, where: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class TomlTable:
-    """One table of a file, where it stands in it, and where faults are noted."""
+    """One table of a file, where it stands in it, and where faults are noted.
+
+    `is_one` is false where something else stands in the place of a table: nothing is missing in it.
+    """
 
     entries: Mapping[str, Any]
     where: str
     problems: Problems
+    is_one: bool = True
 
     def at(self, key: str) -> str:
         """Return where a key of this table stands."""
@@ -152,8 +156,9 @@ class TomlTable:
 
     def table(self, key: str) -> TomlTable:
         """Return a table in this table, which is empty where it is missing or no table."""
-        inside = self.value(key, require_table, {})
-        return TomlTable(inside, self.at(key), self.problems)
+        inside = self.value(key, require_table, None)
+        is_one = inside is not None or key not in self.entries
+        return TomlTable(inside or {}, self.at(key), self.problems, is_one)
 
     def rows(self, key: str, example: str = "") -> list[TomlTable]:
         """Return the tables of an array `[[key]]`, without those that are no tables."""
@@ -179,7 +184,7 @@ class TomlTable:
         names = list(names)
         table.allow(names)
         missing = [name for name in names if name not in table.entries]
-        if missing and all_since is not None:
+        if missing and table.is_one and all_since is not None:
             self.problems.note(f"[{table.where}] is missing {', '.join(missing)}{all_since}")
         found = {name: table.value(name, read, None) for name in names}
         return {name: value for name, value in found.items() if value is not None}
@@ -198,7 +203,7 @@ class TomlTable:
         }
         values = dict(own or {}) | {name: each for name, each in given.items() if each is not None}
         missing = [name for name in needed if name not in {*values, *given}]
-        if missing:
+        if missing and self.is_one:
             self.problems.note(f"[{self.where}] is missing {', '.join(missing)}")
         if not values.keys() >= set(needed):
             return None
@@ -248,7 +253,7 @@ def require_table(table: object, where: str) -> Mapping[str, Any]:
 def require_list(value: object, where: str, example: str) -> list[Any]:
     """Return the list, or say that something else stands there."""
     if not isinstance(value, list):
-        raise ArmFileError(f"{where} must be a list, for example {example}, not {value!r}")
+        raise ArmFileError(f"{where} must be a list, written for example {example}, not {value!r}")
     return value
 
 

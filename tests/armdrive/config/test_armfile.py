@@ -179,6 +179,7 @@ def test_what_is_wrong_is_said_with_the_file_and_the_key(tmp_path, text, words):
         ('[gripper]\nkind = "claw"\nmax_force_n = 201', ("gripper.kind", "max_force_n")),
         ("[teachmover]\nspeed_doubt = 0\ngrip_bit = 8", ("speed_doubt", "grip_bit")),
         ("[park]\nx_mm = 1\nz = 3", ("'z'", "missing y_mm, z_mm, pitch_deg")),
+        ("park = 3\nhoming.joints_deg = 4", ("homing.joints_deg must be", "park must be")),
         ("motion = 3\ngripper = 4", ("motion must be", "gripper must be")),
         ("[lengths]\nhand = 1\nupper_arm_mm = 1e9", ("hand_mm", "upper_arm_mm")),
         ("[steps_per_turn]\nbase = -1\nelbow = 0", ("steps_per_turn.base", "steps_per_turn.elbow")),
