@@ -158,7 +158,9 @@ def _types_links(draft: Draft) -> bool:
 
 def _typed_rows(draft: Draft) -> bool:
     """Tell whether rows of links are given beforehand."""
-    return any(k.startswith("links.") for k in draft.around.given - {"links.how", "links.file"})
+    return any(
+        k.startswith("links.") for k in draft.around.given.keys() - {"links.how", "links.file"}
+    )
 
 
 def _joint_names(line: str) -> tuple[str, ...]:
