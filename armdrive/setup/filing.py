@@ -125,6 +125,20 @@ def commissioned(
     return amended(text, said)
 
 
+def propose_drives(
+    path: Path,
+    config: ArmConfig,
+    plan: CommissioningPlan,
+    notes: Mapping[str, Notes],
+    port: str,
+    left_out: tuple[str, ...] = (),
+) -> FileProposal:
+    """Return the arm file with everything that was found; one that is not there is a new one."""
+    before = _text(path) if path.is_file() else ""
+    begun = before or new_text(config, left_out)
+    return FileProposal(path, before, commissioned(begun, config, plan, notes, port))
+
+
 def file_of(config: ArmConfig) -> Path | None:
     """Return the file that an arm was read from, None where it is a preset's or was changed."""
     if config.source is None:

@@ -25,7 +25,7 @@ from armdrive.setup import dialog_runner
 from armdrive.setup import plan as kept
 from armdrive.setup.commissioning import CommissioningOutcome, Practice, walk
 from armdrive.setup.dialog_runner import Clock, DialogClock, DialogPerson, DialogRunner
-from armdrive.setup.filing import commissioned, new_text, signs_of
+from armdrive.setup.filing import propose_drives, signs_of
 from armdrive.setup.plan import CommissioningPlan, commissionable, plan_of
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold
@@ -138,7 +138,8 @@ def _practise(
     person = Practice(twin, plan, tell, None if alone else terminal.answer)
     tell("These drives are simulated, as they are shipped; nothing is written.")
     outcome = _held(twin.link, DialogClock(), person, plan, {}, lambda _notes: None, again=True)
-    text = _found(config, plan, outcome, "", _path(options.name))
+    notes, left_out = outcome.notes, outcome.left_out
+    text = propose_drives(_path(options.name), config, plan, notes, "", left_out).after
     if options.json:
         emit({"arm": plan.name, "left_out": list(outcome.left_out), "arm_file": text})
     else:
@@ -155,7 +156,8 @@ def _end(
 ) -> None:
     """Show the arm file, and write it once that is agreed to."""
     path = _path(options.name)
-    text = _found(config, plan, outcome, port, path)
+    proposal = propose_drives(path, config, plan, outcome.notes, port, outcome.left_out)
+    text = proposal.after
     parse_arm(tomllib.loads(text), name=plan.name, folder=path.parent)
     if unclear := signs_of(plan, outcome.notes).unclear:
         say(f"The directions of {', '.join(unclear)} contradict each other: try them with --again.")
@@ -163,7 +165,7 @@ def _end(
         say(f"Left out: {', '.join(outcome.left_out)}. The same command goes on there.")
     say_lines(f"\n{text}")
     there = path.is_file()
-    if there and read_text(path, "the arm file", ArmFileError) == text:
+    if not proposal.differs:
         say(f"{path} says all this already.")
     elif agree(_question(path, there=there), "no leaves it as it is; the notes are kept."):
         _write(path, text, there=there)
@@ -171,18 +173,6 @@ def _end(
         found = {name: kept.absorbed(each) for name, each in outcome.notes.items()}
         kept.write(plan.name, written.calibration, found)
         _say_next(path, plan.name)
-
-
-def _found(
-    config: ArmConfig, plan: CommissioningPlan, outcome: CommissioningOutcome, port: str, path: Path
-) -> str:
-    """Return the arm file with what was found; the one that is there keeps all else."""
-    before = (
-        read_text(path, "the arm file", ArmFileError)
-        if path.is_file()
-        else new_text(config, outcome.left_out)
-    )
-    return commissioned(before, config, plan, outcome.notes, port)
 
 
 def _question(path: Path, *, there: bool) -> str:
