@@ -67,7 +67,7 @@ FOREARM_SHARES = (("shoulder", 1.0), ("elbow", 1.0))
 
 def guards_of(table: TomlTable, arm: ArmGeometry, known: Guards) -> Guards:
     """Return the known guards of an arm with what the file says of them put in their place."""
-    before = len(table.problems.found)
+    before = table.problems.count
     table.allow([*NUMBERS, "radii_mm", FOREARM, "boxes", "sums"])
     changed: dict[str, Any] = {
         key: table.value(key, between(row.low, row.high), getattr(known, key))
@@ -81,7 +81,7 @@ def guards_of(table: TomlTable, arm: ArmGeometry, known: Guards) -> Guards:
     if "sums" in table.entries or FOREARM in table.entries:
         changed["sums"] = tuple(_sums(table, arm.joint_names))
         _require_different(table, "sums of joints", [one.name for one in changed["sums"]])
-    if len(table.problems.found) > before:
+    if table.problems.count > before:
         return known
     found = replace(known, **changed)
     return table.problems.attempt(lambda: _fitting(found, arm), known)

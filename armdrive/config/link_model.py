@@ -13,7 +13,13 @@ from typing import Any
 
 from armdrive.config.guards import guards_of
 from armdrive.config.preset import MOST_STEPS, SPEED
-from armdrive.config.sections import SLIDING, TURNING, GripperSettings, read_posture
+from armdrive.config.sections import (
+    OPENING,
+    SLIDING,
+    TURNING,
+    GripperSettings,
+    read_posture,
+)
 from armdrive.errors import ArmFileError
 from armdrive.text.reading import read_toml
 from armdrive.text.toml import (
@@ -150,9 +156,6 @@ def _clean(entry: float) -> float:
 # Nothing is known of such an arm beforehand, so that what a preset would say is required here.
 # Angles are in degrees in the file and in rad in what is made of it.
 
-OPENING = "opening"
-"""What a gripper's motor sees beside the joints."""
-
 TABLE_ALONE = Guards(inner_radius_mm=None, outer_radius_mm=None, hand_wrist_radius_mm=None)
 """The guards of an arm that nothing is known of, unless its file asks for more."""
 
@@ -183,11 +186,11 @@ def model_of(table: TomlTable, folder: Path, gripper: GripperSettings) -> ArmMod
     described = read_model(folder / table.entries["model"])
     names = described.chain.joint_names
     _check_names(names)
-    before = len(table.problems.found)
+    before = table.problems.count
     limited = _limited(described.chain, table)
     speeds = table.by_name("speeds_deg_s", names, SPEED, all_since="")
     transmission = table.problems.attempt(lambda: _transmission(names, table), None)
-    if len(table.problems.found) > before or transmission is None:
+    if table.problems.count > before or transmission is None:
         return None
     arm = ChainArm(limited)
     fingers = _fingers(table, transmission, gripper)
@@ -257,10 +260,16 @@ def _transmission(joints: tuple[str, ...], table: TomlTable) -> Transmission | N
     Raises `KinematicsError` for motors that do not determine the joints.
     """
     problems = table.problems
-    before = len(problems.found)
+    before = problems.count
     rows = table.rows("motors")
-    if not rows and len(problems.found) == before:
+    if not rows and problems.count == before:
         problems.note("an arm of a model file needs its motors, each written under [[motors]]")
+    if len(rows) > len(joints) + 1:
+        problems.note(
+            f"{len(joints)} joints need {len(joints)} motors, or one more for the gripper, not "
+            f"{len(rows)}"
+        )
+        return None
     slides = ["steps_per_mm" in row.entries for row in rows]
     if any(slides[:-1]):
         problems.note("the gripper's motor, the one with steps_per_mm, must be the last")
@@ -269,7 +278,7 @@ def _transmission(joints: tuple[str, ...], table: TomlTable) -> Transmission | N
     if len(set(names)) != len(names):
         problems.note(f"motors need different names, not {', '.join(names)}")
     specs = tuple(_motor(row, seen, names[:index]) for index, row in enumerate(rows))
-    return None if len(problems.found) > before else Transmission(specs, joints)
+    return None if problems.count > before else Transmission(specs, joints)
 
 
 STEPS = between(0.1, MOST_STEPS, "directions are signs in sees")

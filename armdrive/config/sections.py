@@ -243,6 +243,9 @@ def _groups(value: object, motors: int) -> tuple[tuple[int, ...], ...]:
 
 # The backlash in an arm file, as whole motor steps: what a motor turns before the arm follows.
 
+OPENING = "opening"
+"""What a gripper's motor sees beside the joints."""
+
 TURNING, SLIDING = "backlash_deg", "backlash_mm"
 """The keys, of an arm file or of one of its [[motors]]; the second of a gripper's motor."""
 

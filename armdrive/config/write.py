@@ -13,9 +13,8 @@ from typing import Any
 
 from armdrive.config.arm import ArmConfig
 from armdrive.config.guards import NUMBERS, guard_table
-from armdrive.config.link_model import OPENING
 from armdrive.config.preset import LENGTHS
-from armdrive.config.sections import SLIDING, TURNING, backlash_keys
+from armdrive.config.sections import OPENING, SLIDING, TURNING, backlash_keys
 from armdrive.text.toml import require_table, rule_of
 from armdrive.text.toml_document import FORMAT_ENTRY, TomlEntry, TomlSection, document
 from kinematics.presets import ArmPreset

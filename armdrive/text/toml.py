@@ -37,14 +37,24 @@ MOST_PROBLEMS = 50
 
 
 class Problems:
-    """What is wrong with a file, in the order in which it was found."""
+    """What is wrong with a file: sentences in the order in which they were found.
+
+    `count` goes on counting where no more of them are kept.
+    """
 
     def __init__(self) -> None:
         self.found: list[str] = []
+        self.count = 0
+
+    @property
+    def room(self) -> int:
+        """How many more are kept."""
+        return MOST_PROBLEMS - len(self.found)
 
     def note(self, sentence: str) -> None:
         """Add a sentence; a table that is read twice has its faults said once."""
-        if sentence not in self.found and len(self.found) < MOST_PROBLEMS:
+        self.count += 1
+        if self.room and sentence not in self.found:
             self.found.append(sentence)
 
     def attempt(self, read: Callable[[], S], otherwise: D) -> S | D:
@@ -136,13 +146,11 @@ class TomlTable:
     def allow(self, known: Iterable[str]) -> None:
         """Note every unknown key, with the nearest known one."""
         known = list(known)
-        for key in self.entries:
-            if key not in known:
-                place = f"in [{self.where}]" if self.where else "at the top"
-                hint = did_you_mean(
-                    key, known, f"known are {', '.join(known) or 'none'}", likeness=0.5
-                )
-                self.problems.note(f"unknown key {key!r} {place}; {hint}")
+        unknown = [key for key in self.entries if key not in known]
+        for key in unknown[: self.problems.room]:  # to find the nearest key takes time
+            place = f"in [{self.where}]" if self.where else "at the top"
+            hint = did_you_mean(key, known, f"known are {', '.join(known) or 'none'}", likeness=0.5)
+            self.problems.note(f"unknown key {key!r} {place}; {hint}")
 
     def value(self, key: str, read: Read[S], default: D) -> S | D:
         """Read the value of a key; the default is returned where it is missing or wrong."""

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from amounts import amount
+from chain_files import shown_files
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -205,9 +206,14 @@ def test_one_reading_finds_everything_that_is_wrong(text, found):
         assert words in problem
 
 
-def test_a_file_with_endless_faults_is_told_fifty_of_them():
-    table = {"model": "teachmover", **{f"key{number}": 1 for number in range(100)}}
-    assert len(arm_problems(table, "bench", Path())) == 50
+@pytest.mark.parametrize("text", ['model = "teachmover"\n', "five"])
+def test_a_file_with_endless_faults_is_told_fifty_of_them(tmp_path, text):
+    (tmp_path / "minilinks.toml").write_text(shown_files()[0], encoding="utf-8")
+    table = tomllib.loads(shown_files()[1] if text == "five" else text)
+    table |= {f"key{number}": 1 for number in range(20_000)}
+    table["speeds_deg_s"] = {"base": 0}
+    table["motors"] = [{"name": "base", "key": 1}] * 10_000
+    assert len(arm_problems(table, "bench", tmp_path)) == 50
 
 
 def test_a_file_that_is_not_there_or_no_text_is_said_so(tmp_path):
