@@ -283,7 +283,7 @@ def _transmission(joints: tuple[str, ...], table: TomlTable) -> Transmission | N
 
 STEPS = between(0.1, MOST_STEPS, "directions are signs in sees")
 MOTOR_KEYS = ("name", "steps_per_turn", "steps_per_mm", "sees", "follows", TURNING, SLIDING)
-"""The keys of one of [[motors]]; its backlash is read in config/backlash.py."""
+"""The keys of one of [[motors]]; its backlash is read by `read_backlash` (config/sections.py)."""
 
 
 def _motor(row: TomlTable, seen: tuple[str, ...], earlier: list[str]) -> MotorSpec:
