@@ -27,7 +27,7 @@ EXCEPTIONS: Mapping[str, str] = {
     "armdrive/config/arm.py": EXAMPLE,
     "armdrive/setup/findings.py": WORDS,
     "armdrive/setup/templates.py": "templates are presets of whole arms, each with its controller",
-    "armdrive/setup/trial.py": WORDS,
+    "armdrive/setup/commissioning.py": WORDS,
     "armdrive/sim/world/arm.py": PRESET,
     "armdrive/testing/plugin.py": EXAMPLE,
     "tui/setup/screen.py": EXAMPLE,

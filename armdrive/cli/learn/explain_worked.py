@@ -40,19 +40,23 @@ from kinematics.textbook.accuracy import (
     zero_errors,
 )
 from kinematics.textbook.efficiency import Efficiency, Tally, Way, efficiency
-from kinematics.textbook.notation import Latex, SymbolText
-from kinematics.textbook.symbols import as_symbol
-from kinematics.textbook.systems import SYSTEMS, MiniMover, System, system
-from kinematics.textbook.worked_example import (
-    FRAME_COORDINATES,
-    ExampleSection,
+from kinematics.textbook.notation import notation
+from kinematics.textbook.symbolic_systems import (
     SymbolicExample,
-    WorkedBranch,
-    WorkedExample,
-    sections,
     symbolic_chain_example,
     symbolic_sections,
     symbolic_system_example,
+)
+from kinematics.textbook.symbols import as_symbol
+from kinematics.textbook.systems import SYSTEMS, system
+from kinematics.textbook.systems.mini_movers import MINI_MOVER, with_arm
+from kinematics.textbook.systems.named import System
+from kinematics.textbook.worked_example import (
+    FRAME_COORDINATES,
+    ExampleSection,
+    WorkedBranch,
+    WorkedExample,
+    sections,
     violation_text,
     work_chain,
     work_system,
@@ -124,7 +128,7 @@ def _example(
 def _system(word: str) -> System:
     """Return a named system, or a built-in arm as one of the Mini-mover's build."""
     if word in PRESETS and word not in SYSTEMS:
-        return MiniMover(preset(word).arm)
+        return with_arm(MINI_MOVER, preset(word).arm)
     try:
         return system(word)
     except UnknownSystem as error:
@@ -207,7 +211,7 @@ def example_view(example: WorkedExample) -> dict[str, Any]:
 
 def symbolic_view(example: SymbolicExample, *, latex: bool) -> dict[str, Any]:
     """Return a symbolic example, its entries as text or as LaTeX."""
-    writer = Latex() if latex else SymbolText()
+    writer = notation(latex=latex)
 
     def written(matrix: Transform) -> list[list[str]]:
         return [[writer.write(as_symbol(entry)) for entry in row] for row in matrix]

@@ -16,10 +16,9 @@ from armdrive.cli.presenter import Result
 from armdrive.config.link_model import Model, is_model_file, read_model
 from armdrive.errors import BadRequest, Refused
 from kinematics.chains.chain import Chain
-from kinematics.chains.goals import Goal, Part
+from kinematics.chains.goals import Goal, HandTask, Part, goal_of
 from kinematics.chains.inverse import Solution, solve_goal, solve_pose_ik
 from kinematics.chains.links import JointKind
-from kinematics.chains.task import HandTask, goal_of
 from kinematics.errors import suggestion
 from kinematics.frames.transforms import position_of
 from kinematics.presets import PRESETS

@@ -25,9 +25,9 @@ from armdrive.registry.arm_files import load_arm, parse_arm, preset_arm
 from armdrive.registry.simulate import simulate
 from armdrive.setup import dialog_runner
 from armdrive.setup import plan as kept
-from armdrive.setup.arm_text import merged, signs_of, text_of
 from armdrive.setup.commissioning import CommissioningOutcome, Practice, walk
 from armdrive.setup.dialog_runner import Clock, DialogClock, DialogPerson, DialogRunner
+from armdrive.setup.filing import propose_drives, signs_of
 from armdrive.setup.plan import CommissioningPlan, commissionable, plan_of
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold
@@ -39,7 +39,7 @@ from armdrive.transports.link import Link
 
 DONE, UNFINISHED = 0, 1
 BEFORE = ".before"
-"""How the old text of an arm file ends that was written anew."""
+"""How the file of an arm file's old text ends."""
 
 
 def set_up(options: argparse.Namespace) -> Outcome:
@@ -136,8 +136,9 @@ def _practise(
     person = Practice(twin, plan, partial(tell, options), None if alone else terminal.answer)
     tell(options, "These drives are simulated, as they are shipped; nothing is written.")
     outcome = _held(twin.link, DialogClock(), person, plan, {}, lambda _notes: None, again=True)
-    text = text_of(merged(config, plan, outcome.notes, ""), plan.name, outcome.left_out)
-    view = {"arm": plan.name, "left_out": list(outcome.left_out), "arm_file": text}
+    notes, left_out = outcome.notes, outcome.left_out
+    text = propose_drives(file_of(options.name), config, plan, notes, "", left_out).after
+    view = {"arm": plan.name, "left_out": list(left_out), "arm_file": text}
     lines = ("", "The arm file would be:", "", *text.split("\n"))
     return Result(view, lines, DONE if outcome.finished else UNFINISHED)
 
@@ -150,9 +151,9 @@ def _end(
     options: argparse.Namespace,
 ) -> None:
     """Show the arm file, and write it once that is agreed to."""
-    table = merged(config, plan, outcome.notes, port)
-    text = text_of(table, plan.name, outcome.left_out)
     path = file_of(options.name)
+    proposal = propose_drives(path, config, plan, outcome.notes, port, outcome.left_out)
+    text = proposal.after
     parse_arm(tomllib.loads(text), name=plan.name, folder=path.parent)
     if unclear := signs_of(plan, outcome.notes).unclear:
         say(f"The directions of {', '.join(unclear)} contradict each other: try them with --again.")
@@ -160,7 +161,7 @@ def _end(
         say(f"Left out: {', '.join(outcome.left_out)}. The same command goes on there.")
     say_lines(f"\n{text}")
     there = path.is_file()
-    if there and dict(config.source.table if config.source else {}) == table:
+    if not proposal.differs:
         say(f"{path} says all this already.")
     elif agree(_question(path, there=there), "no leaves it as it is; the notes are kept."):
         _write(path, text, there=there)
@@ -172,7 +173,7 @@ def _end(
 
 def _question(path: Path, *, there: bool) -> str:
     if there:
-        return f"Write {path} anew, without its comments (the old text stays as {BEFORE})?"
+        return f"Write this to {path} (its old text stays as {path.name}{BEFORE})?"
     return f"Write this to {path}?"
 
 

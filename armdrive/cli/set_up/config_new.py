@@ -91,13 +91,14 @@ def _refuse_overwriting(name: str) -> None:
 def _interviewed(given: dict[str, str], silent: bool) -> Draft:
     interview = Interview(surroundings(given))
     while (question := interview.question) is not None:
-        if question.key in given or silent:
-            _take_given(interview, question.key, given.get(question.key, ""))
+        if silent:
+            _take_default(interview, question.key)
             continue
         try:
             ask(question, interview.answer)
         except Back:
-            _go_back(interview, given)
+            if interview.back() is None:
+                say("  this is the first question")
     unused = [key for key in given if key not in interview.draft.answers]
     if unused:
         asked = list(interview.draft.answers)
@@ -106,19 +107,11 @@ def _interviewed(given: dict[str, str], silent: bool) -> Draft:
     return interview.draft
 
 
-def _take_given(interview: Interview, key: str, line: str) -> None:
+def _take_default(interview: Interview, key: str) -> None:
     try:
-        interview.answer(line)
+        interview.answer("")
     except WrongAnswer as wrong:
         raise BadRequest(f"the answer {key}: {wrong}") from None
-
-
-def _go_back(interview: Interview, given: dict[str, str]) -> None:
-    """Go back to the last question that was asked, over those that were answered beforehand."""
-    while (key := interview.back()) is not None:
-        if key not in given:
-            return
-    say("  this is the first question")
 
 
 def _with_signs(draft: Draft, *, simulated: bool, alone: bool) -> Draft:

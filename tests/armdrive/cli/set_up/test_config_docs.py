@@ -10,7 +10,7 @@ from cli_calls import Caller
 
 from armdrive.cli.set_up.arguments import CONFIG_ACTIONS
 from armdrive.registry.arm_files import load_arm
-from armdrive.setup.interview import ROWS
+from armdrive.setup.questions import ROWS
 from armdrive.setup.templates import PRINTED_SIX, TEMPLATES
 from armdrive.storage import files as places
 
