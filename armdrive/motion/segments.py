@@ -13,8 +13,7 @@ from dataclasses import dataclass, field
 
 from armdrive.runtime.position import ArmCoordinates, MotionSegment
 from kinematics.geometry import ArmGeometry
-from kinematics.paths.motion_limits import MotionLimits, Point
-from kinematics.paths.timing import timed
+from kinematics.paths.timing import MotionLimits, Point, timed
 from kinematics.spaces import Joints
 from kinematics.transmission import Transmission
 

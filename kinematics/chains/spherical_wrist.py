@@ -9,11 +9,15 @@ rad; nothing is checked and nothing but floats and tuples is made, since planner
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import atan2, cos, hypot, pi, sin, sqrt, tau
 
 from kinematics.frames.transforms import Transform
-from kinematics.textbook.systems.named import REACH_MM
+
+REACH_MM = 1e-9
+"""How far beyond its reach rounding may put a goal that touches it."""
 
 Angles6 = tuple[float, float, float, float, float, float]
 
@@ -117,7 +121,7 @@ def _postures(
     """
     cosine = (u * u + v * v - arm.squares) / arm.product
     if not -1.0 <= cosine <= 1.0:
-        if not _touches(hypot(u, v), arm):
+        if broken_bound(hypot(u, v), arm.upper, arm.reach) is not None:
             return [None] * 4
         cosine = 1.0 if cosine > 0.0 else -1.0
     sine = up * sqrt(1.0 - cosine * cosine)
@@ -171,7 +175,67 @@ def _last(four: float, nx: float, ny: float, ox: float, oy: float) -> float:
     return atan2(c * ny - s * nx, c * oy - s * ox)
 
 
-def _touches(distance: float, arm: WristArm) -> bool:
-    """Return whether a wrist's centre is in reach of the elbow but for rounding."""
-    longest, shortest = arm.upper + arm.reach, abs(arm.upper - arm.reach)
-    return shortest - REACH_MM <= distance <= longest + REACH_MM
+# Where the wrist's centre of an arm with a spherical wrist can be, and what keeps it elsewhere.
+# Joint limits aside: this is what the lengths alone allow.
+
+
+def reach_broken(arm: WristArm, x: float, y: float, z: float) -> tuple[str, float, float]:
+    """Return what a wrist's centre out of reach breaks: the quantity, its value, its bound."""
+    radius, lateral = math.hypot(x, y), abs(arm.lateral)
+    if radius < lateral:
+        return "the wrist's distance from the base axis", radius, lateral
+    out = math.sqrt(radius * radius - lateral * lateral)
+    up = z - arm.height
+    distance = min(
+        (math.hypot(side - arm.shoulder_offset, up) for side in (out, -out)),
+        key=lambda value: abs(value - (broken_bound(value, arm.upper, arm.reach) or value)),
+    )
+    bound = broken_bound(distance, arm.upper, arm.reach)
+    return "the wrist's distance from the shoulder", distance, distance if bound is None else bound
+
+
+def nearest_wrist(arm: WristArm, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """Return a wrist's centre within reach near to this one, in the same direction of the base."""
+    radius = math.hypot(x, y)
+    out = math.sqrt(max(radius * radius - arm.lateral * arm.lateral, 0.0))
+    up = z - arm.height
+    near_out, near_up = min(
+        _candidates(arm, out, up), key=lambda point: math.hypot(point[0] - out, point[1] - up)
+    )
+    wide = math.hypot(near_out, arm.lateral)
+    along = (x / radius, y / radius) if radius > 0.0 else (1.0, 0.0)
+    return along[0] * wide, along[1] * wide, near_up + arm.height
+
+
+def _candidates(arm: WristArm, out: float, up: float) -> Iterator[tuple[float, float]]:
+    """Yield points (outwards, upwards of the shoulder's height) that front or back reach."""
+    longest = arm.upper + arm.reach
+    for side in (1.0, -1.0):
+        offset = side * arm.shoulder_offset
+        near_out, near_up = brought_within(out - offset, up, arm.upper, arm.reach)
+        if near_out + offset >= 0.0:
+            yield near_out + offset, near_up
+        if longest + offset >= 0.0:
+            yield longest + offset, 0.0
+
+
+# What two links span, whatever they belong to.
+
+
+def broken_bound(distance: float, first: float, second: float) -> float | None:
+    """Return the span in mm that a tip at this distance exceeds or undercuts, or None."""
+    longest, shortest = first + second, abs(first - second)
+    if distance > longest + REACH_MM:
+        return longest
+    return shortest if distance < shortest - REACH_MM else None
+
+
+def brought_within(x: float, y: float, first: float, second: float) -> tuple[float, float]:
+    """Return the point nearest to (x, y) that two links reach; at the joint itself, along x."""
+    distance = math.hypot(x, y)
+    bound = broken_bound(distance, first, second)
+    if bound is None:
+        return x, y
+    if distance <= REACH_MM:
+        return bound, 0.0
+    return x * bound / distance, y * bound / distance
