@@ -30,7 +30,7 @@ from armdrive.moves import Jog
 from armdrive.registry import dialect
 from armdrive.runtime.position import ArmCoordinates
 from kinematics import Joints
-from kinematics.five_axis.jog_rates import joint_rates, ramped, share_of_limits, shares_to_stop
+from kinematics.five_axis.rates import joint_rates, ramped, share_of_limits, shares_to_stop
 from kinematics.presets import preset
 
 ROUNDS = 60

@@ -24,7 +24,7 @@ from armdrive.runtime.arm_state import Core
 from armdrive.runtime.overrides import SpeedOverride
 from armdrive.runtime.states import Belief
 from armdrive.status import Evidence
-from kinematics.paths.motion_limits import MotionLimits
+from kinematics.paths.timing import MotionLimits
 
 from . import mission
 from .actions import ACTIONS

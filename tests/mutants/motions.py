@@ -267,7 +267,7 @@ MUTANTS = (
     Mutant(
         name="every motion is twice as fast as the limits",
         promise="no joint is faster than its limit",
-        path="kinematics/paths/motion_limits.py",
+        path="kinematics/paths/timing.py",
         old="        return max(slowest, busiest / self.motor_hz)",
         new="        return max(slowest, busiest / self.motor_hz) / 2.0",
         tests=tests_of(
@@ -278,7 +278,7 @@ MUTANTS = (
     Mutant(
         name="motors turn twice as fast as they are able to",
         promise="no motor is faster than its limit",
-        path="kinematics/paths/motion_limits.py",
+        path="kinematics/paths/timing.py",
         old="busiest / self.motor_hz)",
         new="busiest / self.motor_hz / 2.0)",
         tests=tests_of(

@@ -28,7 +28,7 @@ from armdrive.motion.jog.rates import Paced, Pacer, RateGoal, Scale, axis_names
 from armdrive.motion.plan import SpeedLimits
 from armdrive.moves import GRIPPER_AXIS, Jog, Space
 from armdrive.runtime.position import ArmCoordinates, MotionSegment
-from kinematics.five_axis.jog_rates import Rates, braked, shares_to_stop
+from kinematics.five_axis.rates import Rates, braked, shares_to_stop
 
 LAST_STEPS = 2
 """The last steps before a bound are made at once, lest the arm creep for ever."""

@@ -18,7 +18,7 @@ from armdrive.motion.plan import SpeedLimits
 from armdrive.moves import CARTESIAN_AXES, GRIPPER_AXIS, YAW_AXIS, Space
 from armdrive.runtime.position import ArmCoordinates
 from kinematics.five_axis.arm import FiveAxisArm
-from kinematics.five_axis.jog_rates import Rates, joint_rates, ramped, share_of_limits
+from kinematics.five_axis.rates import Rates, joint_rates, ramped, share_of_limits
 
 STALE_S = 1.0
 """An arm whose last leg should have ended so long ago stands: no exchange takes longer."""
