@@ -161,7 +161,7 @@ OUTPUTS = 8
 
 @dataclass(frozen=True, slots=True)
 class Abilities:
-    """What a dialect states in its entry (dialects/NAME/entry.py).
+    """What a dialect states in its `ENTRY`.
 
     `jog_burst_s` and `planned_burst_s` are the longest motion sent at once, by default; an arm
     file accepts longer planned bursts with `motion.planned_burst_s`. `traffic` is what one of them

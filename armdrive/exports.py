@@ -3,7 +3,7 @@
 from armdrive.aio.arm import AsyncArm
 from armdrive.aio.calls import AsyncHandle
 from armdrive.arm import Arm
-from armdrive.arm.handle import Handle
+from armdrive.arm.connected import Handle
 from armdrive.dialog.operator import MarkRequest, PostureRequest
 from armdrive.errors import (
     ArmError,
@@ -38,7 +38,7 @@ from armdrive.motion.execute import Moved
 from armdrive.motion.gripper import Grasped
 from armdrive.motion.jog.session import Jogged
 from armdrive.motion.preview import Preview
-from armdrive.motion.verify import Drift, Verdict, Verified
+from armdrive.motion.reference import Drift, Verdict, Verified
 from armdrive.moves import (
     ArcMove,
     GraspMove,

@@ -220,8 +220,10 @@ def _require(name: str, value: object, kinds: tuple[type, ...], words: str, exam
         raise BadArgument(f"{name} must be {words}, not {value!r:.80}; for example {example}")
 
 
-def _check_frame(frame: object) -> None:
-    _require("frame", frame, (str,), "the name of a frame", '"base" or "tool"')
+def _check_way(move: PoseMove | LineMove | ArcMove | PathMove) -> None:
+    """Check what all moves of the tip have."""
+    _require("frame", move.frame, (str,), "the name of a frame", '"base" or "tool"')
+    speed_fraction(move.speed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -254,8 +256,7 @@ class PoseMove:
 
     def __post_init__(self) -> None:
         _require("goal", self.goal, (Pose, str), "a pose or the name of a point", A_POSE)
-        _check_frame(self.frame)
-        speed_fraction(self.speed)
+        _check_way(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -273,8 +274,7 @@ class LineMove:
     def __post_init__(self) -> None:
         kinds, words = (Pose, Joints, str), "a pose, joint angles or the name of a point"
         _require("goal", self.goal, kinds, words, A_POSE)
-        _check_frame(self.frame)
-        speed_fraction(self.speed)
+        _check_way(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -289,8 +289,7 @@ class ArcMove:
     def __post_init__(self) -> None:
         _require("via", self.via, (Pose,), "a pose", A_POSE)
         _require("goal", self.goal, (Pose,), "a pose", A_POSE)
-        _check_frame(self.frame)
-        speed_fraction(self.speed)
+        _check_way(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -308,13 +307,12 @@ class PathMove:
         if not self.parts:
             raise BadRequest("a path needs at least one part, for example LinePart(pose)")
         object.__setattr__(self, "parts", tuple(self.parts))
-        _check_frame(self.frame)
+        _check_way(self)
         if self.frame == TOOL_FRAME:
             raise BadRequest(
                 "the tool's frame goes along with the arm: give a path in the base or in a frame "
                 "of the arm file"
             )
-        speed_fraction(self.speed)
 
 
 @dataclass(frozen=True, slots=True)

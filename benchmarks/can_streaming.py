@@ -27,7 +27,7 @@ from feel import Figures, Measured, Options, report
 from feel_benches import DensePtyBench
 from wire_use import START, path
 
-from armdrive.arm.handle import Handle
+from armdrive.arm.connected import Handle
 from armdrive.errors import ArmError
 from armdrive.motion.execute import Moved
 from kinematics import LinePart

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from random import Random
 
 from armdrive.arm import Arm
-from armdrive.arm.handle import Handle
+from armdrive.arm.connected import Handle
 from armdrive.errors import ArmError
 from armdrive.motion.execute import Moved
 from armdrive.motion.plan import plan_line, plan_route

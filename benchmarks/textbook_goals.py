@@ -1,6 +1,6 @@
 """Goals for solvers of the Mini-mover: in reach, out of it, off the manifold, on every singularity.
 
-Frames in mm, in the axes of `kinematics.five_axis.frame`. The same goals in every run.
+Frames in mm, in the axes of `kinematics.five_axis.closed_form`. The same goals in every run.
 """
 
 from __future__ import annotations

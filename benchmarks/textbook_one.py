@@ -24,9 +24,11 @@ from textbook_peers import (
 from kinematics import FiveAxisArm, Joints, preset
 from kinematics.chains.chain import Chain
 from kinematics.chains.generated import generated
-from kinematics.five_axis.frame import forward_frame
-from kinematics.textbook.systems import MiniMover, Puma
-from kinematics.textbook.systems.wrist import inverse
+from kinematics.chains.spherical_wrist import WristArm, inverse
+from kinematics.five_axis.closed_form import forward_frame
+from kinematics.textbook.systems.mini_movers import MINI_MOVER, with_arm
+from kinematics.textbook.systems.named import System
+from kinematics.textbook.systems.puma import PUMA
 
 Cases = dict[str, Callable[[], object]]
 
@@ -84,12 +86,12 @@ def _nearest(found: Any, arm: FiveAxisArm) -> Any:
 
 def forward(peers: Peers, poses: int = 200, rounds: int = 15) -> Section:
     """Compute frames and Jacobians of both arms."""
-    arm, puma = preset("minimover5").arm, Puma()
+    arm, puma = preset("minimover5").arm, PUMA
     five = postures(arm, poses)
     six = [(*q, 0.3) for q in five]
     cases: Cases = {
         "Mini-mover FK, closed form": each(lambda q: forward_frame(q, arm.lengths), five),
-        **_generated("Mini-mover", MiniMover(arm).chain(), five),
+        **_generated("Mini-mover", with_arm(MINI_MOVER, arm).chain(), five),
         **_generated("Puma", puma.chain(), six),
     }
     ours = len(cases)
@@ -130,8 +132,8 @@ def _alike(ours: str, other: str) -> bool:
 
 def puma_inverse(peers: Peers, poses: int = 200, rounds: int = 15) -> Section:
     """Solve frames of a Puma, all eight branches."""
-    puma = Puma()
-    arm, chain = puma.wrist_arm(), puma.chain()
+    puma = PUMA
+    arm, chain = WristArm.of(*puma.sizes), puma.chain()
     fk = generated(chain).fk
     frames = [fk((*q, 0.3)) for q in postures(preset("minimover5").arm, poses)]
     cases: Cases = {"eight branches": each(lambda frame: inverse(frame, arm), frames)}
@@ -147,23 +149,24 @@ def puma_inverse(peers: Peers, poses: int = 200, rounds: int = 15) -> Section:
     )
 
 
-def _opw_case(opw: Any, puma: Puma, poses: int) -> Callable[[], object]:
+def _opw_case(opw: Any, puma: System, poses: int) -> Callable[[], object]:
     """Return py-opw's case: the same lengths, goals of its own postures, made beforehand."""
+    size = puma.lengths()
     model = opw.KinematicModel(
-        a1=puma.a1_mm,
+        a1=size["a1"],
         a2=0.0,
-        b=puma.d2_mm,
-        c1=puma.d1_mm,
-        c2=puma.a2_mm,
-        c3=puma.d4_mm,
-        c4=puma.d6_mm,
+        b=size["d2"],
+        c1=size["d1"],
+        c2=size["a2"],
+        c3=size["d4"],
+        c4=size["d6"],
     )
     robot = opw.Robot(model, degrees=False)
     own = postures(preset("minimover5").arm, poses)
     return each(robot.inverse, [robot.forward(np.array((*q, 0.3))) for q in own])
 
 
-def _eaik_case(puma: Puma, frames: list[Any]) -> Callable[[], object]:
+def _eaik_case(puma: System, frames: list[Any]) -> Callable[[], object]:
     links = puma.chain().links
     robot = importlib.import_module("eaik.IK_DH").DhRobot(
         np.array([link.alpha_rad for link in links]),

@@ -20,7 +20,7 @@ import numpy as np
 from kinematics import FiveAxisArm
 from kinematics.five_axis.closed_form import Angles
 from kinematics.frames.transforms import Transform
-from kinematics.textbook.systems import Puma
+from kinematics.textbook.systems.named import System
 
 QUARTER = math.pi / 2.0
 WHEELS = {
@@ -115,7 +115,7 @@ def toolbox_robot(peers: Peers, arm: FiveAxisArm) -> Any:
     return rtb.DHRobot(links)
 
 
-def toolbox_puma(peers: Peers, puma: Puma) -> Any:
+def toolbox_puma(peers: Peers, puma: System) -> Any:
     """Return the Robotics Toolbox's model of the simplified Puma in m, or None."""
     rtb = peers.get("roboticstoolbox")
     if rtb is None:

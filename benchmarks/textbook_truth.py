@@ -19,10 +19,9 @@ from textbook_peers import START, Peers, solvers
 
 from kinematics import FiveAxisArm, preset
 from kinematics.five_axis.batch import branches_of_frames
-from kinematics.five_axis.closed_form import Angles
-from kinematics.five_axis.frame import ON_MANIFOLD_RAD
+from kinematics.five_axis.closed_form import ON_MANIFOLD_RAD, Angles
 from kinematics.frames.transforms import Transform
-from kinematics.textbook.systems import MiniMover
+from kinematics.textbook.systems.mini_movers import MINI_MOVER, with_arm
 
 NEAR_MM = 0.1
 NEAR_RAD = math.radians(0.1)
@@ -82,7 +81,7 @@ def _count(
 
 def _holds(arm: FiveAxisArm, joints: Angles, goal: Transform) -> bool:
     """Whether a posture's frame, by the product of matrices, is the goal's."""
-    found, wanted = np.array(MiniMover(arm).chain().fk(joints)), np.array(goal)
+    found, wanted = np.array(with_arm(MINI_MOVER, arm).chain().fk(joints)), np.array(goal)
     turn = found[:3, :3].T @ wanted[:3, :3]
     lean = np.linalg.norm(
         [turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]

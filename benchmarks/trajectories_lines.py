@@ -1,4 +1,4 @@
-"""Planning a straight line in many points: inverse kinematics, limits, and a time for each."""
+"""Following a straight line in many points, and timing the corners it is cut into."""
 
 from __future__ import annotations
 
@@ -12,30 +12,28 @@ from textbook_peers import Peers, toolbox_robot
 from trajectories_peers import joint_limits, missing, model, peer
 
 from kinematics import Joints, Pose, line_path, timed
-from kinematics.five_axis.batch_line import LinePlanner
 
 START = Pose.of(x_mm=150.0, y_mm=-100.0, z_mm=150.0, pitch_deg=-60.0)
 GOAL = Pose.of(x_mm=250.0, y_mm=100.0, z_mm=60.0, pitch_deg=-80.0, roll_deg=20.0)
 HELD = Pose.of(x_mm=250.0, y_mm=100.0, z_mm=60.0, pitch_deg=-60.0)
 SIZES = (200, 2000)
-ROUNDS = 300
+ROUNDS = 60
 PEER_ROUNDS = 3
 NEAR = 1e-6
 """How near a peer's solver comes to each point, in m and rad."""
 
 
 def lines() -> Section:
-    """Measure plans of one line at two sizes."""
+    """Measure one line in points at two sizes, and the corners that are enough for the arm."""
     start = model().arm.ik(START)
     rows = []
     for points in SIZES:
-        planner = LinePlanner(model().arm, joint_limits(), points)
         own = {
-            f"pitch held, {points} points": lambda p=planner: p.plan(start, HELD),
-            f"pitch and roll turn, {points} points": lambda p=planner: p.plan(start, GOAL),
+            f"pitch held, {points} points": lambda p=points: followed(start, HELD, p),
+            f"pitch and roll turn, {points} points": lambda p=points: followed(start, GOAL, p),
         }
         taken = interleaved(own, ROUNDS)
-        peers = peer_cases(planner.plan(start, GOAL).joints)
+        peers = peer_cases(np.array(followed(start, GOAL, points)))
         slow = interleaved(peers, PEER_ROUNDS) if peers else {}
         for name, seconds in taken.items():
             times = {
@@ -49,11 +47,17 @@ def lines() -> Section:
                 Row(f"{name}, {points} points", points / median(seconds) / 1e6, "M points/s")
             )
     rows.append(cornered(start))
-    note = (
-        "joints within limits, and times under speeds, accelerations and motor rates; the peers' "
-        "ways end at the joints" + missing("roboticstoolbox", "pinocchio")
-    )
+    note = "joints within limits, on one branch" + missing("roboticstoolbox", "pinocchio")
     return Section("A straight line in many points", tuple(rows), note)
+
+
+def followed(start: Joints, goal: Pose, points: int) -> list[tuple[float, ...]]:
+    """Return the joint angles at evenly spaced points of a line."""
+    line, before, found = model().arm.line(start, goal), start, []
+    for index in range(points):
+        before = line.solve(index / (points - 1), before)
+        found.append(before.angles_rad)
+    return found
 
 
 def cornered(start: Joints) -> Row:

@@ -24,7 +24,7 @@ from wire import Counted
 
 from armdrive.abilities import BITS_A_CHARACTER, Budget
 from armdrive.arm import Arm
-from armdrive.arm.handle import Handle
+from armdrive.arm.connected import Handle
 from armdrive.motion.execute import Moved
 from kinematics import LinePart, Pose
 from kinematics.paths.parts import ArcPart, PathPart

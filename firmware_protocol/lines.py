@@ -4,10 +4,17 @@ from __future__ import annotations
 
 import re
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+E = TypeVar("E")
+"""What a host makes of a line."""
 
 SHOWN_BYTES = 32
 """How much of a dropped line is kept to be shown."""
+MAX_EARLY = 256
+"""How many events from before the last command are kept for a host's owner, the newest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,3 +102,68 @@ class LineSplitter:
             start = entry.start if isinstance(entry, Dropped) else entry[:SHOWN_BYTES]
             reason = f"{self._max_lines} lines were waiting: from here on they are lost"
             self._waiting.append(Dropped(start, reason))
+
+
+class AnswerLines(Generic[E]):
+    """A device's lines as events for a host, which never takes an early one for an answer.
+
+    `read` makes an event of a line, or nothing; it is told whether the line is an early one, which
+    had begun before the command was sent. Lines of nothing but `padding` are skipped.
+    """
+
+    def __init__(
+        self,
+        terminators: bytes,
+        read: Callable[[bytes | Dropped, bool], E | None],
+        *,
+        padding: bytes = b"",
+        max_length: int = 256,
+    ) -> None:
+        self._lines = LineSplitter(terminators, max_length)
+        self._read = read
+        self._padding = padding
+        self._early: deque[E] = deque(maxlen=MAX_EARLY)
+        self._began_early = False
+
+    @property
+    def buffered(self) -> int:
+        """How many received bytes are held."""
+        return self._lines.buffered
+
+    @property
+    def partial(self) -> bytes:
+        """The beginning of a line whose terminator has not come yet; empty if it says nothing."""
+        partial = self._lines.partial
+        return partial if partial.strip(self._padding) else b""
+
+    def feed(self, data: bytes) -> None:
+        """Take bytes, in any portions."""
+        self._lines.feed(data)
+
+    def keep_early(self) -> None:
+        """Read what was received by now: a command that is sent next is not answered by it."""
+        while (event := self._next()) is not None:
+            self._early.append(event)
+
+    def mark_early(self, *, early: bool = True) -> None:
+        """Call the line that has begun an early one, or none."""
+        self._began_early = early and bool(self.partial)
+
+    def next_event(self) -> E | None:
+        """Return the next event, or None when there is none."""
+        return self._early.popleft() if self._early else self._next()
+
+    def discard(self) -> None:
+        """Forget all bytes received and all events not fetched; the next byte begins a line."""
+        self._lines.discard()
+        self._early.clear()
+        self._began_early = False
+
+    def _next(self) -> E | None:
+        while (line := self._lines.next_line()) is not None:
+            early, self._began_early = self._began_early, False
+            if isinstance(line, bytes) and not line.strip(self._padding):
+                continue
+            if (event := self._read(line, early)) is not None:
+                return event
+        return None

@@ -21,14 +21,14 @@ def __getattr__(name: str) -> Any:
     if name == "__all__" or not name.startswith("_"):  # unittest asks all modules for private names
         import kinematics.exports as exports
 
-        if name in exports.__all__:
+        if name in vars(exports):
             return getattr(exports, name)
         import kinematics.textbook.exports as textbook
 
-        if name in textbook.__all__:
+        if name in vars(textbook):
             return getattr(textbook, name)
         if name == "__all__":
-            return [*exports.__all__, *textbook.__all__]
+            return [each for each in (*vars(exports), *vars(textbook)) if not each.startswith("_")]
     raise AttributeError(f"module 'kinematics' has no attribute {name!r}")
 
 

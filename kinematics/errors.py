@@ -9,13 +9,13 @@ KinematicsError            root of the room
 +-- SingularTransmission   motors that cannot tell the joints apart
 +-- UnknownPreset          no preset arm has that key
 +-- UnknownSystem          no system of the textbook has that name
++-- UnknownFrame           no frame of a graph has that name
 +-- OutOfReach             a goal that no posture of a named system meets
 +-- ZeroVector             a direction is asked of a vector that has none
 +-- FlatBasis              three axes that lie in one plane
 +-- NotARotation           a matrix that turns no frame: which property fails, by how much
 +-- NoNearestRotation      several rotations are equally near to a matrix
 +-- NotAUnitQuaternion     a quaternion whose length is not 1
-+-- UnknownFrame           no frame of a graph has that name
 +-- FramesNotConnected     nothing known joins two frames
 +-- FramesDisagree         two routes between the same frames differ
 """
@@ -62,32 +62,26 @@ class Coordinates(Protocol):
     @property
     def x_mm(self) -> float:
         """Position along x."""
-        ...
 
     @property
     def y_mm(self) -> float:
         """Position along y."""
-        ...
 
     @property
     def z_mm(self) -> float:
         """Height above the table."""
-        ...
 
     @property
     def pitch_rad(self) -> float:
         """Elevation of the hand."""
-        ...
 
     @property
     def roll_rad(self) -> float:
         """Turn of the hand about its own axis."""
-        ...
 
     @property
     def yaw_rad(self) -> float | None:
         """Direction of the hand; None where the arm has none."""
-        ...
 
 
 class Constraint(Enum):
@@ -135,8 +129,8 @@ class Unreachable(KinematicsError):
             f"{goal} is out of reach: {reason}; nearest pose that can be reached{held}: {nearest}"
         )
 
-    def instead(self, nearest: Coordinates) -> Unreachable:
-        """Return the same refusal with another nearest pose, one that guards allow as well."""
+    def instead(self, nearest: Coordinates, goal: Coordinates | None = None) -> Unreachable:
+        """Return the same refusal with another nearest pose, and perhaps of another goal."""
         return Unreachable(
             self.reason,
             constraint=self.constraint,
@@ -144,7 +138,7 @@ class Unreachable(KinematicsError):
             value=self.value,
             bound=self.bound,
             unit=self.unit,
-            goal=self.goal,
+            goal=self.goal if goal is None else goal,
             nearest=nearest,
         )
 
@@ -227,8 +221,30 @@ class UnknownPreset(KinematicsError):
     def __init__(self, key: str, keys: Iterable[str], nearest: str | None) -> None:
         self.key = key
         self.nearest = nearest
-        hint = f"; did you mean {nearest!r}?" if nearest else ""
-        super().__init__(f"no preset arm is named {key!r}{hint} (there are {', '.join(keys)})")
+        super().__init__(_none_named("preset arm", key, keys, nearest))
+
+
+class UnknownSystem(KinematicsError):
+    """No system of the textbook has this name; `nearest` is the likeliest meant one, or None."""
+
+    def __init__(self, name: str, names: Iterable[str], nearest: str | None) -> None:
+        self.name = name
+        self.nearest = nearest
+        super().__init__(_none_named("system", name, names, nearest))
+
+
+class UnknownFrame(KinematicsError):
+    """No frame of a graph has this name; `nearest` is the likeliest meant one, or None."""
+
+    def __init__(self, name: str, names: Iterable[str], nearest: str | None) -> None:
+        self.name = name
+        self.nearest = nearest
+        super().__init__(_none_named("frame", name, names, nearest))
+
+
+def _none_named(kind: str, name: str, names: Iterable[str], nearest: str | None) -> str:
+    hint = f"; did you mean {nearest!r}?" if nearest else ""
+    return f"no {kind} is named {name!r}{hint} (there are {', '.join(names)})"
 
 
 class ZeroVector(KinematicsError):
@@ -310,16 +326,6 @@ class NotAUnitQuaternion(KinematicsError):
         )
 
 
-class UnknownFrame(KinematicsError):
-    """No frame of a graph has this name; `nearest` is the likeliest meant one, or None."""
-
-    def __init__(self, name: str, names: Iterable[str], nearest: str | None) -> None:
-        self.name = name
-        self.nearest = nearest
-        hint = f"; did you mean {nearest!r}?" if nearest else ""
-        super().__init__(f"no frame is named {name!r}{hint} (there are {', '.join(names)})")
-
-
 class FramesNotConnected(KinematicsError):
     """Two frames that no known transforms join; `joined` are those joined to the reference."""
 
@@ -346,16 +352,6 @@ class FramesDisagree(KinematicsError):
             f"{gap_mm:.4g} mm and {math.degrees(gap_rad):.4g}°; correct one of them, or give "
             "wider tolerances if they are measured"
         )
-
-
-class UnknownSystem(KinematicsError):
-    """No system of the textbook has this name; `nearest` is the likeliest meant one, or None."""
-
-    def __init__(self, name: str, names: Iterable[str], nearest: str | None) -> None:
-        self.name = name
-        self.nearest = nearest
-        hint = f"; did you mean {nearest!r}?" if nearest else ""
-        super().__init__(f"no system is named {name!r}{hint} (there are {', '.join(names)})")
 
 
 class OutOfReach(KinematicsError):
@@ -415,6 +411,14 @@ def finite(name: str, value: object) -> float:
         raise BadNumber(name, value) from None
     if number - number != 0.0:  # NaN and both infinities differ from themselves
         raise BadNumber(name, value)
+    return number
+
+
+def positive(name: str, value: float) -> float:
+    """Return a finite number above zero, or raise `KinematicsError` or `BadNumber`."""
+    number = finite(name, value)
+    if number <= 0.0:
+        raise KinematicsError(f"{name} must be more than 0, not {number}")
     return number
 
 

@@ -1,287 +1,165 @@
-"""The public names of the mathematics, each from the module that defines it."""
+"""The public names of the mathematics, each from the module that defines it.
 
-from kinematics.chains.arm import ChainArm
-from kinematics.chains.assignment import Assignment, JointAxis, assign_frames
-from kinematics.chains.chain import Chain, JointViolation
-from kinematics.chains.generated import Generated, generated
-from kinematics.chains.goals import Goal, Part, frame_goal, pose_goal
-from kinematics.chains.inverse import (
-    PITCH_FIRST,
-    POSITION_FIRST,
-    Effort,
-    Reason,
-    Solution,
-    solve_frame_ik,
-    solve_goal,
-    solve_pose_ik,
-)
-from kinematics.chains.jacobians import Rates, geometric_jacobian, joint_rates, manipulability
-from kinematics.chains.links import (
-    LINK_TYPES,
-    Convention,
-    DHLink,
-    JointKind,
-    LinkType,
-    a_matrix,
-    link_type,
-)
-from kinematics.chains.singularities import (
-    Condition,
-    NearestSingularity,
-    condition,
-    nearest_singularity,
-)
-from kinematics.chains.tables import chain_of_rows, rows_of, table_text
-from kinematics.chains.urdf import urdf_of_chain
-from kinematics.errors import (
-    BadNumber,
-    Constraint,
-    FlatBasis,
-    FramesDisagree,
-    FramesNotConnected,
-    JointLimit,
-    KinematicsError,
-    NoArc,
-    NoNearestRotation,
-    NotARotation,
-    NotAUnitQuaternion,
-    OutOfReach,
-    PathBroken,
-    RotationFlaw,
-    RotationProperty,
-    SingularTransmission,
-    UnknownFrame,
-    UnknownPreset,
-    UnknownSystem,
-    Unreachable,
-    ZeroVector,
-)
-from kinematics.five_axis.arm import Base, Branch, Elbow, FiveAxisArm
-from kinematics.five_axis.frame import FrameSolution
-from kinematics.five_axis.nearest import Nearest, nearest
-from kinematics.five_axis.singularities import (
-    FiveAxisSingularity,
-    Nearness,
-    five_axis_singularities,
-    nearest_five_axis_singularity,
-    task_jacobian,
-)
-from kinematics.five_axis.workspace import Reach, Section, sampled_reach, section
-from kinematics.frames.graph import FrameGraph, solve_loop
-from kinematics.frames.orientations import (
-    RPY,
-    AxisAngle,
-    Degeneracy,
-    EulerZYZ,
-    OrientationSolution,
-    Quaternion,
-    rotation_vector,
-    solve_axis_angle,
-    solve_euler,
-    solve_quaternion,
-    solve_rpy,
-    turn_between,
-)
-from kinematics.frames.quaternions import nearest_rotation
-from kinematics.frames.rotations import Matrix3, multiply, rot_x, rot_y, rot_z, rotate, transpose
-from kinematics.frames.transforms import (
-    Handedness,
-    Transform,
-    basis_along,
-    change_of_basis,
-    check_rotation,
-    check_transform,
-    compose,
-    handedness,
-    invert,
-    is_rotation,
-    position_of,
-    rotation_of,
-    third_axis,
-    transform,
-    transform_point,
-    transform_vector,
-    translation,
-)
-from kinematics.frames.vectors import Vector, angle_between, cross, dot, norm, unit
-from kinematics.geometry import ArmGeometry
-from kinematics.guards.escape import nearest_allowed
-from kinematics.guards.guards import Guards, GuardViolation
-from kinematics.guards.path import first_violation
-from kinematics.limits import JointRange, LimitViolation
-from kinematics.paths.arcs import arc_path, circle_path
-from kinematics.paths.chords import JointPath, deviation_mm, joint_path, line_path
-from kinematics.paths.motion_limits import MotionLimits
-from kinematics.paths.parts import ArcPart, JointPart, LinePart, PathPart, PosePart
-from kinematics.paths.profiles import Phase, Profile, jerk_limited, trapezoid
-from kinematics.paths.routes import PathSection, Route, route_sections
-from kinematics.paths.timing import Piece, TimedPath, timed
-from kinematics.presets import PRESETS, ArmModel, ArmPreset, Reference, cable_transmission, preset
-from kinematics.spaces import JOINT_NAMES, Joints, Motors, Pose, RollFrame
-from kinematics.transmission import MotorSpec, Transmission
+A name is imported as itself to be public (what type checkers call a re-export): no second list.
+"""
 
-__all__ = [
-    "JOINT_NAMES",
-    "LINK_TYPES",
-    "PITCH_FIRST",
-    "POSITION_FIRST",
-    "PRESETS",
-    "RPY",
-    "ArcPart",
-    "ArmGeometry",
-    "ArmModel",
-    "ArmPreset",
-    "Assignment",
-    "AxisAngle",
-    "BadNumber",
-    "Base",
-    "Branch",
-    "Chain",
-    "ChainArm",
-    "Condition",
-    "Constraint",
-    "Convention",
-    "DHLink",
-    "Degeneracy",
-    "Effort",
-    "Elbow",
-    "EulerZYZ",
-    "FiveAxisArm",
-    "FiveAxisSingularity",
-    "FlatBasis",
-    "FrameGraph",
-    "FrameSolution",
-    "FramesDisagree",
-    "FramesNotConnected",
-    "Generated",
-    "Goal",
-    "GuardViolation",
-    "Guards",
-    "Handedness",
-    "JointAxis",
-    "JointKind",
-    "JointLimit",
-    "JointPart",
-    "JointPath",
-    "JointRange",
-    "JointViolation",
-    "Joints",
-    "KinematicsError",
-    "LimitViolation",
-    "LinePart",
-    "LinkType",
-    "Matrix3",
-    "MotionLimits",
-    "MotorSpec",
-    "Motors",
-    "Nearest",
-    "NearestSingularity",
-    "Nearness",
-    "NoArc",
-    "NoNearestRotation",
-    "NotARotation",
-    "NotAUnitQuaternion",
-    "OrientationSolution",
-    "OutOfReach",
-    "Part",
-    "PathBroken",
-    "PathPart",
-    "PathSection",
-    "Phase",
-    "Piece",
-    "Pose",
-    "PosePart",
-    "Profile",
-    "Quaternion",
-    "Rates",
-    "Reach",
-    "Reason",
-    "Reference",
-    "RollFrame",
-    "RotationFlaw",
-    "RotationProperty",
-    "Route",
-    "Section",
-    "SingularTransmission",
-    "Solution",
-    "TimedPath",
-    "Transform",
-    "Transmission",
-    "UnknownFrame",
-    "UnknownPreset",
-    "UnknownSystem",
-    "Unreachable",
-    "Vector",
-    "ZeroVector",
-    "a_matrix",
-    "angle_between",
-    "arc_path",
-    "assign_frames",
-    "basis_along",
-    "cable_transmission",
-    "chain_of_rows",
-    "change_of_basis",
-    "check_rotation",
-    "check_transform",
-    "circle_path",
-    "compose",
-    "condition",
-    "cross",
-    "deviation_mm",
-    "dot",
-    "first_violation",
-    "five_axis_singularities",
-    "frame_goal",
-    "generated",
-    "geometric_jacobian",
-    "handedness",
-    "invert",
-    "is_rotation",
-    "jerk_limited",
-    "joint_path",
-    "joint_rates",
-    "line_path",
-    "link_type",
-    "manipulability",
-    "multiply",
-    "nearest",
-    "nearest_allowed",
-    "nearest_five_axis_singularity",
-    "nearest_rotation",
-    "nearest_singularity",
-    "norm",
-    "pose_goal",
-    "position_of",
-    "preset",
-    "rot_x",
-    "rot_y",
-    "rot_z",
-    "rotate",
-    "rotation_of",
-    "rotation_vector",
-    "route_sections",
-    "rows_of",
-    "sampled_reach",
-    "section",
-    "solve_axis_angle",
-    "solve_euler",
-    "solve_frame_ik",
-    "solve_goal",
-    "solve_loop",
-    "solve_pose_ik",
-    "solve_quaternion",
-    "solve_rpy",
-    "table_text",
-    "task_jacobian",
-    "third_axis",
-    "timed",
-    "transform",
-    "transform_point",
-    "transform_vector",
-    "translation",
-    "transpose",
-    "trapezoid",
-    "turn_between",
-    "unit",
-    "urdf_of_chain",
-]
+from kinematics.chains.arm import ChainArm as ChainArm
+from kinematics.chains.assignment import Assignment as Assignment
+from kinematics.chains.assignment import JointAxis as JointAxis
+from kinematics.chains.assignment import assign_frames as assign_frames
+from kinematics.chains.chain import Chain as Chain
+from kinematics.chains.chain import JointViolation as JointViolation
+from kinematics.chains.generated import Generated as Generated
+from kinematics.chains.generated import generated as generated
+from kinematics.chains.goals import Goal as Goal
+from kinematics.chains.goals import Part as Part
+from kinematics.chains.goals import frame_goal as frame_goal
+from kinematics.chains.goals import pose_goal as pose_goal
+from kinematics.chains.inverse import PITCH_FIRST as PITCH_FIRST
+from kinematics.chains.inverse import POSITION_FIRST as POSITION_FIRST
+from kinematics.chains.inverse import Effort as Effort
+from kinematics.chains.inverse import Reason as Reason
+from kinematics.chains.inverse import Solution as Solution
+from kinematics.chains.inverse import solve_frame_ik as solve_frame_ik
+from kinematics.chains.inverse import solve_goal as solve_goal
+from kinematics.chains.inverse import solve_pose_ik as solve_pose_ik
+from kinematics.chains.jacobians import Condition as Condition
+from kinematics.chains.jacobians import NearestSingularity as NearestSingularity
+from kinematics.chains.jacobians import Rates as Rates
+from kinematics.chains.jacobians import condition as condition
+from kinematics.chains.jacobians import geometric_jacobian as geometric_jacobian
+from kinematics.chains.jacobians import joint_rates as joint_rates
+from kinematics.chains.jacobians import manipulability as manipulability
+from kinematics.chains.jacobians import nearest_singularity as nearest_singularity
+from kinematics.chains.links import LINK_TYPES as LINK_TYPES
+from kinematics.chains.links import Convention as Convention
+from kinematics.chains.links import DHLink as DHLink
+from kinematics.chains.links import JointKind as JointKind
+from kinematics.chains.links import LinkType as LinkType
+from kinematics.chains.links import a_matrix as a_matrix
+from kinematics.chains.links import link_type as link_type
+from kinematics.chains.tables import chain_of_rows as chain_of_rows
+from kinematics.chains.tables import rows_of as rows_of
+from kinematics.chains.tables import table_text as table_text
+from kinematics.chains.urdf import urdf_of_chain as urdf_of_chain
+from kinematics.errors import BadNumber as BadNumber
+from kinematics.errors import Constraint as Constraint
+from kinematics.errors import FlatBasis as FlatBasis
+from kinematics.errors import FramesDisagree as FramesDisagree
+from kinematics.errors import FramesNotConnected as FramesNotConnected
+from kinematics.errors import JointLimit as JointLimit
+from kinematics.errors import KinematicsError as KinematicsError
+from kinematics.errors import NoArc as NoArc
+from kinematics.errors import NoNearestRotation as NoNearestRotation
+from kinematics.errors import NotARotation as NotARotation
+from kinematics.errors import NotAUnitQuaternion as NotAUnitQuaternion
+from kinematics.errors import OutOfReach as OutOfReach
+from kinematics.errors import PathBroken as PathBroken
+from kinematics.errors import RotationFlaw as RotationFlaw
+from kinematics.errors import RotationProperty as RotationProperty
+from kinematics.errors import SingularTransmission as SingularTransmission
+from kinematics.errors import UnknownFrame as UnknownFrame
+from kinematics.errors import UnknownPreset as UnknownPreset
+from kinematics.errors import UnknownSystem as UnknownSystem
+from kinematics.errors import Unreachable as Unreachable
+from kinematics.errors import ZeroVector as ZeroVector
+from kinematics.five_axis.arm import Base as Base
+from kinematics.five_axis.arm import Branch as Branch
+from kinematics.five_axis.arm import Elbow as Elbow
+from kinematics.five_axis.arm import FiveAxisArm as FiveAxisArm
+from kinematics.five_axis.closed_form import FrameSolution as FrameSolution
+from kinematics.five_axis.nearest import Nearest as Nearest
+from kinematics.five_axis.nearest import nearest as nearest
+from kinematics.five_axis.rates import FiveAxisSingularity as FiveAxisSingularity
+from kinematics.five_axis.rates import Nearness as Nearness
+from kinematics.five_axis.rates import five_axis_singularities as five_axis_singularities
+from kinematics.five_axis.rates import task_jacobian as task_jacobian
+from kinematics.five_axis.workspace import Reach as Reach
+from kinematics.five_axis.workspace import Section as Section
+from kinematics.five_axis.workspace import sampled_reach as sampled_reach
+from kinematics.five_axis.workspace import section as section
+from kinematics.frames.graph import FrameGraph as FrameGraph
+from kinematics.frames.graph import solve_loop as solve_loop
+from kinematics.frames.orientations import RPY as RPY
+from kinematics.frames.orientations import AxisAngle as AxisAngle
+from kinematics.frames.orientations import Degeneracy as Degeneracy
+from kinematics.frames.orientations import EulerZYZ as EulerZYZ
+from kinematics.frames.orientations import OrientationSolution as OrientationSolution
+from kinematics.frames.orientations import Quaternion as Quaternion
+from kinematics.frames.orientations import nearest_rotation as nearest_rotation
+from kinematics.frames.orientations import rotation_vector as rotation_vector
+from kinematics.frames.orientations import solve_axis_angle as solve_axis_angle
+from kinematics.frames.orientations import solve_euler as solve_euler
+from kinematics.frames.orientations import solve_quaternion as solve_quaternion
+from kinematics.frames.orientations import solve_rpy as solve_rpy
+from kinematics.frames.orientations import turn_between as turn_between
+from kinematics.frames.rotations import Matrix3 as Matrix3
+from kinematics.frames.rotations import multiply as multiply
+from kinematics.frames.rotations import rot_x as rot_x
+from kinematics.frames.rotations import rot_y as rot_y
+from kinematics.frames.rotations import rot_z as rot_z
+from kinematics.frames.rotations import rotate as rotate
+from kinematics.frames.rotations import transpose as transpose
+from kinematics.frames.transforms import Handedness as Handedness
+from kinematics.frames.transforms import Transform as Transform
+from kinematics.frames.transforms import basis_along as basis_along
+from kinematics.frames.transforms import change_of_basis as change_of_basis
+from kinematics.frames.transforms import check_rotation as check_rotation
+from kinematics.frames.transforms import check_transform as check_transform
+from kinematics.frames.transforms import compose as compose
+from kinematics.frames.transforms import handedness as handedness
+from kinematics.frames.transforms import invert as invert
+from kinematics.frames.transforms import is_rotation as is_rotation
+from kinematics.frames.transforms import position_of as position_of
+from kinematics.frames.transforms import rotation_of as rotation_of
+from kinematics.frames.transforms import third_axis as third_axis
+from kinematics.frames.transforms import transform as transform
+from kinematics.frames.transforms import transform_point as transform_point
+from kinematics.frames.transforms import transform_vector as transform_vector
+from kinematics.frames.transforms import translation as translation
+from kinematics.frames.vectors import Vector as Vector
+from kinematics.frames.vectors import angle_between as angle_between
+from kinematics.frames.vectors import cross as cross
+from kinematics.frames.vectors import dot as dot
+from kinematics.frames.vectors import norm as norm
+from kinematics.frames.vectors import unit as unit
+from kinematics.geometry import ArmGeometry as ArmGeometry
+from kinematics.guards.escape import nearest_allowed as nearest_allowed
+from kinematics.guards.guards import Guards as Guards
+from kinematics.guards.guards import GuardViolation as GuardViolation
+from kinematics.guards.path import first_violation as first_violation
+from kinematics.limits import JointRange as JointRange
+from kinematics.limits import LimitViolation as LimitViolation
+from kinematics.paths.chords import JointPath as JointPath
+from kinematics.paths.chords import arc_path as arc_path
+from kinematics.paths.chords import circle_path as circle_path
+from kinematics.paths.chords import line_path as line_path
+from kinematics.paths.parts import ArcPart as ArcPart
+from kinematics.paths.parts import JointPart as JointPart
+from kinematics.paths.parts import LinePart as LinePart
+from kinematics.paths.parts import PathPart as PathPart
+from kinematics.paths.parts import PosePart as PosePart
+from kinematics.paths.profiles import Phase as Phase
+from kinematics.paths.profiles import Profile as Profile
+from kinematics.paths.profiles import jerk_limited as jerk_limited
+from kinematics.paths.profiles import trapezoid as trapezoid
+from kinematics.paths.routes import PathSection as PathSection
+from kinematics.paths.routes import Route as Route
+from kinematics.paths.routes import route_sections as route_sections
+from kinematics.paths.timing import MotionLimits as MotionLimits
+from kinematics.paths.timing import Piece as Piece
+from kinematics.paths.timing import TimedPath as TimedPath
+from kinematics.paths.timing import timed as timed
+from kinematics.presets import PRESETS as PRESETS
+from kinematics.presets import ArmModel as ArmModel
+from kinematics.presets import ArmPreset as ArmPreset
+from kinematics.presets import Reference as Reference
+from kinematics.presets import cable_transmission as cable_transmission
+from kinematics.presets import preset as preset
+from kinematics.spaces import JOINT_NAMES as JOINT_NAMES
+from kinematics.spaces import Joints as Joints
+from kinematics.spaces import Motors as Motors
+from kinematics.spaces import Pose as Pose
+from kinematics.spaces import RollFrame as RollFrame
+from kinematics.transmission import MotorSpec as MotorSpec
+from kinematics.transmission import Transmission as Transmission

@@ -6,8 +6,10 @@ Units: mm and rad. Paths, guards, the driver and the simulator know an arm by th
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, fields
 from typing import Protocol
 
+from kinematics.errors import KinematicsError, finite
 from kinematics.frames.rotations import Matrix3
 from kinematics.limits import JointRange, LimitViolation
 from kinematics.spaces import Joints, Pose
@@ -28,28 +30,22 @@ class Follower(Protocol):
     @property
     def posture(self) -> str:
         """The posture in words; empty where the arm's build gives no names to its postures."""
-        ...
 
     @property
     def first(self) -> Hand:
         """How the hand is held where the following begins."""
-        ...
 
     def hand(self, pose: Pose, near: Hand) -> Hand:
         """Return how a pose holds the hand, by the shorter way round from another hand."""
-        ...
 
     def between(self, a: Hand, b: Hand, share: float) -> Hand:
         """Return the hand at a share (0 to 1) of the turn from one to another."""
-        ...
 
     def pose(self, tip: Point, hand: Hand) -> Pose:
         """Return the pose of a tip and a hand."""
-        ...
 
     def solve(self, tip: Point, hand: Hand, before: Joints) -> Joints:
         """Return the posture for a tip and a hand, near the one before; raises `NotFollowed`."""
-        ...
 
 
 class Curve(Protocol):
@@ -58,33 +54,26 @@ class Curve(Protocol):
     @property
     def shape(self) -> str:
         """What it is, in words: a straight line, an arc."""
-        ...
 
     @property
     def straight(self) -> bool:
         """Whether every joint turns in proportion along it, so that its ends say all of it."""
-        ...
 
     @property
     def least_chords(self) -> int:
         """How many equal shares it is cut into before anything is looked at."""
-        ...
 
     def pose(self, fraction: float) -> Pose:
         """Return the curve's pose at a fraction (0 to 1) of its way."""
-        ...
 
     def tip(self, fraction: float) -> Point:
         """Return the point of the curve at a fraction of its way."""
-        ...
 
     def solve(self, fraction: float, before: Joints) -> Joints:
         """Return the posture at a fraction, near the one before; raises `PathBroken`."""
-        ...
 
     def leap(self, before: Joints, reached: Joints) -> str | None:
         """Say why no single joint motion may lead from one posture to the next, if none may."""
-        ...
 
 
 class StraightLine(Curve, Protocol):
@@ -93,7 +82,6 @@ class StraightLine(Curve, Protocol):
     @property
     def follower(self) -> Follower:
         """What keeps the posture in which the line begins."""
-        ...
 
 
 class ArmGeometry(Protocol):
@@ -107,79 +95,98 @@ class ArmGeometry(Protocol):
     @property
     def limits(self) -> tuple[JointRange, ...]:
         """The range of each joint."""
-        ...
 
     @property
     def joint_names(self) -> tuple[str, ...]:
         """The joints from the table to the hand."""
-        ...
 
     @property
     def has_yaw(self) -> bool:
         """Whether poses of this arm have a yaw."""
-        ...
 
     @property
     def moving_points(self) -> tuple[str, ...]:
         """Names of the last of `points`, those that move, the tip at the end."""
-        ...
 
     @property
     def meaning(self) -> Hashable:
         """The numbers that give joint angles their meaning, as a value with a stable `repr`."""
-        ...
 
     def fk(self, joints: Joints) -> Pose:
         """Return the pose of a posture."""
-        ...
 
     def ik(self, pose: Pose, seed: Joints | None = None) -> Joints:
         """Return a posture for a pose; raises `Unreachable`."""
-        ...
 
     def ik_near(self, pose: Pose, seed: Joints) -> Joints:
         """Return the posture a small step from the seed, quickly; raises `Unreachable`."""
-        ...
 
     def solve(self, pose: Pose, seed: Joints | None = None) -> Joints | None:
         """Return what `ik` does, or None without reasons."""
-        ...
 
     def solve_near(self, pose: Pose, seed: Joints) -> Joints | None:
         """Return a posture a small step from the seed, quickly, or None without reasons."""
-        ...
 
     def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:
         """Return a pose in reach near this one."""
-        ...
 
     def points(self, joints: Joints) -> tuple[Point, ...]:
         """Return points of the arm from the table to the tip."""
-        ...
 
     def violations(self, joints: Joints) -> tuple[LimitViolation, ...]:
         """Return the limits that a posture breaks."""
-        ...
 
     def check(self, joints: Joints) -> None:
         """Raise `JointLimit` for the joint that passes its limit furthest, if any does."""
-        ...
 
     def hand_axes(self, joints: Joints) -> Matrix3:
         """Return the hand's up, side and along as the columns of a matrix in the base frame."""
-        ...
 
     def line(self, start: Joints, goal: Pose) -> StraightLine:
         """Return the straight line from a posture to a pose."""
-        ...
 
     def travel_bound_mm(self, changes_rad: Sequence[float]) -> float:
         """Return a distance that no point exceeds while the joints turn by this in proportion."""
-        ...
 
     def levers_mm(self, joints: Joints | None) -> tuple[float, ...]:
         """Return each joint axis's distance from the tip; of no posture, the most there can be.
 
         0 where turning the joint never moves the tip, whatever the others do.
         """
-        ...
+
+
+# A tool in the fingers: where its point is, seen from the finger tips.
+#
+# Lengths in mm, along the axes of the hand's frame (`closed_form`): `along` the hand, away from
+# the wrist; `up` from the hand's back where the roll is zero; `side` completes a right-handed
+# frame
+# of up, side, along: for a hand that points outwards it is to the right.
+
+LONGEST_MM = 1000.0
+
+
+@dataclass(frozen=True, slots=True)
+class Tool:
+    """The tool centre point, seen from the finger tips; no lengths are no tool.
+
+    `radius_mm` is how thick it is, for the guards that look at links.
+    """
+
+    along_mm: float = 0.0
+    up_mm: float = 0.0
+    side_mm: float = 0.0
+    radius_mm: float = 0.0
+
+    def __post_init__(self) -> None:
+        for each in fields(self):
+            value = finite(f"tool.{each.name}", getattr(self, each.name))
+            if abs(value) > LONGEST_MM:
+                raise KinematicsError(
+                    f"tool.{each.name} is within {LONGEST_MM:g} mm either way, not {value:g}"
+                )
+            object.__setattr__(self, each.name, value)
+        if self.radius_mm < 0.0:
+            raise KinematicsError(f"tool.radius_mm is 0 or more, not {self.radius_mm:g}")
+
+    def __bool__(self) -> bool:
+        return any((self.along_mm, self.up_mm, self.side_mm))

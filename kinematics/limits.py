@@ -6,10 +6,10 @@ All angles in rad.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from kinematics.errors import KinematicsError, finite
+from kinematics.errors import JointLimit, KinematicsError, finite
 
 LIMIT_TOLERANCE_RAD = 1e-7
 """How far beyond a limit an angle may lie and still be taken for the limit itself.
@@ -69,6 +69,13 @@ class LimitViolation:
     def excess_rad(self) -> float:
         """How far beyond the limit."""
         return abs(self.value_rad - self.bound_rad)
+
+
+def refuse_worst(broken: Sequence[LimitViolation]) -> None:
+    """Raise `JointLimit` for the joint that passes its limit furthest, if any does."""
+    if broken:
+        worst = max(broken, key=lambda violation: violation.excess_rad)
+        raise JointLimit(worst.joint, worst.value_rad, worst.bound_rad)
 
 
 def wrap(angle: float) -> float:

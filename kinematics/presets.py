@@ -140,37 +140,44 @@ _MINIMOVER = replace(
 )
 
 
-def _drives_on_shafts(per_turn: int, per_mm: float) -> Transmission:
-    """Return the mechanics with drives on the motors' shafts: their counts a turn, and per mm."""
+def _drives_on_shafts(
+    *, key: str, title: str, drive: str, steps: str, unit: str, per_turn: int, per_mm: int
+) -> ArmPreset:
+    """Return a template of the mechanics with a drive on each motor's shaft, for its counts."""
     gears = {"base": 50, "shoulder": 50, "elbow": 40, "wrist": 20}
     per_rad = {name: gear * per_turn / math.tau for name, gear in gears.items()}
-    return cable_transmission(**per_rad, gripper=per_mm)
+    return replace(
+        _MINIMOVER,
+        key=key,
+        title=title,
+        transmission=cable_transmission(**per_rad, gripper=float(per_mm)),
+        grip_steps_per_n=_GRIP_STEPS_PER_N * per_mm / (371 / MM_PER_INCH),
+        verified=False,
+        notes=f"A template: the Mini-mover's mechanics with a {drive} drive on each motor's shaft, "
+        f"its steps the {steps}. Nobody sells it: gears of 50, 50, 40 and 20 to 1 and the "
+        f"gripper's {per_mm} {unit} per mm stand in for those of your arm; limits, speeds and the "
+        "reference posture are the Mini-mover's.",
+    )
 
 
-_MINIMOVER_MKS = replace(
-    _MINIMOVER,
+_MINIMOVER_MKS = _drives_on_shafts(
     key="minimover5-mks",
     title="Mini-mover on MKS drives",
-    transmission=_drives_on_shafts(16384, 2400.0),
-    grip_steps_per_n=_GRIP_STEPS_PER_N * 2400.0 / (371 / MM_PER_INCH),
-    verified=False,
-    notes="A template: the Mini-mover's mechanics with a closed-loop drive on each motor's shaft, "
-    "its steps the counts of their encoders. Nobody sells it: gears of 50, 50, 40 and 20 to 1 and "
-    "the gripper's 2400 counts per mm stand in for those of your arm; limits, speeds and the "
-    "reference posture are the Mini-mover's.",
+    drive="closed-loop",
+    steps="counts of their encoders",
+    unit="counts",
+    per_turn=16384,
+    per_mm=2400,
 )
 
-_MINIMOVER_CIA402 = replace(
-    _MINIMOVER,
+_MINIMOVER_CIA402 = _drives_on_shafts(
     key="minimover5-cia402",
     title="Mini-mover on CiA 402 drives",
-    transmission=_drives_on_shafts(10_000, 1500.0),
-    grip_steps_per_n=_GRIP_STEPS_PER_N * 1500.0 / (371 / MM_PER_INCH),
-    verified=False,
-    notes="A template: the Mini-mover's mechanics with a CANopen drive on each motor's shaft, its "
-    "steps the increments in which the drives count, 10,000 a turn. Nobody sells it: gears of 50, "
-    "50, 40 and 20 to 1 and the gripper's 1500 increments per mm stand in for those of your arm; "
-    "limits, speeds and the reference posture are the Mini-mover's.",
+    drive="CANopen",
+    steps="increments in which the drives count, 10,000 a turn",
+    unit="increments",
+    per_turn=10_000,
+    per_mm=1500,
 )
 
 _ALPHA2 = replace(

@@ -24,11 +24,10 @@ EXAMPLE = "shown to a person as an example of what to type"
 
 EXCEPTIONS: Mapping[str, str] = {
     "armdrive/cli/learn/arguments.py": PRESET,
-    "armdrive/cli/set_up/arguments.py": EXAMPLE,
     "armdrive/config/arm.py": EXAMPLE,
     "armdrive/setup/findings.py": WORDS,
     "armdrive/setup/templates.py": "templates are presets of whole arms, each with its controller",
-    "armdrive/setup/trial.py": WORDS,
+    "armdrive/setup/commissioning.py": WORDS,
     "armdrive/sim/world/arm.py": PRESET,
     "armdrive/testing/plugin.py": EXAMPLE,
     "tui/setup/screen.py": EXAMPLE,

@@ -11,10 +11,12 @@ import pytest
 
 from armdrive.config import arm as armfile
 from armdrive.config import sections as armsections
+from armdrive.config.write import MEANINGS
 from armdrive.dialects.teachmover.controller import TeachMoverSettings
 from armdrive.registry.arm_files import parse_arm
+from armdrive.text.toml import rule_of
 from kinematics import preset
-from kinematics.tool import Tool
+from kinematics.geometry import Tool
 
 DOCS = Path(__file__).parent.parent / "docs"
 ROOT = DOCS.parent
@@ -29,7 +31,7 @@ def shown_arm_file():
 
 def test_the_shown_arm_file_lists_every_key():
     shown = shown_arm_file()
-    assert {*armfile._TOP_KEYS, "teachmover"} - {"homing"} == set(shown)
+    assert {*armfile.PRESET_KEYS, "teachmover"} - {"homing"} == set(shown)
     for name, section in {
         "connection": armsections.Connection,
         "motion": armsections.MotionSettings,
@@ -40,6 +42,37 @@ def test_the_shown_arm_file_lists_every_key():
         "tool": Tool,
     }.items():
         assert set(shown[name]) == {field.name for field in dataclasses.fields(section)}, name
+
+
+def meanings():
+    """Return what the schema says of each section and key that the page has to comment."""
+    for name, section in {
+        "connection": armsections.Connection,
+        "motion": armsections.MotionSettings,
+        "gripper": armsections.GripperSettings,
+    }.items():
+        for key in dataclasses.fields(section):
+            yield name, key.name, rule_of(key).help
+    yield from (("guards", key, MEANINGS[key]) for key in shown_arm_file()["guards"])
+    for name, value in shown_arm_file().items():
+        if name in MEANINGS:
+            yield (
+                (name, "", MEANINGS[name])
+                if isinstance(value, dict)
+                else ("", name, MEANINGS[name])
+            )
+
+
+@pytest.mark.parametrize(("section", "key", "words"), meanings())
+def test_the_comments_of_the_shown_arm_file_are_those_of_the_schema(section, key, words):
+    text = (DOCS / "arm-file.md").read_text(encoding="utf-8")
+    shown = f"\n\n{re.search(r'```toml(.*?)```', text, re.DOTALL)[1]}"
+    blocks = [
+        block for block in shown.split("\n\n") if block.lstrip("\n").startswith(f"[{section}]")
+    ]
+    (block,) = blocks if section else [shown]
+    (line,) = re.findall(rf"(?m)^{key} = .*$" if key else rf"(?m)^\[{section}\].*$", block)
+    assert line.partition("# ")[2] == words
 
 
 def test_the_shown_frame_has_every_key():
@@ -92,7 +125,7 @@ MODULES = {
 }
 """Every module of the project, by its path from any folder above it."""
 
-MADE_UP = {"dialects/NAME/entry.py", "stack.py"}
+MADE_UP = {"stack.py"}
 """Files that a reader has or makes."""
 
 

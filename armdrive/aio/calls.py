@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 import functools
+import inspect
 from collections.abc import Callable, Coroutine, Generator
 from dataclasses import replace
 from types import TracebackType
-from typing import Any, Concatenate, Generic, ParamSpec, Protocol, Self, TypeVar
+from typing import Any, Generic, Protocol, Self, TypeVar
 
 from armdrive.aio.loop import loop_context
 from armdrive.arm import Arm, anybody, connected
-from armdrive.arm.handle import Handle, finished
-from armdrive.blocking import coroutine_of
+from armdrive.arm.connected import Handle
+from armdrive.blocking import coroutine_of, waiting_part
 from armdrive.connect.parts import ConnectOptions
 from armdrive.connect.target import SIM, simulation_forced
 from armdrive.errors.arguments import BASIC, checked_calls
-from armdrive.runtime.drive import PaceChoice
+from armdrive.runtime.clock import PaceChoice
 
-P = ParamSpec("P")
 R = TypeVar("R")
 S = TypeVar("S", covariant=True)
+C = TypeVar("C", bound=type)
 T_co = TypeVar("T_co", covariant=True)
 
 
@@ -68,54 +69,72 @@ class AsyncCalls(Generic[S]):
         """Run a call; cancelling it stops the arm."""
         return await loop_context().carry(call, self._arm)
 
-    async def _begin(self, start: Callable[[], Handle[R]], wait: bool) -> R | AsyncHandle[R]:
-        """Begin a motion, and with `wait` also wait for its end."""
-        if wait:
-            return await self.carry(_run_to_its_end(start))
-        return AsyncHandle(await self.carry(coroutine_of(start)()), self.carry)
+
+# The twin of each call follows from how the call is written.
+
+AT_ONCE = frozenset(
+    (
+        "estop", "hold", "log", "nudge", "pause", "pose_in", "reference_request", "release",
+        "request_stop", "resume",
+    )
+)  # fmt: skip
+"""Calls that never wait: their twins are not awaited."""
+
+LONG = frozenset(("preview", "save_recording", "start"))
+"""Calls that never wait for an arm, but compute or write for long: their twins are awaited."""
 
 
-async def _run_to_its_end(start: Callable[[], Handle[R]]) -> R:
-    return await finished(start())
+def twin_of(kind: type) -> Callable[[C], C]:
+    """Give a class the twin of each public call and property of another that it has not itself.
+
+    A call that waits for the arm is awaited. Raises `LookupError` for a call of which nothing here
+    tells whether it is.
+    """
+
+    def decorate(twin: C) -> C:
+        for name, found in vars(kind).items():
+            if name.startswith("_") or hasattr(twin, name):
+                continue
+            if isinstance(found, property):
+                setattr(twin, name, _same_property(name, found))
+            elif inspect.isfunction(found):
+                setattr(twin, name, _twin_call(found))
+        return twin
+
+    return decorate
 
 
-def awaited(
-    method: Callable[Concatenate[S, P], R],
-) -> Callable[Concatenate[AsyncCalls[S], P], Coroutine[Any, Any, R]]:
-    """Make the twin of a call that waits for the arm, or takes long to compute."""
+def _same_property(name: str, found: property) -> property:
+    def get(self: AsyncCalls[Any]) -> Any:
+        return getattr(self.sync, name)
+
+    def put(self: AsyncCalls[Any], value: object) -> None:
+        setattr(self.sync, name, value)
+
+    return property(get, put if found.fset else None, doc=found.__doc__)
+
+
+def _twin_call(method: Callable[..., Any]) -> Callable[..., Any]:
+    if method.__name__ in AT_ONCE:
+
+        @functools.wraps(method)
+        def at_once(self: AsyncCalls[Any], /, *words: Any, **named: Any) -> Any:
+            return method(self.sync, *words, **named)
+
+        return at_once
+
+    if method.__name__ not in LONG and waiting_part(method) is None:
+        raise LookupError(
+            f"{method.__name__}: make it `blocking`, or say in AT_ONCE or LONG how long it takes"
+        )
     function = coroutine_of(method)
 
     @functools.wraps(method)
-    async def call(self: AsyncCalls[S], /, *words: P.args, **named: P.kwargs) -> R:
-        return await self.carry(function(self.sync, *words, **named))
+    async def awaited(self: AsyncCalls[Any], /, *words: Any, **named: Any) -> Any:
+        result = await self.carry(function(self.sync, *words, **named))
+        return AsyncHandle(result, self.carry) if isinstance(result, Handle) else result
 
-    return call
-
-
-def begun(
-    method: Callable[Concatenate[S, P], Handle[R]],
-) -> Callable[Concatenate[AsyncCalls[S], P], Coroutine[Any, Any, AsyncHandle[R]]]:
-    """Make the twin of a call that begins a motion and returns its handle."""
-    function = coroutine_of(method)
-
-    @functools.wraps(method)
-    async def call(self: AsyncCalls[S], /, *words: P.args, **named: P.kwargs) -> AsyncHandle[R]:
-        handle = await self.carry(function(self.sync, *words, **named))
-        return AsyncHandle(handle, self.carry)
-
-    return call
-
-
-def at_once(
-    method: Callable[Concatenate[S, P], R],
-) -> Callable[Concatenate[AsyncCalls[S], P], R]:
-    """Make the twin of a call that never waits: it is the same call, and is not awaited."""
-
-    @functools.wraps(method)
-    def call(self: AsyncCalls[S], /, *words: P.args, **named: P.kwargs) -> R:
-        return method(self.sync, *words, **named)
-
-    return call
+    return awaited
 
 
 # How an arm is connected, and closed.

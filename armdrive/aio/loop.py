@@ -12,8 +12,13 @@ from typing import Any, Generic, TypeVar
 
 from armdrive.arm import Arm
 from armdrive.blocking import Wait, coroutine_of, has_ended, resume, run_blocking
-from armdrive.runtime.clock import ClockProgress, SignalsBetweenSteps, SimulatedClock
-from armdrive.runtime.drive import RealPace, SimulatedPace
+from armdrive.runtime.clock import (
+    ClockProgress,
+    RealPace,
+    SignalsBetweenSteps,
+    SimulatedClock,
+    SimulatedPace,
+)
 
 R = TypeVar("R")
 

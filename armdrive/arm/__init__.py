@@ -13,14 +13,11 @@ from typing import TYPE_CHECKING, Any, Literal, Self, Unpack, overload
 
 from armdrive.abilities import Abilities
 from armdrive.arm.arguments import RULES
-from armdrive.arm.connected import Connection, Recording, StatusView
+from armdrive.arm.connected import Connection, Handle, Recording, finished
+from armdrive.arm.device import InputsOutputs, Lines, PendantMemory
 from armdrive.arm.gripper import Gripper
-from armdrive.arm.handle import Handle, finished
-from armdrive.arm.inputs_outputs import InputsOutputs
 from armdrive.arm.jogging import Jogging
-from armdrive.arm.moving import Moving
-from armdrive.arm.pendant import PendantMemory
-from armdrive.arm.places import Place, Places, move_to_place
+from armdrive.arm.moving import Moving, Place, Places, move_to_place
 from armdrive.arm.reference import Accept, Referencing, Told, unheard
 from armdrive.blocking import Wait, blocking, coroutine_of, run_blocking
 from armdrive.connect.control_socket import serve
@@ -29,13 +26,14 @@ from armdrive.dialog.operator import Operator, PostureRequest
 from armdrive.errors.arguments import checked_calls
 from armdrive.motion import device as device_tasks
 from armdrive.motion import reference as reference_tasks
+from armdrive.motion.device import RowTold
 from armdrive.motion.execute import Moved
 from armdrive.motion.frames import frame_names, pose_in_frame
 from armdrive.motion.gripper import Grasped
 from armdrive.motion.jog.session import Jogged
+from armdrive.motion.plan import SpeedLimits
 from armdrive.motion.preview import Preview
-from armdrive.motion.segments import SpeedLimits
-from armdrive.motion.verify import Verified
+from armdrive.motion.reference import Verified
 from armdrive.moves import (
     BASE_FRAME,
     Angles,
@@ -57,9 +55,8 @@ from armdrive.moves import (
     by_name,
     jog_axes,
 )
-from armdrive.runtime.diagnostics import EMERGENCY_STOP
-from armdrive.runtime.drive import PaceChoice
-from armdrive.runtime.io_lines import Lines
+from armdrive.runtime.arm_state import EMERGENCY_STOP
+from armdrive.runtime.clock import PaceChoice
 from armdrive.runtime.states import Event, after
 from armdrive.status import State, Status
 from armdrive.storage.point_file import Points
@@ -100,13 +97,12 @@ class Arm:
         self.logbook = parts.logbook
         self.connection = Connection(parts)
         self._parts = parts
-        self._view = StatusView(parts)
-        self.places = Places(parts, self._view)
-        self._jogging = Jogging(parts, self._view)
-        self.moving = Moving(parts, self._view, self.places, self._jogging)
-        self.referencing = Referencing(self, parts, self._view, self.moving)
+        self.places = Places(parts)
+        self._jogging = Jogging(parts)
+        self.moving = Moving(parts, self.places, self._jogging)
+        self.referencing = Referencing(self, parts, self.moving)
         self._lines = InputsOutputs(parts)
-        self._gripper = Gripper(self, parts, self._view)
+        self._gripper = Gripper(self, parts)
         if parts.lock is not None:
             serve(parts.lock, self)
 
@@ -325,7 +321,8 @@ class Arm:
         wait: Literal[False],
         **joints_deg: Unpack[JointAngles],
     ) -> Handle[Moved]: ...
-    def move_j(
+    @blocking
+    async def move_j(
         self,
         angles_deg: Angles | None = None,
         /,
@@ -339,7 +336,7 @@ class Arm:
         Joints that a model file names otherwise are given in a mapping, `{"turret_deg": 30}`.
         Straight in joint space. With `wait=False` a `Handle` is returned at once.
         """
-        return self.moving.go(JointMove(by_name(angles_deg, joints_deg), speed), wait)
+        return await self.moving.go(JointMove(by_name(angles_deg, joints_deg), speed), wait)
 
     @overload
     def move_to(
@@ -354,7 +351,8 @@ class Arm:
     def move_to(
         self, goal: Place, *, speed: float = 1.0, frame: str = BASE_FRAME, wait: Literal[False]
     ) -> Handle[Moved]: ...
-    def move_to(
+    @blocking
+    async def move_to(
         self, goal: Place, *, speed: float = 1.0, frame: str = BASE_FRAME, wait: bool = True
     ) -> Moved | Handle[Moved]:
         """Move the tip to a pose by a joint motion, to the posture nearest to the present one.
@@ -364,7 +362,7 @@ class Arm:
         a change from where the tool is.
         Raises `kinematics.Unreachable` or `OutOfBounds` with the nearest pose that is allowed.
         """
-        return self.moving.go(move_to_place(goal, line=False, speed=speed, frame=frame), wait)
+        return await self.moving.go(move_to_place(goal, line=False, speed=speed, frame=frame), wait)
 
     @overload
     def move_l(
@@ -379,7 +377,8 @@ class Arm:
     def move_l(
         self, goal: Place, *, speed: float = 1.0, frame: str = BASE_FRAME, wait: Literal[False]
     ) -> Handle[Moved]: ...
-    def move_l(
+    @blocking
+    async def move_l(
         self, goal: Place, *, speed: float = 1.0, frame: str = BASE_FRAME, wait: bool = True
     ) -> Moved | Handle[Moved]:
         """Move the tip to a pose, or to a named point's, along a straight line.
@@ -391,7 +390,7 @@ class Arm:
         The tip leaves the line by at most `motion.line_tolerance_mm` of the arm file and what one
         motor step is worth. Raises `kinematics.PathBroken` where the line leaves the reach.
         """
-        return self.moving.go(move_to_place(goal, line=True, speed=speed, frame=frame), wait)
+        return await self.moving.go(move_to_place(goal, line=True, speed=speed, frame=frame), wait)
 
     @overload
     def move_c(
@@ -413,7 +412,8 @@ class Arm:
         frame: str = BASE_FRAME,
         wait: Literal[False],
     ) -> Handle[Moved]: ...
-    def move_c(
+    @blocking
+    async def move_c(
         self,
         via: Pose,
         goal: Pose,
@@ -427,7 +427,7 @@ class Arm:
         Of `via` only x, y and z count; the hand turns evenly to the goal's pitch and roll. Raises
         `kinematics.NoArc` for points on one line, and `PathBroken` where the arc leaves the reach.
         """
-        return self.moving.go(ArcMove(via, goal, speed, frame), wait)
+        return await self.moving.go(ArcMove(via, goal, speed, frame), wait)
 
     @overload
     def move_path(
@@ -447,7 +447,8 @@ class Arm:
         frame: str = BASE_FRAME,
         wait: Literal[False],
     ) -> Handle[Moved]: ...
-    def move_path(
+    @blocking
+    async def move_path(
         self,
         parts: Sequence[PathPart],
         *,
@@ -461,7 +462,7 @@ class Arm:
         without, the arm stops there. The whole way is audited first, in one posture of the arm.
         `note` of the result tells of blends that had to be smaller.
         """
-        return self.moving.go(PathMove(tuple(parts), speed, frame), wait)
+        return await self.moving.go(PathMove(tuple(parts), speed, frame), wait)
 
     @blocking
     async def move_gripper(self, opening_mm: float, speed: float = 1.0) -> Moved:
@@ -632,17 +633,17 @@ class Arm:
     @property
     def status(self) -> Status:
         """A frozen picture of this moment."""
-        return self._view.status
+        return self._parts.status
 
     @property
     def joints(self) -> Joints:
         """The acknowledged joint angles. Raises `NotReferenced` while the position is unknown."""
-        return self._view.joints
+        return self._parts.joints
 
     @property
     def pose(self) -> Pose:
         """The acknowledged pose. Raises `NotReferenced` while the position is unknown."""
-        return self._view.pose
+        return self._parts.pose
 
     def pose_in(self, frame: str) -> Pose:
         """The acknowledged pose as the base or a frame of the arm file sees it."""
@@ -661,7 +662,7 @@ class Arm:
     @property
     def speeds(self) -> SpeedLimits:
         """The limits that time is computed from; a device may tell its own once it is connected."""
-        return self._view.speeds
+        return self._parts.speeds
 
     @property
     def abilities(self) -> Abilities:
@@ -719,7 +720,7 @@ class Arm:
         program: PendantProgram,
         *,
         leave_others: bool = False,
-        told: device_tasks.Told = device_tasks.unheard,
+        told: RowTold = device_tasks.unheard,
     ) -> int:
         """Write a program into the arm's memory, and read it back; moves nothing.
 

@@ -21,8 +21,7 @@ from armdrive.errors.arguments import (
 )
 from armdrive.moves import Jog, Move
 from armdrive.registry import DEFAULT
-from armdrive.runtime.clock import SimulatedClock
-from armdrive.runtime.drive import SimulatedPace
+from armdrive.runtime.clock import SimulatedClock, SimulatedPace
 from armdrive.storage.points import Point
 from kinematics.paths.parts import PathPart
 from kinematics.spaces import Joints, Pose
@@ -76,6 +75,7 @@ RULES: Mapping[str, Rule] = MappingProxyType(
         ),
         "Place": _PLACE,
         "Pose": made_of(Pose, "a pose", A_POSE),
+        "RowTold": call,
         "Sequence[PathPart]": several(
             made_of(get_args(PathPart), "a part of a path", f"LinePart({A_POSE})"),
             "a list of parts",
@@ -91,7 +91,6 @@ RULES: Mapping[str, Rule] = MappingProxyType(
         "Unpack[TipJog]": number,
         "frame: str": made_of(str, "the name of a frame", '"base" or "tool"'),
         "target: str": made_of(str, "the name of an arm or a port", f'"sim:{DEFAULT}"'),
-        "device_tasks.Told": call,
     }
 )
 """What a value must be, by the annotation of its parameter. A simulated arm and

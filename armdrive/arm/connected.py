@@ -1,74 +1,25 @@
-"""A connected arm: what is known of it, its lost wire, its recording, and its end."""
+"""A connected arm: what is known of it, its wire, its recording, its motions, and its end."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
-from armdrive.blocking import Wait
-from armdrive.connect.parts import PATIENCE_S, Parts
-from armdrive.errors import ArmError, NoAnswer, WrongState
-from armdrive.motion.segments import SpeedLimits
+from armdrive.blocking import Wait, blocking, coroutine_of
+from armdrive.connect.parts import PATIENCE_S, Parts, TaskRunner
+from armdrive.errors import NoAnswer, WaitTimeout, WrongState
+from armdrive.errors.arguments import BASIC, checked_calls
 from armdrive.runtime.states import Event
-from armdrive.status import State, Status
+from armdrive.status import State
+from armdrive.tasks import Task
 from armdrive.trace.calls import Tracer
 from armdrive.trace.entries import TraceEntry
-from kinematics.spaces import Joints, Pose
 
 if TYPE_CHECKING:
     from armdrive.trace.log import LogReader
 
 T = TypeVar("T")
-
-
-class StatusView:
-    """What is known of a connected arm. Nothing here waits, or sends anything."""
-
-    def __init__(self, parts: Parts) -> None:
-        self._parts = parts
-
-    @property
-    def status(self) -> Status:
-        """A frozen picture of this moment."""
-        parts = self._parts
-        with parts.pace.lock:
-            scheduling_jitter = parts.pace.lateness.view()
-            return parts.core.status(
-                parts.engine, simulated=parts.simulated, scheduling_jitter=scheduling_jitter
-            )
-
-    @property
-    def joints(self) -> Joints:
-        """The acknowledged joint angles. Raises `NotReferenced` while the position is unknown."""
-        return self.known(self.status.joints)
-
-    @property
-    def pose(self) -> Pose:
-        """The acknowledged pose. Raises `NotReferenced` while the position is unknown."""
-        return self.known(self.status.pose)
-
-    @property
-    def speeds(self) -> SpeedLimits:
-        """The limits that time is computed from; a device may tell its own once it is connected."""
-        config, core = self._parts.config, self._parts.core
-        return SpeedLimits(
-            config.model.joint_speeds_rad_s,
-            config.model.gripper_speed_mm_s,
-            core.controller.usable_rate_hz(math.inf),
-            core.transmission,
-            config.motion.ramp_s,
-            config.motion.jerk_s,
-            config.accelerations_rad_s2,
-        )
-
-    def known(self, value: T | None) -> T:
-        """Return what a status tells, or raise `NotReferenced` where it tells nothing."""
-        if value is None:
-            self._parts.core.require_reference()
-            raise ArmError("the position is not known")
-        return value
 
 
 class Connection:
@@ -152,3 +103,47 @@ class Recording:
     def _since(self, number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:
         with self._pace.lock:
             return self._tracer.since(number, most, back)
+
+
+# A motion under way: what a call with `wait=False` returns.
+
+T_co = TypeVar("T_co", covariant=True)
+
+
+@checked_calls(BASIC)
+class Handle(Generic[T_co]):
+    """A motion under way, from a call with `wait=False`."""
+
+    def __init__(self, runner: TaskRunner, task: Task[T_co], timeout_s: float) -> None:
+        self._runner = runner
+        self._task = task
+        self._timeout_s = timeout_s
+
+    @property
+    def done(self) -> bool:
+        """Whether the motion has ended, well or not."""
+        return self._task.done
+
+    @blocking
+    async def wait(self, timeout_s: float | None = None) -> T_co:
+        """Wait for the end and return what was done, or raise what went wrong.
+
+        Raises `WaitTimeout` after `timeout_s`; the motion goes on. Without a timeout the wait
+        still ends: its deadline is computed from the motion, and passing it stops the arm.
+        """
+        if timeout_s is None:
+            return await self._runner.finish(self._task, self._timeout_s)
+        if not await Wait(self._runner.pace, lambda: self._task.done, timeout_s):
+            raise WaitTimeout(f"the motion had not ended after {timeout_s:g} s")
+        return self._task.result()
+
+    @blocking
+    async def cancel(self) -> None:
+        """Stop the motion."""
+        if not self._task.done:
+            await self._runner.stop()
+
+
+async def finished(handle: Handle[T]) -> T:
+    """Wait for the end of a motion; see `Handle.wait`."""
+    return await coroutine_of(handle.wait)()

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol, overload
 
-from armdrive.arm.connected import StatusView
-from armdrive.arm.handle import Handle, finished
+from armdrive.arm.connected import Handle, finished
 from armdrive.blocking import blocking, coroutine_of
 from armdrive.connect.parts import Parts
 from armdrive.errors import Refused
@@ -34,10 +33,9 @@ class TracedArm(Protocol):
 class Gripper:
     """The fingers of an arm."""
 
-    def __init__(self, arm: TracedArm, parts: Parts, view: StatusView) -> None:
+    def __init__(self, arm: TracedArm, parts: Parts) -> None:
         self._arm = arm
         self._parts = parts
-        self._view = view
 
     @property
     def opening_mm(self) -> float:
@@ -50,7 +48,7 @@ class Gripper:
         require_gripper(core)
         if not core.transmission.has_gripper and core.fingers.share is None:
             raise Refused("nobody knows how the gripper stands: open or close it first")
-        return self._view.known(self._view.status.gripper_mm)
+        return self._parts.known(self._parts.status.gripper_mm)
 
     @property
     def force_n(self) -> float:

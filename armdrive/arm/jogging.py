@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from armdrive.arm.connected import StatusView
-from armdrive.arm.handle import Handle, finished
+from armdrive.arm.connected import Handle, finished
 from armdrive.connect.parts import PATIENCE_S, Parts
 from armdrive.errors import BadRequest, Refused, WrongState
 from armdrive.motion.jog.session import Jogged, check_jog, jog_session
@@ -23,9 +22,9 @@ LONGEST_WAIT_S = 1.0
 class Jogging:
     """The jogs of one arm: one session at a time takes up what is asked of it."""
 
-    def __init__(self, parts: Parts, view: StatusView) -> None:
+    def __init__(self, parts: Parts) -> None:
         self._parts = parts
-        self._view = view
+        self._core = parts.core
         self._session: Task[Jogged] | None = None
 
     async def jog(self, jog: Jog, speed: float, duration_s: float | None) -> Jogged:
@@ -36,52 +35,39 @@ class Jogging:
 
     def start(self, move: JogMove) -> Handle[Jogged]:
         """Begin an increment. Raises `WrongState` while another one waits."""
-        core, pace = self._parts.core, self._parts.pace
-        with pace.lock:
-            self._require(move.jog)
-            if core.nudges:
+        with self._parts.pace.lock:
+            if self._core.nudges:
+                self._require(move.jog)
                 raise WrongState("an increment is waiting already: wait for its end")
-            task = self._join_session()
-            core.nudges.append(IncrementalJog(move.jog, move.speed))
+            task = self._begin(IncrementalJog(move.jog, move.speed))
         return Handle(self._parts.runner, task, PATIENCE_S * 10)
 
     async def jog_for(self, jog: Jog, speed: float, duration_s: float) -> Jogged:
         """Jog for a time, and wait for the end."""
-        core, pace = self._parts.core, self._parts.pace
         fraction = speed_fraction(speed)
-        with pace.lock:
+        with self._parts.pace.lock:
             self._require(jog)
             if not finite("duration_s", duration_s) > 0.0:
                 raise BadRequest(f"duration_s must be above 0, not {duration_s!r}")
-            hold = ContinuousJog(jog, fraction, pace.now_s() + duration_s)
-            task = self._join_session()
-            core.hold = hold
-            core.holds += 1
+            until_s = self._parts.pace.now_s() + duration_s
+            task = self._begin(ContinuousJog(jog, fraction, until_s))
         return await self._parts.runner.finish(task, duration_s + PATIENCE_S * 10)
-
-    def _require(self, jog: Jog) -> None:
-        check_jog(self._parts.core, jog)
-        if self._parts.core.state is not State.HOMING:
-            after(self._parts.core.state, Event.MOVE)
 
     def hold(self, jog: Jog, speed: float, for_s: float) -> None:
         """Jog for a time and no longer unless called again; never waits."""
-        core, pace = self._parts.core, self._parts.pace
+        pace = self._parts.pace
         with pace.lock:
             until_s = pace.now_s() + min(for_s, LONGEST_HOLD_S)
-            hold = ContinuousJog(jog, speed_fraction(speed), until_s)
-            if self._may_jog(jog):
-                core.hold = hold
-                core.holds += 1
+            self._go_on(ContinuousJog(jog, speed_fraction(speed), until_s))
         pace.wake()
 
     def nudge(self, jog: Jog, speed: float) -> None:
         """Jog by one increment, unless one is waiting already; never waits."""
-        core, pace = self._parts.core, self._parts.pace
+        pace = self._parts.pace
         with pace.lock:
             nudge = IncrementalJog(jog, speed_fraction(speed), pace.now_s() + LONGEST_WAIT_S)
-            if not core.nudges and self._may_jog(jog):
-                core.nudges.append(nudge)
+            if not self._core.nudges:
+                self._go_on(nudge)
         pace.wake()
 
     def release(self) -> None:
@@ -89,23 +75,36 @@ class Jogging:
         self._parts.core.hold = None
         self._parts.pace.wake()
 
-    def _may_jog(self, jog: Jog) -> bool:
-        """Have a session ready to take up a jog; where that is refused, say so in the notice."""
-        core = self._parts.core
-        alive = self._session is not None and not self._session.done
+    def _require(self, jog: Jog, *, joins: bool = False) -> None:
+        """Raise where no jog may begin now; one that `joins` goes on with what is under way."""
+        core = self._core
+        check_jog(core, jog)
+        alive = joins and self._session is not None and not self._session.done
+        if not alive and core.state is not State.HOMING:
+            after(core.state, Event.MOVE)
+
+    def _begin(self, asked: ContinuousJog | IncrementalJog, *, joins: bool = False) -> Task[Jogged]:
+        """Have a session take up a jog. Raises where it may not begin."""
+        core = self._core
+        self._require(asked.jog, joins=joins)
+        task = self._join_session()
+        if isinstance(asked, IncrementalJog):
+            core.nudges.append(asked)
+        else:
+            core.hold = asked
+            core.holds += 1
+        return task
+
+    def _go_on(self, asked: ContinuousJog | IncrementalJog) -> None:
+        """Have a session take up a jog; where that is refused, say so in the notice."""
         try:
-            check_jog(core, jog)
-            if not alive and core.state is not State.HOMING:
-                after(core.state, Event.MOVE)
-            self._join_session()
+            self._begin(asked, joins=True)
         except Refused as refusal:
-            core.diagnostics.notify(str(refusal), refusal)
-            return False
-        return True
+            self._core.diagnostics.notify(str(refusal), refusal)
 
     def _join_session(self) -> Task[Jogged]:
         """Return the jogging under way, which takes up what was just asked, or begin one."""
         if self._session is None or self._session.done:
-            body = jog_session(self._parts.wire, self._view.speeds)
+            body = jog_session(self._parts.wire, self._parts.speeds)
             self._session = self._parts.runner.submit(body, alone=True)
         return self._session

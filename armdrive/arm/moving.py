@@ -2,36 +2,140 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from datetime import datetime
 from typing import Any, overload
 
-from armdrive.arm.connected import StatusView
-from armdrive.arm.handle import Handle
+from armdrive.arm.connected import Handle, finished
 from armdrive.arm.jogging import Jogging
-from armdrive.arm.places import Places
 from armdrive.connect.parts import PATIENCE_S, Parts
 from armdrive.errors import BadRequest, Refused, Stopped
 from armdrive.motion import execute as motion
-from armdrive.motion.carry_out import carry_out
-from armdrive.motion.execute import Moved
-from armdrive.motion.gripper import Grasped, check_grasp, check_opening, require_gripper
+from armdrive.motion.context import MotionContext
+from armdrive.motion.execute import Moved, follow
+from armdrive.motion.gripper import (
+    Grasped,
+    check_grasp,
+    check_opening,
+    grasp,
+    require_gripper,
+    set_gripper,
+)
 from armdrive.motion.jog.session import Jogged, check_jog
+from armdrive.motion.plan import MotionPlan, SpeedLimits
 from armdrive.motion.preview import Preview, preview_move
-from armdrive.motion.resolve import Ground, is_cartesian, prepare, resolved
+from armdrive.motion.resolve import (
+    SAME_IN_EVERY_FRAME,
+    Ground,
+    PlannedMove,
+    PlannedStep,
+    is_cartesian,
+    prepare,
+    resolved,
+)
 from armdrive.moves import (
+    BASE_FRAME,
     GraspMove,
     GripperMove,
     JogMove,
+    JointMove,
+    LineMove,
     Motion,
     Move,
     MoveSequence,
+    PoseMove,
     SingleMove,
     speed_fraction,
 )
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.states import Event, after
 from armdrive.status import State, Trust
-from kinematics.spaces import Motors
+from armdrive.storage.point_file import points_of
+from armdrive.storage.points import Point
+from armdrive.tasks import TaskBody
+from kinematics.spaces import Joints, Motors, Pose
+
+Place = Pose | Point | str
+"""A pose, a point, or the name of a point."""
+
+
+class Places:
+    """The places of one arm that have a name."""
+
+    def __init__(self, parts: Parts) -> None:
+        self._parts = parts
+        self._arm = parts.config.model.arm
+        self.points = points_of(parts.config.name, self._arm, self._here)
+
+    def _here(self) -> Point:
+        """Return where the arm stands, on whole steps; raises `NotReferenced`."""
+        status = self._parts.status
+        self._parts.core.require_reference()
+        now = datetime.now().replace(microsecond=0)
+        return Point(self._parts.known(status.joints), status.gripper_mm, taught=now)
+
+    def joints(self, name: str) -> Joints:
+        """Return the joint angles of a named point. Raises `UnknownPoint`."""
+        return self.points[name].joints
+
+
+def move_to_place(place: Place, *, line: bool, speed: float, frame: str) -> Motion:
+    """Return the move to a place: by a joint motion, or along a straight line."""
+    if not isinstance(place, Point):
+        return LineMove(place, speed, frame) if line else PoseMove(place, speed, frame)
+    if frame != BASE_FRAME:
+        raise BadRequest(SAME_IN_EVERY_FRAME)
+    return LineMove(place.joints, speed) if line else JointMove(place.joints, speed)
+
+
+# A planned move on the wire: its steps one after another, each as it was audited.
+
+
+def carry_out(
+    wire: MotionContext, speeds: SpeedLimits, planned: PlannedMove
+) -> TaskBody[Moved | Grasped]:
+    """Carry out a planned move. A stop ends all of it: no step begins behind one.
+
+    Returns what a grasp at its end has found, else where the arm is and what all steps cost.
+    """
+    moved: list[Moved] = []
+    for step in planned.steps:
+        done = yield from _step(wire, speeds, step)
+        if isinstance(done, Grasped):
+            return done
+        moved.append(done)
+    return _together(moved)
+
+
+def _step(wire: MotionContext, speeds: SpeedLimits, step: PlannedStep) -> TaskBody[Moved | Grasped]:
+    match step:
+        case PlannedStep(plan=MotionPlan() as plan):
+            return (yield from follow(wire, plan))
+        case PlannedStep(move=GraspMove(force_n=force_n)):
+            return (yield from grasp(wire, speeds, force_n))
+        case PlannedStep(move=GripperMove(opening_mm=float() as opening_mm)):
+            return (yield from set_gripper(wire, opening_mm))
+    raise BadRequest(f"{step.move} was not planned")
+
+
+def _together(moved: Sequence[Moved]) -> Moved:
+    """Return what several moves did as one: where the last one ended, and what they cost."""
+    last = moved[-1]
+    if len(moved) == 1:
+        return last
+    return Moved(
+        last.joints,
+        last.pose,
+        last.rounding_mm,
+        math.fsum(each.duration_s for each in moved),
+        sum(each.bursts for each in moved),
+        max(each.straying_mm for each in moved),
+        "; ".join(filter(None, (each.note for each in moved))),
+    )
+
+
+# Planned motion: resolved from where the arm stands, audited as a whole, handed to the engine.
 
 PATIENCE = 4.0
 """A motion that takes this many times longer than planned, and then some, is given up."""
@@ -43,9 +147,8 @@ GRASP_PATIENCE_S = 120.0
 class Moving:
     """The planned motions of one arm."""
 
-    def __init__(self, parts: Parts, view: StatusView, places: Places, jogging: Jogging) -> None:
+    def __init__(self, parts: Parts, places: Places, jogging: Jogging) -> None:
         self._parts = parts
-        self._view = view
         self._places = places
         self._jogging = jogging
         self._core = parts.core
@@ -72,17 +175,17 @@ class Moving:
             made = prepare(move, self.ground())
             if runner.stops != asked:
                 raise Stopped("a stop was asked for before the motion began")
-            body = carry_out(self._parts.wire, self._view.speeds, made)
+            body = carry_out(self._parts.wire, self._parts.speeds, made)
             task = runner.submit(body, alone=True)
         longest_s = made.duration_s * PATIENCE + PATIENCE_S
         if isinstance(made.steps[-1].move, GraspMove):
             longest_s += GRASP_PATIENCE_S
         return Handle(runner, task, longest_s)
 
-    def go(self, move: Motion, wait: bool) -> Moved | Handle[Moved]:
+    async def go(self, move: Motion, wait: bool) -> Moved | Handle[Moved]:
         """Begin a move, and wait for its end where that is wanted."""
         handle = self.start(move)
-        return handle.wait() if wait else handle
+        return await finished(handle) if wait else handle
 
     def resolved(self, move: Move) -> Move:
         """Return a move as it means the same from anywhere; see `resolve.resolved`."""
@@ -111,7 +214,7 @@ class Moving:
                 after(core.state, Event.MOVE)
             if stops is not None and runner.stops != stops:
                 raise Stopped("a stop was asked for before the motors began to turn")
-            body = motion.bench_move(self._parts.wire, self._view.speeds, motors, fraction)
+            body = motion.bench_move(self._parts.wire, self._parts.speeds, motors, fraction)
             task = runner.submit(body, alone=True)
         return await runner.finish(task, PATIENCE_S * 10)
 
@@ -122,7 +225,7 @@ class Moving:
         core = self._core
         return Ground(
             self._parts.config,
-            self._view.speeds,
+            self._parts.speeds,
             core.position.coordinates if here is None else here,
             self._places.joints,
             core.transmission.has_gripper,

@@ -3,20 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
-from armdrive.arm.connected import StatusView
-from armdrive.arm.handle import finished
+from armdrive.arm.connected import finished
 from armdrive.arm.moving import Moving
 from armdrive.config.sections import HomingSettings
 from armdrive.connect.parts import Parts
 from armdrive.dialog.operator import JoggedArm, MarkRequest, Operator, PostureRequest
 from armdrive.errors import OperatorNeeded, Refused, Stopped
 from armdrive.motion import reference as referencing
-from armdrive.motion import verify as verifying
-from armdrive.motion.reference import take_reference, vouched
+from armdrive.motion import reference as verifying
+from armdrive.motion.reference import (
+    Drift,
+    Verdict,
+    Verified,
+    drift_between,
+    judge,
+    take_reference,
+    verified_view,
+    vouched,
+)
 from armdrive.motion.resolve import above_mark
-from armdrive.motion.verify import Drift, Verdict, Verified, drift_between, judge, verified_view
 from armdrive.moves import ParkMove
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.states import Event, after
@@ -49,13 +57,21 @@ class Referencing:
     `arm` is the arm as an operator meets it.
     """
 
-    def __init__(self, arm: JoggedArm, parts: Parts, view: StatusView, moving: Moving) -> None:
+    def __init__(self, arm: JoggedArm, parts: Parts, moving: Moving) -> None:
         self._arm = arm
         self._parts = parts
-        self._view = view
         self._moving = moving
         self._core = parts.core
         self._config = parts.config
+
+    def require(self) -> None:
+        """Raise `NotReferenced`, with the way to a reference, unless planned motion may go on."""
+        self._core.require_reference()
+
+    @property
+    def unconfirmed(self) -> bool:
+        """Whether planned motion waits for somebody to confirm where an earlier program left it."""
+        return self._parts.status.trust is Trust.RESTORED and not self._core.allow_restored
 
     # -- homing ---------------------------------------------------------------------------------
 
@@ -78,7 +94,7 @@ class Referencing:
         except BaseException:
             await self._leave_homing()
             raise
-        return self._view.pose
+        return self._parts.pose
 
     @property
     def homes_by_switches(self) -> bool:
@@ -100,7 +116,7 @@ class Referencing:
             body = referencing.home_device(wire, homing, lambda group: told(names[group]))
             task = runner.submit(body, alone=True)
         await runner.finish(task, HOMING_PATIENCE_S)
-        return self._view.pose
+        return self._parts.pose
 
     def _have_confirmed(self, operator: Operator, request: PostureRequest) -> None:
         """Raise unless the operator confirms the posture and nobody has stopped meanwhile."""
@@ -138,7 +154,7 @@ class Referencing:
 
     async def confirm_restored(self) -> None:
         """Say that the arm stands as its record shows it: planned motion is allowed again."""
-        trust = self._view.status.trust
+        trust = self._parts.status.trust
         if trust is not Trust.RESTORED:
             raise Refused(
                 "there is no restored position to confirm, the position is "
@@ -199,14 +215,14 @@ class Referencing:
     ) -> Verified:
         position = await self._parts.runner.perform(verifying.read_at_mark(self._parts.wire))
         transmission = self._core.transmission
-        truth = transmission.to_motors(request.joints, request.opening_mm)
+        truth = ArmCoordinates(request.joints, request.opening_mm).motors(transmission)
         drift = drift_between(self._config.model, position, truth)
         verdict = judge(drift, reference)
         note = AGAIN if verdict is Verdict.DRIFT and self._came_before(drift, logbook) else ""
         found = Verified(verdict, drift, accepted=False, found=drift.words(transmission), note=note)
         if not drift.steps.largest or not _taken(found, accept):
             return found
-        return Verified(verdict, drift, accepted=True, found=found.found, note=note)
+        return replace(found, accepted=True)
 
     def _came_before(self, drift: Drift, logbook: Path | None) -> bool:
         """Tell whether the last verification found the same, and was taken for the reference."""
@@ -233,9 +249,7 @@ class Referencing:
             write_down(logbook, verified_view(verified), self._config.calibration, reference)
         except OSError as error:
             note = f"{verified.note}; it could not be written down: {error}".removeprefix("; ")
-            return Verified(
-                verified.verdict, verified.drift, verified.accepted, verified.found, note
-            )
+            return replace(verified, note=note)
         return verified
 
 

@@ -14,14 +14,16 @@ from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 from armdrive.abilities import Abilities, budget
-from armdrive.config.backlash import read_backlash
-from armdrive.config.preset import corrected
+from armdrive.config.preset import MOTOR_KEYS, corrected
 from armdrive.config.sections import (
+    SLIDING,
+    TURNING,
     Connection,
     GripperSettings,
     HomingSettings,
     MotionSettings,
     read_accelerations,
+    read_backlash,
     read_frames,
     read_homing,
     read_posture,
@@ -30,17 +32,18 @@ from armdrive.errors import ArmFileError, BadRequest
 from armdrive.text.reading import read_toml
 from armdrive.text.toml import (
     FORMAT_KEY,
-    read_section,
-    refuse_unknown,
+    Problems,
+    TomlTable,
     require_format,
     require_table,
+    text,
 )
 from kinematics.errors import KinematicsError
 from kinematics.five_axis.tool_arm import holding
 from kinematics.frames.user_frame import UserFrame
-from kinematics.presets import PRESETS, ArmModel, preset
+from kinematics.geometry import Tool
+from kinematics.presets import PRESETS, ArmModel, ArmPreset, preset
 from kinematics.spaces import Pose
-from kinematics.tool import Tool
 
 M = TypeVar("M", bound=ArmModel)
 
@@ -139,27 +142,6 @@ class DialectSections:
     find: Callable[[str], DialectSection]
 
 
-def config_of_preset(
-    key: str, dialect: DialectSection, *, name: str, connection: Connection
-) -> ArmConfig:
-    """Return an arm as it leaves the factory, on the given wire."""
-    model = preset(key)
-    return ArmConfig(
-        name,
-        model.title,
-        model,
-        connection,
-        dialect.settings()(),
-        MotionSettings(**_bursts(dialect, connection.baud)),
-        source=ConfigSource({"model": key}),
-    )
-
-
-def _port_of(dialect: DialectSection) -> dict[str, Any]:
-    """Return how a dialect's port is opened unless an arm file says otherwise."""
-    return {"dialect": dialect.name, "baud": dialect.baud, "raise_dtr": dialect.raise_dtr}
-
-
 def _bursts(dialect: DialectSection, baud: int) -> dict[str, float]:
     """Return how long a dialect's motions are on this wire, unless an arm file says otherwise."""
     able = dialect.abilities
@@ -192,55 +174,98 @@ def read_arm_table(path: Path) -> dict[str, Any]:
 def parse(
     table: Mapping[str, Any], sections: DialectSections, *, name: str, folder: Path = Path()
 ) -> ArmConfig:
-    """Turn a parsed TOML document into an arm; a model file is looked for from `folder`."""
-    require_format(table)
-    word = table.get("model")
-    if not isinstance(word, str):
-        raise ArmFileError('the key model is missing, for example model = "teachmover"')
-    wiring = require_table(table.get("connection", {}), "connection")
-    dialect = _dialect_of(wiring, sections)
-    given = word not in PRESETS and word.lower().endswith(MODEL_FILE)
-    keys = _MODEL_KEYS if given else _TOP_KEYS
-    refuse_unknown(table, [*keys, dialect.name], "")
-    title = table.get("title", "")
-    if not isinstance(title, str):
-        raise ArmFileError(f"title must be text, not {title!r}")
-    gripper = read_section(GripperSettings, table.get("gripper", {}), "gripper")
-    model = _described(table, folder) if given else corrected(preset(word), table)
-    model = _with_gripper(model, gripper)
-    tool = read_section(Tool, table.get("tool", {}), "tool")
-    connection = read_section(Connection, _port_of(dialect) | dict(wiring), "connection")
-    motion = _bursts(dialect, connection.baud) | dict(
-        require_table(table.get("motion", {}), "motion")
-    )
-    park = table.get("park")
+    """Turn a parsed TOML document into an arm; a model file is looked for from `folder`.
+
+    Raises `ArmFileError` for the first thing that is wrong.
+    """
+    problems = Problems()
+    config = read_arm(TomlTable(table, "", problems), sections, name=name, folder=folder)
+    problems.require_none()
+    if config is None:
+        raise ArmFileError("the arm file describes no arm")
+    return config
+
+
+def read_arm(
+    table: TomlTable, sections: DialectSections, *, name: str, folder: Path
+) -> ArmConfig | None:
+    """Read the whole file, noting everything that is wrong; None where that leaves no arm.
+
+    Where the format, the model or the dialect is wrong, nothing else can be judged.
+    """
+    problems = table.problems
+    known = problems.attempt(lambda: _basics(table, sections), None)
+    if known is None:
+        return None
+    preset_model, dialect = known
+    linked = preset_model is None
+    table.allow([*(LINKED_KEYS if linked else PRESET_KEYS), dialect.name])
+    title = table.value("title", text, "")
+    port = {"dialect": dialect.name, "baud": dialect.baud, "raise_dtr": dialect.raise_dtr}
+    connection = table.table("connection").section(Connection, port) or Connection(dialect.name)
+    motion = table.table("motion").section(MotionSettings, _bursts(dialect, connection.baud))
+    gripper = table.table("gripper").section(GripperSettings)
+    tool = table.table("tool").section(Tool)
+    frames = read_frames(table.table("frames"))
+    device = table.table(dialect.name).section(dialect.settings())
+    model: ArmModel | None
+    if preset_model is None:
+        model = problems.attempt(lambda: _described(table, folder, gripper), None)
+    else:
+        model = problems.attempt(lambda: corrected(preset_model, table), None)
+    if model is None or gripper is None or not _is_as_given(gripper, table):
+        return None
+    fitted = _with_gripper(model, gripper)
+    homing = read_homing(table.table("homing"), fitted) if "homing" in table.entries else None
+    park = read_posture(table, "park", fitted.arm.has_yaw)
+    accelerations = read_accelerations(table, fitted.arm.joint_names)
+    backlash = read_backlash(table, fitted.transmission)
+    held = problems.attempt(lambda: _holding(fitted, tool), fitted) if tool else fitted
+    if problems.found or motion is None or tool is None:
+        return None
     return ArmConfig(
         name=name,
         title=title or model.title,
-        model=_holding(model, tool) if tool else model,
+        model=held,
         connection=connection,
-        motion=read_section(MotionSettings, motion, "motion"),
+        motion=motion,
         gripper=gripper,
-        device=read_section(dialect.settings(), table.get(dialect.name, {}), dialect.name),
-        homing=read_homing(table["homing"], model) if "homing" in table else None,
-        park=read_posture(park, "park", model.arm.has_yaw) if park is not None else None,
+        device=device,
+        homing=homing,
+        park=park,
         tool=tool,
-        untooled=model if tool else None,
-        frames=read_frames(table.get("frames", {})),
-        accelerations_rad_s2=read_accelerations(table, model.arm.joint_names),
-        backlash_steps=read_backlash(table, model.transmission),
-        source=ConfigSource(table, folder),
+        untooled=fitted if tool else None,
+        frames=frames,
+        accelerations_rad_s2=accelerations,
+        backlash_steps=backlash,
+        source=ConfigSource(table.entries, folder),
     )
 
 
-def _dialect_of(wiring: Mapping[str, Any], sections: DialectSections) -> DialectSection:
-    word = wiring.get("dialect", sections.default)
+def _basics(table: TomlTable, sections: DialectSections) -> tuple[ArmPreset | None, DialectSection]:
+    """Return the preset, None of an arm of a model file, and the dialect.
+
+    Raises `ArmFileError`, and `KinematicsError` for a preset that there is not.
+    """
+    require_format(table.entries)
+    word = table.entries.get("model")
     if not isinstance(word, str):
-        raise ArmFileError(f"connection.dialect must be text, not {word!r}")
+        raise ArmFileError('the key model is missing, for example model = "teachmover"')
+    wiring = require_table(table.entries.get("connection", {}), "connection")
+    spoken = wiring.get("dialect", sections.default)
+    if not isinstance(spoken, str):
+        raise ArmFileError(f"connection.dialect must be text, not {spoken!r}")
     try:
-        return sections.find(word)
+        dialect = sections.find(spoken)
     except BadRequest as error:
         raise ArmFileError(f"connection.dialect: {error}") from None
+    linked = word not in PRESETS and word.lower().endswith(MODEL_FILE)
+    return None if linked else preset(word), dialect
+
+
+def _is_as_given(gripper: GripperSettings, table: TomlTable) -> bool:
+    """Tell whether the kind of the gripper is the file's: how many motors there are hangs on it."""
+    return bool(gripper.kind == table.table("gripper").entries.get("kind", gripper.kind))
 
 
 def _with_gripper(model: M, gripper: GripperSettings) -> M:
@@ -262,21 +287,17 @@ def _holding(model: M, tool: Tool) -> ArmModel:
     )
 
 
-def _described(table: Mapping[str, Any], folder: Path) -> ArmModel:
+def _described(table: TomlTable, folder: Path, gripper: GripperSettings | None) -> ArmModel | None:
     from armdrive.config.link_model import model_of  # few arms need a link table and its solver
 
-    return model_of(table, folder, read_posture)
+    return model_of(table, folder, gripper or GripperSettings())
 
 
-_COMMON_KEYS = (
+COMMON_KEYS = (
     FORMAT_KEY, "model", "title", "connection", "motion", "gripper", "homing", "park", "tool",
-    "frames", "accelerations_deg_s2",
+    "frames", "accelerations_deg_s2", "reference", "limits_deg", "speeds_deg_s", "guards",
 )  # fmt: skip
-_MODEL_KEYS = (
-    *_COMMON_KEYS, "motors", "fingers", "speeds_deg_s", "limits_deg", "reference", "guards",
-)  # fmt: skip
-_TOP_KEYS = (
-    *_COMMON_KEYS, "reference",
-    "lengths", "limits_deg", "speeds_deg_s", "steps_per_turn", "steps_per_mm", "motor_signs",
-    "joint_signs", "backlash_deg", "backlash_mm", "guards",
-)  # fmt: skip
+LINKED_KEYS = (*COMMON_KEYS, "motors", "fingers")
+"""The keys of an arm that is described by a link table."""
+PRESET_KEYS = (*COMMON_KEYS, "lengths", *MOTOR_KEYS, TURNING, SLIDING)
+"""The keys of an arm of the Mini-mover's build."""

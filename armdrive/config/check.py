@@ -1,103 +1,28 @@
-"""Everything that is wrong with an arm file at once, and what is worth knowing of a right one.
-
-Reading a file stops at its first error. To find the next, the key at fault is found by taking
-keys away one by one until the complaint changes, and reading goes on without it.
-"""
+"""Everything that is wrong with an arm file at once, and what is worth knowing of a right one."""
 
 from __future__ import annotations
 
-import copy
 import math
-from collections.abc import Callable, Iterator
-from functools import partial
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
-from armdrive.config.arm import ArmConfig, DialectSection, DialectSections, parse
-from armdrive.errors import ArmError, ArmFileError
-from armdrive.text.toml import FORMAT_KEY
+from armdrive.config.arm import ArmConfig, DialectSection, DialectSections, read_arm
+from armdrive.errors import ArmError
+from armdrive.text.toml import Problems, TomlTable
 from kinematics.errors import KinematicsError
 from kinematics.spaces import Pose
-
-MOST_PROBLEMS = 50
-MOST_READ = 3000
-"""To find a key at fault, the file is read once more without each of its keys: no more than so
-often in all, which takes a few seconds. Ten faulty keys of a file with 300 keys are found."""
-
-_BASIC = ((FORMAT_KEY,), ("model",), ("connection", "dialect"))
-"""Where one of these is wrong, nothing else can be judged."""
-
-Path_: TypeAlias = tuple[str | int, ...]
-Read: TypeAlias = Callable[[dict[str, Any]], ArmConfig]
-"""Turns a table into an arm, or raises what is wrong with it."""
 
 
 def problems_of(
     table: dict[str, Any], sections: DialectSections, name: str, folder: Path
 ) -> list[str]:
     """Return one sentence for each thing that is wrong, in the order in which they are found."""
-    read_table = partial(parse, sections=sections, name=name, folder=folder)
-    left = copy.deepcopy(table)
-    found: list[str] = []
-    read = 0
-    while len(found) < MOST_PROBLEMS:
-        complaint = _complaint(left, read_table)
-        if complaint is None:
-            break
-        found.append(complaint)
-        read += sum(1 for _ in _paths(left))
-        if read > MOST_READ:
-            break
-        smaller = _without_fault(left, complaint, read_table)
-        if smaller is None:
-            return found
-        left = smaller
-    if not found:
-        config = read_table(table)
-        found += _unusable(config, sections.find(config.connection.dialect))
-    return found
-
-
-def _complaint(table: dict[str, Any], read: Read) -> str | None:
-    try:
-        read(table)
-    except (ArmFileError, KinematicsError) as error:
-        return str(error)
-    return None
-
-
-def _without_fault(table: dict[str, Any], complaint: str, read: Read) -> dict[str, Any] | None:
-    """Return the table without the key at fault, None where no single key is."""
-    for path in sorted(_paths(table), key=len, reverse=True):
-        smaller = _without(table, path)
-        now = _complaint(smaller, read)
-        if now != complaint and not (now and _blames_absence(now, path)):
-            return None if path in _BASIC else smaller
-    return None
-
-
-def _blames_absence(complaint: str, path: Path_) -> bool:
-    """Tell whether a complaint is about the very key that was taken away."""
-    return "missing" in complaint or "needed" in complaint or f"needs {path[-1]}" in complaint
-
-
-def _paths(table: Any, before: Path_ = ()) -> Iterator[Path_]:
-    pairs = table.items() if isinstance(table, dict) else enumerate(table)
-    for key, value in pairs:
-        yield (*before, key)
-        if isinstance(value, dict) or (
-            isinstance(value, list) and any(isinstance(one, dict) for one in value)
-        ):
-            yield from _paths(value, (*before, key))
-
-
-def _without(table: dict[str, Any], path: Path_) -> dict[str, Any]:
-    copied = copy.deepcopy(table)
-    inner: Any = copied
-    for key in path[:-1]:
-        inner = inner[key]
-    del inner[path[-1]]
-    return copied
+    problems = Problems()
+    config = read_arm(TomlTable(table, "", problems), sections, name=name, folder=folder)
+    if config is not None:
+        problems.found += _unusable(config, sections.find(config.connection.dialect))
+    return problems.found
 
 
 def _unusable(config: ArmConfig, dialect: DialectSection) -> Iterator[str]:

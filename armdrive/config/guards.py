@@ -6,35 +6,57 @@ Angles are in degrees in the file and in rad in what is made of it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
 from armdrive.errors import ArmFileError
-from armdrive.text.toml import joint_range, number, refuse_unknown, require_table, within
+from armdrive.text.toml import (
+    TomlTable,
+    between,
+    joint_range,
+    named,
+    number,
+    require_list,
+    text,
+)
 from kinematics.errors import KinematicsError
 from kinematics.geometry import ArmGeometry
 from kinematics.guards.guards import AngleSum, Guards
 from kinematics.guards.links import link_names
 from kinematics.guards.shapes import Box
 
-NUMBERS: Mapping[str, tuple[float, float]] = MappingProxyType(
+
+@dataclass(frozen=True, slots=True)
+class GuardNumber:
+    """The bounds of a guard that is a number, and what the number means."""
+
+    low: float
+    high: float
+    help: str
+
+
+NUMBERS: Mapping[str, GuardNumber] = MappingProxyType(
     {
-        "tolerance_mm": (0.0, 50.0),
-        "inner_radius_mm": (0.0, 5000.0),
-        "inner_height_mm": (-5000.0, 5000.0),
-        "outer_radius_mm": (0.0, 5000.0),
-        "hand_wrist_radius_mm": (0.0, 5000.0),
-        "hand_tip_radius_mm": (0.0, 5000.0),
-        "hand_height_mm": (-5000.0, 5000.0),
-        "base_radius_mm": (0.0, 5000.0),
-        "base_top_mm": (-5000.0, 5000.0),
+        "tolerance_mm": GuardNumber(0.0, 50.0, "how far below the table rounding may put the tip"),
+        "inner_radius_mm": GuardNumber(
+            0.0, 5000.0, "the tip keeps this far from the base axis ..."
+        ),
+        "inner_height_mm": GuardNumber(-5000.0, 5000.0, "... while it is lower than this"),
+        "outer_radius_mm": GuardNumber(0.0, 5000.0, "the tip goes no further out"),
+        "hand_wrist_radius_mm": GuardNumber(
+            0.0, 5000.0, "a hand pointing backwards keeps its wrist this far away ..."
+        ),
+        "hand_tip_radius_mm": GuardNumber(0.0, 5000.0, "... while its tip is nearer than this"),
+        "hand_height_mm": GuardNumber(-5000.0, 5000.0, "... and lower than this"),
+        "base_radius_mm": GuardNumber(0.0, 5000.0, "the links keep out of a column this thick ..."),
+        "base_top_mm": GuardNumber(-5000.0, 5000.0, "... up to this height"),
     }
 )
-"""Keys that are a number, and between what."""
+"""Keys that are a number."""
 
-RADIUS_MM = (0.0, 1000.0)
+RADIUS = between(0.0, 1000.0)
 
 FOREARM = "forearm_elevation_deg"
 """Short for the sum that cable arms need: the forearm's angle above the horizontal."""
@@ -43,21 +65,26 @@ FOREARM_NAME = "forearm elevation"
 FOREARM_SHARES = (("shoulder", 1.0), ("elbow", 1.0))
 
 
-def guards_of(table: object, arm: ArmGeometry, known: Guards) -> Guards:
-    """Return the known guards of an arm with what the file says of them put in their place.
-
-    Raises `ArmFileError` that names the key.
-    """
-    entries = require_table(table, "guards")
-    refuse_unknown(entries, [*NUMBERS, "radii_mm", FOREARM, "boxes", "sums"], "guards")
-    changed: dict[str, Any] = {key: _number(entries, key) for key in NUMBERS if key in entries}
-    if "radii_mm" in entries:
-        changed["radii_mm"] = _radii(entries["radii_mm"])
-    if "boxes" in entries:
-        changed["boxes"] = _boxes(entries["boxes"])
-    if "sums" in entries or FOREARM in entries:
-        changed["sums"] = _sums(entries, arm.joint_names)
-    return _fitting(replace(known, **changed), arm)
+def guards_of(table: TomlTable, arm: ArmGeometry, known: Guards) -> Guards:
+    """Return the known guards of an arm with what the file says of them put in their place."""
+    before = table.problems.count
+    table.allow([*NUMBERS, "radii_mm", FOREARM, "boxes", "sums"])
+    changed: dict[str, Any] = {
+        key: table.value(key, between(row.low, row.high), getattr(known, key))
+        for key, row in NUMBERS.items()
+    }
+    changed["radii_mm"] = table.value("radii_mm", _radii, known.radii_mm)
+    if "boxes" in table.entries:
+        boxes = [_box(row) for row in table.rows("boxes")]
+        changed["boxes"] = tuple(box for box in boxes if box is not None)
+        _require_different(table, "keep-out boxes", [box.name for box in changed["boxes"]])
+    if "sums" in table.entries or FOREARM in table.entries:
+        changed["sums"] = tuple(_sums(table, arm.joint_names))
+        _require_different(table, "sums of joints", [one.name for one in changed["sums"]])
+    if table.problems.count > before:
+        return known
+    found = replace(known, **changed)
+    return table.problems.attempt(lambda: _fitting(found, arm), known)
 
 
 def guard_table(
@@ -85,11 +112,9 @@ def guard_table(
     return table
 
 
-def _number(entries: Mapping[str, Any], key: str) -> float:
-    where = f"guards.{key}"
-    value = number(entries[key], where)
-    within(where, value, *NUMBERS[key])
-    return value
+def _require_different(table: TomlTable, what: str, names: list[str]) -> None:
+    if len(set(names)) != len(names):
+        table.problems.note(f"{what} need different names, not {', '.join(names)}")
 
 
 def _fitting(guards: Guards, arm: ArmGeometry) -> Guards:
@@ -108,84 +133,51 @@ def _fitting(guards: Guards, arm: ArmGeometry) -> Guards:
     return guards
 
 
-def _radii(value: object) -> tuple[float, ...]:
-    where = "guards.radii_mm"
-    radii = tuple(number(one, where) for one in _listed(value, where, "[35, 30, 25]"))
-    for one in radii:
-        within(where, one, *RADIUS_MM)
-    return radii
+def _radii(value: object, where: str) -> tuple[float, ...]:
+    return tuple(RADIUS(one, where) for one in require_list(value, where, "[35, 30, 25]"))
 
 
-def _boxes(rows: object) -> tuple[Box, ...]:
-    boxes = tuple(
-        _box(row, f"guards.boxes[{index}]")
-        for index, row in enumerate(_listed(rows, "guards.boxes", "[[guards.boxes]]"), 1)
-    )
-    names = [box.name for box in boxes]
-    if len(set(names)) != len(names):
-        raise ArmFileError(f"keep-out boxes need different names, not {', '.join(names)}")
-    return boxes
-
-
-def _box(row: object, where: str) -> Box:
-    entries = require_table(row, where)
-    refuse_unknown(entries, ["name", "min_mm", "max_mm"], where)
-    name = entries.get("name")
-    if not isinstance(name, str) or not name:
-        raise ArmFileError(f'{where} needs a name, for example name = "vice"')
-    corners = (_corner(entries, key, where) for key in ("min_mm", "max_mm"))
-    try:
-        return Box(name, *corners)
-    except KinematicsError as error:
-        raise ArmFileError(f"{where}: {error}") from None
-
-
-def _corner(entries: Mapping[str, Any], key: str, where: str) -> tuple[float, float, float]:
-    value = _listed(entries.get(key), f"{where}.{key}", "[150, -60, 0]")
-    if len(value) != len("xyz"):
-        raise ArmFileError(f"{where}.{key} must be x, y and z in mm, not {value!r}")
-    x, y, z = (number(one, f"{where}.{key}") for one in value)
+def _corner(value: object, where: str) -> tuple[float, float, float]:
+    listed = require_list(value, where, "[150, -60, 0]")
+    if len(listed) != len("xyz"):
+        raise ArmFileError(f"{where} must be x, y and z in mm, not {value!r}")
+    x, y, z = (number(one, where) for one in listed)
     return x, y, z
 
 
-def _sums(entries: Mapping[str, Any], joints: tuple[str, ...]) -> tuple[AngleSum, ...]:
-    found = []
-    if FOREARM in entries:
-        missing = [joint for joint, _ in FOREARM_SHARES if joint not in joints]
-        if missing:
-            raise ArmFileError(
+def _box(row: TomlTable) -> Box | None:
+    row.allow(["name", "min_mm", "max_mm"])
+    name = row.required("name", named)
+    low, high = (row.required(key, _corner) for key in ("min_mm", "max_mm"))
+    if name is None or low is None or high is None:
+        return None
+    try:
+        return Box(name, low, high)
+    except KinematicsError as error:
+        row.problems.note(f"{row.where}: {error}")
+    return None
+
+
+def _sums(table: TomlTable, joints: tuple[str, ...]) -> Iterator[AngleSum]:
+    bounds = table.value(FOREARM, joint_range, None)
+    if bounds is not None:
+        if any(joint not in joints for joint, _ in FOREARM_SHARES):
+            table.problems.note(
                 f"guards.{FOREARM} is for arms with a shoulder and an elbow; this one's joints "
                 f"are {', '.join(joints)}: write [[guards.sums]] with joints = {{ {joints[1]} = 1 "
                 "} and range_deg = [low, high]"
             )
-        bounds = joint_range(entries[FOREARM], f"guards.{FOREARM}")
-        found.append(AngleSum(FOREARM_NAME, FOREARM_SHARES, bounds.low_rad, bounds.high_rad))
-    rows = _listed(entries.get("sums", []), "guards.sums", "[[guards.sums]]")
-    found += [_sum(row, f"guards.sums[{index}]", joints) for index, row in enumerate(rows, 1)]
-    names = [one.name for one in found]
-    if len(set(names)) != len(names):
-        raise ArmFileError(f"sums of joints need different names, not {', '.join(names)}")
-    return tuple(found)
-
-
-def _sum(row: object, where: str, joints: tuple[str, ...]) -> AngleSum:
-    entries = require_table(row, where)
-    refuse_unknown(entries, ["name", "joints", "range_deg"], where)
-    given = require_table(entries.get("joints", {}), f"{where}.joints")
-    refuse_unknown(given, list(joints), f"{where}.joints")
-    shares = tuple(
-        (joint, number(share, f"{where}.joints.{joint}")) for joint, share in given.items()
-    )
-    if not any(share for _, share in shares):
-        raise ArmFileError(f"{where} needs joints, for example joints = {{ {joints[1]} = 1 }}")
-    name = entries.get("name", " + ".join(given))
-    if not isinstance(name, str) or not name:
-        raise ArmFileError(f"{where}.name must be text, not {name!r}")
-    bounds = joint_range(entries.get("range_deg"), f"{where}.range_deg")
-    return AngleSum(name, shares, bounds.low_rad, bounds.high_rad)
-
-
-def _listed(value: object, where: str, example: str) -> list[Any]:
-    if not isinstance(value, list):
-        raise ArmFileError(f"{where} must be a list, written for example {example}, not {value!r}")
-    return value
+        yield AngleSum(FOREARM_NAME, FOREARM_SHARES, bounds.low_rad, bounds.high_rad)
+    for row in table.rows("sums"):
+        row.allow(["name", "joints", "range_deg"])
+        shares = row.by_name("joints", joints, number)
+        if not any(shares.values()):
+            row.problems.note(
+                f"{row.where} needs joints, for example joints = {{ {joints[1]} = 1 }}"
+            )
+        name = row.value("name", text, " + ".join(shares))
+        if not name and shares:
+            row.problems.note(f"{row.at('name')} must be text, not ''")
+        bounds = row.required("range_deg", joint_range)
+        if bounds is not None:
+            yield AngleSum(name, tuple(shares.items()), bounds.low_rad, bounds.high_rad)

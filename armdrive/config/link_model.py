@@ -6,24 +6,36 @@ Any number of joints, in either convention. Unknown keys are refused with the ne
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from armdrive.config.backlash import SLIDING, TURNING
 from armdrive.config.guards import guards_of
+from armdrive.config.preset import MOST_STEPS, SPEED
+from armdrive.config.sections import (
+    OPENING,
+    SLIDING,
+    TURNING,
+    GripperSettings,
+    read_posture,
+)
 from armdrive.errors import ArmFileError
 from armdrive.text.reading import read_toml
 from armdrive.text.toml import (
     FORMAT_KEY,
+    Problems,
+    TomlTable,
+    between,
+    boolean,
     joint_range,
+    named,
     number,
-    read_section,
-    refuse_unknown,
     require_format,
     require_table,
-    within,
+    setting,
+    text,
+    whole,
 )
 from kinematics.chains.arm import ChainArm
 from kinematics.chains.chain import Chain
@@ -34,7 +46,6 @@ from kinematics.frames.orientations import RPY
 from kinematics.frames.transforms import Transform, transform
 from kinematics.guards.guards import Guards
 from kinematics.presets import ArmModel, Reference
-from kinematics.spaces import Pose
 from kinematics.transmission import MotorSpec, Transmission
 
 ENDING = ".toml"
@@ -102,40 +113,36 @@ def parse_model(document: Mapping[str, Any], *, name: str = "model") -> Model:
     make no chain.
     """
     require_format(document)
-    refuse_unknown(document, list(_TOP_KEYS), "")
-    called = _text(document, "name", name)
+    table = TomlTable(document, "", Problems())
+    table.allow(_TOP_KEYS)
+    called = table.value("name", text, name)
     rows = document.get("links", [])
     if not isinstance(rows, list) or not rows:
-        raise ArmFileError("a model needs at least one link, each written under [[links]]")
+        table.problems.note("a model needs at least one link, each written under [[links]]")
+        rows = []
     if len(rows) > MOST_LINKS:
-        raise ArmFileError(f"a model has at most {MOST_LINKS} links, not {len(rows)}")
+        table.problems.note(f"a model has at most {MOST_LINKS} links, not {len(rows)}")
+    convention = table.value("convention", _convention, Convention.STANDARD)
+    base, tool = (table.table(key).section(Placement) for key in ("base", "tool"))
+    verified = table.value("verified", boolean, True)
+    title, source = table.value("title", text, called), table.value("source", text, "")
+    table.problems.require_none()
     chain = chain_of_rows(
         [require_table(row, "links") for row in rows],
-        convention=_convention(_text(document, "convention", Convention.STANDARD.value)),
-        base=read_section(Placement, document.get("base", {}), "base").frame(),
-        tool=read_section(Placement, document.get("tool", {}), "tool").frame(),
+        convention=convention,
+        base=(base or Placement()).frame(),
+        tool=(tool or Placement()).frame(),
         name=called,
     )
-    verified = document.get("verified", True)
-    if not isinstance(verified, bool):
-        raise ArmFileError(f"verified must be true or false, not {verified!r}")
-    title, source = _text(document, "title", called), _text(document, "source", "")
     return Model(called, title, source, chain, verified)
 
 
-def _text(document: Mapping[str, Any], key: str, default: str) -> str:
-    value = document.get(key, default)
-    if not isinstance(value, str):
-        raise ArmFileError(f"{key} must be text, not {value!r}")
-    return value
-
-
-def _convention(word: str) -> Convention:
+def _convention(value: object, where: str) -> Convention:
     for one in Convention:
-        if one.value == word:
+        if one.value == value:
             return one
     known = " or ".join(repr(one.value) for one in Convention)
-    raise ArmFileError(f"convention must be {known}, not {word!r}")
+    raise ArmFileError(f"{where} must be {known}, not {value!r}")
 
 
 def _clean(entry: float) -> float:
@@ -149,14 +156,8 @@ def _clean(entry: float) -> float:
 # Nothing is known of such an arm beforehand, so that what a preset would say is required here.
 # Angles are in degrees in the file and in rad in what is made of it.
 
-OPENING = "opening"
-"""What a gripper's motor sees beside the joints."""
-
 TABLE_ALONE = Guards(inner_radius_mm=None, outer_radius_mm=None, hand_wrist_radius_mm=None)
 """The guards of an arm that nothing is known of, unless its file asks for more."""
-
-Posed = Callable[[object, str, bool], Pose]
-"""Reads a posture of an arm file: its table, its name, and whether it has a yaw."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,58 +165,49 @@ class FingerModel:
     """The gripper that a motor drives: its range and speed, and steps per N once it touches."""
 
     range_mm: tuple[float, float]
-    speed_mm_s: float
-    steps_per_n: float | None = None
+    speed_mm_s: float = setting(low=0.01, high=10_000.0)
+    steps_per_n: float | None = setting(None, low=1e-3, high=1e6)
 
     def __post_init__(self) -> None:
         low, high = self.range_mm
         if low >= high:
             raise ArmFileError("fingers.range_mm: the first number must be below the second")
-        within("fingers.speed_mm_s", self.speed_mm_s, 0.01, 10_000.0)
-        if self.steps_per_n is not None:
-            within("fingers.steps_per_n", self.steps_per_n, 1e-3, 1e6)
 
 
-@dataclass(frozen=True, slots=True)
-class Motor:
-    """One motor as the file has it; `sees` by joint, `follows` by the name of another motor.
+NO_FINGERS = FingerModel((0.0, 1.0), 1.0)
+"""What stands where no motor drives a gripper, so that nothing is ever computed from it."""
 
-    Its backlash is read in config/backlash.py.
+
+def model_of(table: TomlTable, folder: Path, gripper: GripperSettings) -> ArmModel | None:
+    """Return the model that an arm file describes together with its model file, if it does.
+
+    Raises `ArmFileError` for a model file that cannot be used: nothing else can be judged then.
     """
-
-    name: str
-    steps_per_turn: float | None
-    steps_per_mm: float | None
-    sees: Mapping[str, float]
-    follows: Mapping[str, int]
-
-
-def model_of(table: Mapping[str, Any], folder: Path, posed: Posed) -> ArmModel:
-    """Return the model that an arm file describes together with its model file.
-
-    Raises `ArmFileError` that names the key, and `KinematicsError` for what makes no arm.
-    """
-    described = read_model(folder / table["model"])
-    _check_names(described.chain.joint_names)
-    arm = ChainArm(_limited(described.chain, table.get("limits_deg", {})))
-    transmission = _transmission(arm.joint_names, table.get("motors"))
-    fingers = _fingers(table, transmission)
-    speeds = _speeds(arm.joint_names, table.get("speeds_deg_s"))
-    reference = table.get("reference")
+    described = read_model(folder / table.entries["model"])
+    names = described.chain.joint_names
+    _check_names(names)
+    before = table.problems.count
+    limited = _limited(described.chain, table)
+    speeds = table.by_name("speeds_deg_s", names, SPEED, all_since="")
+    transmission = table.problems.attempt(lambda: _transmission(names, table), None)
+    if table.problems.count > before or transmission is None:
+        return None
+    arm = ChainArm(limited)
+    fingers = _fingers(table, transmission, gripper)
+    speeds_rad_s = tuple(math.radians(speeds[name]) for name in names)
+    reference = read_posture(table, "reference", arm.has_yaw)
     return ArmModel(
         key=described.name,
         title=described.title,
         arm=arm,
         transmission=transmission,
-        joint_speeds_rad_s=speeds,
-        no_load_speeds_rad_s=speeds,
+        joint_speeds_rad_s=speeds_rad_s,
+        no_load_speeds_rad_s=speeds_rad_s,
         gripper_range_mm=fingers.range_mm,
         gripper_speed_mm_s=fingers.speed_mm_s,
         grip_steps_per_n=fingers.steps_per_n,
-        reference=(
-            None if reference is None else Reference(posed(reference, "reference", arm.has_yaw))
-        ),
-        guards=guards_of(table.get("guards", {}), arm, TABLE_ALONE),
+        reference=None if reference is None else Reference(reference),
+        guards=guards_of(table.table("guards"), arm, TABLE_ALONE),
         verified=described.verified,
         notes=described.source,
     )
@@ -231,113 +223,88 @@ def _check_names(names: tuple[str, ...]) -> None:
             )
 
 
-NO_FINGERS = FingerModel((0.0, 1.0), 1.0)
-"""What stands where no motor drives a gripper, so that nothing is ever computed from it."""
-
-
-def _fingers(table: Mapping[str, Any], transmission: Transmission) -> FingerModel:
-    if transmission.has_gripper:
-        if "fingers" not in table:
-            raise ArmFileError(
-                "a motor drives a gripper, so [fingers] is needed, for example range_mm = [0, 76] "
-                "and speed_mm_s = 20"
-            )
-        return read_section(FingerModel, table["fingers"], "fingers")
-    if "fingers" not in table:
+def _fingers(table: TomlTable, transmission: Transmission, gripper: GripperSettings) -> FingerModel:
+    if transmission.has_gripper and "fingers" not in table.entries:
+        table.problems.note(
+            "a motor drives a gripper, so [fingers] is needed, for example range_mm = [0, 76] "
+            "and speed_mm_s = 20"
+        )
+    if "fingers" not in table.entries:
         return NO_FINGERS
-    kind = require_table(table.get("gripper", {}), "gripper").get("kind", "stepper")
-    if kind not in ("servo", "output"):
-        raise ArmFileError(
+    if not transmission.has_gripper and gripper.kind not in ("servo", "output"):
+        table.problems.note(
             "[fingers] stands there, but no motor has steps_per_mm to drive them, and gripper.kind "
             'is neither "servo" nor "output"'
         )
-    return read_section(FingerModel, table["fingers"], "fingers")
+    return table.table("fingers").section(FingerModel) or NO_FINGERS
 
 
-def _limited(chain: Chain, table: object) -> Chain:
+def _limited(chain: Chain, table: TomlTable) -> Chain:
     """Return the chain with the arm file's limits in the place of the model file's."""
-    entries = require_table(table, "limits_deg")
-    refuse_unknown(entries, list(chain.joint_names), "limits_deg")
+    bounds = table.by_name("limits_deg", chain.joint_names, joint_range)
     links = []
     for name, link in zip(chain.joint_names, chain.links, strict=True):
-        if name in entries:
-            bounds = joint_range(entries[name], f"limits_deg.{name}")
-            link = replace(link, low=bounds.low_rad, high=bounds.high_rad)
+        if name in bounds:
+            link = replace(link, low=bounds[name].low_rad, high=bounds[name].high_rad)
         elif link.kind is JointKind.REVOLUTE and not math.isfinite(link.high - link.low):
-            raise ArmFileError(
+            table.problems.note(
                 f"joint {name!r} has no limits in its model: give limits_deg.{name} = [low, high]"
             )
         links.append(link)
     return replace(chain, links=tuple(links))
 
 
-def _speeds(names: tuple[str, ...], table: object) -> tuple[float, ...]:
-    entries = require_table(table, "speeds_deg_s")
-    refuse_unknown(entries, list(names), "speeds_deg_s")
-    missing = [name for name in names if name not in entries]
-    if missing:
-        raise ArmFileError(f"[speeds_deg_s] is missing {', '.join(missing)}")
-    for name in names:
-        within(f"speeds_deg_s.{name}", number(entries[name], f"speeds_deg_s.{name}"), 0.01, 3600.0)
-    return tuple(math.radians(entries[name]) for name in names)
+def _transmission(joints: tuple[str, ...], table: TomlTable) -> Transmission | None:
+    """Return the motors of an arm file, None where one of them cannot be read.
 
-
-def _transmission(joints: tuple[str, ...], rows: object) -> Transmission:
-    if not isinstance(rows, list) or not rows:
-        raise ArmFileError("an arm of a model file needs its motors, each written under [[motors]]")
-    motors = [_motor(row, f"motors[{index}]") for index, row in enumerate(rows, 1)]
-    slides = [motor.steps_per_mm is not None for motor in motors]
+    Raises `KinematicsError` for motors that do not determine the joints.
+    """
+    problems = table.problems
+    before = problems.count
+    rows = table.rows("motors")
+    if not rows and problems.count == before:
+        problems.note("an arm of a model file needs its motors, each written under [[motors]]")
+    if len(rows) > len(joints) + 1:
+        problems.note(
+            f"{len(joints)} joints need {len(joints)} motors, or one more for the gripper, not "
+            f"{len(rows)}"
+        )
+        return None
+    slides = ["steps_per_mm" in row.entries for row in rows]
     if any(slides[:-1]):
-        raise ArmFileError("the gripper's motor, the one with steps_per_mm, must be the last")
-    seen = (*joints, OPENING) if slides[-1] else joints
-    names = [motor.name for motor in motors]
+        problems.note("the gripper's motor, the one with steps_per_mm, must be the last")
+    seen = (*joints, OPENING) if slides and slides[-1] else joints
+    names = [str(row.entries.get("name")) for row in rows]
     if len(set(names)) != len(names):
-        raise ArmFileError(f"motors need different names, not {', '.join(names)}")
-    specs = tuple(_spec(motor, seen, names[:index]) for index, motor in enumerate(motors))
-    return Transmission(specs, joints)
+        problems.note(f"motors need different names, not {', '.join(names)}")
+    specs = tuple(_motor(row, seen, names[:index]) for index, row in enumerate(rows))
+    return None if problems.count > before else Transmission(specs, joints)
 
 
-def _motor(row: object, where: str) -> Motor:
-    entries = require_table(row, where)
-    refuse_unknown(entries, [*Motor.__dataclass_fields__, TURNING, SLIDING], where)
-    name = entries.get("name")
-    if not isinstance(name, str) or not name:
-        raise ArmFileError(f'{where} needs a name, for example name = "base"')
-    turn, slide = (_steps(entries, key, where) for key in ("steps_per_turn", "steps_per_mm"))
-    if (turn is None) == (slide is None):
-        raise ArmFileError(
+STEPS = between(0.1, MOST_STEPS, "directions are signs in sees")
+MOTOR_KEYS = ("name", "steps_per_turn", "steps_per_mm", "sees", "follows", TURNING, SLIDING)
+"""The keys of one of [[motors]]; its backlash is read by `read_backlash` (config/sections.py)."""
+
+
+def _motor(row: TomlTable, seen: tuple[str, ...], earlier: list[str]) -> MotorSpec:
+    row.allow(MOTOR_KEYS)
+    name = row.required("name", named)
+    turn, slide = (row.value(key, STEPS, None) for key in ("steps_per_turn", "steps_per_mm"))
+    if ("steps_per_turn" in row.entries) == ("steps_per_mm" in row.entries):
+        row.problems.note(
             f"motor {name!r} needs steps_per_turn, or steps_per_mm where it drives a gripper"
         )
-    sees = require_table(entries.get("sees", {OPENING: 1} if slide else {}), f"{where}.sees")
-    follows = require_table(entries.get("follows", {}), f"{where}.follows")
-    for other, ratio in follows.items():
-        if type(ratio) is not int:
-            raise ArmFileError(f"{where}.follows.{other} must be a whole number, not {ratio!r}")
-    shares = {joint: number(one, f"{where}.sees.{joint}") for joint, one in sees.items()}
-    return Motor(name, turn, slide, shares, dict(follows))
-
-
-def _steps(entries: Mapping[str, Any], key: str, where: str) -> float | None:
-    if key not in entries:
-        return None
-    steps = number(entries[key], f"{where}.{key}")
-    if steps <= 0.0:
-        raise ArmFileError(f"{where}.{key} must be above 0: directions are signs in sees")
-    within(f"{where}.{key}", steps, 0.1, 10_000_000.0)
-    return steps
-
-
-def _spec(motor: Motor, seen: tuple[str, ...], earlier: list[str]) -> MotorSpec:
-    refuse_unknown(motor.sees, list(seen), f"motors.{motor.name}.sees")
-    refuse_unknown(motor.follows, earlier, f"motors.{motor.name}.follows")
-    if not motor.sees:
-        raise ArmFileError(
-            f"motor {motor.name!r} sees no joint: write for example sees = {{ {seen[0]} = 1 }}"
+    sees = row.by_name("sees", seen, number)
+    if "sees" not in row.entries and "steps_per_mm" in row.entries:
+        sees = {OPENING: 1.0}
+    elif not row.entries.get("sees"):
+        row.problems.note(
+            f"motor {name!r} sees no joint: write for example sees = {{ {seen[0]} = 1 }}"
         )
-    per_unit = motor.steps_per_mm or (motor.steps_per_turn or 0.0) / math.tau
+    follows = row.by_name("follows", earlier, whole)
     return MotorSpec(
-        motor.name,
-        per_unit,
-        tuple(motor.sees.get(name, 0.0) for name in seen),
-        follows=tuple((earlier.index(other), ratio) for other, ratio in motor.follows.items()),
+        str(name),
+        slide or (turn or 0.0) / math.tau,
+        tuple(sees.get(one, 0.0) for one in seen),
+        follows=tuple((earlier.index(other), ratio) for other, ratio in follows.items()),
     )

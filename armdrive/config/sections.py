@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 from types import MappingProxyType
-from typing import Any
 
 from armdrive.errors import ArmFileError
-from armdrive.text.toml import number, read_section, refuse_unknown, require_table, within
+from armdrive.text.toml import TomlTable, between, check_settings, number, require_list, setting
 from kinematics.frames.user_frame import UserFrame
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
+from kinematics.transmission import Transmission
 
 RESERVED_FRAMES = ("base", "tool")
 """Names of frames that every arm has (motion/resolve.py)."""
@@ -28,16 +28,22 @@ class Connection:
     looked for until it is back; the arm then stands in error-stop.
     """
 
-    dialect: str
-    port: str = ""
-    baud: int = 9600
-    raise_dtr: bool = False
-    keep_dtr_on_close: bool = False
-    usb_serial: str = ""
-    reconnect: bool = False
+    dialect: str = setting(means="what the controller speaks")
+    port: str = setting("", "/dev/ttyUSB0, COM3, socket://HOST:PORT, udp://HOST:PORT, can:...")
+    baud: int = setting(9600, "the dialect's own unless it was changed", low=50, high=4_000_000)
+    raise_dtr: bool = setting(False, "the port is opened with DTR and RTS off")
+    keep_dtr_on_close: bool = setting(
+        False, "with raise_dtr: later opens do not reset a board that resets on DTR"
+    )
+    usb_serial: str = setting("", "an adapter's serial number (armdrive ports): under any name")
+    reconnect: bool = setting(False, "look for a lost wire until it is back; ends in error-stop")
 
     def __post_init__(self) -> None:
-        within("connection.baud", self.baud, 50, 4_000_000)
+        check_settings(self, "connection")
+
+
+_POLL_LEAST_S = 0.05
+"""A look at the arm takes its time on the wire."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,36 +57,42 @@ class MotionSettings:
     queued. `unreferenced_speed` caps jogging while the position is not known.
     """
 
-    jog_burst_s: float = 0.15
-    jog_ramp_s: float = 0.2
-    planned_burst_s: float = 0.15
-    line_tolerance_mm: float = 0.5
-    straying_mm: float = 5.0
-    tip_speed_mm_s: float = 100.0
-    unreferenced_speed: float = 0.25
-    idle_poll_s: float = 0.8
-    ramp_s: float = 0.0
-    jerk_s: float = 0.0
+    jog_burst_s: float = setting(
+        0.15, "the longest motion sent at once while jogging: the stopping time", low=0.02, high=0.5
+    )
+    jog_ramp_s: float = setting(
+        0.2, "a held jog takes this long from rest to full speed, or a burst", low=0.0, high=2.0
+    )
+    planned_burst_s: float = setting(
+        0.15, "the same for planned motion; longer is smoother and stops later", low=0.02, high=10.0
+    )
+    line_tolerance_mm: float = setting(
+        0.5, "how far a straight line may be left between bursts", low=0.05, high=10.0
+    )
+    straying_mm: float = setting(
+        5.0, "the same of a controller that does not coordinate its motors", low=0.5, high=100.0
+    )
+    tip_speed_mm_s: float = setting(100.0, "Cartesian jogging at full speed", low=1.0, high=1000.0)
+    unreferenced_speed: float = setting(
+        0.25, "jogging is no faster than this while the position is unknown", low=0.01, high=1.0
+    )
+    idle_poll_s: float = setting(
+        0.8, "how often a standing arm is looked at; 0 is never", low=0.0, high=60.0
+    )
+    ramp_s: float = setting(
+        0.0, "planned motion: the time to full speed (GRBL boards: 0.15)", low=0.0, high=10.0
+    )
+    jerk_s: float = setting(
+        0.0, "and the time in which the acceleration builds up (GRBL: 0.05)", low=0.0, high=2.0
+    )
 
     def __post_init__(self) -> None:
-        for name, (low, high) in _MOTION_BOUNDS.items():
-            within(f"motion.{name}", getattr(self, name), low, high)
-        if self.idle_poll_s != 0.0:  # 0 is never; a look takes its time on the wire
-            within("motion.idle_poll_s", self.idle_poll_s, 0.05, _MOTION_BOUNDS["idle_poll_s"][1])
-
-
-_MOTION_BOUNDS = {
-    "jog_burst_s": (0.02, 0.5),
-    "jog_ramp_s": (0.0, 2.0),
-    "planned_burst_s": (0.02, 10.0),
-    "line_tolerance_mm": (0.05, 10.0),
-    "straying_mm": (0.5, 100.0),
-    "tip_speed_mm_s": (1.0, 1000.0),
-    "unreferenced_speed": (0.01, 1.0),
-    "idle_poll_s": (0.0, 60.0),
-    "ramp_s": (0.0, 10.0),
-    "jerk_s": (0.0, 2.0),
-}
+        check_settings(self, "motion")
+        if 0.0 < self.idle_poll_s < _POLL_LEAST_S:
+            raise ArmFileError(
+                f"motion.idle_poll_s must be 0, or from {_POLL_LEAST_S:g} to 60, not "
+                f"{self.idle_poll_s:g}"
+            )
 
 
 GRIPPER_KINDS = ("stepper", "servo", "output", "none")
@@ -95,18 +107,24 @@ class GripperSettings:
     nothing.
     """
 
-    kind: str = "stepper"
-    trip_force_n: float = 2.2
-    max_force_n: float = 35.0
-    approach_steps: int = 16
+    kind: str = setting(
+        "stepper", "what moves the fingers: stepper, servo, output or none", words=GRIPPER_KINDS
+    )
+    trip_force_n: float = setting(
+        2.2, "unverified: the force at which the grip switch closes", low=0.0, high=100.0
+    )
+    max_force_n: float = setting(35.0, "a grasp is never firmer", low=0.0, high=200.0)
+    approach_steps: int = setting(
+        16, "motor steps of one closing burst while grasping", low=1, high=100
+    )
 
     def __post_init__(self) -> None:
-        if self.kind not in GRIPPER_KINDS:
-            known = ", ".join(GRIPPER_KINDS)
-            raise ArmFileError(f"gripper.kind is one of {known}, not {self.kind!r}")
-        within("gripper.trip_force_n", self.trip_force_n, 0.0, 100.0)
-        within("gripper.max_force_n", self.max_force_n, self.trip_force_n, 200.0)
-        within("gripper.approach_steps", self.approach_steps, 1, 100)
+        check_settings(self, "gripper")
+        if self.max_force_n < self.trip_force_n:
+            raise ArmFileError(
+                f"gripper.max_force_n must be from {self.trip_force_n:g} (gripper.trip_force_n) "
+                f"to 200, not {self.max_force_n:g}"
+            )
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,76 +181,133 @@ class HomingSettings:
     groups: tuple[tuple[int, ...], ...] = ()
 
 
-def read_frames(table: object) -> Mapping[str, UserFrame]:
-    """Read the frames of an arm file. Raises `ArmFileError` for a name that means another."""
-    rows = require_table(table, "frames")
-    for name in rows:
+def read_frames(table: TomlTable) -> Mapping[str, UserFrame]:
+    """Read the frames of an arm file; a name that means another frame is a fault."""
+    found = {}
+    for name in table.entries:
         if name in RESERVED_FRAMES or not name.isidentifier():
-            raise ArmFileError(
+            table.problems.note(
                 f"frames.{name}: a frame's name is one word of letters and digits, and neither "
                 f"{' nor '.join(RESERVED_FRAMES)}"
             )
-    return MappingProxyType(
-        {
-            name: read_section(FrameSettings, row, f"frames.{name}").frame()
-            for name, row in rows.items()
-        }
-    )
+        elif (settings := table.table(name).section(FrameSettings)) is not None:
+            found[name] = settings.frame()
+    return MappingProxyType(found)
 
 
-def read_posture(table: object, where: str, has_yaw: bool) -> Pose:
-    """Read a posture of an arm file."""
+def read_posture(table: TomlTable, key: str, has_yaw: bool) -> Pose | None:
+    """Read a posture of an arm file, None where it says nothing of it or nothing that can be."""
+    if key not in table.entries:
+        return None
     kind = YawedPostureSettings if has_yaw else PostureSettings
-    return read_section(kind, table, where).pose()
+    settings = table.table(key).section(kind)
+    return None if settings is None else table.problems.attempt(settings.pose, None)
 
 
-# Tables of an arm file that are read joint by joint or motor by motor: homing, accelerations.
-
-
-def read_accelerations(
-    table: Mapping[str, Any], names: tuple[str, ...]
-) -> tuple[float | None, ...]:
+def read_accelerations(table: TomlTable, names: tuple[str, ...]) -> tuple[float | None, ...]:
     """Return the accelerations that the file gives, None for a joint that it says nothing of."""
-    where = "accelerations_deg_s2"
-    entries = require_table(table.get(where, {}), where)
-    refuse_unknown(entries, list(names), where)
-    for name, value in entries.items():
-        within(f"{where}.{name}", number(value, f"{where}.{name}"), 0.1, 1e6)
-    given = (entries.get(name) for name in names)
-    found = tuple(None if value is None else math.radians(value) for value in given)
-    return found if entries else ()
+    found = table.by_name("accelerations_deg_s2", names, between(0.1, 1e6))
+    each = (math.radians(found[name]) if name in found else None for name in names)
+    return tuple(each) if found else ()
 
 
-def read_homing(table: object, model: ArmModel) -> HomingSettings:
+def read_homing(table: TomlTable, model: ArmModel) -> HomingSettings | None:
     """Return the device's own homing: where every joint stands afterwards, and the order."""
-    entries = require_table(table, "homing")
-    refuse_unknown(entries, ["joints_deg", "opening_mm", "groups"], "homing")
-    angles = require_table(entries.get("joints_deg", {}), "homing.joints_deg")
-    names = list(model.arm.joint_names)
-    refuse_unknown(angles, names, "homing.joints_deg")
-    missing = [name for name in names if name not in angles]
-    if missing:
-        raise ArmFileError(
-            f"homing.joints_deg is missing {', '.join(missing)}: where every joint stands once the "
-            "device has homed"
-        )
-    turned = tuple(math.radians(number(angles[n], f"homing.joints_deg.{n}")) for n in names)
-    opening_mm = number(entries.get("opening_mm", 0.0), "homing.opening_mm")
-    return HomingSettings(Joints(turned, tuple(names)), opening_mm, _groups(entries, model))
+    table.allow(["joints_deg", "opening_mm", "groups"])
+    names = model.arm.joint_names
+    why = ": where every joint stands once the device has homed"
+    angles = table.by_name("joints_deg", names, number, all_since=why)
+    opening_mm = table.value("opening_mm", number, 0.0)
+    motors = len(model.transmission.motors) if model.transmission is not None else 0
+    groups = table.value("groups", lambda value, _: _groups(value, motors), ())
+    if len(angles) < len(names):
+        return None
+    turned = tuple(math.radians(angles[name]) for name in names)
+    return HomingSettings(Joints(turned, names), opening_mm, groups)
 
 
-def _groups(entries: Mapping[str, Any], model: ArmModel) -> tuple[tuple[int, ...], ...]:
-    count = len(model.transmission.motors) if model.transmission is not None else 0
-    groups = entries.get("groups", [])
-    good = isinstance(groups, list) and all(
+def _groups(value: object, motors: int) -> tuple[tuple[int, ...], ...]:
+    fits = isinstance(value, list) and all(
         isinstance(group, list)
         and group
-        and all(type(motor) is int and 1 <= motor <= count for motor in group)
-        for group in groups
+        and all(type(motor) is int and 1 <= motor <= motors for motor in group)
+        for group in value
     )
-    if not good:
+    if not fits:
         raise ArmFileError(
-            f"homing.groups lists motors by number, 1 to {count}, in the order in which they home, "
-            "for example [[3], [2], [1, 4, 5]]"
+            f"homing.groups lists motors by number, 1 to {motors}, in the order in which they "
+            "home, for example [[3], [2], [1, 4, 5]]"
         )
-    return tuple(tuple(group) for group in groups)
+    return tuple(map(tuple, require_list(value, "homing.groups", "[[3], [2]]")))
+
+
+# The backlash in an arm file, as whole motor steps: what a motor turns before the arm follows.
+
+OPENING = "opening"
+"""What a gripper's motor sees beside the joints."""
+
+TURNING, SLIDING = "backlash_deg", "backlash_mm"
+"""The keys, of an arm file or of one of its [[motors]]; the second of a gripper's motor."""
+
+WIDTHS = {TURNING: between(0.0, 10.0), SLIDING: between(0.0, 5.0)}
+"""More than that is a loose screw: no arithmetic mends it."""
+
+
+def read_backlash(table: TomlTable, transmission: Transmission | None) -> tuple[int, ...]:
+    """Return the steps of each motor, nothing where no motor has any."""
+    if transmission is None:
+        return ()
+    given = _of_rows if "motors" in table.entries else _of_sections
+    widths = [0] * len(transmission.motors)
+    for motor, size in given(table, transmission):
+        widths[motor] = math.floor(_steps_per_unit(transmission, motor) * size + 0.5)
+    return tuple(widths) if any(widths) else ()
+
+
+def backlash_keys(
+    widths: tuple[int, ...], transmission: Transmission | None
+) -> Iterator[tuple[str, str, float]]:
+    """Give motor, key and value: what a file has to say so that its backlash is read as it is."""
+    for index, width in enumerate(widths):
+        if transmission is not None and width:
+            name = transmission.motors[index].name
+            size = width / _steps_per_unit(transmission, index)
+            yield name, _key(transmission, index), round(size, 9)
+
+
+def _key(transmission: Transmission, motor: int) -> str:
+    return TURNING if motor < len(transmission.joint_names) else SLIDING
+
+
+def _steps_per_unit(transmission: Transmission, motor: int) -> float:
+    """Return the steps of a degree, or of a mm."""
+    scale = math.pi / 180.0 if _key(transmission, motor) == TURNING else 1.0
+    return abs(transmission.motors[motor].steps_per_unit) * scale
+
+
+def _of_sections(table: TomlTable, transmission: Transmission) -> Iterator[tuple[int, float]]:
+    names = [motor.name for motor in transmission.motors]
+    count = len(transmission.joint_names)
+    turning = table.by_name(TURNING, names[:count], WIDTHS[TURNING])
+    yield from ((names.index(name), size) for name, size in turning.items())
+    sliding = table.value(SLIDING, WIDTHS[SLIDING], None)
+    if sliding is not None and not transmission.has_gripper:
+        table.problems.note(f"{SLIDING} is of a gripper's motor, and this arm has none")
+    elif sliding is not None:
+        yield len(names) - 1, sliding
+
+
+def _of_rows(table: TomlTable, transmission: Transmission) -> Iterator[tuple[int, float]]:
+    names = [motor.name for motor in transmission.motors]
+    for row in table.rows("motors"):
+        for key in [key for key in WIDTHS if key in row.entries]:
+            name = row.entries["name"]
+            if name not in names:
+                row.problems.note(
+                    f"{row.at(key)}: gripper.kind says that no motor drives the gripper"
+                )
+            elif key != _key(transmission, names.index(name)):
+                wanted = _key(transmission, names.index(name))
+                row.problems.note(f"{row.at(key)}: the backlash of motor {name!r} is {wanted}")
+            elif (size := row.value(key, WIDTHS[key], None)) is not None:
+                yield names.index(name), size

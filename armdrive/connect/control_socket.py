@@ -3,23 +3,24 @@
 Each is one JSON object, `{"request": NAME}` with the request's own words beside it, and is answered
 by one; `watch` and `wire` by one a moment, until either side ends. Only a stop reaches further than
 the next burst: nobody moves an arm from outside. Who is served when stands in
-storage/control_server.py.
+storage/arm_lock.py.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Protocol
 
 from armdrive.errors import ArmError, StateFileError
 from armdrive.runtime.arm_state import Core
-from armdrive.runtime.drive import Pace
+from armdrive.runtime.clock import Pace
 from armdrive.status import Status, status_view
-from armdrive.storage.arm_lock import ArmLock
-from armdrive.storage.control_server import Json
+from armdrive.storage.arm_lock import Answering, ArmLock, Json
 from armdrive.storage.lock_client import WATCH_EVERY_S
 from armdrive.trace.calls import Tracer
 from armdrive.trace.entries import TraceEntry
@@ -71,38 +72,6 @@ PASSING = ("trust_for_s", "percent", "left_s")
 PERCENT_RANGE = (1, 100)
 
 
-class ControlHandlers:
-    """Answers the other programs about one arm, from as many threads as they are."""
-
-    def __init__(self, arm: ControlledArm) -> None:
-        self._arm = arm
-
-    def is_stop(self, request: Json) -> bool:
-        """Tell whether a request is a stop, which waits for nobody."""
-        return request.get("request") == STOP
-
-    def is_stream(self, request: Json) -> bool:
-        """Tell whether a request is answered until either side ends."""
-        name = request.get("request")
-        return isinstance(name, str) and name in _STREAMS
-
-    def answers(self, words: Json) -> Iterator[Json]:
-        """Answer a request: by one object, or by a stream of them."""
-        request = words.get("request")
-        stream = _STREAMS.get(request) if isinstance(request, str) else None
-        if stream is not None:
-            every_s = _every_s(words)
-            if every_s is None:
-                asked = words["every_s"]
-                return iter([{"error": f"every_s is a number of seconds, not {asked!r:.40}"}])
-            return stream(self._arm, every_s)
-        answer = _ANSWERS.get(request) if isinstance(request, str) else None
-        if answer is None:
-            known = ", ".join(REQUESTS)
-            return iter([{"error": f"unknown request {request!r:.40}; known are {known}"}])
-        return iter([_answered(answer, self._arm, words)])
-
-
 def serve(lock: ArmLock, arm: ControlledArm) -> None:
     """Have a lock's socket answer other programs about its arm.
 
@@ -110,7 +79,7 @@ def serve(lock: ArmLock, arm: ControlledArm) -> None:
     """
     arm.core.speed_override.others = True  # `armdrive resume` reaches it from now on
     try:
-        lock.serve(ControlHandlers(arm))
+        lock.serve(partial(answered, arm))
     except StateFileError:
         arm.close()
         lock.release()
@@ -181,40 +150,27 @@ def _overheard(arm: ControlledArm, every_s: float) -> Iterator[Json]:
     return overheard(since, arm.pace.now_s, lambda: arm.closed, every_s)
 
 
-def _answered(
-    answer: Callable[[ControlledArm, Mapping[str, Any]], Json],
-    arm: ControlledArm,
-    words: Mapping[str, Any],
-) -> Json:
-    try:
-        return answer(arm, words)
-    except (ArmError, KinematicsError) as error:
-        return {"error": str(error)}
-    except Exception as error:  # a flaw of ours: the caller hears of it, and the arm drives on
-        return {"error": f"the program that holds the arm failed to answer: {error!r:.200}"}
-
-
-def _status(arm: ControlledArm, _: Mapping[str, Any]) -> Json:
+def _status(arm: ControlledArm, _: Json) -> Json:
     view = status_view(arm.status)
     return view if arm.program is None else {**view, "program": arm.program()}
 
 
-def _stop(arm: ControlledArm, _: Mapping[str, Any]) -> Json:
+def _stop(arm: ControlledArm, _: Json) -> Json:
     arm.request_stop()
     return {"done": "stop"}
 
 
-def _pause(arm: ControlledArm, _: Mapping[str, Any]) -> Json:
+def _pause(arm: ControlledArm, _: Json) -> Json:
     arm.pause()
     return {"done": "pause"}
 
 
-def _resume(arm: ControlledArm, _: Mapping[str, Any]) -> Json:
+def _resume(arm: ControlledArm, _: Json) -> Json:
     arm.resume()
     return {"done": "resume"}
 
 
-def _slow(arm: ControlledArm, words: Mapping[str, Any]) -> Json:
+def _slow(arm: ControlledArm, words: Json) -> Json:
     percent = words.get("percent")
     low, high = PERCENT_RANGE
     if (
@@ -227,28 +183,64 @@ def _slow(arm: ControlledArm, words: Mapping[str, Any]) -> Json:
     return {"done": "slow", "percent": percent}
 
 
-def _record(arm: ControlledArm, _: Mapping[str, Any]) -> Json:
+def _record(arm: ControlledArm, _: Json) -> Json:
     """Have the flight recorder write into its own folder: no caller says where."""
     return {"recording": str(arm.save_recording())}
 
 
-STOP = "stop"
-WATCH = "watch"
-FOLLOW = "follow"
+# Who answers what: the table of requests.
+
+
+@dataclass(frozen=True, slots=True)
+class ControlRequest:
+    """What answers a request: one object, or a stream of them until either side ends."""
+
+    one: Callable[[ControlledArm, Json], Json] | None = None
+    stream: Stream | None = None
+    way: Answering = Answering.IN_TURN
+
+    def answers(self, arm: ControlledArm, words: Json) -> Iterator[Json]:
+        """Yield the answers. A flaw of ours is told to the caller, and the arm drives on."""
+        if self.stream is not None:
+            every_s = _every_s(words)
+            if every_s is None:
+                asked = words["every_s"]
+                yield {"error": f"every_s is a number of seconds, not {asked!r:.40}"}
+                return
+            yield from self.stream(arm, every_s)
+        if self.one is not None:
+            try:
+                yield self.one(arm, words)
+            except (ArmError, KinematicsError) as error:
+                yield {"error": str(error)}
+            except Exception as error:
+                yield {"error": f"the program that holds the arm failed to answer: {error!r:.200}"}
+
+
 WIRE = "wire"
-_STREAMS: Mapping[str, Stream] = MappingProxyType(
-    {WATCH: _watched, FOLLOW: _followed, WIRE: _overheard}
-)
-_ANSWERS: Mapping[str, Callable[[ControlledArm, Mapping[str, Any]], Json]] = MappingProxyType(
+
+REQUESTS: Mapping[str, ControlRequest] = MappingProxyType(
     {
-        "status": _status,
-        STOP: _stop,
-        "pause": _pause,
-        "resume": _resume,
-        "slow": _slow,
-        "record": _record,
+        "status": ControlRequest(_status),
+        "stop": ControlRequest(_stop, way=Answering.AT_ONCE),  # it waits for nobody
+        "pause": ControlRequest(_pause),
+        "resume": ControlRequest(_resume),
+        "slow": ControlRequest(_slow),
+        "record": ControlRequest(_record),
+        "watch": ControlRequest(stream=_watched, way=Answering.WATCHING),
+        "follow": ControlRequest(stream=_followed, way=Answering.WATCHING),
+        WIRE: ControlRequest(stream=_overheard, way=Answering.WATCHING),
     }
 )
-
-REQUESTS = (*_ANSWERS, *_STREAMS)
 """Every request by its name."""
+
+
+def answered(arm: ControlledArm, words: Json) -> tuple[Answering, Iterator[Json]]:
+    """Return how a request about an arm is answered, and the answers."""
+    name = words.get("request")
+    request = REQUESTS.get(name) if isinstance(name, str) else None
+    if request is None:
+        known = ", ".join(REQUESTS)
+        unknown = {"error": f"unknown request {name!r:.40}; known are {known}"}
+        return Answering.IN_TURN, iter([unknown])
+    return request.way, request.answers(arm, words)

@@ -18,21 +18,18 @@ from armdrive.config.arm import ArmConfig
 from armdrive.connect.reconnect import NewLink, Reconnector
 from armdrive.connect.target import DEFAULT_TARGET, find, simulation_forced, state_file
 from armdrive.dialog.operator import Operator
-from armdrive.errors import BadRequest, LinkLost, NoAnswer, PortUnavailable, Stopped
+from armdrive.errors import ArmError, BadRequest, LinkLost, NoAnswer, PortUnavailable, Stopped
 from armdrive.motion import reference
-from armdrive.motion.context import MotionContext
+from armdrive.motion.context import MotionContext, alerted
 from armdrive.motion.idle import Idling
+from armdrive.motion.plan import SpeedLimits
 from armdrive.registry import dialect
 from armdrive.registry.simulate import simulate
 from armdrive.runtime.arm_state import Core
-from armdrive.runtime.clock import SimulatedClock
-from armdrive.runtime.deadlines import call_limit_s
-from armdrive.runtime.drive import Pace, PaceChoice, RealPace, pace_of
-from armdrive.runtime.engine import Engine
-from armdrive.runtime.received import Received
-from armdrive.runtime.registers import alerted
+from armdrive.runtime.clock import Pace, PaceChoice, RealPace, SimulatedClock, pace_of
+from armdrive.runtime.engine import Engine, Received, call_limit_s
 from armdrive.runtime.states import Event
-from armdrive.status import State
+from armdrive.status import State, Status
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import ArmLock, hold
 from armdrive.storage.record import FileRecorder, NoRecorder, PositionRecorder
@@ -42,6 +39,7 @@ from armdrive.trace.calls import NO_TRACER, Tracer
 from armdrive.trace.recorder import FlightRecorder
 from armdrive.transports.in_process import MemoryLink
 from armdrive.transports.link import Link
+from kinematics.spaces import Joints, Pose
 
 if TYPE_CHECKING:  # a real arm loads no simulation
     from armdrive.sim.simulated_arm import SimulatedArm
@@ -180,6 +178,48 @@ class Parts:
     """Keeps other programs off the arm, and answers them; None where none can reach it."""
     closers: tuple[Callable[[], None], ...] = ()
     """Called in this order once the arm is closed."""
+
+    # -- what is known ------------------------------------------------------------------------
+
+    @property
+    def status(self) -> Status:
+        """A frozen picture of this moment."""
+        with self.pace.lock:
+            jitter = self.pace.lateness.view()
+            return self.core.status(self.engine, simulated=self.simulated, scheduling_jitter=jitter)
+
+    @property
+    def joints(self) -> Joints:
+        """The acknowledged joint angles. Raises `NotReferenced` while the position is unknown."""
+        return self.known(self.status.joints)
+
+    @property
+    def pose(self) -> Pose:
+        """The acknowledged pose. Raises `NotReferenced` while the position is unknown."""
+        return self.known(self.status.pose)
+
+    @property
+    def speeds(self) -> SpeedLimits:
+        """The limits that time is computed from; a device may tell its own once it is connected."""
+        config, core = self.config, self.core
+        return SpeedLimits(
+            config.model.joint_speeds_rad_s,
+            config.model.gripper_speed_mm_s,
+            core.controller.usable_rate_hz(math.inf),
+            core.transmission,
+            config.motion.ramp_s,
+            config.motion.jerk_s,
+            config.accelerations_rad_s2,
+        )
+
+    def known(self, value: T | None) -> T:
+        """Return what a status tells, or raise `NotReferenced` where it tells nothing."""
+        if value is None:
+            self.core.require_reference()
+            raise ArmError("the position is not known")
+        return value
+
+    # -- the end ------------------------------------------------------------------------------
 
     def release(self) -> None:
         """Stop driving the engine, give the wire back, and finish what is being written."""

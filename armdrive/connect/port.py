@@ -13,7 +13,7 @@ from armdrive.config.sections import Connection
 from armdrive.dialects.recognition import Recogniser, comes_back, says_something_readable
 from armdrive.errors import DeviceFault, LinkLost, PortUnavailable
 from armdrive.registry import DIALECTS
-from armdrive.runtime.received import NOT_THE_ANSWER, excerpt
+from armdrive.runtime.engine import NOT_THE_ANSWER, excerpt
 from armdrive.transports import opening, ports
 from armdrive.transports.address import PREFIX, is_can, scheme
 from armdrive.transports.can_address import CanAddress

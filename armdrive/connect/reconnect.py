@@ -12,11 +12,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from armdrive.errors import ArmError, LinkLost
-from armdrive.motion.context import MotionContext
+from armdrive.motion.context import MotionContext, without_reset
 from armdrive.motion.idle import resume
 from armdrive.registry import dialect
 from armdrive.runtime.engine import Engine
-from armdrive.runtime.registers import without_reset
 from armdrive.tasks import TaskBody
 from armdrive.transports.link import AbsentLink, Link
 

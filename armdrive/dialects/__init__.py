@@ -1,1 +1,1 @@
-"""dialects."""
+"""The drivers of controllers: one subpackage a dialect, and what they share."""

@@ -1,9 +1,9 @@
-"""A controller whose requests are scripts: generators that say something and wait for an answer.
+"""Scripts: generators that say something to a device and wait for its answer.
 
 A script yields the time until which it waits, and is resumed with what the codec heard, or with
 None when the time is over or a stop was asked for. What it returns answers the request.
 
-A controller answers requests by scripts (`ScriptRunner`) and holds what they work with
+A controller answers requests by scripts (`controller.ScriptRunner`) and holds what they work with
 (`ScriptIO`), which it hands to its collaborators. What is no request of an arm, such as a survey of
 a bus, runs in a bare `ScriptLoop`.
 """
@@ -11,15 +11,12 @@ a bus, runs in a bare `ScriptLoop`.
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Sequence
 from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
-from armdrive.abilities import Abilities
 from armdrive.errors import ArmError, WrongState
-from armdrive.tasks import SWITCHED_ON, Event, Reply, Request, RequestRejected, Timeout
-from kinematics.spaces import Motors
+from armdrive.tasks import SWITCHED_ON, Event, RequestRejected, Timeout
 
 H = TypeVar("H")
 """What the dialect's codec hears."""
@@ -63,7 +60,7 @@ class Received(Generic[H]):
 class ScriptIO(Generic[H]):
     """What a script works with: the wire, the engine's ear, the time, and whether to stop.
 
-    `on_unasked` weighs what no script was waiting for: see `ScriptRunner.unasked`.
+    `on_unasked` weighs what no script was waiting for: see `controller.ScriptRunner.unasked`.
     """
 
     look_at = SWITCHED_ON
@@ -93,13 +90,15 @@ class ScriptIO(Generic[H]):
         """Give an event to the engine."""
         self.events.append(event)
 
-    def hear(self, until_s: float, wanted: Callable[[H], bool]) -> Script[H, H | None]:
-        """Wait for a message of a kind, stop or no stop; None when the time is over.
+    def hear(
+        self, until_s: float, wanted: Callable[[H], bool], *, until_stop: bool = False
+    ) -> Script[H, H | None]:
+        """Wait for a message of a kind; None when the time is over, or at a stop if told so.
 
         What has come is read to its end before the time is found to be over: this program may be
         late, and the answer stand behind something else.
         """
-        while True:
+        while not (until_stop and self.stop_asked):
             heard = yield until_s
             if heard is None:
                 if self.now_s >= until_s:
@@ -109,6 +108,7 @@ class ScriptIO(Generic[H]):
                 self.overdue = self.now_s > until_s
                 return heard
             self.on_unasked(heard)
+        return None
 
     def collect(
         self,
@@ -246,96 +246,3 @@ class ScriptLoop(Generic[H]):
         except StopIteration as end:
             self._script, self._until_s = None, math.inf
             self.io.tell(end.value)
-
-
-class ScriptRunner(ABC, Generic[H]):
-    """Answers requests by scripts. A dialect adds `script`, `unasked` and numbers."""
-
-    look_at = SWITCHED_ON
-
-    def __init__(
-        self, abilities: Abilities, codec: Codec[H], io: ScriptIO[H] | None = None
-    ) -> None:
-        self.abilities = abilities
-        self.io = io or ScriptIO(self.unasked)
-        self._loop = ScriptLoop(codec, self.io, self.unasked)
-
-    @property
-    def last_said(self) -> str:
-        """The text of the message sent last, for people."""
-        return self.io.said
-
-    @property
-    def underruns(self) -> int:
-        """How often a device that queues stood still although more of its motion was to come."""
-        return 0
-
-    @property
-    def busy(self) -> bool:
-        """Tell whether a request is unanswered."""
-        return self._loop.busy
-
-    # -- what a dialect says ------------------------------------------------------------------
-
-    @abstractmethod
-    def script(self, request: Request) -> Script[H, Reply]:
-        """Return the script that carries out a request."""
-
-    @abstractmethod
-    def unasked(self, heard: H) -> None:
-        """Weigh what no script was waiting for: tell a `ProtocolWarning` or an `Alert`."""
-
-    def give_up(self) -> None:
-        """Have the codec forget what it waits for, and half a message."""
-
-    # -- what the engine calls ----------------------------------------------------------------
-
-    def begin(self, request: Request, now_s: float) -> None:
-        """Take up a request; raises `ValueError` where the dialect cannot express it."""
-        self._loop.begin(lambda: self.script(request), now_s)
-
-    def receive(self, data: bytes, now_s: float) -> None:
-        """Take bytes from the device."""
-        self._loop.receive(data, now_s)
-
-    def advance(self, now_s: float) -> bytes:
-        """Do what is due by now, and return the bytes to be written."""
-        return self._loop.advance(now_s)
-
-    def next_s(self) -> float:
-        """Tell when the script wants to go on even if nothing is heard."""
-        return self._loop.next_s()
-
-    def next_event(self) -> Event | None:
-        """Return the next thing that the engine should know."""
-        event: Event | None = self._loop.next_event()
-        return event
-
-    def stop(self, *, hard: bool) -> None:
-        """Have the script know of a stop, at once."""
-        self._loop.stop(hard=hard)
-
-    def forget(self) -> None:
-        """Give up on the unanswered request and on half a message that was received."""
-        self._loop.forget()
-        self.io.out.clear()
-        self.give_up()
-
-    # -- what most dialects share -------------------------------------------------------------
-
-    def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:  # noqa: ARG002
-        """Return zeros: a device that coordinates its motors keeps to the straight way."""
-        return (0.0,) * len(steps)
-
-    def farewell(self) -> bytes:
-        """Return what the device should hear before its wire is given back: nothing, mostly."""
-        return b""
-
-    def unwrap(self, registers: Motors, near: Motors) -> Motors:
-        """Undo the wrap of registers of `abilities.register_bits`."""
-        span = 1 << self.abilities.register_bits
-        half = span // 2
-        return Motors(
-            there + (count - there + half) % span - half
-            for count, there in zip(registers, near, strict=True)
-        )

@@ -3,12 +3,13 @@
 The table from a TeachMover's SP to half-steps a second was never published, so the arm file's
 table is an assumption. The meter measures each answer against it, and bursts are shortened where
 the arm is slower; until a part of the table has been measured, the arm is taken to be slower by
-the doubt that the arm file states.
+the doubt that the arm file states. The meter of one part serves arms without a table, too.
 """
 
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections import defaultdict
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -57,43 +58,66 @@ class SpeedTable:
         return self.points[index], self.points[index + 1]
 
 
-@dataclass(slots=True, eq=False)
+EARLY, LATE = 0.4, 1.5
+"""A motion that lasted less or more than this share of what was expected is hard to believe."""
+
+
+@dataclass(slots=True)
+class PaceMeter:
+    """How much slower than computed an arm is. Slower is believed at once, faster bit by bit.
+
+    The wire's own delays make motions shorter than `shortest_s` look slower than they are, never
+    faster. A clock's own steps may take `early_s` off a motion's time, and an operating system, an
+    adapter or a board may add `late_s` to it.
+    """
+
+    assumed_doubt: float
+    shortest_s: float
+    early_s: float
+    late_s: float
+    _known: float | None = None
+
+    @property
+    def doubt(self) -> float:
+        """The factor by which a motion may last longer than computed."""
+        return self.assumed_doubt if self._known is None else self._known
+
+    def learn(self, expected_s: float, measured_s: float) -> bool:
+        """Weigh one motion; False where none can have lasted so long, or so short."""
+        believable = self.believable(expected_s, measured_s)
+        if expected_s <= 0.0:
+            return believable
+        factor = max(measured_s / expected_s, 1.0)
+        known = factor if self._known is None else self._known
+        # short motions end a wrong suspicion and raise none
+        if expected_s >= self.shortest_s or (self._known is not None and factor < known):
+            self._known = max(factor, known + (factor - known) / 4.0)
+        return believable
+
+    def believable(self, expected_s: float, measured_s: float) -> bool:
+        """Tell whether a motion can have lasted that long on this arm as it is known."""
+        longest_s = expected_s * self.doubt * LATE + self.late_s
+        return expected_s * EARLY - self.early_s <= measured_s <= longest_s
+
+
 class SpeedMeter:
     """How much slower than its table the arm is, for each part of the table."""
 
-    table: SpeedTable
-    assumed_doubt: float
-    _factors: dict[int, float] = field(default_factory=dict)
+    def __init__(self, table: SpeedTable, assumed_doubt: float) -> None:
+        self._table = table
+        self._parts = defaultdict[int, PaceMeter](
+            lambda: PaceMeter(assumed_doubt, SHORTEST_MEASURED_S, CLOCK_S, DELAY_S)
+        )
 
-    def doubt(self, setting: int) -> float:
-        """Return the factor by which this setting may be slower than the table says."""
-        return self._factors.get(self.table.part(setting), self.assumed_doubt)
-
-    def learn(self, setting: int, expected_s: float, measured_s: float) -> None:
-        """Weigh one answer time. Slower is believed at once, faster only bit by bit."""
-        if expected_s <= 0.0:
-            return
-        factor = max(measured_s / expected_s, 1.0)
-        part = self.table.part(setting)
-        known = self._factors.get(part)
-        if expected_s < SHORTEST_MEASURED_S and (known is None or factor > known):
-            return  # the wire's own delays make short motions look slower, never faster
-        known = factor if known is None else known
-        self._factors[part] = max(factor, known + (factor - known) / 4.0)
-
-    def believable(self, setting: int, expected_s: float, measured_s: float) -> bool:
-        """Tell whether a motion can have taken that long on this arm as it is known."""
-        longest_s = expected_s * self.doubt(setting) * LATE + DELAY_S
-        return expected_s * EARLY - CLOCK_S <= measured_s <= longest_s
+    def part(self, setting: int) -> PaceMeter:
+        """Return what is known of the part of the table that a setting lies in."""
+        return self._parts[self._table.part(setting)]
 
 
 MOST_SETTINGS = 10_000
 
 SHORTEST_MEASURED_S = 0.04
 """Answers to shorter motions say more about the wire than about the motors."""
-
-EARLY = 0.4
-LATE = 1.5
 DELAY_S = 0.05
 """What the operating system and an adapter may add to an answer's time."""
 CLOCK_S = 0.02

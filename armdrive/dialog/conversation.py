@@ -94,11 +94,11 @@ def number(low: float, high: float, unit: str = "") -> Reader:
     return read
 
 
-def whole(low: int, high: int) -> Reader:
+def whole(low: int, high: int, unit: str = "") -> Reader:
     """Return a reader of a whole number between these bounds, both included."""
 
     def read(line: str) -> int:
-        value = number(low, high)(line)
+        value = number(low, high, unit)(line)
         if value != int(value):
             raise WrongAnswer(f"a whole number is needed, not {line}")
         return int(value)
@@ -222,29 +222,8 @@ def agreed(
     words: str, why: str, about: About = About.AGREEMENT, motor: int = 0, default: str | None = None
 ) -> Talk[bool]:
     """Ask a question whose answer is yes or no. What moves or writes has no default."""
-    answer = yield from ask(Question("", words, why, _yes_or_no, default), about, motor)
-    return bool(answer == _YES)
-
-
-_YES, _NO = "yes", "no"
-
-
-def _yes_or_no(line: str) -> str:
-    if line.lower() in ("y", "n"):
-        return _YES if line.lower() == "y" else _NO
-    return str(choice((_YES, _NO))(line.lower()))
-
-
-def whole_or_empty(low: int, high: int, unit: str) -> Any:
-    """Return a reader of a whole number between bounds."""
-
-    def read(line: str) -> int:
-        word = line.removesuffix(unit).strip()
-        if not word.isdecimal() or not low <= int(word) <= high:
-            raise WrongAnswer(f"a whole number from {low} to {high} is needed, not {line!r}")
-        return int(word)
-
-    return read
+    answer = yield from ask(Question("", words, why, yes_or_no, default), about, motor)
+    return bool(answer)
 
 
 # One finding: how grave it is, what was found, and what mends it.

@@ -1,121 +1,206 @@
-"""One motion on the wire: a burst, or a course of segments, and what each answer to it means."""
+"""What a task needs of the engine: replies, registers that are weighed, motion, and the disk.
+
+Motion is a burst, or a course of segments; what each answer to it means stands here.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 
 from armdrive.abilities import segment_s
-from armdrive.errors import DeviceFault, LinkLost, PendantStop
+from armdrive.errors import (
+    ArmError,
+    DeviceFault,
+    LinkLost,
+    NoAnswer,
+    PendantStop,
+    PositionMismatch,
+    Stopped,
+)
 from armdrive.motion.deviation import lags, pieces, strays_steps
-from armdrive.runtime.arm_state import Core
+from armdrive.runtime.arm_state import ALARM_VOUCHED, Core, code_of
 from armdrive.runtime.engine import Engine
 from armdrive.runtime.position import ArmCoordinates
-from armdrive.runtime.registers import RegisterReader, leave_standstill, take_difference
 from armdrive.runtime.stop_bounds import straying_mm
-from armdrive.status import Evidence, State
+from armdrive.status import Current, Evidence, State, Trust
 from armdrive.tasks import (
+    Alert,
+    AlertKind,
     Done,
+    Exchange,
     Halted,
     Interrupted,
     MoveAlong,
     MoveBy,
+    ReadPosition,
+    Registers,
+    Reply,
+    Request,
     RequestRejected,
+    SleepUntil,
     TaskBody,
     never,
 )
 from kinematics.spaces import Motors
 
-FRESH_S = 0.05
-"""A look at the registers this long ago still tells where a motion starts from."""
+QUIET_S = 0.3
+"""A silence this long ends whatever a disturbed controller had still to say."""
 
-TURNING_ROUND = "it stopped as it turned round, with the backlash taken up or not yet"
-
-BLIND_S = 2.0
-"""A motion is compared with the registers at least this often."""
+TRIES = 3
+"""How often the registers are asked for: reading moves nothing, so it may be repeated."""
 
 
-Way = tuple[ArmCoordinates, float]
-"""An unrounded point, and how long the way there takes or longer."""
-
-
-class StreamedCourse:
-    """The segments of one motion: absolute targets, rounded once, and what was drawn of them.
-
-    `left` is the rest of a way that was begun and, for a pause, not sent to its end. Of `total_s`
-    of motion, `slow_s` is slower than the device can turn its motors without pauses.
-    """
-
-    def __init__(self, core: Core, ways: Iterator[Way]) -> None:
-        self.end: ArmCoordinates | None = core.position.coordinates
-        self.left: Way | None = None
-        self.straying_mm = 0.0
-        self.slow_s = self.total_s = 0.0
-        self._core = core
-        self._slowest_hz = core.controller.usable_rate_hz(0.0)
-        self._ways = ways
-        self._low = self._high = self._at = core.position.acknowledged
-        self._before = core.position.commanded
-        self._pending: Sequence[MoveBy] = ()
-
-    def segments(self) -> Iterator[MoveBy]:
-        """Give one segment after the other; its target is the commanded position from then on.
-
-        Ways in which no motor makes a step lend their time to the next: a slow motion stays slow.
-        """
-        waited_s = 0.0
-        for there, duration_s in self._ways:
-            target = self._core.transmission.to_motors(there.joints, there.opening_mm)
-            steps, self.end = target - self._at, there
-            if not steps.largest:
-                waited_s += duration_s
-                continue
-            duration_s, waited_s = duration_s + waited_s, 0.0
-            self._at = target
-            self._low = Motors(map(min, self._low, target))
-            self._high = Motors(map(max, self._high, target))
-            yield from self._drawn(steps, steps.largest / duration_s)
-
-    def _drawn(self, steps: Motors, rate_hz: float) -> Iterator[MoveBy]:
-        """Give the segment of some steps, with the backlash of motors that reverse in it."""
-        core = self._core
-        longest_s = segment_s(core.stops.burst_s)
-        found = pieces(core, steps, rate_hz, longest_s, lambda count, rate: count / rate)
-        if len(found) == 1:
-            here, _ = core.transmission.to_joints(core.position.commanded)
-            beside_mm = straying_mm(core.config, here, lags(steps, found[0].steps))
-            self.straying_mm = max(self.straying_mm, beside_mm)
-        for index, piece in enumerate(found):
-            self.total_s += piece.duration_s
-            self.slow_s += piece.duration_s if piece.rate_hz < self._slowest_hz else 0.0
-            self._before, self._pending = core.position.commanded, found[index:]
-            core.position.sends(piece.steps)
-            yield piece
-
-    def give_back(self, unsent: int) -> None:
-        """Take in that so many segments that were drawn last were not sent, one at most."""
-        pending = self._pending if unsent else self._pending[1:]
-        if not pending or self.end is None:
-            return
-        if unsent:
-            self._core.position.takes_back(self._before)
-        self.left = self.end, math.fsum(piece.duration_s for piece in pending)
-        self.end = None
-
-    def passes(self, position: Motors) -> bool:
-        """Tell whether a position is within what has been drawn so far."""
-        return all(
-            low <= at <= high for low, at, high in zip(self._low, position, self._high, strict=True)
-        )
-
-
-class MotionContext(RegisterReader):
-    """What a task needs of the engine: asking, and motion in bursts or queued segments."""
+class MotionContext:
+    """What a task needs of the engine: asking, looking, and motion in bursts or queued segments."""
 
     def __init__(self, engine: Engine, core: Core) -> None:
-        super().__init__(engine, core)
+        self.engine = engine
+        self.core = core
+        self.looked_s = -math.inf
+        """When the registers were read last."""
         self.straying_mm = self.slow_s = self.total_s = 0.0
+
+    @property
+    def now_s(self) -> float:
+        """The arm's time."""
+        return self.engine.now_s
+
+    @property
+    def stopping(self) -> bool:
+        """Whether a stop has been asked for."""
+        return self.engine.stop_asked
+
+    def stopped(self, words: str) -> Stopped:
+        """Return the error of a motion that a stop ended, with the reason where one is known."""
+        return Stopped(words + self.engine.stop_why)
+
+    def request(self, request: Request, silence: Evidence = Evidence.SILENT) -> TaskBody[Reply]:
+        """Send one request and return its reply; silence is a fault of the arm."""
+        try:
+            reply: Reply = yield Exchange(request)
+        except NoAnswer as error:
+            self.core.learn(silence, self.now_s)
+            self.core.fault(error)
+            raise
+        return reply
+
+    def ask_registers(self) -> TaskBody[Registers]:
+        """Read the registers, again where an exchange was disturbed. Raises `DeviceFault`.
+
+        It ends within the limit of a call, also in the middle of a motion.
+        """
+        with self.engine.limited():
+            return (yield from self._ask_registers())
+
+    def _ask_registers(self) -> TaskBody[Registers]:
+        """Ask until one answer is sure.
+
+        After a disturbance an answer counts only if the line falls silent behind it: else it
+        may be the late one of the try before, and the next answer would be taken for another's.
+        After a silence, counts of zero may be those of a controller that has begun anew; an answer
+        that came, and that nobody could read, is none.
+        """
+        silence: NoAnswer | None = None
+        mute = False
+        for attempt in range(TRIES):
+            if attempt:
+                yield from self.quiet()
+            asked_s = self.now_s
+            try:
+                reply: Reply = yield Exchange(ReadPosition())
+            except NoAnswer as error:
+                silence, mute = error, mute or self.engine.heard_s < asked_s
+                continue
+            if isinstance(reply, RequestRejected) and reply.reason:  # it is there, and says why not
+                raise DeviceFault(reply.reason)
+            heard_s = self.engine.heard_s
+            if attempt and isinstance(reply, Registers):
+                yield from self.quiet()
+            alone = heard_s == self.engine.heard_s or self._beats
+            if isinstance(reply, Registers) and alone:
+                self.looked_s = self.now_s
+                if mute and not reply.positions.largest:
+                    self.core.learn(Evidence.SILENT, self.now_s)  # it may have begun anew
+                return reply
+        raise silence or DeviceFault(
+            f"whatever is on {self.engine.link.description} does not answer as this arm does: "
+            "check the cable, the port and the dialect"
+        )
+
+    def quiet(self) -> TaskBody[None]:
+        """Wait until nothing has been heard for a while, and forget what was.
+
+        Of a device whose line is never quiet, as long as late answers take.
+        """
+        since_s = self.now_s
+        while self.now_s < (end_s := self._quiet_from_s(since_s) + QUIET_S):
+            if self.stopping:
+                break
+            yield SleepUntil(end_s)
+        self.engine.controller.forget()
+
+    def _quiet_from_s(self, since_s: float) -> float:
+        return since_s if self._beats else max(since_s, self.engine.heard_s)
+
+    @property
+    def _beats(self) -> bool:
+        return self.core.controller.abilities.beats
+
+    def read(self) -> TaskBody[Motors]:
+        """Read the registers; return how far they are from the acknowledged ones.
+
+        A difference is believed when it is read twice: the line has no check bytes.
+        """
+        difference = yield from self._read_once()
+        seen = None
+        while difference.largest and difference != seen:
+            seen = difference
+            difference = yield from self._read_once()
+        return difference
+
+    def _read_once(self) -> TaskBody[Motors]:
+        try:
+            registers = yield from self.ask_registers()
+        except DeviceFault as fault:
+            self.core.learn(Evidence.SILENT, self.now_s)
+            self.core.fault(fault)
+            raise
+        return self.core.position.compare(registers)
+
+    def look(self) -> TaskBody[None]:
+        """Weigh what the registers show of an arm that stands: somebody else may move it."""
+        weigh_difference(self, (yield from self.read()))
+
+    def verify(self) -> TaskBody[None]:
+        """Compare the registers with what was acknowledged; a difference is a fault."""
+        difference = yield from self.read()
+        if not difference.largest:
+            return
+        core = self.core
+        core.learn(Evidence.READ_BACK_DIFFERS, self.now_s, f"by {tuple(difference)} steps")
+        take_difference(core)
+        raise self.fault(
+            PositionMismatch(
+                f"the registers differ by {tuple(difference)} steps from where the motion should "
+                "have ended: a byte was lost, or the controller lost its power. Look at the arm, "
+                "reset, then home"
+            )
+        )
+
+    def fault(self, error: DeviceFault | PendantStop) -> DeviceFault | PendantStop:
+        """Latch error-stop, and return the error, to be raised."""
+        self.core.fault(error)
+        return error
+
+    def require_no_fault(self) -> None:
+        """Raise what has latched error-stop meanwhile."""
+        if self.core.state is State.ERROR_STOP:
+            raise DeviceFault(self.core.diagnostics.error)
+
+    # -- motion -------------------------------------------------------------------------------
 
     def look_before_motion(self) -> TaskBody[None]:
         """Look, unless that was done a moment ago, while the mark of motion is being written.
@@ -164,11 +249,7 @@ class MotionContext(RegisterReader):
         """Send one burst and wait until it has ended; False where a stop ended it early."""
         core = self.core
         core.position.sends(burst.steps)
-        try:
-            reply = yield from self.request(burst, Evidence.ANSWER_LOST)
-        except LinkLost:
-            core.lost_in_motion(self.now_s)
-            raise
+        reply = yield from self._driven(burst)
         if isinstance(reply, Halted | Interrupted):
             beyond = reply.beyond if isinstance(reply, Halted) else 0
             farthest = core.position.commanded + Motors(
@@ -184,6 +265,14 @@ class MotionContext(RegisterReader):
             yield from self.verify()
         return True
 
+    def _driven(self, request: MoveBy | MoveAlong) -> TaskBody[Reply]:
+        """Send a motion and return its reply; a wire that is lost meanwhile is lost in motion."""
+        try:
+            return (yield from self.request(request, Evidence.ANSWER_LOST))
+        except LinkLost:
+            self.core.lost_in_motion(self.now_s)
+            raise
+
     def note_straying(self, steps: Sequence[float]) -> None:
         """Note that each motor may stray from its way by so many steps."""
         here, _ = self.core.transmission.to_joints(self.core.position.acknowledged)
@@ -197,8 +286,7 @@ class MotionContext(RegisterReader):
         core = self.core
         core.require_settings()
         marked = yield from leave_standstill(self, let_go)
-        if core.state is State.ERROR_STOP:  # the device has raised an alarm since the last burst
-            raise DeviceFault(core.diagnostics.error)
+        self.require_no_fault()  # the device may have raised an alarm since the last burst
         return marked
 
     def stream(self, request: MoveAlong, course: StreamedCourse) -> TaskBody[bool]:
@@ -207,11 +295,7 @@ class MotionContext(RegisterReader):
         if not (yield from self._may_begin(request.let_go)):
             return False
         core.position.stands()
-        try:
-            reply = yield from self.request(request, Evidence.ANSWER_LOST)
-        except LinkLost:
-            core.lost_in_motion(self.now_s)
-            raise
+        reply = yield from self._driven(request)
         self.straying_mm = max(self.straying_mm, course.straying_mm)
         self.slow_s, self.total_s = self.slow_s + course.slow_s, self.total_s + course.total_s
         if isinstance(reply, Halted | Interrupted):
@@ -238,7 +322,6 @@ class MotionContext(RegisterReader):
         elif core.position.slack.vague:
             core.learn(Evidence.READ_BACK_DIFFERS, self.now_s, TURNING_ROUND)
         core.position.believe_registers()
-        core.position.commanded = core.position.acknowledged  # also where nothing had moved yet
         if isinstance(reply, Interrupted):
             raise self.fault(
                 PendantStop(
@@ -257,11 +340,194 @@ class MotionContext(RegisterReader):
         words = f": {reply.reason}" if reply.reason else ""
         if not reply.moved and not difference.largest:
             core.position.believe_registers()
-            core.position.commanded = core.position.acknowledged
             raise self.fault(DeviceFault(told or f"the controller refused the motion{words}"))
         core.learn(_evidence(reply), self.now_s, reply.reason)
         take_difference(core)
         raise self.fault(DeviceFault(told or _refused_words(reply)))
+
+
+def without_reset(error: ArmError) -> str:
+    """Return what an error says, without the reset that there is no arm for yet."""
+    return str(error).rstrip(".").removesuffix(", then call `reset()`")
+
+
+def weigh_difference(wire: MotionContext, difference: Motors) -> None:
+    """Say what registers mean that changed while nothing was moved from here."""
+    core = wire.core
+    if not difference.largest:
+        return
+    zeroed = take_difference(core)
+    evidence = Evidence.CONTROLLER_RESTARTED if zeroed else Evidence.MOVED_BY_OTHERS
+    core.learn(evidence, wire.now_s)
+    core.diagnostics.notify(core.belief.reason, evidence)
+
+
+def take_difference(core: Core) -> bool:
+    """Take the registers for where the arm is; True where they were zeroed, which moves nothing."""
+    registers = core.position.counts
+    zeroed = not registers.largest
+    if zeroed and core.belief.trust is not Trust.UNKNOWN:
+        core.position.count_anew(registers)
+        core.readings.current = Current.UNKNOWN
+    else:
+        core.position.believe_registers()
+    return zeroed
+
+
+# Waiting for the disk, while the engine goes on listening and a stop ends the wait.
+#
+# On simulated time the disk takes no time, and nothing here waits.
+
+FIRST_LOOK_S = 0.001
+LAST_LOOK_S = 0.05
+SLOWER = 1.5
+"""The disk is looked at often at first, as most need a few milliseconds, then less and less."""
+
+LONGEST_S = 5.0
+"""A reference is good without its record: a disk that takes longer is not waited for."""
+
+
+def leave_standstill(wire: MotionContext, let_go: Callable[[], bool] = never) -> TaskBody[bool]:
+    """Wait until the mark of motion is on the disk; raises `StateFileError` where it cannot be.
+
+    False where a stop was asked for meanwhile, or `let_go()` became true: nothing may move then.
+    """
+    memory = wire.core.memory
+    memory.begin_mark()
+    pauses_s = _pauses_s()
+    while not memory.mark_stands():
+        if wire.stopping or let_go():
+            return False
+        yield SleepUntil(wire.now_s + next(pauses_s))
+    return True
+
+
+def be_remembered(wire: MotionContext) -> TaskBody[None]:
+    """Wait until what was asked for is on the disk or has failed, which the notice tells then."""
+    end_s = wire.now_s + LONGEST_S
+    pauses_s = _pauses_s()
+    while not (wire.core.memory.settled or wire.stopping or wire.now_s >= end_s):
+        yield SleepUntil(wire.now_s + next(pauses_s))
+    wire.core.hear_memory()
+
+
+def _pauses_s() -> Iterator[float]:
+    """Give the pauses between two looks."""
+    pause_s = FIRST_LOOK_S
+    while True:
+        yield pause_s
+        pause_s = min(pause_s * SLOWER, LAST_LOOK_S)
+
+
+# What a device says unasked, and what that does to trust and state: one table.
+
+EVIDENCE: Mapping[AlertKind, Evidence | None] = MappingProxyType(
+    {
+        AlertKind.RESTARTED: Evidence.RESTARTED,
+        AlertKind.ALARM: None,
+        AlertKind.ALARM_LOST: Evidence.ALARM,
+        AlertKind.SWITCHED_OFF: Evidence.SWITCHED_OFF,
+        AlertKind.ASTRAY: Evidence.OFF_THE_PATH,
+    }
+)
+"""What each alert says about the position; None where the device vouches for it."""
+
+
+def alerted(core: Core, alert: Alert, now_s: float) -> None:
+    """Latch error-stop with the device's words, and weigh what they mean for the position."""
+    evidence = EVIDENCE[alert.kind]
+    if evidence is not None:
+        core.learn(evidence, now_s, alert.text)
+        core.told_early = core.told_early or (evidence, alert.text)
+    if alert.kind in (AlertKind.RESTARTED, AlertKind.SWITCHED_OFF):
+        core.readings.current = Current.UNKNOWN
+    code = ALARM_VOUCHED if evidence is None else code_of(evidence)
+    core.fault(f"{alert.text}. Look at the arm, then call `reset()`", code)
+
+
+# The course of segments of one motion.
+
+FRESH_S = 0.05
+"""A look at the registers this long ago still tells where a motion starts from."""
+
+TURNING_ROUND = "it stopped as it turned round, with the backlash taken up or not yet"
+
+BLIND_S = 2.0
+"""A motion is compared with the registers at least this often."""
+
+
+Way = tuple[ArmCoordinates, float]
+"""An unrounded point, and how long the way there takes or longer."""
+
+
+class StreamedCourse:
+    """The segments of one motion: absolute targets, rounded once, and what was drawn of them.
+
+    `left` is the rest of a way that was begun and, for a pause, not sent to its end. Of `total_s`
+    of motion, `slow_s` is slower than the device can turn its motors without pauses.
+    """
+
+    def __init__(self, core: Core, ways: Iterator[Way]) -> None:
+        self.end: ArmCoordinates | None = core.position.coordinates
+        self.left: Way | None = None
+        self.straying_mm = 0.0
+        self.slow_s = self.total_s = 0.0
+        self._core = core
+        self._slowest_hz = core.controller.usable_rate_hz(0.0)
+        self._ways = ways
+        self._low = self._high = self._at = core.position.acknowledged
+        self._before = core.position.commanded
+        self._pending: Sequence[MoveBy] = ()
+
+    def segments(self) -> Iterator[MoveBy]:
+        """Give one segment after the other; its target is the commanded position from then on.
+
+        Ways in which no motor makes a step lend their time to the next: a slow motion stays slow.
+        """
+        waited_s = 0.0
+        for there, duration_s in self._ways:
+            target = there.motors(self._core.transmission)
+            steps, self.end = target - self._at, there
+            if not steps.largest:
+                waited_s += duration_s
+                continue
+            duration_s, waited_s = duration_s + waited_s, 0.0
+            self._at = target
+            self._low = Motors(map(min, self._low, target))
+            self._high = Motors(map(max, self._high, target))
+            yield from self._drawn(steps, steps.largest / duration_s)
+
+    def _drawn(self, steps: Motors, rate_hz: float) -> Iterator[MoveBy]:
+        """Give the segment of some steps, with the backlash of motors that reverse in it."""
+        core = self._core
+        longest_s = segment_s(core.stops.burst_s)
+        found = pieces(core, steps, rate_hz, longest_s, lambda count, rate: count / rate)
+        if len(found) == 1:
+            here, _ = core.transmission.to_joints(core.position.commanded)
+            beside_mm = straying_mm(core.config, here, lags(steps, found[0].steps))
+            self.straying_mm = max(self.straying_mm, beside_mm)
+        for index, piece in enumerate(found):
+            self.total_s += piece.duration_s
+            self.slow_s += piece.duration_s if piece.rate_hz < self._slowest_hz else 0.0
+            self._before, self._pending = core.position.commanded, found[index:]
+            core.position.sends(piece.steps)
+            yield piece
+
+    def give_back(self, unsent: int) -> None:
+        """Take in that so many segments that were drawn last were not sent, one at most."""
+        pending = self._pending if unsent else self._pending[1:]
+        if not pending or self.end is None:
+            return
+        if unsent:
+            self._core.position.takes_back(self._before)
+        self.left = self.end, math.fsum(piece.duration_s for piece in pending)
+        self.end = None
+
+    def passes(self, position: Motors) -> bool:
+        """Tell whether a position is within what has been drawn so far."""
+        return all(
+            low <= at <= high for low, at, high in zip(self._low, position, self._high, strict=True)
+        )
 
 
 def _evidence(reply: RequestRejected) -> Evidence:

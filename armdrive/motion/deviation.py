@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from armdrive.abilities import Abort
 from armdrive.runtime.arm_state import Core
+from armdrive.runtime.position import joints_between
 from armdrive.runtime.stop_bounds import straying_mm
 from armdrive.tasks import MoveBy
 from kinematics.spaces import Joints, Motors
@@ -155,12 +156,8 @@ def _within_a_guard(core: Core, joints: Joints) -> bool:
 
 def _clear_of_guards(core: Core, here: Joints, there: Joints, stray_mm: float) -> bool:
     guards = core.config.model.guards.over(core.config.model.arm)
-    for look in LOOKS:
-        angles = (a + (b - a) * look for a, b in zip(here, there, strict=True))
-        room = guards.room(here.replace(**dict(zip(here.names, angles, strict=True))))
-        if min(room) < stray_mm:
-            return False
-    return True
+    on_the_way = (joints_between(here, there, look) for look in LOOKS)
+    return all(min(guards.room(joints)) >= stray_mm for joints in on_the_way)
 
 
 def strays_steps(core: Core, steps: Motors, rate_hz: float) -> tuple[float, ...]:

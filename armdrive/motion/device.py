@@ -14,8 +14,7 @@ from armdrive.errors import (
     SettingsDiffer,
     Stopped,
 )
-from armdrive.motion.context import MotionContext
-from armdrive.runtime.registers import TRIES
+from armdrive.motion.context import TRIES, MotionContext
 from armdrive.tasks import (
     DeviceProgram,
     DeviceSettings,
@@ -57,8 +56,8 @@ def compare_again(wire: MotionContext) -> TaskBody[None]:
 def _ask_settings(wire: MotionContext) -> TaskBody[DeviceSettings]:
     reply = yield from wire.request(ReadSettings())
     if not isinstance(reply, DeviceSettings):
-        wire.core.fault(f"the controller did not tell its settings ({reply}): look at the wire")
-        raise DeviceFault(wire.core.diagnostics.error)
+        words = f"the controller did not tell its settings ({reply}): look at the wire"
+        raise wire.fault(DeviceFault(words))
     return reply
 
 
@@ -82,7 +81,7 @@ def mend_settings(wire: MotionContext, lines: tuple[str, ...]) -> TaskBody[Devic
 Row = tuple[int, ...]
 """The device's words of one row; the first is its number."""
 
-Told = Callable[[int], object]
+RowTold = Callable[[int], object]
 
 READINGS = 5
 """So often a program is read at most until two readings in succession agree."""
@@ -111,7 +110,7 @@ def unheard(_: int) -> None:
 
 
 def write_program(
-    wire: MotionContext, rows: Sequence[Row], *, leave_others: bool, told: Told = unheard
+    wire: MotionContext, rows: Sequence[Row], *, leave_others: bool, told: RowTold = unheard
 ) -> TaskBody[int]:
     """Bring rows into the device's memory; return how many of them had to be written.
 

@@ -1,26 +1,161 @@
-"""Work that the engine carries out step by step: motion, jogging, gripping, referencing.
+"""Motion that the engine carries out step by step, in bursts or in segments that a device queues.
 
-A task never sleeps and touches no wire: it yields what it waits for. See runtime/engine.py.
+A segment is decided at the last moment: the controller draws it when it has room for it within
+the announced time. What was drawn is remembered, so that a halt can be told from a lost position.
+A task never sleeps and touches no wire: it yields what it waits for (runtime/engine.py).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from itertools import chain
 
+from armdrive.abilities import segment_s
 from armdrive.errors import WrongState
-from armdrive.motion.context import MotionContext, way_between
+from armdrive.motion.context import MotionContext, StreamedCourse, Way, way_between
 from armdrive.motion.deviation import has_room, in_turn
-from armdrive.motion.plan import MotionPlan
-from armdrive.motion.segments import SpeedLimits
-from armdrive.motion.streaming import NOT_THERE, stream_legs, wait_out_pause
-from armdrive.runtime.arm_state import Core
+from armdrive.motion.plan import MotionPlan, SpeedLimits
+from armdrive.runtime.overrides import LONGEST_PAUSE_S, SpeedOverride, given_up
 from armdrive.runtime.position import ArmCoordinates, MotionSegment
 from armdrive.runtime.states import Event
 from armdrive.status import State
-from armdrive.tasks import SleepUntil, TaskBody, never
+from armdrive.tasks import MoveAlong, SleepUntil, TaskBody, never
 from kinematics.spaces import Joints, Motors, Pose
+
+# Waiting in a pause: the arm stands, is looked at now and then, and goes on where it stopped.
+
+LOOK_S = 0.05
+"""How often a paused motion asks whether it may go on."""
+NOT_THERE = "the arm is no longer where it was paused ({}): the motion does not go on, plan anew"
+
+
+def wait_out_pause(wire: MotionContext) -> TaskBody[None]:
+    """Wait until somebody resumes the arm, or stops it; returns at once where nobody has paused.
+
+    The arm is remembered as standing meanwhile. Raises where that takes too long, and where
+    the arm is no longer as it was: a motion that goes on from elsewhere has never been audited.
+    """
+    speed_override, core = wire.core.speed_override, wire.core
+    if not speed_override.paused or wire.stopping:
+        return
+    yield from wire.verify()
+    core.mark_still()
+    stood, believed = core.position.acknowledged, core.belief
+    poll_s = core.config.motion.idle_poll_s
+    began_s = looked_s = wire.now_s
+    speed_override.waits, speed_override.given_up = True, False
+    try:
+        while speed_override.paused and not wire.stopping:
+            before_s = wire.now_s
+            yield SleepUntil(before_s + LOOK_S)
+            wire.require_no_fault()
+            waited_s = wire.now_s - began_s
+            if speed_override.given_up or waited_s >= LONGEST_PAUSE_S:
+                raise given_up(waited_s)
+            if poll_s and wire.now_s >= looked_s + poll_s:
+                yield from wire.look()
+                looked_s = wire.now_s
+            speed_override.note_waited(wire.now_s - before_s)
+    finally:
+        speed_override.waits = False
+    if wire.stopping:
+        return
+    yield from wire.look()  # however fresh the last one is: somebody may be about at the arm
+    wire.require_no_fault()
+    if core.position.acknowledged != stood or core.belief is not believed:
+        raise WrongState(NOT_THERE.format(core.belief.reason))
+
+
+def stream_legs(
+    wire: MotionContext,
+    legs: tuple[MotionSegment, ...],
+    ahead_s: float,
+    let_go: Callable[[], bool] | None,
+) -> TaskBody[bool]:
+    """Drive audited legs; True when all of it was driven, False when something ended it early.
+
+    `let_go` makes it a jog, and tells when what is queued of it is given up.
+    """
+    jog = let_go is not None
+    ways, speed_override = _slices(wire, legs, segment_s(ahead_s)), wire.core.speed_override
+    while True:
+        stretch = _Stretch(ways, speed_override)
+        course = StreamedCourse(wire.core, stretch.ways())
+        segments = course.segments()
+        request = MoveAlong(segments, ahead_s, jog, let_go or never, held_back=_HeldBack(wire))
+        driven = yield from wire.stream(request, course)
+        if course.left is not None:
+            ways = chain((course.left,), ways)
+        elif stretch.exhausted:
+            return driven
+        if jog or not driven:
+            return driven
+        yield from wait_out_pause(wire)
+        if wire.stopping:
+            return False
+
+
+class _Stretch:
+    """What is driven of a motion until it is paused: no segment is drawn from then on."""
+
+    def __init__(self, ways: Iterator[Way], speed_override: SpeedOverride) -> None:
+        self.exhausted = False
+        self._ways = ways
+        self._speed_override = speed_override
+
+    def ways(self) -> Iterator[Way]:
+        """Give points for as long as nobody pauses the arm."""
+        while not self._speed_override.paused:
+            way = next(self._ways, None)
+            if way is None:
+                self.exhausted = True
+                return
+            yield way
+
+
+class _HeldBack:
+    """Tells a device whether somebody has paused the arm; how long it waits for that is noted."""
+
+    def __init__(self, wire: MotionContext) -> None:
+        self._wire = wire
+        self._since_s = math.inf
+
+    def __call__(self) -> bool:
+        """Tell whether nothing more is to be sent for now."""
+        speed_override, now_s = self._wire.core.speed_override, self._wire.now_s
+        speed_override.note_waited(max(now_s - self._since_s, 0.0))
+        self._since_s = now_s if speed_override.paused else math.inf
+        return speed_override.paused
+
+
+def stream_held(
+    wire: MotionContext, ways: Iterator[Way], ahead_s: float, let_go: Callable[[], bool]
+) -> TaskBody[bool]:
+    """Drive a jog for as long as `ways` gives something to drive and nobody lets go."""
+    course = StreamedCourse(wire.core, ways)
+    request = MoveAlong(course.segments(), ahead_s, jog=True, let_go=let_go)
+    return (yield from wire.stream(request, course))
+
+
+def _slices(
+    wire: MotionContext, legs: tuple[MotionSegment, ...], longest_s: float
+) -> Iterator[Way]:
+    """Cut legs into about equal parts that last `longest_s` at most; none after a stop."""
+    speed_override = wire.core.speed_override
+    for leg in legs:
+        done = 0.0
+        while done < 1.0:
+            if wire.stopping:
+                return
+            left_s = speed_override.slowed_s(leg.duration_s) * (1.0 - done)
+            count = max(1, math.ceil(left_s / longest_s - 1e-9))
+            speed_override.note_slowed(leg.duration_s * (1.0 - done) / count)
+            done = 1.0 if count == 1 else done + (1.0 - done) / count
+            yield leg.start.towards(leg.end, done), left_s / count
+
 
 # Planned motion: a plan cut into bursts that are never longer than announced, then verified.
 
@@ -61,8 +196,7 @@ def follow(wire: MotionContext, plan: MotionPlan) -> TaskBody[Moved]:
     """Carry out an audited plan. Raises `Stopped` where a stop ended it early."""
     core = wire.core
     began_s, bursts_before = wire.now_s, wire.engine.requests_sent
-    begin(wire)
-    try:
+    with in_motion(wire):
         core.plans(plan.legs, core.config.motion.planned_burst_s)
         yield from wire.look_before_motion()
         core.require_reference()
@@ -70,21 +204,31 @@ def follow(wire: MotionContext, plan: MotionPlan) -> TaskBody[Moved]:
             raise WrongState("the arm is no longer where the motion was planned from: plan anew")
         yield from drive_legs(wire, plan.legs, core.config.motion.planned_burst_s)
         yield from wire.verify()
-    finally:
-        core.settle()
-        core.still_since_s = wire.now_s
     if wire.stopping and core.position.coordinates != plan.end:
         raise wire.stopped("the motion was stopped before its goal")
     moved = report(wire, plan.end, began_s, bursts_before)
     return replace(moved, note="; ".join(filter(None, (plan.note, moved.note))))
 
 
-def begin(wire: MotionContext) -> None:
-    """Enter the state of motion, unless a stop was asked for before it began."""
-    if wire.stopping:
-        raise wire.stopped("the motion was stopped before it began")
-    wire.core.happen(Event.MOVE)
-    wire.straying_mm = wire.slow_s = wire.total_s = 0.0
+@contextmanager
+def in_motion(wire: MotionContext, *, or_homing: bool = False) -> Iterator[None]:
+    """Be in the state of motion herein, unless a stop was asked for before it began.
+
+    With `or_homing`, a homing that is under way stays what the arm is at.
+    """
+    core = wire.core
+    homing = or_homing and core.state is State.HOMING
+    if not homing:
+        if wire.stopping:
+            raise wire.stopped("the motion was stopped before it began")
+        core.happen(Event.MOVE)
+        wire.straying_mm = wire.slow_s = wire.total_s = 0.0
+    try:
+        yield
+    finally:
+        if not homing:
+            core.settle()
+        core.still_since_s = wire.now_s
 
 
 def report(
@@ -162,7 +306,7 @@ def follow_leg(
         speed_override.note_slowed(leg.duration_s * share)
         further = 1.0 if share >= 1.0 - done - 1e-9 else done + share
         there = leg.start.towards(leg.end, further)
-        on_the_way = way_between(core.position.acknowledged, _motors(core, there))
+        on_the_way = way_between(core.position.acknowledged, there.motors(core.transmission))
         believed = core.belief
         yield from paced_move(wire, there, slowed.duration_s * share, given_up)
         if core.position.coordinates == there:
@@ -184,7 +328,7 @@ def next_share(wire: MotionContext, leg: MotionSegment, burst_s: float, done: fl
     count = max(math.ceil(_leg_takes_s(wire, leg) * left / burst_s - 1e-9), 1)
     while count < MOST_BURSTS:
         share = left / count
-        target = _motors(wire.core, leg.start.towards(leg.end, done + share))
+        target = leg.start.towards(leg.end, done + share).motors(wire.core.transmission)
         steps = (target - wire.core.position.acknowledged).largest
         duration_s = leg.duration_s * share
         short = steps <= 1 or true_duration_s(wire, steps, duration_s) <= burst_s
@@ -195,9 +339,7 @@ def next_share(wire: MotionContext, leg: MotionSegment, burst_s: float, done: fl
 
 
 def _leg_takes_s(wire: MotionContext, leg: MotionSegment) -> float:
-    before = wire.core.transmission.to_exact(leg.start.joints, leg.start.opening_mm)
-    behind = wire.core.transmission.to_exact(leg.end.joints, leg.end.opening_mm)
-    busiest = max(abs(b - a) for a, b in zip(before, behind, strict=True))
+    busiest = max(map(abs, leg.steps(wire.core.transmission)))
     return true_duration_s(wire, busiest, leg.duration_s)
 
 
@@ -216,7 +358,7 @@ def paced_move(
 
     Where the device's slowest setting is still faster than that, the rest of the time is waited.
     """
-    target = _motors(wire.core, there)
+    target = there.motors(wire.core.transmission)
     steps = (target - wire.core.position.acknowledged).largest
     rate_hz, until_s = _rate_hz(steps, duration_s), wire.now_s + duration_s
     *first, last = in_turn(wire.core, target, rate_hz) or (target,)
@@ -235,30 +377,19 @@ def _rate_hz(steps: float, duration_s: float) -> float:
     return steps / duration_s if duration_s > 0.0 else math.inf
 
 
-def _motors(core: Core, there: ArmCoordinates) -> Motors:
-    return core.transmission.to_motors(there.joints, there.opening_mm)
-
-
 def bench_move(
     wire: MotionContext, speeds: SpeedLimits, steps: Motors, fraction: float
 ) -> TaskBody[Moved]:
     """Move motors by raw steps, in bursts of jogging length. Knows no limit and no guard."""
     core = wire.core
-    homing = core.state is State.HOMING
-    if not homing:
-        begin(wire)
     began_s, before = wire.now_s, wire.engine.requests_sent
-    try:
+    with in_motion(wire, or_homing=True):
         yield from wire.look_before_motion()
         target = core.position.acknowledged + steps
         start, goal = core.position.coordinates, core.position.coordinates_of(target)
         leg = MotionSegment(start, goal, speeds.duration_s(start, goal, fraction))
         yield from drive_legs(wire, (leg,), core.config.motion.jog_burst_s)
         yield from wire.verify()
-    finally:
-        if not homing:
-            core.settle()
-        core.still_since_s = wire.now_s
     if wire.stopping and core.position.acknowledged != target:
         raise wire.stopped("the motion was stopped before its goal")
     return report(wire, goal, began_s, before)

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 from armdrive.errors import BadRequest, DeviceFault, OutOfBounds, Refused
 from armdrive.motion.context import MotionContext
-from armdrive.motion.execute import Moved, begin, drive_legs, report
-from armdrive.motion.segments import SpeedLimits
+from armdrive.motion.execute import Moved, drive_legs, in_motion, report
+from armdrive.motion.plan import SpeedLimits
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.position import ArmCoordinates, MotionSegment
 from armdrive.tasks import Done, SetGripper, SleepUntil, TaskBody
@@ -84,9 +84,8 @@ def set_gripper(wire: MotionContext, opening_mm: float) -> TaskBody[Moved]:
     low, high = core.config.model.gripper_range_mm
     share = (opening_mm - low) / (high - low)
     before = core.fingers.share
-    begin(wire)
     began_s, requests = wire.now_s, wire.engine.requests_sent
-    try:
+    with in_motion(wire):
         core.fingers.share = None  # until it is acknowledged, nobody knows
         reply = yield from wire.request(SetGripper(share))
         if not isinstance(reply, Done):
@@ -94,9 +93,6 @@ def set_gripper(wire: MotionContext, opening_mm: float) -> TaskBody[Moved]:
         core.fingers.share = share
         way = 1.0 if before is None else abs(share - before)
         yield SleepUntil(wire.now_s + way * (high - low) / core.config.model.gripper_speed_mm_s)
-    finally:
-        core.settle()
-        core.still_since_s = wire.now_s
     return report(wire, core.position.coordinates, began_s, requests)
 
 
@@ -128,8 +124,7 @@ def grasp(wire: MotionContext, speeds: SpeedLimits, force_n: float) -> TaskBody[
     core, settings = wire.core, wire.core.config.gripper
     steps_per_n = check_grasp(core, force_n)
     depth_mm = settings.trip_force_n * steps_per_n / steps_per_mm(core)
-    begin(wire)
-    try:
+    with in_motion(wire):
         yield from wire.look_before_motion()
         core.require_reference()
         yield from _close_until_grip(wire, speeds, settings.approach_steps, depth_mm)
@@ -141,9 +136,6 @@ def grasp(wire: MotionContext, speeds: SpeedLimits, force_n: float) -> TaskBody[
         yield from _slide(wire, speeds, -round(extra_n * steps_per_n))
         yield from wire.verify()
         _raise_if_stopped(wire)
-    finally:
-        core.settle()
-        core.still_since_s = wire.now_s
     return Grasped(width_mm, core.fingers.force_n(core.position.coordinates.opening_mm))
 
 
@@ -202,6 +194,5 @@ def _raise_if_stopped(wire: MotionContext) -> None:
 def steps_per_mm(core: Core) -> float:
     """Return the gripper motor's steps for each mm of opening, without their sign."""
     joints = core.position.coordinates.joints
-    closed = core.transmission.to_exact(joints, 0.0)
-    opened = core.transmission.to_exact(joints, 1.0)
-    return max(abs(b - a) for a, b in zip(closed, opened, strict=True))
+    opening = MotionSegment(ArmCoordinates(joints, 0.0), ArmCoordinates(joints, 1.0), 0.0)
+    return max(map(abs, opening.steps(core.transmission)))

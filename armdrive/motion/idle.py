@@ -10,8 +10,7 @@ from armdrive.errors import BadRequest, DeviceFault
 from armdrive.motion.context import MotionContext
 from armdrive.motion.device import compare_settings
 from armdrive.motion.reference import poll
-from armdrive.runtime.arm_state import Core
-from armdrive.runtime.diagnostics import RECONNECTED
+from armdrive.runtime.arm_state import RECONNECTED, Core
 from armdrive.runtime.states import Event
 from armdrive.status import Current, Evidence, State, Trust
 from armdrive.tasks import Done, Registers, SetOutputs, SleepUntil, TaskBody

@@ -1,25 +1,24 @@
 """From a goal to a plan: corner points in joint space, their audit, and the legs between them.
 
-A plan is audited whole before its first byte is sent: every joint limit at every corner (a leg is
-straight in joint space, so its ends are its worst points) and every guard along the way
-(kinematics/guards/path.py). A start that is itself beyond a bound is not held against the plan as
-long as the plan never goes further beyond it: there must be a way out.
+A leg is straight in joint space and driven at one speed; where the arm speeds up or slows down,
+legs are short, so that their speeds follow the ramp (kinematics/paths/timing.py). Units: rad, mm,
+s.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 from armdrive.abilities import ramp_piece_s
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest, OutOfBounds
-from armdrive.motion.segments import SpeedLimits, fewer, legs_along
 from armdrive.registry import dialect
-from armdrive.runtime.position import ArmCoordinates, MotionSegment
+from armdrive.runtime.position import ArmCoordinates, MotionSegment, joints_between
 from kinematics.errors import Unreachable, finite, suggestion
+from kinematics.geometry import ArmGeometry
 from kinematics.guards.escape import nearest_allowed
 from kinematics.guards.guards import GuardViolation, Violation
 from kinematics.guards.path import first_violation
@@ -27,7 +26,134 @@ from kinematics.limits import LimitViolation
 from kinematics.paths.chords import line_path
 from kinematics.paths.parts import LinePart, PathPart, PosePart
 from kinematics.paths.routes import PathSection, Route, route_sections
+from kinematics.paths.timing import MotionLimits, Point, timed
 from kinematics.spaces import Joints, Pose
+from kinematics.transmission import Transmission
+
+SKIPPED_SHARE = 0.75
+"""How much of the tolerance a skipped corner may lie beside the way, so that it holds between."""
+
+
+@dataclass(frozen=True, slots=True)
+class SpeedLimits:
+    """The limits that time is computed from: joints in rad/s, gripper in mm/s, motors in Hz.
+
+    A joint comes to its full speed in `ramp_s` (0: at once), or as `accelerations_rad_s2` says of
+    it, and its acceleration builds up in `jerk_s`. `limits` are the same for each coordinate: the
+    joints, and the opening where a motor drives it.
+    """
+
+    joints_rad_s: tuple[float, ...]
+    gripper_mm_s: float
+    motor_hz: float
+    transmission: Transmission
+    ramp_s: float = 0.0
+    jerk_s: float = 0.0
+    accelerations_rad_s2: tuple[float | None, ...] = ()
+    limits: MotionLimits = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "limits", self._limits())
+
+    def duration_s(self, start: ArmCoordinates, end: ArmCoordinates, fraction: float) -> float:
+        """Return the least time in which no joint and no motor is faster than its limit."""
+        gripper = self.transmission.has_gripper
+        ends = zip(_point(start, gripper), _point(end, gripper), strict=True)
+        return self.limits.least_s([b - a for a, b in ends]) / fraction
+
+    def _limits(self) -> MotionLimits:
+        own = self.accelerations_rad_s2 or (None,) * len(self.joints_rad_s)
+        speeds = self.joints_rad_s
+        if self.transmission.has_gripper:
+            own, speeds = (*own, None), (*speeds, self.gripper_mm_s)
+        usual = [speed / self.ramp_s if self.ramp_s > 0.0 else math.inf for speed in speeds]
+        return MotionLimits(
+            speeds,
+            tuple(one if one is not None else other for one, other in zip(own, usual, strict=True)),
+            self.jerk_s,
+            self.transmission.matrix,
+            self.motor_hz,
+        )
+
+
+def legs_along(
+    speeds: SpeedLimits, corners: Sequence[ArmCoordinates], fraction: float, longest_s: float
+) -> tuple[MotionSegment, ...]:
+    """Return the legs of a way that is passed without stopping, at rest at both ends.
+
+    While the speed changes, no leg lasts longer than `longest_s`.
+    """
+    gripper = speeds.transmission.has_gripper
+    path = timed([_point(corner, gripper) for corner in corners], speeds.limits, fraction)
+    places = {_point(corner, gripper): corner for corner in corners}
+    return tuple(_legs(corners[0], path.pieces(longest_s), places))
+
+
+def _legs(
+    start: ArmCoordinates,
+    pieces: Sequence[tuple[Point, float]],
+    places: dict[Point, ArmCoordinates],
+) -> Iterator[MotionSegment]:
+    for point, duration_s in pieces:
+        end = places.get(point) or _between(start, point)
+        yield MotionSegment(start, end, duration_s)
+        start = end
+
+
+def _point(place: ArmCoordinates, gripper: bool) -> Point:
+    return (*place.joints, place.opening_mm) if gripper else place.joints.angles_rad
+
+
+def _between(start: ArmCoordinates, point: Point) -> ArmCoordinates:
+    count = len(start.joints)
+    opening_mm = point[count] if len(point) > count else start.opening_mm
+    return ArmCoordinates(Joints(point[:count], start.joints.names), opening_mm)
+
+
+def fewer(
+    arm: ArmGeometry, legs: Sequence[MotionSegment], longest_s: float, tolerance_mm: float
+) -> tuple[MotionSegment, ...]:
+    """Return the legs with those made one that a single burst can drive within the tolerance.
+
+    A corner may be left out where the tip passes it, at its time, by less than the tolerance.
+    """
+    found: list[MotionSegment] = []
+    waiting: list[MotionSegment] = []
+    for leg in legs:
+        if waiting and not _one(arm, [*waiting, leg], longest_s, tolerance_mm):
+            found.append(_joined(waiting))
+            waiting = []
+        waiting.append(leg)
+    return (*found, _joined(waiting)) if waiting else ()
+
+
+def _joined(legs: Sequence[MotionSegment]) -> MotionSegment:
+    if len(legs) == 1:
+        return legs[0]
+    return MotionSegment(legs[0].start, legs[-1].end, math.fsum(leg.duration_s for leg in legs))
+
+
+def _one(
+    arm: ArmGeometry, legs: Sequence[MotionSegment], longest_s: float, tolerance_mm: float
+) -> bool:
+    """Tell whether one burst may stand for these legs."""
+    whole = _joined(legs)
+    if whole.duration_s > longest_s:
+        return False
+    passed_s = 0.0
+    for leg in legs[:-1]:
+        passed_s += leg.duration_s
+        way = whole.start.towards(whole.end, passed_s / whole.duration_s)
+        there, meant = arm.points(way.joints)[-1], arm.points(leg.end.joints)[-1]
+        if math.dist(there, meant) > tolerance_mm * SKIPPED_SHARE:
+            return False
+    return True
+
+
+# A plan is audited whole before its first byte is sent: every joint limit at every corner (a leg is
+# straight in joint space, so its ends are its worst points) and every guard along the way
+# (kinematics/guards/path.py). A start that is itself beyond a bound is not held against the plan as
+# long as the plan never goes further beyond it: there must be a way out.
 
 OPTIONS = ("speed", "wait")
 """What a misspelt word may mean where joints are named."""
@@ -166,14 +292,8 @@ def audit(config: ArmConfig, corners: list[Joints], further: float = 0.0) -> Non
             if violation.excess_rad > excused.get(violation.joint, 0.0) + SLACK_RAD:
                 raise limit_error(violation)
     if further > 0.0 and len(corners) > 1:
-        corners = [*corners, _running_on(corners[-2], corners[-1], further)]
+        corners = [*corners, joints_between(corners[-2], corners[-1], 1.0 + further)]
     _audit_guards(config, corners)
-
-
-def _running_on(start: Joints, end: Joints, further: float) -> Joints:
-    """Return where the joints come to that go on as from start to end by a share of that way."""
-    angles = (b + (b - a) * further for a, b in zip(start, end, strict=True))
-    return Joints(tuple(angles), end.names)
 
 
 def _audit_guards(config: ArmConfig, corners: list[Joints]) -> None:

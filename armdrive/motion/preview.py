@@ -16,6 +16,7 @@ from armdrive.dialects.controller import Controller
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.kinematic import refusal_of
 from armdrive.errors.table import error_view
+from armdrive.motion.jog.bounds import furthest
 from armdrive.motion.plan import MotionPlan
 from armdrive.motion.resolve import Ground, PlannedMove, pose_of, prepare, resolve
 from armdrive.moves import (
@@ -28,7 +29,7 @@ from armdrive.moves import (
     SingleMove,
 )
 from armdrive.registry import dialect
-from armdrive.runtime.position import MotionSegment
+from armdrive.runtime.position import MotionSegment, alike, joints_between
 from armdrive.runtime.stop_bounds import run_on, stretches
 from armdrive.status import joints_view, pose_view, violation_text
 from kinematics.errors import KinematicsError
@@ -65,18 +66,13 @@ class Margin:
 
 def postures_along(arm: ArmGeometry, plan: MotionPlan) -> tuple[Joints, ...]:
     """Return postures along a plan, its start and every corner among them."""
-    travels = [_travel_mm(arm, leg) for leg in plan.legs]
+    travels = [arm.travel_bound_mm(leg.turns_rad) for leg in plan.legs]
     step_mm = max(STEP_MM, math.fsum(travels) / MOST_POSTURES)
     found = [plan.start.joints]
     for leg, travel in zip(plan.legs, travels, strict=True):
         count = max(math.ceil(travel / step_mm), 1)
         found += [leg.start.towards(leg.end, part / count).joints for part in range(1, count + 1)]
     return tuple(found)
-
-
-def _travel_mm(arm: ArmGeometry, leg: MotionSegment) -> float:
-    ends = zip(leg.start.joints, leg.end.joints, strict=True)
-    return arm.travel_bound_mm(tuple(b - a for a, b in ends))
 
 
 def least_margins(model: ArmModel, postures: Sequence[Joints]) -> tuple[Margin, ...]:
@@ -124,8 +120,7 @@ def _bursts_s(
     transmission = config.model.transmission
     if transmission is None or leg.duration_s <= 0.0:
         return leg.duration_s
-    begin, end = (transmission.to_exact(one.joints, one.opening_mm) for one in (leg.start, leg.end))
-    steps = max(abs(b - a) for a, b in zip(begin, end, strict=True))
+    steps = max(map(abs, leg.steps(transmission)))
     rate_hz = steps / leg.duration_s
     count = max(math.ceil(controller.duration_s(steps, rate_hz) / burst_s - 1e-9), 1)
     one_s = max(leg.duration_s / count, controller.duration_s(steps / count, rate_hz))
@@ -198,21 +193,14 @@ def _parts(
             end = solved
         case _:
             return None
-    return lambda share: JointMove(_between(here.joints, end, share), move.speed)
+    return lambda share: JointMove(joints_between(here.joints, end, share), move.speed)
 
 
 def _furthest_along(ground: Ground, part: Callable[[float], SingleMove]) -> Furthest | None:
-    low, high, best = 0.0, 1.0, None
-    for _ in range(HALVINGS):
-        middle = (low + high) / 2.0
-        plan = _plan(ground, part(middle))
-        if plan is None:
-            high = middle
-        else:
-            low, best = middle, plan
-    if best is None or low < LEAST_SHARE:
+    share, _ = furthest(lambda each: _plan(ground, part(each)) is not None, 1.0, HALVINGS)
+    if share < LEAST_SHARE or (plan := _plan(ground, part(share))) is None:
         return None
-    found = _furthest(ground, best.end.joints, low)
+    found = _furthest(ground, plan.end.joints, share)
     moved = zip(found.joints, ground.here.joints, strict=True)
     return found if max(abs(b - a) for a, b in moved) >= LEAST_TURN_RAD else None
 
@@ -226,12 +214,6 @@ def _plan(ground: Ground, move: SingleMove) -> MotionPlan | None:
 
 def _furthest(ground: Ground, joints: Joints, share: float) -> Furthest:
     return Furthest(ground.config.model.arm.fk(joints), joints, share)
-
-
-def _between(start: Joints, end: Joints, share: float) -> Joints:
-    return start.replace(
-        **{name: start[name] + (end[name] - start[name]) * share for name in start.names}
-    )
 
 
 # The ways to hold the hand at a goal: which posture a motion takes, and why the others fall out.
@@ -279,13 +261,13 @@ def _different(found: Sequence[Posture]) -> Iterator[Posture]:
     """Yield each posture once: the elbow of an arm that is stretched out is neither up nor down."""
     seen: list[Posture] = []
     for posture in found:
-        if not any(_same(posture.joints, each.joints) for each in seen):
+        if not any(alike(posture.joints, each.joints, SAME_RAD) for each in seen):
             seen.append(posture)
             yield posture
 
 
 def _way(ground: Ground, posture: Posture, end: Joints | None, line: bool) -> PostureOption:
-    taken = end is not None and _same(posture.joints, end)
+    taken = end is not None and alike(posture.joints, end, SAME_RAD)
     if taken:
         return PostureOption(posture.name, posture.joints, taken=True)
     forbidden = _forbidden(ground, posture)
@@ -309,10 +291,6 @@ def _second_choice(ground: Ground, posture: Posture, end: Joints | None, line: b
         return "allowed, but a straight line keeps the posture that it begins in"
     turn, least = (_turn_deg(ground.here.joints, one) for one in (posture.joints, end))
     return f"allowed, but further: its joints turn by {turn:.0f}° instead of {least:.0f}°"
-
-
-def _same(a: Joints, b: Joints) -> bool:
-    return all(abs(x - y) <= SAME_RAD for x, y in zip(a, b, strict=True))
 
 
 def _turn_deg(a: Joints, b: Joints) -> float:

@@ -18,13 +18,13 @@ from armdrive.motion.frames import BASE, TOOL, goal_in_base
 from armdrive.motion.jog.course import stride
 from armdrive.motion.plan import (
     MotionPlan,
+    SpeedLimits,
     named_joints,
     plan_joints,
     plan_line,
     plan_route,
     posture_for,
 )
-from armdrive.motion.segments import SpeedLimits
 from armdrive.moves import (
     ArcMove,
     GraspMove,
@@ -40,7 +40,7 @@ from armdrive.moves import (
     SingleMove,
     Space,
 )
-from armdrive.runtime.position import ArmCoordinates
+from armdrive.runtime.position import ArmCoordinates, alike
 from kinematics.paths.parts import ArcPart, JointPart, PathPart
 from kinematics.spaces import Joints, Pose
 
@@ -278,8 +278,8 @@ def plan_of(move: SingleMove, ground: Ground) -> MotionPlan | None:
             return plan_line(config, speeds, here, pose, move.speed)
         case LineMove(goal=Joints() as joints):
             made = plan_line(config, speeds, here, config.model.arm.fk(joints), move.speed)
-            alike = _alike(made.end.joints, joints)
-            return made if alike else replace(made, note=OTHER_POSTURE)
+            same = alike(made.end.joints, joints, ALIKE_RAD)
+            return made if same else replace(made, note=OTHER_POSTURE)
         case ArcMove():
             return plan_route(config, speeds, here, [ArcPart(move.via, move.goal)], move.speed)
         case PathMove():
@@ -311,10 +311,6 @@ def _prepared_jog(move: JogMove, ground: Ground) -> PlannedMove:
     if move.jog.space is Space.CARTESIAN:
         return PlannedMove((PlannedStep(LineMove(joints, move.speed), plan),))
     return PlannedMove((PlannedStep(JointMove(joints, move.speed), plan),))
-
-
-def _alike(a: Joints, b: Joints) -> bool:
-    return all(abs(x - y) <= ALIKE_RAD for x, y in zip(a, b, strict=True))
 
 
 # Where `park` and a verification lead.

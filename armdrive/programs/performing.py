@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Protocol, cast
 
 from armdrive.arm import Arm
+from armdrive.arm.device import input_bits, output_bits
 from armdrive.errors import ArmError, BadRequest, Stopped
 from armdrive.motion.gripper import Grasped
 from armdrive.programs.acts import (
@@ -31,7 +32,6 @@ from armdrive.programs.acts import (
     Say,
     SeenInput,
 )
-from armdrive.runtime.io_lines import input_bits, output_bits
 from armdrive.runtime.overrides import given_up
 from armdrive.storage.points import Point
 from kinematics.errors import KinematicsError

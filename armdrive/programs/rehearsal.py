@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from itertools import count
 
 from armdrive.arm import Arm
+from armdrive.arm.device import input_bits
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import connect_simulated
 from armdrive.errors import ArmError, NotReferenced, Refused
@@ -36,8 +37,7 @@ from armdrive.programs.problems import SourceMark
 from armdrive.programs.progress import FOR_EVER, LOOPS_REHEARSED, Took
 from armdrive.programs.running import MachineSource, ProgramRun, RunStep
 from armdrive.registry.simulate import simulate
-from armdrive.runtime.drive import PaceChoice
-from armdrive.runtime.io_lines import input_bits
+from armdrive.runtime.clock import PaceChoice
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.sim.world.table import TableBlock

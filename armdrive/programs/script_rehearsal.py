@@ -29,7 +29,7 @@ from armdrive.programs.rehearsal import (
     rehearsing_arm,
 )
 from armdrive.programs.scripts import Connections, ScriptCall, carry_out, line_of, simulation_only
-from armdrive.runtime.drive import PaceChoice
+from armdrive.runtime.clock import PaceChoice
 from armdrive.sim.world.table import GripScene, Incident
 from kinematics.geometry import Point
 

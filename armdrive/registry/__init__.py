@@ -1,7 +1,8 @@
-"""The dialects: a row for each, of what it states about itself and of its simulated device.
+"""The dialects: a row for each, which is what it states about itself.
 
 No other file names a dialect: where it matters what a device can do, its row is asked. To add one,
-write its subpackages and add its row to `_ROWS` (docs/adding-a-controller.md).
+write its subpackages and add its row to `_ROWS` (docs/adding-a-controller.md). Its simulated device
+is the `KIND` of its subpackage in `armdrive.sim`.
 
 Every command of the command line reads this table, most of them for the names alone. What a
 dialect needs to be driven, simulated or read from a file is imported when a row is asked for it.
@@ -9,17 +10,17 @@ dialect needs to be driven, simulated or read from a file is imported when a row
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from armdrive.dialects.armdroid.entry import ENTRY as ARMDROID
-from armdrive.dialects.cia402.entry import ENTRY as CIA402
-from armdrive.dialects.dialect import Dialect, Language
-from armdrive.dialects.grbl.entry import ENTRY as GRBL
-from armdrive.dialects.mks.entry import ENTRY as MKS
-from armdrive.dialects.robko01.entry import ENTRY as ROBKO01
-from armdrive.dialects.teachmover.entry import ENTRY as TEACHMOVER
+from armdrive.dialects.armdroid import ENTRY as ARMDROID
+from armdrive.dialects.cia402 import ENTRY as CIA402
+from armdrive.dialects.dialect import Dialect, Language, Part
+from armdrive.dialects.grbl import ENTRY as GRBL
+from armdrive.dialects.mks import ENTRY as MKS
+from armdrive.dialects.robko01 import ENTRY as ROBKO01
+from armdrive.dialects.teachmover import ENTRY as TEACHMOVER
 from armdrive.errors import BadRequest, Refused
 from kinematics.errors import suggestion
 
@@ -31,58 +32,17 @@ if TYPE_CHECKING:
     from firmware_protocol.frames import Frame
 
 
-# Simulated devices are imported when one is made: an arm on a real wire needs none.
-
-
-def _teachmover() -> SimDeviceKind:
-    from armdrive.sim.teachmover.device import KIND
-
-    return KIND
-
-
-def _robko01() -> SimDeviceKind:
-    from armdrive.sim.robko01.device import KIND
-
-    return KIND
-
-
-def _armdroid() -> SimDeviceKind:
-    from armdrive.sim.armdroid.device import KIND
-
-    return KIND
-
-
-def _grbl() -> SimDeviceKind:
-    from armdrive.sim.grbl.device import KIND
-
-    return KIND
-
-
-def _mks() -> SimDeviceKind:
-    from armdrive.sim.mks.kind import KIND
-
-    return KIND
-
-
-def _cia402() -> SimDeviceKind:
-    from armdrive.sim.cia402.kind import KIND
-
-    return KIND
-
-
-_ROWS: tuple[tuple[Dialect, Callable[[], SimDeviceKind]], ...] = (
-    (TEACHMOVER, _teachmover),
-    (ROBKO01, _robko01),
-    (ARMDROID, _armdroid),
-    (GRBL, _grbl),
-    (MKS, _mks),
-    (CIA402, _cia402),
+_ROWS = (
+    TEACHMOVER,
+    ROBKO01,
+    ARMDROID,
+    GRBL,
+    MKS,
+    CIA402,
 )
-"""Each dialect: what it states about itself, and what returns how its simulated device is made."""
 
-DIALECTS: Mapping[str, Dialect] = MappingProxyType({entry.name: entry for entry, _ in _ROWS})
+DIALECTS: Mapping[str, Dialect] = MappingProxyType({row.name: row for row in _ROWS})
 """What each dialect states about itself, by its name."""
-_SIMULATED = MappingProxyType({entry.name: simulated for entry, simulated in _ROWS})
 
 DEFAULT = TEACHMOVER.name
 """The dialect of an arm file that names none, and of the simulated arm where no arm is named."""
@@ -100,8 +60,12 @@ def dialect(name: str) -> Dialect:
 
 
 def simulated_kind(name: str) -> SimDeviceKind:
-    """Return how the simulated device of a dialect is made; raises as `dialect` does."""
-    return _SIMULATED[dialect(name).name]()
+    """Return how the simulated device of a dialect is made; raises as `dialect` does.
+
+    Simulated devices are imported when one is made: an arm on a real wire needs none.
+    """
+    kind: Part[SimDeviceKind] = Part(f"armdrive.sim.{dialect(name).name}", "KIND")
+    return kind()
 
 
 def pendant_of(config: ArmConfig) -> PendantTools[PendantProgram]:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from armdrive.config.arm import ArmConfig, DialectSections, config_of_preset, load, parse
+from armdrive.config.arm import ArmConfig, ConfigSource, DialectSections, load, parse
 from armdrive.config.check import problems_of
 from armdrive.config.sections import Connection
 from armdrive.registry import DEFAULT, dialect
@@ -34,4 +35,6 @@ def arm_problems(table: dict[str, Any], name: str, folder: Path) -> list[str]:
 
 def preset_arm(key: str, *, name: str, connection: Connection) -> ArmConfig:
     """Return an arm as it leaves the factory, on the given wire."""
-    return config_of_preset(key, dialect(connection.dialect), name=name, connection=connection)
+    wire = {"dialect": connection.dialect, "baud": connection.baud}
+    config = parse_arm({"model": key, "connection": wire}, name=name)
+    return replace(config, connection=connection, source=ConfigSource({"model": key}))

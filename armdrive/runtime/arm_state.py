@@ -11,10 +11,10 @@ from collections.abc import Callable, Iterable
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.controller import Controller
 from armdrive.errors import ArmError, Refused, SettingsDiffer, StateFileError
+from armdrive.errors.table import entry, entry_of, named
 from armdrive.moves import ContinuousJog, IncrementalJog
 from armdrive.registry import dialect
 from armdrive.runtime.backlash import doubt_words
-from armdrive.runtime.diagnostics import FAULT, Diagnostics, code_of
 from armdrive.runtime.engine import Engine
 from armdrive.runtime.overrides import SpeedOverride
 from armdrive.runtime.persistence import Memory
@@ -25,15 +25,73 @@ from armdrive.runtime.position import (
     PositionLedger,
     motors_of,
 )
-from armdrive.runtime.states import Event, after
+from armdrive.runtime.states import FIRST_BELIEF, Belief, Event, after, require_reference
 from armdrive.runtime.stop_bounds import StopBound, StopForecast
-from armdrive.runtime.trust import FIRST_BELIEF, Belief, require_reference
 from armdrive.status import Evidence, LinkStats, SchedulingJitter, State, Status, Trust, coded
 from armdrive.storage.record import PositionRecorder, Record
 from armdrive.tasks import Difference
 from armdrive.trace.calls import NO_TRACER, Tracer
 from armdrive.trace.entries import EntryCondition
 from kinematics.spaces import Motors
+
+# What the status says beside its numbers: an error and a notice, each with its code. Words that are
+# put down without a code have none: words and code never come apart.
+
+FAULT = named("DeviceFault").code
+"""The code of a fault that is reported in words alone."""
+
+EMERGENCY_STOP = named("EMERGENCY_STOP").code
+RECONNECTED = named("RECONNECTED").code
+ALARM_VOUCHED = named("ALARM_VOUCHED").code
+
+
+def code_of(cause: BaseException | Evidence) -> str:
+    """Return the code of an error or of an evidence; empty where it has none."""
+    row = entry_of(cause) if isinstance(cause, Evidence) else entry(cause)
+    return "" if row is None else row.code
+
+
+class Diagnostics:
+    """The error and the notice of one arm."""
+
+    def __init__(self) -> None:
+        self._error = self._notice = ("", "")
+
+    @property
+    def error(self) -> str:
+        """Why the arm is in error-stop, or why its wire is lost."""
+        return self._error[0]
+
+    @error.setter
+    def error(self, words: str) -> None:
+        self._error = (words, "")
+
+    @property
+    def error_code(self) -> str:
+        """The catalogue's code of the error."""
+        return self._error[1]
+
+    @property
+    def notice(self) -> str:
+        """What somebody should know."""
+        return self._notice[0]
+
+    @notice.setter
+    def notice(self, words: str) -> None:
+        self._notice = (words, "")
+
+    @property
+    def notice_code(self) -> str:
+        """The catalogue's code of the notice, where it is about something that went wrong."""
+        return self._notice[1]
+
+    def say_error(self, words: str, code: str) -> None:
+        """Put an error down with its code."""
+        self._error = (words, code)
+
+    def notify(self, words: str, cause: BaseException | Evidence) -> None:
+        """Put a notice down with the code of its cause."""
+        self._notice = (words, code_of(cause))
 
 
 class Core:
@@ -212,7 +270,7 @@ class Core:
             registers=position.expected,
             taken=position.slack.taken if position.slack.any else (),
             unsure=position.slack.unsure,
-            coordinates=(*position.coordinates.joints, position.coordinates.opening_mm),
+            coordinates=position.coordinates.values,
             trust=self.belief.trust.value,
             reason=self.belief.reason,
             in_motion=in_motion,

@@ -36,48 +36,35 @@ def to_turn(taken: int, width: int, steps: int) -> int:
 
 @dataclass(frozen=True, slots=True)
 class TakenUp:
-    """Where motors are within their backlash: the assumption, and what it is at least and most."""
+    """Where one motor is within its backlash: what is assumed, and what it is at least and most."""
 
-    at: Motors
-    least: Motors
-    most: Motors
-
-    @classmethod
-    def unknown(cls, widths: Motors) -> TakenUp:
-        """Return the middle of each, as nobody knows better."""
-        return cls(Motors(width // 2 for width in widths), Motors([0] * len(widths)), widths)
+    width: int
+    at: int
+    least: int
+    most: int
 
     @classmethod
-    def known(cls, at: Motors, widths: Motors, unsure: Iterable[int] = ()) -> TakenUp:
-        """Return what was remembered, of which some motors' was not certain."""
-        doubted = set(unsure)
-        least = Motors(0 if n in doubted else each for n, each in enumerate(at))
-        most = Motors(widths[n] if n in doubted else each for n, each in enumerate(at))
-        return cls(at, least, most)
+    def unknown(cls, width: int) -> TakenUp:
+        """Return the middle, as nobody knows better."""
+        return cls(width, width // 2, 0, width)
 
-    def doubted(self, widths: Motors) -> TakenUp:
+    @property
+    def sure(self) -> bool:
+        """Whether it is known."""
+        return self.least == self.most
+
+    def doubted(self) -> TakenUp:
         """Return the same as an assumption."""
-        return TakenUp(self.at, Motors([0] * len(widths)), widths)
+        return TakenUp(self.width, self.at, 0, self.width)
 
     def centred(self) -> TakenUp:
         """Return the assumption that is wrong by least."""
-        middles = ((low + high) // 2 for low, high in zip(self.least, self.most, strict=True))
-        return TakenUp(Motors(middles), self.least, self.most)
+        return replace(self, at=(self.least + self.most) // 2)
 
-    def after(self, steps: Motors, widths: Motors) -> tuple[TakenUp, Motors]:
-        """Return this when motors have turned, and what they have driven."""
-        moved = [turned(*each) for each in zip(self.at, widths, steps, strict=True)]
-        least, most = (
-            Motors(turned(*each)[0] for each in zip(bound, widths, steps, strict=True))
-            for bound in (self.least, self.most)
-        )
-        return TakenUp(Motors(new for new, _ in moved), least, most), Motors(n for _, n in moved)
-
-    @property
-    def unsure(self) -> tuple[int, ...]:
-        """The motors, counted from 0, of which it is not known."""
-        bounds = zip(self.least, self.most, strict=True)
-        return tuple(n for n, (least, most) in enumerate(bounds) if least != most)
+    def after(self, steps: int) -> TakenUp:
+        """Return this when the motor has turned by some steps."""
+        places = (turned(each, self.width, steps)[0] for each in (self.at, self.least, self.most))
+        return TakenUp(self.width, *places)
 
 
 TOLERANCE_STEPS = 1
@@ -93,7 +80,19 @@ class _Corner:
 
     turned: Motors
     driven: Motors
-    taken: TakenUp
+    taken: tuple[TakenUp, ...]
+
+    @property
+    def at(self) -> Motors:
+        """What is taken there."""
+        return Motors(each.at for each in self.taken)
+
+    def after(self, steps: Motors) -> _Corner:
+        """Return the place at which the motors are when they have turned further, all one way."""
+        each = list(zip(self.taken, steps, strict=True))
+        driven = Motors(turned(taken.at, taken.width, one)[1] for taken, one in each)
+        further = tuple(taken.after(one) for taken, one in each)
+        return _Corner(self.turned + steps, self.driven + driven, further)
 
 
 class Slack:
@@ -111,9 +110,10 @@ class Slack:
         self.vague = False
         """Whether what was seen last may be before a reversal or behind it, steps apart."""
         self._passed = 0.0
-        self._stand(TakenUp.unknown(self.widths))
+        self._stand(map(TakenUp.unknown, self.widths))
 
-    def _stand(self, taken: TakenUp) -> None:
+    def _stand(self, each: Iterable[TakenUp]) -> None:
+        taken = tuple(each)
         self._way = [_Corner(self._still, self._still, taken)]
         self._here = taken
         self._passed = 0.0
@@ -121,17 +121,17 @@ class Slack:
     @property
     def taken(self) -> Motors:
         """What is taken at the acknowledged position."""
-        return self._here.at
+        return Motors(each.at for each in self._here)
 
     @property
     def ahead(self) -> Motors:
         """What is taken where the way leads that has been sent."""
-        return self._way[-1].taken.at
+        return self._way[-1].at
 
     @property
     def unsure(self) -> tuple[int, ...]:
         """The motors, counted from 0, that may push in another direction than is assumed."""
-        return self._here.unsure
+        return tuple(n for n, each in enumerate(self._here) if not each.sure)
 
     # -- motion -------------------------------------------------------------------------------
 
@@ -147,8 +147,8 @@ class Slack:
         if not self.any:
             return steps
         last = self._way[-1]
-        taken, driven = last.taken.after(steps, self.widths)
-        self._way.append(_Corner(last.turned + steps, last.driven + driven, taken))
+        self._way.append(last.after(steps))
+        driven = self._way[-1].driven - last.driven
         if len(self._way) > MOST_CORNERS:
             del self._way[: MOST_CORNERS // 2]
             self._passed = max(self._passed - MOST_CORNERS // 2, 0.0)
@@ -204,25 +204,24 @@ class Slack:
         place, *others = [self._behind(index, turned) for index, _ in fits or [(nearest, 0.0)]]
         self.vague = any((other.driven - place.driven).largest > 2 for other in others)
         if len(self._way) == 1 and turned.largest:
-            return replace(place, taken=place.taken.doubted(self.widths))
+            return replace(place, taken=tuple(each.doubted() for each in place.taken))
         return place
 
     def _behind(self, index: int, turned: Motors) -> _Corner:
         """Return where motors are that have turned so far, all of it since a corner one way."""
         corner = self._way[index]
-        taken, driven = corner.taken.after(turned - corner.turned, self.widths)
-        return _Corner(turned, corner.driven + driven, taken)
+        return corner.after(turned - corner.turned)
 
     # -- references ---------------------------------------------------------------------------
 
     def doubt(self) -> None:
         """Note that something may have turned the arm that no register counts."""
-        self._stand(self._here.doubted(self.widths))
+        self._stand(each.doubted() for each in self._here)
         self._seen = None
 
     def refer(self) -> None:
         """Begin anew at a place that somebody vouches for."""
-        self._stand(self._here.centred())
+        self._stand(each.centred() for each in self._here)
         self._seen = None
 
     def restore(self, taken: Sequence[int], unsure: Sequence[int]) -> bool:
@@ -233,9 +232,14 @@ class Slack:
         fits = len(taken) == len(self.widths) and all(
             0 <= each <= width for each, width in zip(taken, self.widths, strict=True)
         )
-        known = TakenUp.known(Motors(taken), self.widths, unsure) if fits else None
-        self._stand(known or TakenUp.unknown(self.widths))
-        return fits
+        if not fits:
+            self._stand(map(TakenUp.unknown, self.widths))
+            return False
+        known = [
+            TakenUp(width, each, each, each) for each, width in zip(taken, self.widths, strict=True)
+        ]
+        self._stand(each.doubted() if motor in unsure else each for motor, each in enumerate(known))
+        return True
 
 
 def _beside(start: Motors, end: Motors, at: Motors) -> tuple[float, float]:

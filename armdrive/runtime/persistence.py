@@ -1,7 +1,7 @@
 """What is remembered of a running arm: when its record is written, and the mark of motion.
 
 Everything here only *asks* for writing and returns at once (storage/record_writer.py does it).
-Whoever must not go on before the mark is on the disk waits until `mark_stands` (registers.py).
+Whoever must not go on before the mark is on the disk waits until `mark_stands` (motion/context.py).
 """
 
 from __future__ import annotations

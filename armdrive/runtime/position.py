@@ -23,6 +23,17 @@ from kinematics.spaces import Joints, Motors
 from kinematics.transmission import Transmission
 
 
+def joints_between(start: Joints, end: Joints, fraction: float) -> Joints:
+    """Return the joints at a fraction of the straight way between two; beyond its end above 1."""
+    angles = (a + (b - a) * fraction for a, b in zip(start, end, strict=True))
+    return Joints(tuple(angles), start.names)
+
+
+def alike(a: Joints, b: Joints, within_rad: float) -> bool:
+    """Tell whether two postures are the same, each joint within an angle."""
+    return all(abs(x - y) <= within_rad for x, y in zip(a, b, strict=True))
+
+
 @dataclass(frozen=True, slots=True)
 class ArmCoordinates:
     """Where the arm is meant to be, before rounding to steps: joints and gripper opening."""
@@ -30,13 +41,21 @@ class ArmCoordinates:
     joints: Joints
     opening_mm: float
 
+    @property
+    def values(self) -> tuple[float, ...]:
+        """The joint angles in rad, and then the opening."""
+        return (*self.joints, self.opening_mm)
+
+    def motors(self, transmission: Transmission) -> Motors:
+        """Return the whole steps that stand for this point: the one place where it is rounded."""
+        return transmission.to_motors(self.joints, self.opening_mm)
+
     def towards(self, other: ArmCoordinates, fraction: float) -> ArmCoordinates:
         """Return the point at a fraction of the straight way in joint space."""
         if fraction >= 1.0:
             return other
-        angles = (a + (b - a) * fraction for a, b in zip(self.joints, other.joints, strict=True))
         opening_mm = self.opening_mm + (other.opening_mm - self.opening_mm) * fraction
-        return ArmCoordinates(Joints(tuple(angles), self.joints.names), opening_mm)
+        return ArmCoordinates(joints_between(self.joints, other.joints, fraction), opening_mm)
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +65,18 @@ class MotionSegment:
     start: ArmCoordinates
     end: ArmCoordinates
     duration_s: float
+
+    @property
+    def turns_rad(self) -> tuple[float, ...]:
+        """By how much each joint turns."""
+        return tuple(b - a for a, b in zip(self.start.joints, self.end.joints, strict=True))
+
+    def steps(self, transmission: Transmission) -> tuple[float, ...]:
+        """Return how far each motor turns, before any rounding."""
+        before, after = (
+            transmission.to_exact(each.joints, each.opening_mm) for each in (self.start, self.end)
+        )
+        return tuple(b - a for a, b in zip(before, after, strict=True))
 
 
 class DeviceReadings:
@@ -216,8 +247,9 @@ class PositionLedger:
     def believe_registers(self) -> None:
         """Take the read-back for the position: the motors are there, whatever was commanded."""
         if self.read_back is not None and self.read_back != self.acknowledged:
-            self.commanded = self.acknowledged = self.read_back
+            self.acknowledged = self.read_back
             self.coordinates = self.coordinates_of(self.acknowledged)
+        self.commanded = self.acknowledged  # also where nothing had moved yet
         self.slack.believe()
 
     def count_anew(self, registers: Motors) -> None:
@@ -229,7 +261,7 @@ class PositionLedger:
 
     def refer(self, registers: Motors, there: ArmCoordinates) -> None:
         """Make the present registers mean a known posture."""
-        position = self._transmission.to_motors(there.joints, there.opening_mm)
+        position = there.motors(self._transmission)
         self.slack.refer()
         self.offset = position - registers + self.slack.taken
         self.counts = registers
@@ -258,8 +290,7 @@ class PositionLedger:
             return None
         *angles, opening_mm = record.coordinates
         there = ArmCoordinates(Joints(tuple(angles), names), opening_mm)
-        same = self._transmission.to_motors(there.joints, opening_mm) == self.acknowledged
-        return there if same else None
+        return there if there.motors(self._transmission) == self.acknowledged else None
 
     def coordinates_of(self, position: Motors) -> ArmCoordinates:
         """Return the point that whole motor steps stand for."""

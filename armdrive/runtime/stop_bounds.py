@@ -158,12 +158,8 @@ def stretches(
     found = []
     for leg in legs:
         duration_s = max(leg.duration_s, LEAST_S)
-        before, behind = (
-            transmission.to_exact(place.joints, place.opening_mm) for place in (leg.start, leg.end)
-        )
-        motors_hz = tuple(abs(b - a) / duration_s for a, b in zip(before, behind, strict=True))
-        turned = zip(leg.start.joints, leg.end.joints, strict=True)
-        joints_rad_s = tuple(abs(b - a) / duration_s for a, b in turned)
+        motors_hz = tuple(abs(steps) / duration_s for steps in leg.steps(transmission))
+        joints_rad_s = tuple(abs(turn) / duration_s for turn in leg.turns_rad)
         if max(motors_hz) > 0.0:
             found.append(StopStretch(StopPart(duration_s, max(motors_hz)), joints_rad_s, motors_hz))
     return tuple(found)

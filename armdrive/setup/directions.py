@@ -9,16 +9,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from types import MappingProxyType
 from typing import Any
 
 from armdrive.config.arm import ArmConfig
-from armdrive.config.write import Change
 from armdrive.dialog.conversation import WrongAnswer
 from armdrive.errors import BadRequest, Refused
 from armdrive.sim.world.body import found_posture
+from armdrive.text.toml_amend import Change
 from kinematics.geometry import ArmGeometry
 from kinematics.spaces import Joints
 from kinematics.transmission import Transmission
@@ -134,20 +134,42 @@ class Trial:
 
 @dataclass(frozen=True, slots=True)
 class SeenMotion:
-    """What somebody saw of a trial: a word, and which way the hand turned where that was asked."""
+    """What somebody saw of a trial: a word, and which way the hand turned where that was asked.
+
+    `instead` names the motor whose part moved, and `farther` is how far the motor went as a share
+    of what was shown.
+    """
 
     trial: Trial
     word: str
     roll: str = ""
+    instead: str = ""
+    farther: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
 class Signs:
-    """What is reversed, and what could not be told."""
+    """What is reversed, what could not be told, and what else was seen that is wrong.
+
+    `farther` is by motor; `order` has the motor that was seen, by the one that was meant. Both
+    leave out those that are right.
+    """
 
     motors: tuple[str, ...] = ()
     joints: tuple[str, ...] = ()
     unclear: tuple[str, ...] = ()
+    farther: Mapping[str, float] = field(default_factory=dict)
+    order: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def right(self) -> bool:
+        """Whether nothing has to be changed in the arm file."""
+        return not any((self.motors, self.joints, self.farther, self.order))
+
+    @property
+    def swapped(self) -> bool:
+        """Whether those that changed places are the same as those in whose place they are."""
+        return bool(self.order) and set(self.order) == set(self.order.values())
 
 
 def trials(arm: ArmGeometry, transmission: Transmission, posture: Joints) -> tuple[Trial, ...]:
@@ -197,22 +219,32 @@ def check_word(trial: Trial, word: str) -> None:
 
 
 def conclude(seen: Iterable[SeenMotion], roll_joint: str) -> Signs:
-    """Return what is reversed; `roll_joint` is the one that two wrist motors turn together."""
+    """Return what is wrong; `roll_joint` is the one that two wrist motors turn together.
+
+    A motor that was another one's tells nothing of directions.
+    """
     motors, unclear, rolls = [], [], []
+    farther, order = {}, {}
     for each in seen:
+        name = each.trial.name
+        if each.farther != 1.0:
+            farther[name] = each.farther
+        if each.instead:
+            order[name] = each.instead
+            continue
         if each.word in (NOTHING, OTHER):
-            unclear.append(each.trial.name)
+            unclear.append(name)
             continue
         check_word(each.trial, each.word)
         sign = _agreement(each.trial, each.word)
         if sign < 0:
-            motors.append(each.trial.name)
+            motors.append(name)
         if each.trial.turns_hand and each.roll in WAYS["roll"]:
             rolls.append(sign * _agreement(each.trial, each.roll))
     if len(set(rolls)) > 1:
         unclear.append(roll_joint)
     joints = (roll_joint,) if rolls and set(rolls) == {-1} else ()
-    return Signs(tuple(motors), joints, tuple(unclear))
+    return Signs(tuple(motors), joints, tuple(unclear), farther, order)
 
 
 def _agreement(trial: Trial, word: str) -> int:
@@ -231,12 +263,103 @@ def roll_joint(arm: ArmGeometry, posture: Joints) -> str:
     return found
 
 
-# From what a person saw of each motor to what its arm file ought to say instead.
-#
-# Four things are told apart: a motor counts the other way, its steps per turn are wrong, another
-# motor is behind its number, or nothing moves. The first three are keys of the arm file.
+# From what was found out of an arm's motors to the keys of its file that have to say it.
 
 DIGITS = 9
+
+
+def known_steps(table: Mapping[str, Any], transmission: Transmission | None) -> dict[str, float]:
+    """Return the steps of each motor, of a turn or a mm, as a file or its preset has them."""
+    if "motors" in table:
+        return {each["name"]: each[_steps_key(each)] for each in table["motors"]}
+    known: dict[str, float] = {}
+    if transmission is not None:
+        for motor in transmission.motors[: len(transmission.joint_names)]:
+            own = abs(motor.steps_per_unit) * math.tau
+            known[motor.name] = table.get("steps_per_turn", {}).get(motor.name, own)
+        for motor in transmission.motors[len(transmission.joint_names) :]:
+            known[motor.name] = table.get("steps_per_mm", abs(motor.steps_per_unit))
+    return known
+
+
+def _steps_key(motor: Mapping[str, Any]) -> str:
+    return "steps_per_mm" if "steps_per_mm" in motor else "steps_per_turn"
+
+
+def changes(
+    table: Mapping[str, Any],
+    transmission: Transmission | None,
+    signs: Signs,
+    steps: Mapping[str, float],
+) -> tuple[Change, ...]:
+    """Return the keys of an arm file's table that have to say something else.
+
+    `steps` are those of a turn or a mm that were found, by motor. The order of motors is no key.
+    """
+    known = known_steps(table, transmission)
+    found = {name: float(f"{each:.{DIGITS}g}") for name, each in steps.items()}
+    why = {name: _far(known[name] / each) for name, each in found.items() if name in known}
+    if "motors" in table:
+        return tuple(_of_motors(table["motors"], signs, found, why))
+    return tuple(_of_preset(table, transmission, signs, found, why))
+
+
+def _far(share: float) -> str:
+    return "" if share == 1.0 else f"it went {share:g} times as far as this said before"
+
+
+def _of_preset(
+    table: Mapping[str, Any],
+    transmission: Transmission | None,
+    signs: Signs,
+    steps: Mapping[str, float],
+    why: Mapping[str, str],
+) -> Iterator[Change]:
+    gripper = transmission.motors[-1].name if transmission and transmission.has_gripper else ""
+    for name, each in steps.items():
+        path = ("steps_per_mm",) if name == gripper else ("steps_per_turn", name)
+        yield Change(path, each, why[name])
+    for section, names in (("motor_signs", signs.motors), ("joint_signs", signs.joints)):
+        for name in names:
+            known = table.get(section, {}).get(name, 1)
+            yield Change((section, name), -known, SawMotion.OTHER_WAY.value)
+
+
+def _of_motors(
+    motors: list[Mapping[str, Any]],
+    signs: Signs,
+    steps: Mapping[str, float],
+    why: Mapping[str, str],
+) -> Iterator[Change]:
+    """Give the changes of a list of motors: what follows a motor follows its direction as well."""
+    turned = dict.fromkeys(signs.motors, -1)
+    joints = dict.fromkeys(signs.joints, -1)
+    known = known_steps({"motors": motors}, None)
+    farther = {name: known[name] / each for name, each in steps.items() if name in known}
+    for index, motor in enumerate(motors):
+        name = str(motor.get("name"))
+        own = turned.get(name, 1)
+        sees = {key: one * own * joints.get(key, 1) for key, one in motor.get("sees", {}).items()}
+        if "sees" not in motor and own < 0:
+            sees = {"opening": -1}  # what a motor of fingers sees that says nothing
+        if sees and sees != motor.get("sees"):
+            yield Change(("motors", index, "sees"), sees, SawMotion.OTHER_WAY.value)
+        if name in steps:
+            yield Change(("motors", index, _steps_key(motor)), steps[name], why[name])
+        follows = motor.get("follows", {})
+        now = {other: ratio * own * turned.get(other, 1) for other, ratio in follows.items()}
+        mine = farther.get(name, 1.0)
+        exact = {other: one * farther.get(other, 1.0) / mine for other, one in now.items()}
+        if all(one == int(one) for one in exact.values()):  # only whole steps can be added
+            now = {other: int(one) for other, one in exact.items()}
+        if now != follows:
+            yield Change(("motors", index, "follows"), now, "its motors were corrected")
+
+
+# Going through the motors of an arm, one after the other: turn it, say what was seen, go on.
+#
+# It moves nothing by itself: `steps` says what the next turn would be, and `turned` that it was
+# made. A motor is brought back before the next one's turn.
 
 
 class SawMotion(Enum):
@@ -254,150 +377,6 @@ FARTHER: Mapping[SawMotion, float] = {SawMotion.TWICE: 2.0, SawMotion.HALF: 0.5}
 """How far it went, as a share of what the arm file says."""
 
 
-@dataclass(frozen=True, slots=True)
-class MotorLook:
-    """What was seen of one trial; `instead` names the motor whose part moved, `hand` how it turned.
-
-    `hand` is a word of `WAYS["roll"]`, empty where it was not asked for.
-    """
-
-    trial: Trial
-    saw: SawMotion
-    instead: str = ""
-    hand: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class DirectionVerdict:
-    """What all looks together say. `farther` is by motor; `order` the motor seen, by the one meant.
-
-    Both leave out those that are right.
-    """
-
-    signs: Signs = field(default_factory=Signs)
-    farther: Mapping[str, float] = field(default_factory=dict)
-    order: Mapping[str, str] = field(default_factory=dict)
-
-    @property
-    def right(self) -> bool:
-        """Whether nothing at all has to be changed or looked at."""
-        return not (self.farther or self.order or any((self.signs.motors, self.signs.joints)))
-
-
-def judge(looks: Iterable[MotorLook], roll_joint: str) -> DirectionVerdict:
-    """Return what the looks say; a motor that was another one's tells nothing of directions."""
-    looks = tuple(looks)
-    order = {each.trial.name: each.instead for each in looks if each.saw is SawMotion.ANOTHER}
-    farther = {each.trial.name: FARTHER[each.saw] for each in looks if each.saw in FARTHER}
-    signs = conclude(map(_seen_of_look, looks), roll_joint)
-    unclear = tuple(name for name in signs.unclear if name not in order)
-    signs = Signs(signs.motors, signs.joints, unclear)
-    return DirectionVerdict(signs, farther, order)
-
-
-def _seen_of_look(look: MotorLook) -> SeenMotion:
-    way = look.trial.ways[0]
-    word = look.trial.expected.word(way)
-    if look.saw is SawMotion.OTHER_WAY:
-        word = next(each for each in WAYS[way] if each != word)
-    gone = {SawMotion.NOT_AT_ALL: NOTHING, SawMotion.ANOTHER: OTHER}
-    return SeenMotion(look.trial, gone.get(look.saw, word), look.hand)
-
-
-def swapped(verdict: DirectionVerdict) -> bool:
-    """Tell whether those that changed places are the same as those in whose place they are."""
-    return bool(verdict.order) and set(verdict.order) == set(verdict.order.values())
-
-
-def changes(
-    table: Mapping[str, Any], transmission: Transmission, verdict: DirectionVerdict
-) -> tuple[Change, ...]:
-    """Return the keys of an arm file's table that have to say something else, but for the order."""
-    if "motors" in table:
-        return tuple(_of_motors(table["motors"], verdict))
-    return tuple(_of_preset(table, transmission, verdict))
-
-
-def _of_preset(
-    table: Mapping[str, Any], transmission: Transmission, verdict: DirectionVerdict
-) -> Iterator[Change]:
-    for section, names in (
-        ("motor_signs", verdict.signs.motors),
-        ("joint_signs", verdict.signs.joints),
-    ):
-        for name in names:
-            known = table.get(section, {}).get(name, 1)
-            yield Change((section, name), -known, SawMotion.OTHER_WAY.value)
-    turning = len(transmission.joint_names)
-    for index, motor in enumerate(transmission.motors):
-        share = verdict.farther.get(motor.name)
-        if share is None:
-            continue
-        if index >= turning:
-            known = table.get("steps_per_mm", abs(motor.steps_per_unit))
-            yield Change(("steps_per_mm",), _short(known / share), _far(share))
-        else:
-            own = abs(motor.steps_per_unit) * math.tau
-            known = table.get("steps_per_turn", {}).get(motor.name, own)
-            yield Change(("steps_per_turn", motor.name), _short(known / share), _far(share))
-
-
-def _of_motors(motors: list[Mapping[str, Any]], verdict: DirectionVerdict) -> Iterator[Change]:
-    """Give the changes of a list of motors: what follows a motor follows its direction as well."""
-    turned = dict.fromkeys(verdict.signs.motors, -1)
-    joints = dict.fromkeys(verdict.signs.joints, -1)
-    for index, motor in enumerate(motors):
-        name = str(motor.get("name"))
-        own = turned.get(name, 1)
-        sees = {key: one * own * joints.get(key, 1) for key, one in motor.get("sees", {}).items()}
-        if "sees" not in motor and own < 0:
-            sees = {"opening": -1}  # what a motor of fingers sees that says nothing
-        if sees and sees != motor.get("sees"):
-            yield Change(("motors", index, "sees"), sees, SawMotion.OTHER_WAY.value)
-        share = verdict.farther.get(name)
-        if share is not None:
-            key = "steps_per_mm" if "steps_per_mm" in motor else "steps_per_turn"
-            yield Change(("motors", index, key), _short(motor[key] / share), _far(share))
-        yield from _follows(index, motor, own, turned, verdict.farther)
-
-
-def _follows(
-    index: int,
-    motor: Mapping[str, Any],
-    own: int,
-    turned: Mapping[str, int],
-    farther: Mapping[str, float],
-) -> Iterator[Change]:
-    """Give the steps that are added for another motor's: whole numbers, so only if they stay so."""
-    known = motor.get("follows", {})
-    mine = farther.get(str(motor.get("name")), 1.0)
-    exact = {
-        other: ratio * own * turned.get(other, 1) * farther.get(other, 1.0) / mine
-        for other, ratio in known.items()
-    }
-    if all(one == int(one) for one in exact.values()):
-        now = {other: int(one) for other, one in exact.items()}
-    else:
-        now = {other: ratio * own * turned.get(other, 1) for other, ratio in known.items()}
-    if now != known:
-        yield Change(("motors", index, "follows"), now, "its motors were corrected")
-
-
-def _far(share: float) -> str:
-    return f"it went {share:g} times as far as this said before"
-
-
-def _short(steps: float) -> float:
-    """Return the number without digits that no arm has."""
-    return float(f"{steps:.{DIGITS}g}")
-
-
-# Going through the motors of an arm, one after the other: turn it, say what was seen, go on.
-#
-# It moves nothing by itself: `steps` says what the next turn would be, and `turned` that it was
-# made. A motor is brought back before the next one's turn.
-
-
 class DirectionCheck:
     """Which motor's turn it is, and what was seen so far."""
 
@@ -405,13 +384,13 @@ class DirectionCheck:
         self.posture = posture
         self.transmission = transmission
         self.trials = trials(arm, transmission, posture)
-        self.looks: tuple[MotorLook, ...] = ()
+        self.looks: tuple[SeenMotion, ...] = ()
         self.away = False
         """Whether the motor stands where it was turned to, and not yet where it was."""
         self.shown = False
         """Whether the motor was turned at all since its turn came."""
         self._roll = roll_joint(arm, posture)
-        self._half: SawMotion | None = None
+        self._half: SeenMotion | None = None
 
     @property
     def trial(self) -> Trial | None:
@@ -466,21 +445,27 @@ class DirectionCheck:
             raise BadRequest("it was answered already: bring it back first")
         if not self.shown and what is not SawMotion.NOT_AT_ALL:
             raise BadRequest("turn it first: nothing has been seen of it yet")
+        way = trial.ways[0]
+        shown = trial.expected.word(way)
+        other = next(each for each in WAYS[way] if each != shown)
+        words = {
+            SawMotion.OTHER_WAY: other, SawMotion.NOT_AT_ALL: NOTHING, SawMotion.ANOTHER: OTHER,
+        }  # fmt: skip
+        farther = FARTHER.get(what, 1.0)
+        seen = SeenMotion(trial, words.get(what, shown), instead=instead, farther=farther)
         told = what in (SawMotion.AS_SHOWN, SawMotion.OTHER_WAY)
         if told and trial.turns_hand and self._half is None:
-            self._half = what
-            return
-        self._note(MotorLook(trial, what, instead))
+            self._half = seen
+        else:
+            self._note(seen)
 
     def hand(self, word: str) -> None:
         """Take which way the hand turned about its own axis: a word, or "" for not seen."""
-        trial = self.trial
-        if self._half is None or trial is None:
+        if self._half is None:
             raise BadRequest("the hand's turning is not asked for now")
-        half, self._half = self._half, None
-        self._note(MotorLook(trial, half, hand=word))
+        self._note(replace(self._half, roll=word))
 
-    def _note(self, look: MotorLook) -> None:
+    def _note(self, look: SeenMotion) -> None:
         self.looks = (*self.looks, look)
         self.shown, self._half = False, None
 
@@ -489,9 +474,9 @@ class DirectionCheck:
         now = self.trial
         return tuple(m.name for m in self.transmission.motors if now is None or m.name != now.name)
 
-    def verdict(self) -> DirectionVerdict:
+    def signs(self) -> Signs:
         """Return what all the looks so far say together."""
-        return judge(self.looks, self._roll)
+        return conclude(self.looks, self._roll)
 
 
 def check_of(config: ArmConfig, joints: Joints | None) -> DirectionCheck:

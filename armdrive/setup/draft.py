@@ -119,8 +119,8 @@ class Surroundings:
     arms: tuple[str, ...] = ()
     ports: tuple[str, ...] = ()
     read_links: Callable[[str], LinkFile] = _no_file
-    given: frozenset[str] = field(default_factory=frozenset)
-    """Keys that are answered beforehand."""
+    given: Mapping[str, str] = field(default_factory=dict)
+    """What is answered beforehand, by the keys of the questions."""
     buses: tuple[str, ...] = ()
     """The CAN adapters that are there, each as the port that opens it."""
 

@@ -5,17 +5,20 @@ from __future__ import annotations
 import difflib
 import tempfile
 import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from armdrive.config.arm import ArmConfig, read_arm_table
-from armdrive.config.write import amended
 from armdrive.errors import ArmFileError
 from armdrive.registry.arm_files import arm_problems, load_arm
 from armdrive.setup.arm_text import ArmFiles
-from armdrive.setup.directions import DirectionVerdict, changes, swapped
+from armdrive.setup.directions import SeenMotion, Signs, changes, conclude, known_steps
+from armdrive.setup.plan import CommissioningPlan, Notes
 from armdrive.storage.files import replace_file
 from armdrive.text.reading import read_text
+from armdrive.text.toml_amend import Change, amended
+from armdrive.text.toml_document import FORMAT_ENTRY, TomlEntry, TomlSection, document
 from kinematics.transmission import Transmission
 
 
@@ -63,13 +66,15 @@ class FileProposal:
         replace_file(self.path, self.after.rstrip("\n"))
 
 
-def propose(path: Path, transmission: Transmission, verdict: DirectionVerdict) -> FileProposal:
+def propose(path: Path, transmission: Transmission, signs: Signs) -> FileProposal:
     """Return how an arm file should be changed. Writes nothing; raises `ArmFileError`."""
     before = _text(path)
     table = tomllib.loads(before)
     known = set(arm_problems(table, path.stem, path.parent))
-    order = dict(verdict.order) if "motors" in table and swapped(verdict) else {}
-    text = amended(before, changes(table, transmission, verdict), order)
+    order = dict(signs.order) if "motors" in table and signs.swapped else {}
+    before_steps = known_steps(table, transmission)
+    steps = {name: before_steps[name] / share for name, share in signs.farther.items()}
+    text = amended(before, changes(table, transmission, signs, steps), order)
     new = [
         each
         for each in arm_problems(tomllib.loads(text), path.stem, path.parent)
@@ -77,7 +82,61 @@ def propose(path: Path, transmission: Transmission, verdict: DirectionVerdict) -
     ]
     if new:
         raise ArmFileError(f"with these changes the arm file could not be used: {new[0]}")
-    return FileProposal(path, before, text, tuple(_remarks(verdict, order)))
+    return FileProposal(path, before, text, tuple(_remarks(signs, order)))
+
+
+# The arm file of drives that were commissioned.
+
+
+def signs_of(plan: CommissioningPlan, notes: Mapping[str, Notes]) -> Signs:
+    """Return which directions are reversed, of the motors that were tried."""
+    tried = [(each, notes[each.name]) for each in plan.drives if each.name in notes]
+    seen = [SeenMotion(drive.trial, noted.way, noted.roll) for drive, noted in tried if noted.way]
+    return conclude(seen, plan.roll_joint)
+
+
+def new_text(config: ArmConfig, left_out: tuple[str, ...] = ()) -> str:
+    """Return the file of a preset's arm before anything has been found out of its drives."""
+    heading = f"{config.name}: its drives were commissioned by `armdrive can setup {config.name}`."
+    if left_out:
+        heading += f"\nDirections and gears are not tried yet: {', '.join(left_out)}."
+    table = config.source.table if config.source else {}
+    return document((TomlSection("", (FORMAT_ENTRY, TomlEntry("model", table["model"]))),), heading)
+
+
+def commissioned(
+    text: str, config: ArmConfig, plan: CommissioningPlan, notes: Mapping[str, Notes], port: str
+) -> str:
+    """Return the text of an arm file with everything that was found of its drives."""
+    table, spoken = tomllib.loads(text), config.connection.dialect
+    wire = {"dialect": spoken, "port": port} if port else {"dialect": spoken}
+    currents = {each.current_ma for each in notes.values() if each.current_ma}
+    alike = len(currents) == 1 and len(notes) == len(plan.drives)
+    ids = [each.node for each in plan.drives]
+    device = plan.tools.section(config.device, ids, currents.pop() if alike else 0)
+    gears = {each.name: notes[each.name].gear for each in plan.drives if each.name in notes}
+    steps = {name: plan.tools.counts_per_turn * gear for name, gear in gears.items() if gear}
+    found = changes(table, config.model.transmission, signs_of(plan, notes), steps)
+    said = [
+        *(Change(("connection", key), each) for key, each in wire.items()),
+        *(Change((spoken, key), each) for key, each in device.items()),
+        *found,
+    ]
+    return amended(text, said)
+
+
+def propose_drives(
+    path: Path,
+    config: ArmConfig,
+    plan: CommissioningPlan,
+    notes: Mapping[str, Notes],
+    port: str,
+    left_out: tuple[str, ...] = (),
+) -> FileProposal:
+    """Return the arm file with everything that was found; one that is not there is a new one."""
+    before = _text(path) if path.is_file() else ""
+    begun = before or new_text(config, left_out)
+    return FileProposal(path, before, commissioned(begun, config, plan, notes, port))
 
 
 def file_of(config: ArmConfig) -> Path | None:
@@ -91,15 +150,15 @@ def file_of(config: ArmConfig) -> Path | None:
         return None
 
 
-def _remarks(verdict: DirectionVerdict, order: dict[str, str]) -> list[str]:
+def _remarks(signs: Signs, order: dict[str, str]) -> list[str]:
     said = []
-    if verdict.order and not order:
-        pairs = ", ".join(f"{seen} moved for {meant}" for meant, seen in verdict.order.items())
+    if signs.order and not order:
+        pairs = ", ".join(f"{seen} moved for {meant}" for meant, seen in signs.order.items())
         said.append(f"{pairs}: swap their plugs at the controller, then check once more")
     if order:
         said.append("motors have changed places: check their directions once more")
-    if verdict.signs.unclear:
-        names = ", ".join(verdict.signs.unclear)
+    if signs.unclear:
+        names = ", ".join(signs.unclear)
         said.append(f"not told: {names}. Look at plugs and drivers, then check once more")
     return said
 

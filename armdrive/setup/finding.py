@@ -147,7 +147,7 @@ def surroundings(given: dict[str, str]) -> Surroundings:
     ports = tuple(each.stable_name or each.device for each in found)
     buses = tuple(each.port for each in port_lists.list_can_ports(found))
     arms = tuple(path.stem for path in sorted(places.arm_files().glob("*.toml")))
-    return Surroundings(arms, ports, read_links, frozenset(given), buses)
+    return Surroundings(arms, ports, read_links, given, buses)
 
 
 def read_links(path: str) -> LinkFile:

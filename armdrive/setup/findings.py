@@ -12,7 +12,7 @@ from armdrive.dialects.bus.tools import RESISTORS, Listened, numbers
 from armdrive.dialects.recognition import Identity, says_something_readable
 from armdrive.dialog.conversation import Finding, note, ok, problem
 from armdrive.registry import DIALECTS, likely
-from armdrive.runtime.received import excerpt
+from armdrive.runtime.engine import excerpt
 from armdrive.setup.prober import Examination
 from armdrive.status import Lateness, SchedulingJitter
 from armdrive.tasks import DeviceSettings, Difference

@@ -10,14 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from armdrive.dialog.conversation import Question, WrongAnswer
+from armdrive.errors import BadRequest
 from armdrive.setup.arm_text import ArmFiles, files_of
 from armdrive.setup.draft import Draft, Surroundings
 from armdrive.setup.filing import checked
 from armdrive.setup.finding import surroundings
-from armdrive.setup.questions import arm as rows_arm
-from armdrive.setup.questions import device as rows_device
-from armdrive.setup.questions import use as rows_use
-from armdrive.setup.questions import wire as rows_wire
+from armdrive.setup.questions import ROWS
 from armdrive.setup.templates import TEMPLATES
 from armdrive.storage import files as places
 
@@ -26,15 +24,20 @@ from armdrive.storage import files as places
 # `question` is the next one or None at the end; `answer` takes a line for it, and raises
 # `WrongAnswer` without having changed anything.
 
-ROWS = (*rows_wire.ROWS, *rows_arm.ROWS, *rows_use.ROWS, *rows_device.ROWS)
-
 
 class Interview:
-    """Questions of the table, in its order, as earlier answers open them."""
+    """Questions of the table, in its order, as earlier answers open them.
 
-    def __init__(self, around: Surroundings) -> None:
+    What was given beforehand is answered without being asked, and skipped on the way back. A given
+    answer that cannot be used is a `BadRequest`; unless `strict`, its question is asked after all.
+    """
+
+    def __init__(self, around: Surroundings, *, strict: bool = True) -> None:
         self._around = around
+        self._given = dict(around.given)
+        self._strict = strict
         self._answers: dict[str, Any] = {}
+        self._take_given()
 
     @property
     def draft(self) -> Draft:
@@ -51,6 +54,10 @@ class Interview:
         question = self.question
         if question is None:
             raise WrongAnswer("there is nothing left to answer")
+        self._take(question, line)
+        self._take_given()
+
+    def _take(self, question: Question, line: str) -> None:
         typed = line.strip()
         if not typed:
             if question.default is None:
@@ -58,9 +65,23 @@ class Interview:
             typed = question.default
         self._answers[question.key] = question.read(typed)
 
+    def _take_given(self) -> None:
+        while (question := self.question) is not None and question.key in self._given:
+            try:
+                self._take(question, self._given[question.key])
+            except WrongAnswer as wrong:
+                if self._strict:
+                    raise BadRequest(f"the answer {question.key}: {wrong}") from None
+                del self._given[question.key]
+
     def back(self) -> str | None:
-        """Take the last answer back and return its key; None where there is none."""
-        return self._answers.popitem()[0] if self._answers else None
+        """Take the last answer back that was asked for; None where there is none."""
+        while self._answers:
+            key, _ = self._answers.popitem()
+            if key not in self._given:
+                return key
+        self._take_given()
+        return None
 
     def settle(self, found: Mapping[str, Any]) -> Draft:
         """Return the draft with answers that were found rather than asked for."""
@@ -85,11 +106,11 @@ class Describing:
     """One question at a time, with what is typed for it."""
 
     def __init__(self, found: Mapping[str, str]) -> None:
-        self._given = {**found, **LATER}
-        self._interview = Interview(surroundings(dict(found)))
+        self._dialect = found.get("dialect", "")
+        self._interview = Interview(surroundings({**found, **LATER}), strict=False)
         self.typed = ""
         self.marked = 0
-        self._begin()
+        self._mark_default()
 
     @property
     def question(self) -> Question | None:
@@ -138,31 +159,19 @@ class Describing:
         if question is not None and question.key == "name" and path_of(line).exists():
             raise WrongAnswer(f"an arm file of this name exists, and is not overwritten: {line}")
         self._interview.answer(line)
-        self._begin()
+        self._mark_default()
 
     def back(self) -> bool:
         """Go back to the question before; tell whether there was one."""
-        while (key := self._interview.back()) is not None:
-            if key not in self._given:
-                self._mark_default()
-                return True
-        self._begin()
-        return False
+        was_asked = self._interview.back() is not None
+        self._mark_default()
+        return was_asked
 
     def files(self) -> ArmFiles:
         """Return the texts that the answers make, read back. Raises `ArmFileError`."""
         files = files_of(self._interview.draft)
         checked(files, self.name)
         return files
-
-    def _begin(self) -> None:
-        """Answer what is known already, as far as it fits, and mark what is offered."""
-        while (question := self.question) is not None and question.key in self._given:
-            try:
-                self._interview.answer(self._given[question.key])
-            except WrongAnswer:
-                del self._given[question.key]  # it is asked for after all
-        self._mark_default()
 
     def _mark_default(self) -> None:
         self.typed, self.marked = "", 0
@@ -171,7 +180,7 @@ class Describing:
             return
         words = [word for word, _ in question.choices]
         if question.key == "template":
-            dialect = self._given.get("dialect")
+            dialect = self._dialect
             fits = [word for word in words if TEMPLATES[word].dialect == dialect]
             self.marked = words.index(fits[0] if fits else ANY if dialect else words[0])
         elif question.default in words:

@@ -15,12 +15,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from armdrive.config.arm import ArmConfig
-from armdrive.config.write import Change, amended
 from armdrive.errors import ArmFileError, DeviceFault, Refused, SettingsDiffer
 from armdrive.errors.table import named
 from armdrive.setup.filing import FileProposal
 from armdrive.status import State
 from armdrive.text.reading import read_text
+from armdrive.text.toml_amend import Change, amended
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm

@@ -143,7 +143,7 @@ def _blocks(text: str) -> Iterator[tuple[tuple[str, ...], str]]:
     """
     place: tuple[str, ...] = ()
     block: list[str] = []
-    for line in text.splitlines(keepends=True):
+    for line in _toml_lines(text):
         named = _named(line)
         if named is not None:
             above = _comments_at_end(block)
@@ -151,6 +151,11 @@ def _blocks(text: str) -> Iterator[tuple[tuple[str, ...], str]]:
             place, block = named, block[len(block) - above :]
         block.append(line if line.endswith("\n") else f"{line}\n")
     yield place, "".join(block)
+
+
+def _toml_lines(text: str) -> list[str]:
+    """Return the lines with their ends. Other signs that part lines of text may stand in a note."""
+    return re.findall(r"[^\n]*\n|[^\n]+", text)
 
 
 def _named(line: str) -> tuple[str, ...] | None:
@@ -177,7 +182,7 @@ def _comments_at_end(block: list[str]) -> int:
 
 def _above(block: str) -> str:
     """Return the comment lines above a table's header."""
-    lines = block.splitlines(keepends=True)
+    lines = _toml_lines(block)
     return "".join(lines[: next(i for i, line in enumerate(lines) if _named(line) is not None)])
 
 
@@ -367,7 +372,7 @@ class Points(MutableMapping[str, Point]):
         return point
 
     def __setitem__(self, name: str, point: Point) -> None:
-        self._file.change(lambda taught: _with(taught, points={name: point}))
+        self._file.change(lambda taught: replace(taught, points={**taught.points, name: point}))
 
     def __delitem__(self, name: str) -> None:
         self.remove(name, instead_of=self[name])
@@ -377,22 +382,38 @@ class Points(MutableMapping[str, Point]):
 
         Raises `PointsChanged` where something else stands there now.
         """
-
-        def change(taught: Taught) -> Taught:
-            _unchanged(taught.points, name, instead_of)
-            return _with(taught, points={name: point})
-
-        self._file.change(change)
+        self._replace(POINTS, name, instead_of, point)
 
     def remove(self, name: str, *, instead_of: Point | None) -> None:
         """Take a point away; raises `BadRequest` while a sequence goes to it."""
+        self._replace(POINTS, name, instead_of, None)
+
+    def put_sequence(self, name: str, steps: StepList, *, instead_of: StepList | None) -> None:
+        """Write a sequence in the place of what was last seen under that name; see `put`."""
+        self._replace(SEQUENCES, name, instead_of, steps)
+
+    def remove_sequence(self, name: str, *, instead_of: StepList | None) -> None:
+        """Take a sequence away; see `put` for what raises `PointsChanged`."""
+        self._replace(SEQUENCES, name, instead_of, None)
+
+    def _replace(
+        self, kind: str, name: str, seen: Point | StepList | None, new: Point | StepList | None
+    ) -> None:
+        """Put something new, or with None nothing, in the place of what was last seen."""
 
         def change(taught: Taught) -> Taught:
-            _unchanged(taught.points, name, instead_of)
-            if users := taught.users(name):
+            known: dict[str, Any] = dict(getattr(taught, kind))
+            now = known.get(check_name(name))
+            if now != seen:
+                what = "has gone" if now is None else "is new" if seen is None else "was changed"
+                raise PointsChanged(f"{name!r} {what} in the file meanwhile; nothing was written")
+            if new is not None:
+                return replace(taught, **{kind: known | {name: new}})
+            if kind == POINTS and (users := taught.users(name)):
                 raise BadRequest(f"the point {name!r} is used by {', '.join(users)}")
-            rest = {other: each for other, each in taught.points.items() if other != name}
-            return Taught(rest, taught.sequences)
+            _found(known, name, kind.removesuffix("s"))
+            del known[name]
+            return replace(taught, **{kind: known})
 
         self._file.change(change)
 
@@ -407,15 +428,6 @@ class Points(MutableMapping[str, Point]):
             return Taught(
                 points, {name: _gone_to(each, old, new) for name, each in taught.sequences.items()}
             )
-
-        self._file.change(change)
-
-    def put_sequence(self, name: str, steps: StepList, *, instead_of: StepList | None) -> None:
-        """Write a sequence in the place of what was last seen under that name; see `put`."""
-
-        def change(taught: Taught) -> Taught:
-            _unchanged(taught.sequences, name, instead_of)
-            return _with(taught, sequences={name: steps})
 
         self._file.change(change)
 
@@ -434,18 +446,7 @@ class Points(MutableMapping[str, Point]):
                 raise BadRequest(
                     f"there is {', '.join(taken)} already: take another name, or say --again"
                 )
-            return _with(taught, points=points, sequences=sequences)
-
-        self._file.change(change)
-
-    def remove_sequence(self, name: str, *, instead_of: StepList | None) -> None:
-        """Take a sequence away; see `put` for what raises `PointsChanged`."""
-
-        def change(taught: Taught) -> Taught:
-            _unchanged(taught.sequences, name, instead_of)
-            _found(taught.sequences, name, "sequence")
-            rest = {other: each for other, each in taught.sequences.items() if other != name}
-            return Taught(taught.points, rest)
+            return Taught({**taught.points, **points}, {**taught.sequences, **sequences})
 
         self._file.change(change)
 
@@ -461,21 +462,6 @@ def _found(known: Mapping[str, V], name: str, what: str) -> V:
         hint = suggestion(name, known)
         raise UnknownPoint(f"there is no {what} {name!r}: known are {words}{hint}")
     return known[name]
-
-
-def _unchanged(known: Mapping[str, V], name: str, seen: V | None) -> None:
-    now = known.get(check_name(name))
-    if now != seen:
-        what = "has gone" if now is None else "is new" if seen is None else "was changed"
-        raise PointsChanged(f"{name!r} {what} in the file meanwhile; nothing was written")
-
-
-def _with(
-    taught: Taught,
-    points: Mapping[str, Point] | None = None,
-    sequences: Mapping[str, StepList] | None = None,
-) -> Taught:
-    return Taught({**taught.points, **(points or {})}, {**taught.sequences, **(sequences or {})})
 
 
 def _gone_to(steps: StepList, old: str, new: str) -> StepList:

@@ -17,14 +17,7 @@ from typing import Any
 from armdrive.errors import ArmFileError, BadRequest, PointsFileError
 from armdrive.status import joints_view
 from armdrive.text.reading import parse_toml
-from armdrive.text.toml import (
-    FORMAT_KEY,
-    number,
-    read_section,
-    refuse_unknown,
-    require_format,
-    require_table,
-)
+from armdrive.text.toml import FORMAT_KEY, Problems, TomlTable, number, require_format, text
 from kinematics.errors import BadNumber, finite
 from kinematics.spaces import Joints
 
@@ -160,72 +153,46 @@ def check_name(name: str) -> str:
 # Reading a file of points: TOML; what makes no sense is an error that names the key.
 
 POINTS, SEQUENCES = "points", "sequences"
-_TOP = (FORMAT_KEY, POINTS, SEQUENCES)
-_POINT_KEYS = ("joints_deg", "gripper_mm", "taught", "note")
-_LIST_KEYS = ("note", "steps")
+POINT_KEYS = ("joints_deg", "gripper_mm", "taught", "note")
+LIST_KEYS = ("note", "steps")
 
 
-def parse_points(text: str, names: tuple[str, ...]) -> Taught:
+def parse_points(document: str, names: tuple[str, ...]) -> Taught:
     """Read a file of points of an arm with these joints. Raises `PointsFileError`."""
     try:
-        table = parse_toml(text, PointsFileError)
-        require_format(table)
-        refuse_unknown(table, list(_TOP), "")
-        points = require_table(table.get(POINTS, {}), POINTS)
-        sequences = require_table(table.get(SEQUENCES, {}), SEQUENCES)
-        return Taught(
-            {name: _point(row, f"{POINTS}.{name}", names) for name, row in points.items()},
-            {name: _list(row, f"{SEQUENCES}.{name}") for name, row in sequences.items()},
-        )
+        table = TomlTable(parse_toml(document, PointsFileError), "", Problems())
+        require_format(table.entries)
+        table.allow([FORMAT_KEY, POINTS, SEQUENCES])
+        points, sequences = table.table(POINTS), table.table(SEQUENCES)
+        found = {name: _point(points.table(name), names) for name in points.entries}
+        lists = {name: _list(sequences.table(name)) for name in sequences.entries}
+        table.problems.require_none()
+        return Taught({name: each for name, each in found.items() if each is not None}, lists)
     except (ArmFileError, BadRequest, BadNumber) as error:
         raise PointsFileError(str(error)) from None
 
 
-def _point(row: object, where: str, names: tuple[str, ...]) -> Point:
-    entries = require_table(row, where)
-    refuse_unknown(entries, list(_POINT_KEYS), where)
-    at = f"{where}.joints_deg"
-    angles = require_table(entries.get("joints_deg", {}), at)
-    refuse_unknown(angles, list(names), at)
-    missing = [name for name in names if name not in angles]
-    if missing:
-        raise ArmFileError(f"{at} is missing {', '.join(missing)}: a point says every joint")
-    turned = tuple(math.radians(number(angles[name], f"{at}.{name}")) for name in names)
-    opening = entries.get("gripper_mm")
+def _point(table: TomlTable, names: tuple[str, ...]) -> Point | None:
+    table.allow(POINT_KEYS)
+    angles = table.by_name("joints_deg", names, number, all_since=": a point says every joint")
+    if len(angles) < len(names):
+        return None
     return Point(
-        Joints(turned, names),
-        None if opening is None else number(opening, f"{where}.gripper_mm"),
-        _text(entries, "note", where),
-        _moment(entries.get("taught"), f"{where}.taught"),
+        Joints(tuple(math.radians(angles[name]) for name in names), names),
+        table.value("gripper_mm", number, None),
+        table.value("note", text, ""),
+        table.value("taught", _moment, None),
     )
 
 
-def _list(row: object, where: str) -> StepList:
-    entries = require_table(row, where)
-    refuse_unknown(entries, list(_LIST_KEYS), where)
-    steps = entries.get("steps", [])
-    if not isinstance(steps, list):
-        raise ArmFileError(f'{where}.steps is a list, for example [{{ point = "above" }}]')
-    read = tuple(_step(each, f"{where}.steps[{index}]") for index, each in enumerate(steps, 1))
-    return StepList(read, _text(entries, "note", where))
+def _list(table: TomlTable) -> StepList:
+    table.allow(LIST_KEYS)
+    steps = [row.section(Step) for row in table.rows("steps", '[{ point = "above" }]')]
+    return StepList(tuple(step for step in steps if step), table.value("note", text, ""))
 
 
-def _step(row: object, where: str) -> Step:
-    try:
-        return read_section(Step, row, where)
-    except BadRequest as error:
-        raise ArmFileError(f"{where}: {error}") from None
-
-
-def _text(entries: Mapping[str, Any], name: str, where: str) -> str:
-    given = entries.get(name, "")
-    if not isinstance(given, str):
-        raise ArmFileError(f"{where}.{name} must be text, not {given!r}")
-    return given
-
-
-def _moment(given: object, where: str) -> datetime | None:
-    if given is not None and not isinstance(given, datetime):
+def _moment(given: object, where: str) -> datetime:
+    if not isinstance(given, datetime):
         raise ArmFileError(f"{where} is a date and a time, such as 2026-11-22T10:30:00")
     return given
 

@@ -100,6 +100,10 @@ def as_table(data: Json, where: str) -> Mapping[str, Json]:
     return data
 
 
+Fields = Mapping[str, Form[Any]]
+"""The forms of a dataclass's fields."""
+
+
 def record(kind: type[T], tag: Mapping[str, str] | None = None, /, **forms: Form[Any]) -> Form[T]:
     """Return the form of a dataclass: an object with a key for each field.
 
@@ -148,8 +152,15 @@ def record(kind: type[T], tag: Mapping[str, str] | None = None, /, **forms: Form
     )
 
 
-def tagged(key: str, forms: Mapping[str, tuple[type, Form[Any]]]) -> Form[Any]:
-    """Return the form of values of several classes: the object's `key` says which one it is."""
+def tagged(key: str, kinds: Mapping[str, tuple[type, Fields | Form[Any]]]) -> Form[Any]:
+    """Return the form of values of several classes: the object's `key` says which one it is.
+
+    For each class, `kinds` has the forms of its fields, or its whole form where that is another.
+    """
+    forms = {
+        tag: (kind, each if isinstance(each, Form) else record(kind, {key: tag}, **each))
+        for tag, (kind, each) in kinds.items()
+    }
     by_class = dict(forms.values())
 
     def write(value: object) -> Json:

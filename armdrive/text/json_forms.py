@@ -35,6 +35,7 @@ from armdrive.status import STATUS_FIELDS, joints_numbers, pose_numbers
 from armdrive.text.form import (
     NUMBER,
     TEXT,
+    Fields,
     Form,
     Json,
     misfit,
@@ -65,47 +66,34 @@ def move_from_json(data: Json) -> Move:
 @functools.cache
 def move_form() -> Form[Any]:
     """Return the JSON form of all moves, with its schema."""
-    tag = {"move": "sequence"}
-    single = tagged("move", _single_forms())
-    sequence = record(MoveSequence, tag, moves=several(single))
-    return tagged("move", {**_single_forms(), "sequence": (MoveSequence, sequence)})
-
-
-@functools.cache
-def _single_forms() -> dict[str, tuple[type, Form[Any]]]:
-    framed: dict[str, Form[Any]] = {"speed": NUMBER, "frame": TEXT}
-    return {
-        "joint": _tagged("move", "joint", JointMove, goal=_ANGLES, speed=NUMBER),
-        "pose": _tagged("move", "pose", PoseMove, goal=_PLACE, **framed),
-        "line": _tagged("move", "line", LineMove, goal=_AIM, **framed),
-        "arc": _tagged("move", "arc", ArcMove, via=POSE, goal=POSE, **framed),
-        "path": _tagged("move", "path", PathMove, parts=several(_part_form()), **framed),
-        "gripper": _tagged(
-            "move", "gripper", GripperMove, opening_mm=optional(NUMBER), speed=NUMBER
-        ),
-        "grasp": _tagged("move", "grasp", GraspMove, force_n=NUMBER),
-        "park": _tagged("move", "park", ParkMove, speed=NUMBER, goal=optional(POSE)),
+    framed: Fields = {"speed": NUMBER, "frame": TEXT}
+    opening: Fields = {"opening_mm": optional(NUMBER), "speed": NUMBER}
+    single: dict[str, tuple[type, Fields | Form[Any]]] = {
+        "joint": (JointMove, {"goal": _ANGLES, "speed": NUMBER}),
+        "pose": (PoseMove, {"goal": _PLACE, **framed}),
+        "line": (LineMove, {"goal": _AIM, **framed}),
+        "arc": (ArcMove, {"via": POSE, "goal": POSE, **framed}),
+        "path": (PathMove, {"parts": several(_part_form()), **framed}),
+        "gripper": (GripperMove, opening),
+        "grasp": (GraspMove, {"force_n": NUMBER}),
+        "park": (ParkMove, {"speed": NUMBER, "goal": optional(POSE)}),
         "jog": (JogMove, _jog_form()),
     }
+    sequence = {"moves": several(tagged("move", single))}
+    return tagged("move", {**single, "sequence": (MoveSequence, sequence)})
 
 
 def _part_form() -> Form[Any]:
-    blend: dict[str, Form[Any]] = {"blend_mm": NUMBER}
+    bend: Fields = {"via": POSE, "goal": POSE, "sweep_rad": optional(NUMBER), "blend_mm": NUMBER}
     return tagged(
         "part",
         {
-            "joint": _tagged("part", "joint", JointPart, goal=JOINTS, **blend),
-            "pose": _tagged("part", "pose", PosePart, goal=POSE, **blend),
-            "line": _tagged("part", "line", LinePart, goal=POSE, **blend),
-            "arc": _tagged(
-                "part", "arc", ArcPart, via=POSE, goal=POSE, sweep_rad=optional(NUMBER), **blend
-            ),
+            "joint": (JointPart, {"goal": JOINTS, "blend_mm": NUMBER}),
+            "pose": (PosePart, {"goal": POSE, "blend_mm": NUMBER}),
+            "line": (LinePart, {"goal": POSE, "blend_mm": NUMBER}),
+            "arc": (ArcPart, bend),
         },
     )
-
-
-def _tagged(key: str, tag: str, kind: type, **forms: Form[Any]) -> tuple[type, Form[Any]]:
-    return kind, record(kind, {key: tag}, **forms)
 
 
 # Poses and joint angles in JSON: mm and degrees, with the keys that every other output has.

@@ -1,43 +1,254 @@
-"""Reading a table of an arm file into a frozen dataclass: one rule for every section.
+"""The schema of a file that people write as TOML: how its tables are read and checked.
 
-Keys, types and defaults come from the dataclass itself, so that nothing is listed twice. Unknown
-keys, wrong types and numbers out of bounds are errors that name the key.
+A section of a file is a frozen dataclass. Its fields are the keys, each with its type and default
+and, where `setting` makes the field, with its bounds and with what it means: the same line checks
+a key, writes it and documents it. Tables that hold one value for each joint or motor, and arrays
+of tables, are read by `TomlTable`.
+
+Reading goes on past a fault as if the key at fault were not there, and notes the fault in
+`Problems`: one reading finds everything that is wrong.
 """
 
 from __future__ import annotations
 
+import functools
 import json
 import math
 import re
 import types
 import typing
-from collections.abc import Mapping
-from dataclasses import fields
-from typing import Any, TypeVar
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import MISSING, Field, dataclass, field, fields
+from typing import Any, TypeAlias, TypeVar
 
-from armdrive.errors import ArmFileError
+from armdrive.errors import ArmFileError, BadRequest
 from armdrive.text.reading import Failure
-from kinematics.errors import BadNumber, did_you_mean, finite
+from kinematics.errors import BadNumber, KinematicsError, did_you_mean, finite
 from kinematics.limits import JointRange
 
 S = TypeVar("S")
+D = TypeVar("D")
+
+Read: TypeAlias = Callable[[object, str], S]
+"""Reads one value; the text says where it stands, for the error. Raises `ArmFileError`."""
+
+MOST_PROBLEMS = 50
+"""More of them help nobody: such a file is something else."""
 
 
-def read_section(kind: type[S], table: object, where: str) -> S:
-    """Build `kind` from a TOML table; `where` names the section in errors."""
-    entries = require_table(table, where)
+class Problems:
+    """What is wrong with a file: sentences in the order in which they were found.
+
+    `count` goes on counting where no more of them are kept.
+    """
+
+    def __init__(self) -> None:
+        self.found: list[str] = []
+        self.count = 0
+
+    @property
+    def room(self) -> int:
+        """How many more are kept."""
+        return MOST_PROBLEMS - len(self.found)
+
+    def note(self, sentence: str) -> None:
+        """Add a sentence; a table that is read twice has its faults said once."""
+        self.count += 1
+        if self.room and sentence not in self.found:
+            self.found.append(sentence)
+
+    def attempt(self, read: Callable[[], S], otherwise: D) -> S | D:
+        """Return what `read` returns; where it raises, note why and return the other value."""
+        try:
+            return read()
+        except (ArmFileError, BadRequest, KinematicsError) as error:
+            self.note(str(error))
+            return otherwise
+
+    def require_none(self) -> None:
+        """Raise `ArmFileError` for the first problem, if there is one."""
+        if self.found:
+            raise ArmFileError(self.found[0])
+
+
+# The keys of a section, as fields of a dataclass.
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """What a key of a section may be, and what it means."""
+
+    low: float
+    high: float
+    words: tuple[str, ...]
+    hint: str
+    help: str
+
+    def check(self, value: object, where: str) -> None:
+        """Raise `ArmFileError` for a value that the key cannot have; None is always allowed."""
+        if self.words and value not in self.words:
+            raise ArmFileError(f"{where} is one of {', '.join(self.words)}, not {value!r}")
+        if isinstance(value, int | float):
+            within(where, value, self.low, self.high, self.hint)
+
+
+_RULE = "rule"
+_NO_RULE = Rule(-math.inf, math.inf, (), "", "")
+
+
+def setting(
+    default: Any = MISSING,
+    means: str = "",
+    *,
+    low: float = -math.inf,
+    high: float = math.inf,
+    words: tuple[str, ...] = (),
+    hint: str = "",
+) -> Any:
+    """Declare a key of a section: what it means, its bounds, or the words that it may be.
+
+    `hint` is added to the error of a number out of bounds.
+    """
+    return field(default=default, metadata={_RULE: Rule(low, high, words, hint, means)})
+
+
+def rule_of(key: Field[Any]) -> Rule:
+    """Return what a key may be and what it means."""
+    rule: Rule = key.metadata.get(_RULE, _NO_RULE)
+    return rule
+
+
+def check_settings(section: Any, where: str) -> None:
+    """Raise `ArmFileError` for the first key of a section that is out of its bounds."""
+    for each in fields(section):
+        rule_of(each).check(getattr(section, each.name), f"{where}.{each.name}")
+
+
+# A table while it is read.
+
+
+@dataclass(frozen=True, slots=True)
+class TomlTable:
+    """One table of a file, where it stands in it, and where faults are noted.
+
+    `is_one` is false where something else stands in the place of a table: nothing is missing in it.
+    """
+
+    entries: Mapping[str, Any]
+    where: str
+    problems: Problems
+    is_one: bool = True
+
+    def at(self, key: str) -> str:
+        """Return where a key of this table stands."""
+        return f"{self.where}.{key}" if self.where else key
+
+    def allow(self, known: Iterable[str]) -> None:
+        """Note every unknown key, with the nearest known one."""
+        known = list(known)
+        unknown = [key for key in self.entries if key not in known]
+        for key in unknown[: self.problems.room]:  # to find the nearest key takes time
+            place = f"in [{self.where}]" if self.where else "at the top"
+            hint = did_you_mean(key, known, f"known are {', '.join(known) or 'none'}", likeness=0.5)
+            self.problems.note(f"unknown key {key!r} {place}; {hint}")
+
+    def value(self, key: str, read: Read[S], default: D) -> S | D:
+        """Read the value of a key; the default is returned where it is missing or wrong."""
+        if key not in self.entries:
+            return default
+        return self.problems.attempt(lambda: read(self.entries[key], self.at(key)), default)
+
+    def required(self, key: str, read: Read[S]) -> S | None:
+        """Read the value of a key that must be there: `read` refuses None by its own sentence."""
+        return self.problems.attempt(lambda: read(self.entries.get(key), self.at(key)), None)
+
+    def table(self, key: str) -> TomlTable:
+        """Return a table in this table, which is empty where it is missing or no table."""
+        inside = self.value(key, require_table, None)
+        is_one = inside is not None or key not in self.entries
+        return TomlTable(inside or {}, self.at(key), self.problems, is_one)
+
+    def rows(self, key: str, example: str = "") -> list[TomlTable]:
+        """Return the tables of an array `[[key]]`, without those that are no tables."""
+        where = self.at(key)
+        shown = example or f"[[{where}]]"
+        listed = self.value(key, lambda rows, _: require_list(rows, where, shown), [])
+        tables = []
+        for index, row in enumerate(listed, 1):
+            at = f"{where}[{index}]"
+            inside = self.problems.attempt(functools.partial(require_table, row, at), None)
+            if inside is not None:
+                tables.append(TomlTable(inside, at, self.problems))
+        return tables
+
+    def by_name(
+        self, key: str, names: Iterable[str], read: Read[S], *, all_since: str | None = None
+    ) -> dict[str, S]:
+        """Read a table that has a value for some of these names, as those of joints or motors.
+
+        With `all_since` each name must be there; the text says why, after the names that are not.
+        """
+        table = self.table(key)
+        names = list(names)
+        table.allow(names)
+        missing = [name for name in names if name not in table.entries]
+        if missing and table.is_one and all_since is not None:
+            self.problems.note(f"[{table.where}] is missing {', '.join(missing)}{all_since}")
+        found = {name: table.value(name, read, None) for name in names}
+        return {name: value for name, value in found.items() if value is not None}
+
+    def section(self, kind: type[S], own: Mapping[str, Any] | None = None) -> S | None:
+        """Read this table as a section; None where what is wrong with it leaves none.
+
+        `own` are values in the place of the section's defaults.
+        """
+        keys, needed = _keys_of(typing.cast(typing.Hashable, kind))
+        self.allow(keys)
+        given = {
+            name: self.value(name, read, None)
+            for name, read in keys.items()
+            if name in self.entries
+        }
+        values = dict(own or {}) | {name: each for name, each in given.items() if each is not None}
+        missing = [name for name in needed if name not in {*values, *given}]
+        if missing and self.is_one:
+            self.problems.note(f"[{self.where}] is missing {', '.join(missing)}")
+        if not values.keys() >= set(needed):
+            return None
+        # A section may check its keys against one another. The key at fault is the one without
+        # which the complaint is another one, or none.
+        section, complaint = _made(kind, values)
+        while complaint:
+            named = self.where in complaint
+            self.problems.note(complaint if named else f"{self.where}: {complaint}")
+            others = [
+                {k: v for k, v in values.items() if k != key} for key in values if key not in needed
+            ]
+            better = [each for each in others if _made(kind, each)[1] != complaint]
+            if not better:
+                return None
+            values = better[0]
+            section, complaint = _made(kind, values)
+        return section
+
+
+@functools.cache
+def _keys_of(kind: type[Any]) -> tuple[Mapping[str, Read[Any]], tuple[str, ...]]:
+    """Return what reads each key of a section, and the keys that have no default."""
     hints = typing.get_type_hints(kind)
-    names = [field.name for field in fields(kind)]  # type: ignore[arg-type]
-    refuse_unknown(entries, names, where)
-    values = {
-        key: _convert(hints[key], value, f"{where}.{key}" if where else key)
-        for key, value in entries.items()
-    }
+    keys = {each.name: _checked(hints[each.name], rule_of(each)) for each in fields(kind)}
+    return keys, tuple(each.name for each in fields(kind) if each.default is MISSING)
+
+
+def _made(kind: type[S], values: Mapping[str, Any]) -> tuple[S | None, str]:
+    """Return a section with these values, or what it says against them."""
     try:
-        return kind(**values)
-    except TypeError:
-        missing = ", ".join(name for name in names if name not in values)
-        raise ArmFileError(f"[{where}] is missing {missing}") from None
+        return kind(**values), ""
+    except (ArmFileError, BadRequest, KinematicsError) as error:
+        return None, str(error)
+
+
+# Single values.
 
 
 def require_table(table: object, where: str) -> Mapping[str, Any]:
@@ -47,24 +258,36 @@ def require_table(table: object, where: str) -> Mapping[str, Any]:
     return table
 
 
-def refuse_unknown(entries: Mapping[str, object], known: list[str], where: str) -> None:
-    """Raise for the first unknown key, with the nearest known one."""
-    for key in entries:
-        if key not in known:
-            place = f"in [{where}]" if where else "at the top"
-            hint = did_you_mean(key, known, f"known are {', '.join(known)}", likeness=0.5)
-            raise ArmFileError(f"unknown key {key!r} {place}; {hint}")
+def require_list(value: object, where: str, example: str) -> list[Any]:
+    """Return the list, or say that something else stands there."""
+    if not isinstance(value, list):
+        raise ArmFileError(f"{where} must be a list, written for example {example}, not {value!r}")
+    return value
+
+
+def _checked(wanted: Any, rule: Rule) -> Read[Any]:
+    """Return what reads a value of an annotated type and applies the rule of its key."""
+
+    def read(value: object, where: str) -> Any:
+        read_value = _convert(wanted, value, where)
+        rule.check(read_value, where)
+        return read_value
+
+    return read
 
 
 def _convert(wanted: Any, value: object, where: str) -> Any:
     """Check one value against its annotation; whole numbers are fine where floats belong."""
-    origin = typing.get_origin(wanted)
+    origin, inner = typing.get_origin(wanted), typing.get_args(wanted)
     if origin in (types.UnionType, typing.Union):
-        kinds = [one for one in typing.get_args(wanted) if one is not type(None)]
+        kinds = [one for one in inner if one is not type(None)]
         plain = isinstance(value, int | float) and not isinstance(value, bool)
         return _convert(float if plain and float in kinds else kinds[0], value, where)
     if origin is tuple:
-        return _convert_tuple(wanted, value, where)
+        return _convert_tuple(inner, value, where)
+    if origin is Mapping:
+        table = require_table(value, where)
+        return {name: _convert(inner[1], one, f"{where}.{name}") for name, one in table.items()}
     if wanted is float:
         return number(value, where)
     if wanted in (int, str, bool) and type(value) is wanted:
@@ -72,18 +295,39 @@ def _convert(wanted: Any, value: object, where: str) -> Any:
     raise ArmFileError(f"{where} must be {_WORDS.get(wanted, wanted)}, not {value!r}")
 
 
-def _convert_tuple(wanted: Any, value: object, where: str) -> tuple[Any, ...]:
-    inner = typing.get_args(wanted)
+def _convert_tuple(inner: tuple[Any, ...], value: object, where: str) -> tuple[Any, ...]:
     if not isinstance(value, list | tuple):
         raise ArmFileError(f"{where} must be a list, not {value!r}")
     if len(inner) == 2 and inner[1] is Ellipsis:
-        return tuple(_convert(inner[0], item, f"{where}[{i}]") for i, item in enumerate(value))
+        inner = (inner[0],) * len(value)
     if len(value) != len(inner):
         raise ArmFileError(f"{where} must have {len(inner)} entries, not {len(value)}")
     return tuple(
         _convert(kind, item, f"{where}[{i}]")
         for i, (kind, item) in enumerate(zip(inner, value, strict=True))
     )
+
+
+def text(value: object, where: str) -> str:
+    """Return text."""
+    return str(_convert(str, value, where))
+
+
+def boolean(value: object, where: str) -> bool:
+    """Return true or false."""
+    return bool(_convert(bool, value, where))
+
+
+def whole(value: object, where: str) -> int:
+    """Return a whole number."""
+    return int(_convert(int, value, where))
+
+
+def named(value: object, where: str) -> str:
+    """Return the name of a row of an array."""
+    if not isinstance(value, str) or not value:
+        raise ArmFileError(f'{where.removesuffix(".name")} needs a name, for example name = "base"')
+    return value
 
 
 def number(value: object, where: str) -> float:
@@ -94,10 +338,16 @@ def number(value: object, where: str) -> float:
         raise ArmFileError(str(error)) from None
 
 
-def within(where: str, value: float, low: float, high: float) -> None:
+def within(where: str, value: float, low: float, high: float, hint: str = "") -> None:
     """Raise `ArmFileError` for a number out of its bounds."""
     if not low <= value <= high:
-        raise ArmFileError(f"{where} must be from {low:g} to {high:g}, not {value:g}")
+        why = f": {hint}" if hint else ""
+        raise ArmFileError(f"{where} must be from {low:g} to {high:g}, not {value:g}{why}")
+
+
+def between(low: float, high: float, hint: str = "") -> Read[float]:
+    """Return what reads a number between these bounds, both included."""
+    return lambda value, where: float(_checked(float, Rule(low, high, (), hint, ""))(value, where))
 
 
 def joint_range(value: object, where: str) -> JointRange:

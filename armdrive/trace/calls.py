@@ -10,7 +10,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 from armdrive.blocking import blocking, waiting_part
 from armdrive.config.arm import ArmConfig
@@ -21,8 +21,8 @@ from armdrive.trace.entries import EntryCondition, TraceEntry
 # The few calls by which the driver tells what happens.
 
 
-class Tracer(Protocol):
-    """Hears of everything, and changes nothing.
+class Tracer:
+    """Hears of everything, and changes nothing. This one forgets it; a flight recorder does not.
 
     Called under the lock of the arm's pace, but for `called` and `raised`: those come from any
     thread, a signal handler too, and never wait.
@@ -73,90 +73,34 @@ class Tracer(Protocol):
     def failed(self, error: BaseException) -> None:
         """Hear that the engine itself has failed."""
 
-    def snapshot(self, why: str) -> Callable[[Path | None], Path]:
-        """Return what writes all that is remembered now, to a named file or one of its own."""
+    def snapshot(self, why: str) -> Callable[[Path | None], Path]:  # noqa: ARG002
+        """Return what writes all that is remembered now, to a named file or one of its own.
+
+        Raises `WrongState` where nothing is.
+        """
+        raise _nothing()
 
     @property
     def began_s(self) -> float:
         """The arm's clock when this began to look."""
-
-    def since(self, number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:
-        """Return entries from a number on, and the number of the first; see `EntryRing.since`."""
-
-    def close(self) -> None:
-        """Finish what is being written."""
-
-
-class NoTracer:
-    """Nobody looks."""
-
-    def begin(
-        self,
-        config: ArmConfig,
-        link: str,
-        clock: Callable[[], float],
-        look: Callable[[], EntryCondition],
-    ) -> None:
-        """Forget it."""
-
-    def opened(self) -> None:
-        """Forget it."""
-
-    def tick(self, now_s: float, stop_asked: bool, stop_hard: bool) -> None:
-        """Forget it."""
-
-    def sent(self, data: bytes) -> None:
-        """Forget it."""
-
-    def heard(self, data: bytes) -> None:
-        """Forget it."""
-
-    def asked(self, request: Request) -> None:
-        """Forget it."""
-
-    def told(self, event: Event) -> None:
-        """Forget it."""
-
-    def changed(self) -> None:
-        """Forget it."""
-
-    def called(self, name: str, words: tuple[Any, ...], named: dict[str, Any]) -> None:
-        """Forget it."""
-
-    def raised(self, error: BaseException) -> None:
-        """Forget it."""
-
-    def ended(self, error: BaseException | None) -> None:
-        """Forget it."""
-
-    def lost(self, error: BaseException) -> None:
-        """Forget it."""
-
-    def failed(self, error: BaseException) -> None:
-        """Forget it."""
-
-    def snapshot(self, why: str) -> Callable[[Path | None], Path]:  # noqa: ARG002 - no reason helps
-        """Raise `WrongState`: nothing was recorded."""
-        raise _nothing()
-
-    @property
-    def began_s(self) -> float:
-        """Never."""
         return 0.0
 
     def since(self, number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:  # noqa: ARG002
-        """Raise `WrongState`: nothing is recorded."""
+        """Return entries from a number on, and the number of the first; see `EntryRing.since`.
+
+        Raises `WrongState` where nothing is remembered.
+        """
         raise _nothing()
 
     def close(self) -> None:
-        """Nothing is being written."""
+        """Finish what is being written."""
 
 
 def _nothing() -> WrongState:
     return WrongState("this arm was connected without a flight recorder: nothing was recorded")
 
 
-NO_TRACER = NoTracer()
+NO_TRACER = Tracer()
 
 
 # The calls of a program or a person.

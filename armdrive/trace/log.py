@@ -1,4 +1,4 @@
-"""One line of the log: when, which way, what, and what it means; made of a recorder's entries.
+"""What happens to an arm and on its wire, in words: a line for each entry of a recorder.
 
 An entry becomes one line. A message that came in several pieces is told at the piece that ends it.
 """
@@ -7,15 +7,35 @@ from __future__ import annotations
 
 import re
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any
 
+from armdrive.dialects.words import AnswerLines, Describer, answer
 from armdrive.errors.table import code_of_name
+from armdrive.registry import DIALECTS
 from armdrive.status import code_of_reason
 from armdrive.trace.entries import TOPICS, EntryKind, Topic, TraceEntry
 from armdrive.trace.files import Recording
-from armdrive.trace.timeline import ARROWS, TEXT_AT, Teller
+
+# What passes on the wire in words, as the row of its dialect in the registry states it.
+
+_PLAIN = Describer(lambda: AnswerLines(b"\r\n", answer), None)
+
+
+def talk(dialect: str) -> Describer:
+    """Return how a dialect is put into words; of an unknown one, lines without words."""
+    row = DIALECTS.get(dialect)
+    return _PLAIN if row is None else row.tools().talk
+
+
+TEXT_AT = 34
+"""The column where the meaning of bytes begins, where the bytes are shorter."""
+
+ARROWS: Mapping[EntryKind, str] = MappingProxyType({EntryKind.SENT: "->", EntryKind.HEARD: "<-"})
+"""Which way bytes went: to the arm, from the arm."""
+
 
 _CODED = re.compile(r"\[(E[0-9]{3})\] ")
 _RAISED = re.compile(r"([A-Za-z_]+): ")
@@ -48,9 +68,13 @@ class LogLine:
         """The arrow of bytes: to the arm, or from it."""
         return ARROWS.get(self.kind, "  ")
 
+    @property
+    def what(self) -> str:
+        """The bytes and what they mean, in two columns; of other lines, what they tell."""
+        return f"{self.shown:<{TEXT_AT}}  {self.words}".rstrip() if self.shown else self.told
+
     def __str__(self) -> str:
-        what = f"{self.shown:<{TEXT_AT}}  {self.words}" if self.shown else self.told
-        return f"{self.time_s:10.3f} s  {self.way} {what}".rstrip()
+        return f"{self.time_s:10.3f} s  {self.way} {self.what}".rstrip()
 
     @property
     def told(self) -> str:
@@ -71,32 +95,55 @@ class LogLine:
 
 
 class Narrator:
-    """Makes lines of entries, one after another; `began_s` is the arm's clock at the connection."""
+    """Puts entries into words, one after another: a message may come in several pieces.
 
-    def __init__(self, dialect: str, began_s: float) -> None:
-        self._dialect = dialect
+    `began_s` is the arm's clock at the connection.
+    """
+
+    def __init__(self, dialect: str, began_s: float = 0.0) -> None:
         self._began_s = began_s
-        self._teller = Teller(dialect)
+        self._talk = talk(dialect)
+        self._splitter = self._talk.splitter()
 
     def line(self, number: int, entry: TraceEntry) -> LogLine:
         """Return the line of an entry."""
         time_s = entry.time_s - self._began_s
         if isinstance(entry.what, bytes):
-            shown, words = self._teller.shown(entry), self._teller.meaning(entry)
-            return LogLine(number, time_s, entry.kind, shown, words)
+            words = self._meaning(entry.kind, entry.what)
+            return LogLine(number, time_s, entry.kind, self._talk.shown(entry.what), words)
         words = entry.what
-        if (
-            entry.kind is EntryKind.REGISTERS
-        ):  # the counts stand there twice: for replays, for people
+        if entry.kind is EntryKind.REGISTERS:  # its counts stand there twice
             words = words.partition(_TWICE)[2] or words
         return LogLine(number, time_s, entry.kind, "", words, _code(entry.kind, words))
+
+    def _meaning(self, kind: EntryKind, data: bytes) -> str:
+        """Return what bytes mean: of what is heard, the messages that they complete."""
+        if kind is EntryKind.SENT:
+            return self._talk.words(data, self._talk.sent)
+        heard = self._splitter.feed(data)
+        return "; ".join(self._talk.words(each.data, self._talk.heard) for each in heard)
+
+    def text(self, entry: TraceEntry) -> str:
+        """Return an entry in a line of its own, with the arm's clock and all that was noted."""
+        line = self.line(0, entry)
+        noted = f"{entry.kind.value}: {entry.what!s}"
+        what = line.what if isinstance(entry.what, bytes) else noted
+        return f"{entry.time_s:12.4f} s  {line.way} {what}"
+
+    def view(self, entry: TraceEntry) -> dict[str, Any]:
+        """Return an entry as plain data, the bytes in hexadecimal."""
+        view: dict[str, Any] = {"time_s": entry.time_s, "kind": entry.kind.value}
+        if not isinstance(entry.what, bytes):
+            return view | {"text": entry.what}
+        line = self.line(0, entry)
+        return view | {"hex": entry.what.hex(), "text": line.shown, "words": line.words}
 
     def gap(self, number: int, time_s: float, missing: int) -> LogLine:
         """Return the line that stands for entries that nobody can tell any more.
 
         A message that had begun before them is forgotten.
         """
-        self._teller = Teller(self._dialect)
+        self._splitter = self._talk.splitter()
         words = f"{missing} entries before this are not shown: they are too old"
         return LogLine(number, time_s - self._began_s, EntryKind.GAP, "", words)
 
@@ -110,6 +157,48 @@ def _code(kind: EntryKind, words: str) -> str:
         return code_of_reason(words.partition(": ")[2])
     raised = _RAISED.match(words) if kind in _OF_CLASSES else None
     return "" if raised is None else code_of_name(raised[1])
+
+
+# A recording for people: one line an entry, and where a replay has parted from it.
+
+
+def heading(recording: Recording) -> str:
+    """Say whose recording it is, when it was made, and why."""
+    header = recording.header
+    span_s = recording.entries[-1].time_s - header.began_s if recording.entries else 0.0
+    return (
+        f"{header.arm} ({header.title}) on {header.link}, connected {header.began}, "
+        f"{span_s:.1f} s, {len(recording.entries)} entries, written: {header.why}, "
+        f"by armdrive {header.version}"
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Parting:
+    """The first difference: at which entry, what each said, and how the twin stands then."""
+
+    index: int
+    time_s: float
+    why: str
+    arm: str
+    twin: str
+    twin_state: str
+    twin_view: Mapping[str, object]
+
+    def __str__(self) -> str:
+        return (
+            f"they part at {self.time_s:.3f} s: {self.why}. The arm: {self.arm}. The twin: "
+            f"{self.twin}. The twin stands like this: {self.twin_state}"
+        )
+
+
+def lines(recording: Recording, parting: Parting | None = None) -> Iterator[tuple[float, str]]:
+    """Return each entry's time and words, and the parting where it came."""
+    narrator = Narrator(recording.header.dialect)
+    for index, entry in enumerate(recording.entries):
+        yield entry.time_s, narrator.text(entry)
+        if parting is not None and parting.index == index:
+            yield entry.time_s, f">>> {parting}"
 
 
 # Reading a flight recorder as it fills: only what has come since the last time, and bounded.

@@ -30,6 +30,7 @@ from armdrive.tasks import (
     Timeout,
 )
 from armdrive.text.json_forms import move_to_json
+from armdrive.trace.calls import Tracer
 from armdrive.trace.entries import EntryCondition, EntryKind, EntryRing, TraceEntry
 from kinematics.errors import KinematicsError
 
@@ -39,7 +40,7 @@ LONGEST_WORDS = 400
 """Characters of an argument list or an error that are kept."""
 
 
-class FlightRecorder:
+class FlightRecorder(Tracer):
     """A `Tracer` that remembers. With a folder, a fault has it write a file there by itself."""
 
     def __init__(self, folder: Path | None = None, *, ring: EntryRing | None = None) -> None:

@@ -18,7 +18,7 @@ from armdrive.errors import ArmError, LinkLost, PortUnavailable
 from armdrive.transports.can_address import CanAddress
 from armdrive.transports.can_health import BusHealth
 from armdrive.transports.can_threads import CanReader, CanWriter, Watch
-from armdrive.transports.link import Bell
+from armdrive.transports.link import Bell, Link
 from armdrive.transports.open_errors import NOT_INSTALLED, can_refusal, is_down, unknown_interface
 from armdrive.transports.ports import device_names
 from firmware_protocol.frames import Unpacker, pack
@@ -35,7 +35,7 @@ EXTENDED_MASK = 0x1FFF_FFFF
 _RATES = frozenset({"bitrate", "btr", "timing"})
 
 
-class CanLink:
+class CanLink(Link):
     """A `Link` over a python-can bus, with one thread that hears and one that speaks.
 
     The bus is its own from then on: nobody else may send, receive or shut it down.
@@ -80,10 +80,6 @@ class CanLink:
         if not frames:
             self._check()
         return b"".join(map(pack, frames))
-
-    def next_s(self) -> float:
-        """Return infinity: nobody knows when a real arm answers."""
-        return float("inf")
 
     def wait(self, timeout_s: float) -> None:
         """Sleep until a frame comes, the bus is lost, `wake` is called, or the time is over."""

@@ -21,6 +21,8 @@ from can.exceptions import error_check
 from can.interfaces.slcan import slcanBus
 
 from armdrive.errors import NoConnection
+from armdrive.transports.can_threads import frame_of as frame_of_message
+from armdrive.transports.can_threads import message_of
 from firmware_protocol.frames import Frame
 from firmware_protocol.slcan import BELL, SlcanLines, frame_of, line_of
 
@@ -78,12 +80,9 @@ class Slcan(slcanBus):
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
         """Send a frame, or raise a `can.CanError` within the timeout."""
-        frame = Frame(
-            msg.arbitration_id,
-            bytes(msg.data),
-            extended=msg.is_extended_id,
-            remote=msg.is_remote_frame,
-        )
+        frame = frame_of_message(msg)
+        if frame is None:
+            raise can.CanOperationError("an slcan adapter sends no frames of CAN FD")
         self._put(line_of(frame), WRITE_PATIENCE_S if timeout is None else timeout)
 
     def shutdown(self) -> None:
@@ -104,7 +103,7 @@ class Slcan(slcanBus):
                 self._take(line)
             if not self._heard and left_s <= 0.0:
                 return None, False
-        return _message(self._heard.popleft()), False
+        return message_of(self._heard.popleft()), False
 
     def _take(self, line: bytes) -> None:
         frame = frame_of(line)
@@ -204,16 +203,6 @@ class _Lock:
         file, self._file = self._file, None
         if file is not None:
             os.close(file)
-
-
-def _message(frame: Frame) -> can.Message:
-    return can.Message(
-        timestamp=time.time(),
-        arbitration_id=frame.can_id,
-        is_extended_id=frame.extended,
-        is_remote_frame=frame.remote,
-        data=frame.data,
-    )
 
 
 def _is_version(line: bytes) -> bool:

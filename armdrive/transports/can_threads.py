@@ -25,7 +25,7 @@ from armdrive.transports.can_health import (
     of_status,
 )
 from armdrive.transports.open_errors import gone_words, number_of
-from firmware_protocol.frames import Frame
+from firmware_protocol.frames import DATA_MAX, Frame
 
 if TYPE_CHECKING:
     import can
@@ -49,6 +49,26 @@ class Tells(Protocol):
 
     def take_status(self) -> int | None:
         """Take the answer, once there is one. Called by the reader."""
+
+
+def frame_of(message: can.Message) -> Frame | None:
+    """Return the frame of a message; None of CAN FD, which no arm here speaks."""
+    if message.is_fd or len(message.data) > DATA_MAX:
+        return None
+    data = b"" if message.is_remote_frame else bytes(message.data)
+    return Frame(message.arbitration_id, data, message.is_extended_id, message.is_remote_frame)
+
+
+def message_of(frame: Frame) -> can.Message:
+    """Return a frame as python-can has it."""
+    import can
+
+    return can.Message(
+        arbitration_id=frame.can_id,
+        data=frame.data,
+        is_extended_id=frame.extended,
+        is_remote_frame=frame.remote,
+    )
 
 
 class Watch:
@@ -129,7 +149,6 @@ STATE_S = 0.2
 PAUSE_S = 0.01
 """After an error, so that a driver that fails at once does not keep a core busy."""
 MOST_UNREAD_FRAMES = 4096
-_MOST_BYTES = 8
 
 
 class CanReader:
@@ -194,7 +213,7 @@ class CanReader:
             if state is not None:
                 self._watch.state(state, why)
             return
-        frame = _frame(message)
+        frame = frame_of(message)
         if frame is None or not message.is_rx:
             return
         self._watch.heard(1)
@@ -228,19 +247,6 @@ class CanReader:
         with contextlib.suppress(Exception):  # most drivers do not know, and some say so by raising
             if self._bus.state.name == "ERROR":
                 self._watch.state(BusState.OFF, "its driver says so")
-
-
-def _frame(message: can.Message) -> Frame | None:
-    """Return the frame of a message; None of CAN FD, which no arm here speaks."""
-    if message.is_fd or len(message.data) > _MOST_BYTES:
-        return None
-    data = b"" if message.is_remote_frame else bytes(message.data)
-    return Frame(
-        message.arbitration_id,
-        data,
-        extended=message.is_extended_id,
-        remote=message.is_remote_frame,
-    )
 
 
 SEND_S = 0.25
@@ -343,7 +349,7 @@ class CanWriter:
 
     def _send(self, frame: Frame, written_s: float) -> None:
         """Send a frame that is still worth saying: it may have waited, or lain in our hand."""
-        message = _message(frame)
+        message = message_of(frame)
         began_s = last_s = self._clock()
         if began_s - written_s > FRESH_S:
             self._watch.count(forgotten=1)
@@ -401,15 +407,4 @@ def _is_full(error: Exception) -> bool:
         or number_of(error) in _FULL
         or "buffer full" in text
         or "queue" in text
-    )
-
-
-def _message(frame: Frame) -> can.Message:
-    import can
-
-    return can.Message(
-        arbitration_id=frame.can_id,
-        data=frame.data,
-        is_extended_id=frame.extended,
-        is_remote_frame=frame.remote,
     )

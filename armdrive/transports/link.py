@@ -6,6 +6,7 @@ A link is handed the engine's clock, so that simulated time and real time look a
 from __future__ import annotations
 
 import contextlib
+import math
 import select
 import socket
 from typing import Protocol
@@ -27,7 +28,8 @@ class Link(Protocol):
         """Return what has arrived by now, possibly nothing. Raises `LinkLost`."""
 
     def next_s(self) -> float:
-        """Tell when the wire next has something by itself; infinity where it cannot be known."""
+        """Tell when the wire next has something by itself; infinity, since nobody knows it."""
+        return math.inf
 
     def wait(self, timeout_s: float) -> None:
         """Sleep until bytes arrive, `wake` is called, or the time is over (real time only)."""
@@ -122,7 +124,7 @@ class Bell:
         return self._ends[0]
 
 
-class AbsentLink:
+class AbsentLink(Link):
     """A `Link` in place of a wire that is gone: it can only wait."""
 
     def __init__(self, description: str) -> None:
@@ -142,10 +144,6 @@ class AbsentLink:
     def read(self, now_s: float) -> bytes:  # noqa: ARG002
         """Raise `LinkLost`."""
         raise LinkLost(f"there is no wire in place of {self._description}: connect again")
-
-    def next_s(self) -> float:
-        """Return infinity: nothing comes."""
-        return float("inf")
 
     def wait(self, timeout_s: float) -> None:
         """Sleep until `wake` is called, or the time is over."""

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from armdrive.errors import LinkLost, PortUnavailable
 from armdrive.transports.address import TCP_SCHEMES, host_and_port, scheme
-from armdrive.transports.link import Bell
+from armdrive.transports.link import Bell, Link
 from armdrive.transports.open_errors import no_connection, refusal
 from armdrive.transports.ports import device_names
 
@@ -37,7 +37,7 @@ _NATIVE = frozenset({"", "spy", "hwgrep"})
 """What opens a device of this computer."""
 
 
-class SerialLink:
+class SerialLink(Link):
     """A `Link` over pyserial."""
 
     def __init__(
@@ -97,10 +97,6 @@ class SerialLink:
             if not heard:
                 raise self._lost(error) from None
         return bytes(heard)
-
-    def next_s(self) -> float:
-        """Return infinity: nobody knows when a real arm answers."""
-        return float("inf")
 
     def wait(self, timeout_s: float) -> None:
         """Sleep until bytes arrive, `wake` is called, or the time is over."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import socket
 
 from armdrive.errors import LinkLost
-from armdrive.transports.link import Bell
+from armdrive.transports.link import Bell, Link
 from armdrive.transports.open_errors import no_connection
 
 LONGEST_BYTES = 65507
@@ -14,7 +14,7 @@ MOST_DATAGRAMS = 64
 """So many are taken in one read, so that a flood cannot keep the engine from its other work."""
 
 
-class UdpLink:
+class UdpLink(Link):
     """A `Link` over UDP to one host and port; what others send is not heard.
 
     Datagrams can be lost on the way, and nobody says so: the answer then fails to come.
@@ -60,10 +60,6 @@ class UdpLink:
             if not heard:
                 raise self._lost(error) from None
         return bytes(heard)
-
-    def next_s(self) -> float:
-        """Return infinity: nobody knows when a real arm answers."""
-        return float("inf")
 
     def wait(self, timeout_s: float) -> None:
         """Sleep until a datagram arrives, `wake` is called, or the time is over."""

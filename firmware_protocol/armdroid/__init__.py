@@ -1,101 +1,46 @@
 """The Armdroid dialect of the serial driver sketch: both ends, and what they say to each other."""
 
-from firmware_protocol.armdroid.answers import (
-    ANSWER_TO,
-    Answer,
-    ArgumentsReported,
-    InterfaceReported,
-    OffsetsReported,
-    SpeedReported,
-    TorqueReported,
-    VersionReported,
-    Welcome,
-)
-from firmware_protocol.armdroid.commands import (
-    KEPT,
-    MOTORS,
-    RPM_DEFAULT,
-    RPM_MAX,
-    STEPS_MAX,
-    STEPS_MIN,
-    STEPS_PER_TURN,
-    Clear,
-    Command,
-    DriveAll,
-    DriveNone,
-    DriveOne,
-    DropArguments,
-    HomeToOffsets,
-    InterfaceKind,
-    OddSpeed,
-    ReportArguments,
-    ReportOffsets,
-    Request,
-    SetSpeed,
-    Torque,
-    Version,
-    ZeroOffsets,
-)
-from firmware_protocol.armdroid.device import (
-    ROOM_BYTES,
-    Device,
-    DeviceEvent,
-    Ignored,
-    Overrun,
-)
-from firmware_protocol.armdroid.host import (
-    LINE_BYTES,
-    MAX_EARLY,
-    Completed,
-    Event,
-    Host,
-    Stray,
-    Unreadable,
-)
-
-__all__ = [
-    "ANSWER_TO",
-    "KEPT",
-    "LINE_BYTES",
-    "MAX_EARLY",
-    "MOTORS",
-    "ROOM_BYTES",
-    "RPM_DEFAULT",
-    "RPM_MAX",
-    "STEPS_MAX",
-    "STEPS_MIN",
-    "STEPS_PER_TURN",
-    "Answer",
-    "ArgumentsReported",
-    "Clear",
-    "Command",
-    "Completed",
-    "Device",
-    "DeviceEvent",
-    "DriveAll",
-    "DriveNone",
-    "DriveOne",
-    "DropArguments",
-    "Event",
-    "HomeToOffsets",
-    "Host",
-    "Ignored",
-    "InterfaceKind",
-    "InterfaceReported",
-    "OddSpeed",
-    "OffsetsReported",
-    "Overrun",
-    "ReportArguments",
-    "ReportOffsets",
-    "Request",
-    "SetSpeed",
-    "SpeedReported",
-    "Stray",
-    "Torque",
-    "TorqueReported",
-    "Unreadable",
-    "Version",
-    "VersionReported",
-    "Welcome",
-    "ZeroOffsets",
-]
+from firmware_protocol.armdroid.device import ROOM_BYTES as ROOM_BYTES
+from firmware_protocol.armdroid.device import Device as Device
+from firmware_protocol.armdroid.device import DeviceEvent as DeviceEvent
+from firmware_protocol.armdroid.device import Ignored as Ignored
+from firmware_protocol.armdroid.device import Overrun as Overrun
+from firmware_protocol.armdroid.host import LINE_BYTES as LINE_BYTES
+from firmware_protocol.armdroid.host import Completed as Completed
+from firmware_protocol.armdroid.host import Event as Event
+from firmware_protocol.armdroid.host import Host as Host
+from firmware_protocol.armdroid.host import Stray as Stray
+from firmware_protocol.armdroid.host import Unreadable as Unreadable
+from firmware_protocol.armdroid.messages import ANSWER_TO as ANSWER_TO
+from firmware_protocol.armdroid.messages import KEPT as KEPT
+from firmware_protocol.armdroid.messages import MOTORS as MOTORS
+from firmware_protocol.armdroid.messages import RPM_DEFAULT as RPM_DEFAULT
+from firmware_protocol.armdroid.messages import RPM_MAX as RPM_MAX
+from firmware_protocol.armdroid.messages import STEPS_MAX as STEPS_MAX
+from firmware_protocol.armdroid.messages import STEPS_MIN as STEPS_MIN
+from firmware_protocol.armdroid.messages import STEPS_PER_TURN as STEPS_PER_TURN
+from firmware_protocol.armdroid.messages import Answer as Answer
+from firmware_protocol.armdroid.messages import ArgumentsReported as ArgumentsReported
+from firmware_protocol.armdroid.messages import Clear as Clear
+from firmware_protocol.armdroid.messages import Command as Command
+from firmware_protocol.armdroid.messages import DriveAll as DriveAll
+from firmware_protocol.armdroid.messages import DriveNone as DriveNone
+from firmware_protocol.armdroid.messages import DriveOne as DriveOne
+from firmware_protocol.armdroid.messages import DropArguments as DropArguments
+from firmware_protocol.armdroid.messages import HomeToOffsets as HomeToOffsets
+from firmware_protocol.armdroid.messages import InterfaceKind as InterfaceKind
+from firmware_protocol.armdroid.messages import InterfaceReported as InterfaceReported
+from firmware_protocol.armdroid.messages import OddSpeed as OddSpeed
+from firmware_protocol.armdroid.messages import OffsetsReported as OffsetsReported
+from firmware_protocol.armdroid.messages import ReportArguments as ReportArguments
+from firmware_protocol.armdroid.messages import ReportOffsets as ReportOffsets
+from firmware_protocol.armdroid.messages import Request as Request
+from firmware_protocol.armdroid.messages import SetSpeed as SetSpeed
+from firmware_protocol.armdroid.messages import SpeedReported as SpeedReported
+from firmware_protocol.armdroid.messages import Torque as Torque
+from firmware_protocol.armdroid.messages import TorqueReported as TorqueReported
+from firmware_protocol.armdroid.messages import Version as Version
+from firmware_protocol.armdroid.messages import VersionReported as VersionReported
+from firmware_protocol.armdroid.messages import Welcome as Welcome
+from firmware_protocol.armdroid.messages import ZeroOffsets as ZeroOffsets
+from firmware_protocol.lines import MAX_EARLY as MAX_EARLY

@@ -8,35 +8,30 @@ answer that is awaited) or `Unreadable`. Nothing that the board sends raises.
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from firmware_protocol.armdroid.answers import (
+from firmware_protocol.armdroid.messages import (
     ANSWER_TO,
     Answer,
-    SpeedReported,
-    TorqueReported,
-    Welcome,
-)
-from firmware_protocol.armdroid.commands import (
     Clear,
     Command,
     DriveAll,
     DriveOne,
     DropArguments,
     SetSpeed,
+    SpeedReported,
     Torque,
+    TorqueReported,
+    Welcome,
     ZeroOffsets,
 )
 from firmware_protocol.armdroid.wire import END, decode_answer, encode_command
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
-from firmware_protocol.lines import Dropped, LineSplitter
+from firmware_protocol.lines import AnswerLines, Dropped
 
 LINE_BYTES = 80
 """The sketch's own buffer for a line; its longest answer has 51 characters."""
-MAX_EARLY = 256
-"""How many events from before the last `send` are kept for the owner, the newest."""
 
 _CLEARING = (Clear, DriveOne, DriveAll, DropArguments, ZeroOffsets)
 
@@ -88,11 +83,9 @@ class Host:
     """
 
     def __init__(self) -> None:
-        self._lines = LineSplitter(END, max_length=LINE_BYTES)
-        self._early: deque[Event] = deque(maxlen=MAX_EARLY)
+        self._lines = AnswerLines[Event](END, self._interpret, max_length=LINE_BYTES)
         self._command: Command | None = None
         self._clean = False
-        self._began_early = False
 
     @property
     def outstanding(self) -> Command | None:
@@ -126,9 +119,8 @@ class Host:
             )
         if isinstance(command, DropArguments) and not self._clean:
             raise LocalProtocolError("numbers may be left in the board: send Clear before it")
-        while (event := self._read()) is not None:
-            self._early.append(event)
-        self._began_early = bool(self._lines.partial)
+        self._lines.keep_early()
+        self._lines.mark_early()
         self._command = command
         return encode_command(command)
 
@@ -138,7 +130,7 @@ class Host:
 
     def next_event(self) -> Event | None:
         """Return what the bytes received so far say, one event at a time, then None."""
-        return self._early.popleft() if self._early else self._read()
+        return self._lines.next_event()
 
     def give_up(self) -> Command | None:
         """Forget the unanswered command, after a timeout, and return it.
@@ -157,14 +149,8 @@ class Host:
         Meant for after a silence. The unanswered command stays unanswered.
         """
         self._lines.discard()
-        self._early.clear()
-        self._began_early = False
 
-    def _read(self) -> Event | None:
-        line = self._lines.next_line()
-        if line is None:
-            return None
-        early, self._began_early = self._began_early, False
+    def _interpret(self, line: bytes | Dropped, early: bool) -> Event:
         if isinstance(line, Dropped):
             return Unreadable(line.start, line.reason)
         if early:

@@ -9,26 +9,24 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
-from firmware_protocol.armdroid.answers import (
-    Answer,
-    ArgumentsReported,
-    InterfaceReported,
-    OffsetsReported,
-    SpeedReported,
-    TorqueReported,
-    VersionReported,
-    Welcome,
-)
-from firmware_protocol.armdroid.commands import (
+from firmware_protocol.armdroid.messages import (
     KEPT,
     MOTORS,
+    Answer,
+    ArgumentsReported,
     Clear,
     Command,
     DriveAll,
     DriveOne,
     DropArguments,
+    InterfaceReported,
+    OffsetsReported,
     SetSpeed,
+    SpeedReported,
     Torque,
+    TorqueReported,
+    VersionReported,
+    Welcome,
 )
 from firmware_protocol.errors import BadField, RemoteProtocolError
 

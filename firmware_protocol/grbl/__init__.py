@@ -1,167 +1,93 @@
 """The GRBL family's dialect: GRBL 1.1, grbl-Mega-5X, grblHAL and FluidNC, both ends."""
 
-from firmware_protocol.grbl.answers import (
-    Alarm,
-    Banner,
-    Bracketed,
-    Error,
-    Feedback,
-    Ok,
-    Setting,
-    StartupEcho,
-)
-from firmware_protocol.grbl.codes import (
-    ALARMS,
-    ERRORS,
-    AlarmCode,
-    ErrorCode,
-    alarm_code,
-    error_code,
-)
-from firmware_protocol.grbl.commands import Command, GcodeCommand, SystemCommand, writes_eeprom
-from firmware_protocol.grbl.device import Device, LineReceived, RealtimeReceived, Request
-from firmware_protocol.grbl.dialect import FLUIDNC, GRBL, GRBLHAL, MEGA_5X, Dialect, Variant
-from firmware_protocol.grbl.events import (
-    Acknowledged,
-    AlarmRaised,
-    Event,
-    Refused,
-    Restarted,
-    StatusReported,
-    Unexpected,
-    Unreadable,
-)
-from firmware_protocol.grbl.gcode import Block, GcodeError, parse_block
-from firmware_protocol.grbl.gtable import AxisUse, Group
-from firmware_protocol.grbl.host import Host
-from firmware_protocol.grbl.info import AxesInfo, BuildInfo, Parameter, ParserState, Version
-from firmware_protocol.grbl.linereader import LineReader, Unusable, clean_line
-from firmware_protocol.grbl.modes import Modal, lengths_mm
-from firmware_protocol.grbl.moves import (
-    AnalogOutput,
-    Coolant,
-    DigitalOutput,
-    Dwell,
-    Jog,
-    Line,
-    Modes,
-    Move,
-    SpindleOff,
-    SpindleOn,
-)
-from firmware_protocol.grbl.parsing import Content, Empty, Rejected, parse_line
-from firmware_protocol.grbl.realtime import GRBLHAL_ONLY, Realtime, split_realtime
-from firmware_protocol.grbl.reports import Answer, Info, WordedError, encode_answer
-from firmware_protocol.grbl.status import State, StatusReport
-from firmware_protocol.grbl.system import (
-    CheckMode,
-    Help,
-    Home,
-    QueryBuildInfo,
-    QueryParameters,
-    QueryParserState,
-    QuerySettings,
-    QueryStartupLines,
-    Restore,
-    SetSetting,
-    Sleep,
-    StoreBuildInfo,
-    StoreStartupLine,
-    Unlock,
-)
-from firmware_protocol.grbl.words import AXIS_LETTERS, as_written, write_number
-
-__all__ = [
-    "ALARMS",
-    "AXIS_LETTERS",
-    "ERRORS",
-    "FLUIDNC",
-    "GRBL",
-    "GRBLHAL",
-    "GRBLHAL_ONLY",
-    "MEGA_5X",
-    "Acknowledged",
-    "Alarm",
-    "AlarmCode",
-    "AlarmRaised",
-    "AnalogOutput",
-    "Answer",
-    "AxesInfo",
-    "AxisUse",
-    "Banner",
-    "Block",
-    "Bracketed",
-    "BuildInfo",
-    "CheckMode",
-    "Command",
-    "Content",
-    "Coolant",
-    "Device",
-    "Dialect",
-    "DigitalOutput",
-    "Dwell",
-    "Empty",
-    "Error",
-    "ErrorCode",
-    "Event",
-    "Feedback",
-    "GcodeCommand",
-    "GcodeError",
-    "Group",
-    "Help",
-    "Home",
-    "Host",
-    "Info",
-    "Jog",
-    "Line",
-    "LineReader",
-    "LineReceived",
-    "Modal",
-    "Modes",
-    "Move",
-    "Ok",
-    "Parameter",
-    "ParserState",
-    "QueryBuildInfo",
-    "QueryParameters",
-    "QueryParserState",
-    "QuerySettings",
-    "QueryStartupLines",
-    "Realtime",
-    "RealtimeReceived",
-    "Refused",
-    "Rejected",
-    "Request",
-    "Restarted",
-    "Restore",
-    "SetSetting",
-    "Setting",
-    "Sleep",
-    "SpindleOff",
-    "SpindleOn",
-    "StartupEcho",
-    "State",
-    "StatusReport",
-    "StatusReported",
-    "StoreBuildInfo",
-    "StoreStartupLine",
-    "SystemCommand",
-    "Unexpected",
-    "Unlock",
-    "Unreadable",
-    "Unusable",
-    "Variant",
-    "Version",
-    "WordedError",
-    "alarm_code",
-    "as_written",
-    "clean_line",
-    "encode_answer",
-    "error_code",
-    "lengths_mm",
-    "parse_block",
-    "parse_line",
-    "split_realtime",
-    "write_number",
-    "writes_eeprom",
-]
+from firmware_protocol.grbl.answers import Alarm as Alarm
+from firmware_protocol.grbl.answers import AxesInfo as AxesInfo
+from firmware_protocol.grbl.answers import Banner as Banner
+from firmware_protocol.grbl.answers import Bracketed as Bracketed
+from firmware_protocol.grbl.answers import BuildInfo as BuildInfo
+from firmware_protocol.grbl.answers import Error as Error
+from firmware_protocol.grbl.answers import Feedback as Feedback
+from firmware_protocol.grbl.answers import Ok as Ok
+from firmware_protocol.grbl.answers import Parameter as Parameter
+from firmware_protocol.grbl.answers import ParserState as ParserState
+from firmware_protocol.grbl.answers import Setting as Setting
+from firmware_protocol.grbl.answers import StartupEcho as StartupEcho
+from firmware_protocol.grbl.answers import Version as Version
+from firmware_protocol.grbl.codes import ALARMS as ALARMS
+from firmware_protocol.grbl.codes import ERRORS as ERRORS
+from firmware_protocol.grbl.codes import AlarmCode as AlarmCode
+from firmware_protocol.grbl.codes import ErrorCode as ErrorCode
+from firmware_protocol.grbl.codes import alarm_code as alarm_code
+from firmware_protocol.grbl.codes import error_code as error_code
+from firmware_protocol.grbl.commands import AnalogOutput as AnalogOutput
+from firmware_protocol.grbl.commands import CheckMode as CheckMode
+from firmware_protocol.grbl.commands import Command as Command
+from firmware_protocol.grbl.commands import Coolant as Coolant
+from firmware_protocol.grbl.commands import DigitalOutput as DigitalOutput
+from firmware_protocol.grbl.commands import Dwell as Dwell
+from firmware_protocol.grbl.commands import GcodeCommand as GcodeCommand
+from firmware_protocol.grbl.commands import Help as Help
+from firmware_protocol.grbl.commands import Home as Home
+from firmware_protocol.grbl.commands import Jog as Jog
+from firmware_protocol.grbl.commands import Line as Line
+from firmware_protocol.grbl.commands import Modes as Modes
+from firmware_protocol.grbl.commands import Move as Move
+from firmware_protocol.grbl.commands import QueryBuildInfo as QueryBuildInfo
+from firmware_protocol.grbl.commands import QueryParameters as QueryParameters
+from firmware_protocol.grbl.commands import QueryParserState as QueryParserState
+from firmware_protocol.grbl.commands import QuerySettings as QuerySettings
+from firmware_protocol.grbl.commands import QueryStartupLines as QueryStartupLines
+from firmware_protocol.grbl.commands import Restore as Restore
+from firmware_protocol.grbl.commands import SetSetting as SetSetting
+from firmware_protocol.grbl.commands import Sleep as Sleep
+from firmware_protocol.grbl.commands import SpindleOff as SpindleOff
+from firmware_protocol.grbl.commands import SpindleOn as SpindleOn
+from firmware_protocol.grbl.commands import StoreBuildInfo as StoreBuildInfo
+from firmware_protocol.grbl.commands import StoreStartupLine as StoreStartupLine
+from firmware_protocol.grbl.commands import SystemCommand as SystemCommand
+from firmware_protocol.grbl.commands import Unlock as Unlock
+from firmware_protocol.grbl.commands import writes_eeprom as writes_eeprom
+from firmware_protocol.grbl.device import Content as Content
+from firmware_protocol.grbl.device import Device as Device
+from firmware_protocol.grbl.device import Empty as Empty
+from firmware_protocol.grbl.device import LineReader as LineReader
+from firmware_protocol.grbl.device import LineReceived as LineReceived
+from firmware_protocol.grbl.device import RealtimeReceived as RealtimeReceived
+from firmware_protocol.grbl.device import Rejected as Rejected
+from firmware_protocol.grbl.device import Request as Request
+from firmware_protocol.grbl.device import Unusable as Unusable
+from firmware_protocol.grbl.device import clean_line as clean_line
+from firmware_protocol.grbl.device import parse_line as parse_line
+from firmware_protocol.grbl.dialect import FLUIDNC as FLUIDNC
+from firmware_protocol.grbl.dialect import GRBL as GRBL
+from firmware_protocol.grbl.dialect import GRBLHAL as GRBLHAL
+from firmware_protocol.grbl.dialect import MEGA_5X as MEGA_5X
+from firmware_protocol.grbl.dialect import Dialect as Dialect
+from firmware_protocol.grbl.dialect import Variant as Variant
+from firmware_protocol.grbl.gcode import AxisUse as AxisUse
+from firmware_protocol.grbl.gcode import Block as Block
+from firmware_protocol.grbl.gcode import GcodeError as GcodeError
+from firmware_protocol.grbl.gcode import Group as Group
+from firmware_protocol.grbl.gcode import Modal as Modal
+from firmware_protocol.grbl.gcode import lengths_mm as lengths_mm
+from firmware_protocol.grbl.gcode import parse_block as parse_block
+from firmware_protocol.grbl.host import Acknowledged as Acknowledged
+from firmware_protocol.grbl.host import AlarmRaised as AlarmRaised
+from firmware_protocol.grbl.host import Event as Event
+from firmware_protocol.grbl.host import Host as Host
+from firmware_protocol.grbl.host import Refused as Refused
+from firmware_protocol.grbl.host import Restarted as Restarted
+from firmware_protocol.grbl.host import StatusReported as StatusReported
+from firmware_protocol.grbl.host import Unexpected as Unexpected
+from firmware_protocol.grbl.host import Unreadable as Unreadable
+from firmware_protocol.grbl.realtime import GRBLHAL_ONLY as GRBLHAL_ONLY
+from firmware_protocol.grbl.realtime import Realtime as Realtime
+from firmware_protocol.grbl.realtime import split_realtime as split_realtime
+from firmware_protocol.grbl.reports import Answer as Answer
+from firmware_protocol.grbl.reports import Info as Info
+from firmware_protocol.grbl.reports import WordedError as WordedError
+from firmware_protocol.grbl.reports import encode_answer as encode_answer
+from firmware_protocol.grbl.status import State as State
+from firmware_protocol.grbl.status import StatusReport as StatusReport
+from firmware_protocol.grbl.words import AXIS_LETTERS as AXIS_LETTERS
+from firmware_protocol.grbl.words import write_number as write_number

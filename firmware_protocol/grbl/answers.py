@@ -5,65 +5,55 @@ Values checked when built, each with its line.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import ClassVar
 
-from firmware_protocol.errors import BadField, whole
-from firmware_protocol.grbl.dialect import Variant
-from firmware_protocol.grbl.system import SETTING_MAX
-from firmware_protocol.grbl.words import printable
+from firmware_protocol.errors import BadField
+from firmware_protocol.fields import checks, each, optional, whole_from
+from firmware_protocol.grbl.commands import SETTING_MAX
+from firmware_protocol.grbl.dialect import RING_BYTES_MAX, Variant
+from firmware_protocol.grbl.words import (
+    AXIS_LETTERS,
+    Template,
+    coordinates,
+    printable,
+    within,
+    written,
+)
 
 CODE_MAX = 255
-
-
-def within(field_name: str, value: object, forbidden: str) -> str:
-    """Return printable text without the signs that would end it early, or raise `BadField`."""
-    text = printable(field_name, value)
-    if any(sign in forbidden for sign in text):
-        raise BadField(field_name, value, f"text without any of {forbidden}")
-    return text
+CODE = whole_from(1, CODE_MAX)
 
 
 @dataclass(frozen=True, slots=True)
 class Ok:
     """The line was taken."""
 
-    @property
-    def line(self) -> str:
-        """The line without its end."""
-        return "ok"
+    line: ClassVar[str] = "ok"
 
 
 @dataclass(frozen=True, slots=True)
+@checks(code=CODE)
 class Error:
     """The line was refused and did nothing."""
 
     code: int
 
-    def __post_init__(self) -> None:
-        whole("code", self.code, 1, CODE_MAX)
-
-    @property
-    def line(self) -> str:
-        """The line without its end."""
-        return f"error:{self.code}"
+    line = Template("error:{code}")
 
 
 @dataclass(frozen=True, slots=True)
+@checks(code=CODE)
 class Alarm:
     """The machine has locked itself."""
 
     code: int
 
-    def __post_init__(self) -> None:
-        whole("code", self.code, 1, CODE_MAX)
-
-    @property
-    def line(self) -> str:
-        """The line without its end."""
-        return f"ALARM:{self.code}"
+    line = Template("ALARM:{code}")
 
 
 @dataclass(frozen=True, slots=True)
+@checks(version=within(" []'<>"), firmware=within("[]'"))
 class Banner:
     """The first line after a start or a reset.
 
@@ -75,9 +65,8 @@ class Banner:
     firmware: str = ""
 
     def __post_init__(self) -> None:
-        if not within("version", self.version, " []'<>"):
+        if not self.version:
             raise BadField("version", self.version, "not empty")
-        within("firmware", self.firmware, "[]'")
         if (self.variant is Variant.FLUIDNC) != bool(self.firmware):
             raise BadField("firmware", self.firmware, "given by FluidNC and by no other")
 
@@ -90,7 +79,13 @@ class Banner:
         return f"{self.variant} {self.version} [{hint} for help]"
 
 
+def _key(field: str, value: object) -> object:
+    number_or_name = within("= ") if isinstance(value, str) else whole_from(0, SETTING_MAX)
+    return number_or_name(field, value)
+
+
 @dataclass(frozen=True, slots=True)
+@checks(key=_key, value=printable)
 class Setting:
     """A setting's value, as text. A key that is no number, as FluidNC's paths, stays text.
 
@@ -101,46 +96,31 @@ class Setting:
     value: str
 
     def __post_init__(self) -> None:
-        if isinstance(self.key, str):
-            if not within("key", self.key, "= ") or self.key.isdigit():
-                raise BadField("key", self.key, "a number, or a name that is none")
-        else:
-            whole("key", self.key, 0, SETTING_MAX)
-        if printable("value", self.value).strip() != self.value:
+        if self.key == "" or (isinstance(self.key, str) and self.key.isdigit()):
+            raise BadField("key", self.key, "a number, or a name that is none")
+        if self.value.strip() != self.value:
             raise BadField("value", self.value, "text without spaces around it")
 
-    @property
-    def line(self) -> str:
-        """The line without its end."""
-        return f"${self.key}={self.value}"
+    line = Template("${key}={value}")
 
 
 @dataclass(frozen=True, slots=True)
+@checks(text=printable)
 class Feedback:
     """A message for people: `[MSG:...]`."""
 
     text: str
 
-    def __post_init__(self) -> None:
-        printable("text", self.text)
-
-    @property
-    def line(self) -> str:
-        """The line without its end."""
-        return f"[MSG:{self.text}]"
+    line = Template("[MSG:{text}]")
 
 
 @dataclass(frozen=True, slots=True)
+@checks(text=printable, code=optional(CODE))
 class StartupEcho:
     """A startup line was executed, or refused with a code; this is no answer to any line."""
 
     text: str
     code: int | None = None
-
-    def __post_init__(self) -> None:
-        printable("text", self.text)
-        if self.code is not None:
-            whole("code", self.code, 1, CODE_MAX)
 
     @property
     def line(self) -> str:
@@ -149,15 +129,120 @@ class StartupEcho:
 
 
 @dataclass(frozen=True, slots=True)
+@checks(text=printable)
 class Bracketed:
     """Any other line in brackets, as `[HLP:...]` or `[FIRMWARE:grblHAL]`: what stands inside."""
 
     text: str
 
+    line = Template("[{text}]")
+
+
+# What it tells when asked for its build, its modes and its coordinates.
+
+BLOCKS_MAX = 65535
+
+
+@dataclass(frozen=True, slots=True)
+@checks(version=within(":"), note=printable)
+class Version:
+    """The firmware's version and the owner's note, out of `$I`."""
+
+    version: str
+    note: str = ""
+
+    line = Template("[VER:{version}:{note}]")
+
+
+@dataclass(frozen=True, slots=True)
+@checks(
+    letters=within(","),
+    blocks=optional(whole_from(0, BLOCKS_MAX)),
+    rx_bytes=optional(whole_from(0, RING_BYTES_MAX)),
+    more=each(within(",")),
+)
+class BuildInfo:
+    """Option letters, planner blocks and the receive ring, out of `$I`; FluidNC gives letters.
+
+    `more` is what newer firmwares add, as it came.
+    """
+
+    letters: str
+    blocks: int | None = None
+    rx_bytes: int | None = None
+    more: tuple[str, ...] = ()
+
     def __post_init__(self) -> None:
-        printable("text", self.text)
+        given = [part is not None for part in (self.blocks, self.rx_bytes)] + [bool(self.more)]
+        if given != sorted(given, reverse=True):
+            raise BadField("blocks", self.blocks, "given where what follows is")
 
     @property
     def line(self) -> str:
         """The line without its end."""
-        return f"[{self.text}]"
+        numbers = [str(n) for n in (self.blocks, self.rx_bytes) if n is not None]
+        return f"[OPT:{','.join([self.letters, *numbers, *self.more])}]"
+
+
+@dataclass(frozen=True, slots=True)
+@checks(count=whole_from(1, len(AXIS_LETTERS)))
+class AxesInfo:
+    """How many motors the board drives as axes, and their letters; two may share a letter."""
+
+    count: int
+    letters: str
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.letters, str) or not set(self.letters) <= set(AXIS_LETTERS):
+            raise BadField("letters", self.letters, f"letters out of {AXIS_LETTERS}")
+
+    line = Template("[AXS:{count}:{letters}]")
+
+
+@dataclass(frozen=True, slots=True)
+@checks(words=each(within(" ]")))
+class ParserState:
+    """The modes in force, as words: `G0`, `G54`, ..., `F0`, `S0`."""
+
+    words: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        if not self.words or not all(self.words):
+            raise BadField("words", self.words, "words, none of them empty")
+
+    @property
+    def line(self) -> str:
+        """The line without its end."""
+        return f"[GC:{' '.join(self.words)}]"
+
+
+@dataclass(frozen=True, slots=True)
+@checks(values=coordinates)
+class Parameter:
+    """Coordinates that the device keeps: G54 to G59, G28, G30, G92, TLO or PRB.
+
+    `success` belongs to PRB: whether the last probing touched something.
+    """
+
+    name: str
+    values: tuple[float, ...]
+    success: bool | None = field(default=None)
+
+    def __post_init__(self) -> None:
+        if not is_parameter(self.name):
+            raise BadField("name", self.name, "a G number, TLO or PRB")
+        if (self.name == "PRB") != (self.success is not None):
+            raise BadField("success", self.success, "given for PRB and for no other")
+
+    @property
+    def line(self) -> str:
+        """The line without its end."""
+        end = "" if self.success is None else f":{int(self.success)}"
+        return f"[{self.name}:{written(self.values)}{end}]"
+
+
+def is_parameter(name: object) -> bool:
+    """Tell whether `$#` answers with such a name."""
+    if not isinstance(name, str):
+        return False
+    return name in ("TLO", "PRB") or (name[:1] == "G" and name[1:2].isdigit() and name.isascii())

@@ -1,38 +1,325 @@
-"""Everything a host can send as a line, and which of it writes EEPROM."""
+"""What a host sends to a board of the GRBL family: `$` commands and g-code, checked when built."""
 
 from __future__ import annotations
 
 import re
-from typing import TypeAlias
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import ClassVar, TypeAlias
 
-from firmware_protocol.grbl.moves import (
-    AnalogOutput,
-    Coolant,
-    DigitalOutput,
-    Dwell,
-    Jog,
-    Line,
-    Modes,
-    Move,
-    SpindleOff,
-    SpindleOn,
+from firmware_protocol.errors import BadField, LocalProtocolError
+from firmware_protocol.fields import checks, optional, whole_from
+from firmware_protocol.grbl.dialect import Dialect, Variant
+from firmware_protocol.grbl.words import (
+    AXIS_LETTERS,
+    Template,
+    axis_values,
+    line_text,
+    number,
+    number_from,
+    write_axes,
+    write_number,
 )
-from firmware_protocol.grbl.system import (
-    CheckMode,
-    Help,
-    Home,
-    QueryBuildInfo,
-    QueryParameters,
-    QueryParserState,
-    QuerySettings,
-    QueryStartupLines,
-    Restore,
-    SetSetting,
-    Sleep,
-    StoreBuildInfo,
-    StoreStartupLine,
-    Unlock,
-)
+
+SETTING_MAX = 65535
+"""GRBL's settings end at 255; grblHAL has more."""
+STARTUP_LINES = 2
+RESTORABLE = "$#*"
+
+
+@dataclass(frozen=True, slots=True)
+class Help:
+    """Ask which commands there are."""
+
+    text: ClassVar[str] = "$"
+
+
+@dataclass(frozen=True, slots=True)
+class QuerySettings:
+    """Ask for all settings."""
+
+    text: ClassVar[str] = "$$"
+
+
+@dataclass(frozen=True, slots=True)
+class QueryBuildInfo:
+    """Ask for version, options, ring size and, on some firmwares, the axes."""
+
+    text: ClassVar[str] = "$I"
+
+
+@dataclass(frozen=True, slots=True)
+class QueryParameters:
+    """Ask for the offsets of all coordinate systems."""
+
+    text: ClassVar[str] = "$#"
+
+
+@dataclass(frozen=True, slots=True)
+class QueryParserState:
+    """Ask for the modes in force."""
+
+    text: ClassVar[str] = "$G"
+
+
+@dataclass(frozen=True, slots=True)
+class QueryStartupLines:
+    """Ask for the lines that are executed at every start."""
+
+    text: ClassVar[str] = "$N"
+
+
+@dataclass(frozen=True, slots=True)
+class Unlock:
+    """Leave the alarm state. Moves nothing; the position may still be wrong."""
+
+    text: ClassVar[str] = "$X"
+
+
+@dataclass(frozen=True, slots=True)
+class CheckMode:
+    """Enter or leave the mode in which lines are checked and nothing moves; leaving it resets."""
+
+    text: ClassVar[str] = "$C"
+
+
+@dataclass(frozen=True, slots=True)
+class Sleep:
+    """Switch the motors off until a reset; an arm sags."""
+
+    text: ClassVar[str] = "$SLP"
+
+
+@dataclass(frozen=True, slots=True)
+class Home:
+    """Home all axes, or the ones named, where the firmware can: GRBL takes one letter."""
+
+    axes: str = ""
+
+    def __post_init__(self) -> None:
+        fits = isinstance(self.axes, str) and set(self.axes) <= set(AXIS_LETTERS)
+        if not fits or len(set(self.axes)) != len(self.axes):
+            raise BadField("axes", self.axes, f"different letters out of {AXIS_LETTERS}, or none")
+
+    text = Template("$H{axes}")
+
+
+@dataclass(frozen=True, slots=True)
+@checks(setting=whole_from(0, SETTING_MAX), value=number)
+class SetSetting:
+    """Write one setting into EEPROM."""
+
+    setting: int
+    value: float
+
+    text = Template("${setting}={value}")
+
+
+@dataclass(frozen=True, slots=True)
+@checks(which=whole_from(0, STARTUP_LINES - 1), line=line_text)
+class StoreStartupLine:
+    """Write a line of g-code that is executed at every start."""
+
+    which: int
+    line: str
+
+    text = Template("$N{which}={line}")
+
+
+@dataclass(frozen=True, slots=True)
+@checks(note=line_text)
+class StoreBuildInfo:
+    """Write the owner's text that `$I` shows."""
+
+    note: str
+
+    text = Template("$I={note}")
+
+
+@dataclass(frozen=True, slots=True)
+class Restore:
+    """Put defaults back: of the settings (`$`), the coordinate systems (`#`), or all (`*`)."""
+
+    what: str = "$"
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.what, str) or len(self.what) != 1 or self.what not in RESTORABLE:
+            raise BadField("what", self.what, f"one of {RESTORABLE}")
+
+    text = Template("$RST={what}")
+
+
+# Lines of g-code that a host sends: moves, modes, outputs and waits, checked when built.
+#
+# Distances are in the machine's own unit, which is "mm" to GRBL and for an arm degrees or motor
+# steps, whatever its settings say; feeds are in that unit a minute. Everything here raises
+# `BadField`.
+
+PORT_MAX = 255
+"""The greatest number of an output that is admitted; boards have few."""
+PORT = whole_from(0, PORT_MAX)
+DWELL_MAX_S = 3600.0
+FEED_MIN = 0.0001
+"""The slowest feed that can be written; to GRBL 0 is none at all."""
+COORDINATE_SYSTEMS = (54, 59)
+
+_DISTANCE = {None: "", False: "G90", True: "G91"}
+
+
+def _check_absolute(relative: bool | None, machine: bool) -> None:
+    if machine and relative is not False:
+        raise BadField("relative", relative, "False in machine coordinates, which are absolute")
+
+
+@dataclass(frozen=True, slots=True)
+@checks(axes=axis_values, feed=optional(number_from(FEED_MIN)))
+class Move:
+    """A straight move of the axes named: G1 at `feed`, or G0 as fast as may be where it is None.
+
+    `relative` writes G90 or G91 into the line, None leaves the mode as it is. `machine` means
+    machine coordinates (G53), for this line alone.
+    """
+
+    axes: Mapping[str, float] = field(hash=False)
+    feed: float | None = None
+    relative: bool | None = False
+    machine: bool = False
+
+    def __post_init__(self) -> None:
+        _check_absolute(self.relative, self.machine)
+
+    @property
+    def text(self) -> str:
+        """The line without its end."""
+        how = "G0" if self.feed is None else "G1"
+        place = "G53" if self.machine else ""
+        feed = "" if self.feed is None else f"F{write_number(self.feed)}"
+        return f"{_DISTANCE[self.relative]}{place}{how}{write_axes(self.axes)}{feed}"
+
+
+@dataclass(frozen=True, slots=True)
+@checks(axes=axis_values, feed=number_from(FEED_MIN))
+class Jog:
+    """A jog (`$J=`) of the axes named, in millimetres (G21) whatever the mode is.
+
+    It changes no mode, a jog cancel ends it, and over-travel is refused where $20=1.
+    """
+
+    axes: Mapping[str, float] = field(hash=False)
+    feed: float
+    relative: bool = True
+    machine: bool = False
+
+    def __post_init__(self) -> None:
+        _check_absolute(self.relative, self.machine)
+
+    @property
+    def text(self) -> str:
+        """The line without its end."""
+        place = "G53" if self.machine else _DISTANCE[self.relative]
+        return f"$J=G21{place}{write_axes(self.axes)}F{write_number(self.feed)}"
+
+
+@dataclass(frozen=True, slots=True)
+@checks(coordinate_system=whole_from(*COORDINATE_SYSTEMS))
+class Modes:
+    """Put the modes that matter to a known state: plane XY, millimetres, units a minute.
+
+    Send it after every banner: a reset, or a startup line, may have changed them.
+    """
+
+    relative: bool = False
+    coordinate_system: int = 54
+
+    @property
+    def text(self) -> str:
+        """The line without its end."""
+        return f"G17G21{_DISTANCE[self.relative]}G94G{self.coordinate_system}"
+
+
+@dataclass(frozen=True, slots=True)
+@checks(speed=number_from(0))
+class SpindleOn:
+    """Turn the spindle on (M3, or M4 the other way), or give a servo its position."""
+
+    speed: float
+    counterclockwise: bool = False
+
+    @property
+    def text(self) -> str:
+        """The line without its end."""
+        return f"M{4 if self.counterclockwise else 3}S{write_number(self.speed)}"
+
+
+@dataclass(frozen=True, slots=True)
+class SpindleOff:
+    """Turn the spindle off."""
+
+    text: ClassVar[str] = "M5"
+
+
+@dataclass(frozen=True, slots=True)
+class Coolant:
+    """Switch the flood output, which may drive an air valve."""
+
+    on: bool
+
+    @property
+    def text(self) -> str:
+        """The line without its end."""
+        return "M8" if self.on else "M9"
+
+
+@dataclass(frozen=True, slots=True)
+@checks(port=PORT)
+class DigitalOutput:
+    """Switch an output, in step with the motion (M62, M63) or at once (M64, M65)."""
+
+    port: int
+    on: bool
+    at_once: bool = False
+
+    @property
+    def text(self) -> str:
+        """The line without its end."""
+        code = (62 if self.on else 63) + (2 if self.at_once else 0)
+        return f"M{code}P{self.port}"
+
+
+@dataclass(frozen=True, slots=True)
+@checks(port=PORT, value=number)
+class AnalogOutput:
+    """Give an output a value, in step with the motion (M67) or at once (M68)."""
+
+    port: int
+    value: float
+    at_once: bool = False
+
+    @property
+    def text(self) -> str:
+        """The line without its end."""
+        return f"M{68 if self.at_once else 67}E{self.port}Q{write_number(self.value)}"
+
+
+@dataclass(frozen=True, slots=True)
+@checks(seconds=number_from(0, DWELL_MAX_S))
+class Dwell:
+    """Wait when the motion before it has ended; its `ok` comes when the wait is over."""
+
+    seconds: float
+
+    text = Template("G4P{seconds}")
+
+
+@dataclass(frozen=True, slots=True)
+@checks(text=line_text)
+class Line:
+    """Any text, for what has no message of its own; empty, it asks for an `ok` and no more."""
+
+    text: str = ""
+
+
+# Everything a host can send as a line, and which of it writes EEPROM.
 
 SystemCommand: TypeAlias = (
     Help
@@ -69,3 +356,25 @@ def writes_eeprom(text: str) -> bool:
     While it does, received bytes are lost: nothing else may be under way then.
     """
     return _WRITES_EEPROM.match(re.sub(r"[ /]|\([^)]*\)", "", text.upper())) is not None
+
+
+# Whether a line fits the board that it is for: its length, its axes, its options.
+
+
+def check_command(command: Command, dialect: Dialect) -> None:
+    """Raise `LocalProtocolError` where this board could not read the line, or would refuse it."""
+    if isinstance(command, Move | Jog | Home):
+        strangers = set(command.axes) - set(dialect.axes)
+        if strangers:
+            raise BadField("axes", "".join(sorted(strangers)), f"axes out of {dialect.axes}")
+    if isinstance(command, DigitalOutput | AnalogOutput) and not dialect.outputs:
+        raise LocalProtocolError(f"this board has no outputs for '{command.text}'")
+    if isinstance(command, Home) and command.axes:
+        several = len(command.axes) > 1 and dialect.variant is not Variant.GRBLHAL
+        if several or not dialect.single_axis_homing:
+            raise LocalProtocolError(f"this board cannot home by '{command.text}'")
+    if len(command.text) > dialect.max_line:
+        raise LocalProtocolError(
+            f"'{command.text}' has {len(command.text)} characters, the board takes "
+            f"{dialect.max_line}: name fewer axes, or digits"
+        )

@@ -8,16 +8,257 @@ the real-time commands taken out before by `split_realtime`. Nothing that the ho
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError
 from firmware_protocol.grbl.answers import Banner, Error, Ok
-from firmware_protocol.grbl.dialect import GRBL, Dialect
-from firmware_protocol.grbl.linereader import MAX_WAITING, LineReader, Unusable
-from firmware_protocol.grbl.parsing import OVERLONG, Content, Rejected, parse_line
+from firmware_protocol.grbl.commands import (
+    SETTING_MAX,
+    CheckMode,
+    Help,
+    Home,
+    QueryBuildInfo,
+    QueryParameters,
+    QueryParserState,
+    QuerySettings,
+    QueryStartupLines,
+    Restore,
+    SetSetting,
+    Sleep,
+    StoreBuildInfo,
+    StoreStartupLine,
+    SystemCommand,
+    Unlock,
+)
+from firmware_protocol.grbl.dialect import GRBL, Dialect, Variant
+from firmware_protocol.grbl.gcode import Block, GcodeError, parse_block
 from firmware_protocol.grbl.realtime import Realtime, is_picked_out, realtime_of
 from firmware_protocol.grbl.reports import Answer, encode_answer
+from firmware_protocol.grbl.words import take_number
+
+# Bytes into lines as GRBL's main loop does it: spaces and comments away, letters made capital.
+#
+# A slash is dropped too, but in the `$` lines of FluidNC, whose settings have names with slashes.
+# Source: gnea/grbl grbl/protocol.c. CR and LF each end a line, and an empty line is a line.
+
+
+MAX_WAITING = 256
+"""How many lines wait to be fetched."""
+
+_CR, _LF, _SPACE = 0x0D, 0x0A, 0x20
+
+
+@dataclass(frozen=True, slots=True)
+class Unusable:
+    """A line that cannot be executed whole: how it began, and why. It is answered with error 11."""
+
+    start: str
+    reason: str
+
+
+class LineReader:
+    """Lines out of bytes that hold no real-time commands, whatever the chunks they come in.
+
+    Of a line that is too long no more than `max_line` characters are held. At most `MAX_WAITING`
+    lines wait: in a flood the last of them is `Unusable`, and what comes after it is lost until
+    lines are fetched. A simulated ring can feed byte by byte and look for a line after each.
+    """
+
+    def __init__(self, dialect: Dialect = GRBL) -> None:
+        self._max_line = dialect.max_line
+        self._has_paths = dialect.variant is Variant.FLUIDNC
+        self._each_end_counts = dialect.crlf_answers_twice
+        self._waiting: deque[str | Unusable] = deque()
+        self.discard()
+
+    @property
+    def partial(self) -> str:
+        """The beginning of a line whose end has not come yet."""
+        return self._kept.decode("latin-1")
+
+    @property
+    def buffered(self) -> int:
+        """How many characters are held."""
+        held = sum(len(e.start if isinstance(e, Unusable) else e) for e in self._waiting)
+        return held + len(self._kept)
+
+    def feed(self, data: bytes) -> None:
+        """Take bytes, in any portions."""
+        for byte in data:
+            if byte in (_CR, _LF):
+                self._end(byte)
+            else:
+                self._after_cr = False
+                self._keep(byte)
+
+    def next_line(self) -> str | Unusable | None:
+        """Return the next line as GRBL stores it, or None when there is none."""
+        return self._waiting.popleft() if self._waiting else None
+
+    def discard(self) -> None:
+        """Forget everything held, as a reset does; the next byte begins a new line."""
+        self._waiting.clear()
+        self._after_cr = False
+        self._begin()
+
+    @property
+    def _in_path(self) -> bool:
+        """Tell whether a slash belongs to the name of a setting, as of `$/stepping/idle_ms`."""
+        return self._has_paths and self._kept.startswith(b"$")
+
+    def _begin(self) -> None:
+        self._kept = bytearray()
+        self._comment = b""
+        self._too_long = False
+
+    def _keep(self, byte: int) -> None:
+        sign = bytes((byte,))
+        if self._too_long:
+            return
+        if self._comment:
+            if self._comment == b"(" and sign == b")":
+                self._comment = b""
+        elif sign in (b"(", b";"):
+            self._comment = sign
+        elif byte > _SPACE and (sign != b"/" or self._in_path):
+            self._too_long = len(self._kept) >= self._max_line
+            self._kept += b"" if self._too_long else sign.upper()
+
+    def _end(self, byte: int) -> None:
+        second_half = byte == _LF and self._after_cr and not self._each_end_counts
+        self._after_cr = byte == _CR
+        if second_half:
+            return
+        text = self.partial
+        reason = f"a line of more than {self._max_line} characters"
+        self._put(Unusable(text, reason) if self._too_long else text)
+        self._begin()
+
+    def _put(self, entry: str | Unusable) -> None:
+        room = MAX_WAITING - len(self._waiting)
+        if room > 1:
+            self._waiting.append(entry)
+        elif room == 1:
+            start = entry.start if isinstance(entry, Unusable) else entry
+            reason = f"{MAX_WAITING} lines were waiting: from here on they are lost"
+            self._waiting.append(Unusable(start, reason))
+
+
+def clean_line(text: str) -> str:
+    """Return one line of ASCII as GRBL stores it."""
+    reader = LineReader(Dialect(max_line=max(1, min(len(text), 1024))))
+    reader.feed(text.encode("ascii"))
+    return reader.partial
+
+
+# A received line and what it asks for: nothing, a `$` command, a block, or a refusal.
+
+GRBL_SETTING_MAX = 255
+OVERLONG = 11
+"""The error of a line that is too long."""
+_JOG = "$J="
+
+
+@dataclass(frozen=True, slots=True)
+class Empty:
+    """A line of nothing, or of a comment; its answer is an ok."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rejected:
+    """A line that is refused whatever the state: the code to answer with, and why."""
+
+    code: int
+    reason: str
+
+
+Content: TypeAlias = Empty | SystemCommand | Block | Rejected
+
+
+def parse_line(text: str, dialect: Dialect) -> Content:
+    """Read a cleaned line. What depends on the machine's state (errors 8 and 9) is not looked at.
+
+    The modes in force are not looked at either: `Modal.after` does.
+    """
+    if len(text) > dialect.max_line:
+        return Rejected(OVERLONG, f"a line of more than {dialect.max_line} characters")
+    if not text:
+        return Empty()
+    try:
+        if text.startswith(_JOG):
+            return parse_block(text[len(_JOG) :], dialect, jog=True)
+        return _system(text, dialect) if text.startswith("$") else parse_block(text, dialect)
+    except GcodeError as error:
+        return Rejected(error.code, str(error))
+    except LocalProtocolError as error:  # a value that no message of ours can hold
+        return Rejected(3, str(error))
+
+
+_PLAIN: dict[str, Callable[[], SystemCommand]] = {
+    "$": Help,
+    "$$": QuerySettings,
+    "$I": QueryBuildInfo,
+    "$#": QueryParameters,
+    "$G": QueryParserState,
+    "$N": QueryStartupLines,
+    "$X": Unlock,
+    "$C": CheckMode,
+    "$SLP": Sleep,
+}
+_KNOWN_LETTERS = "$GCXJ#HSIR"
+"""What stands behind the `$` of commands; any other sign begins the number of a setting."""
+
+
+def _system(text: str, dialect: Dialect) -> SystemCommand:
+    plain = _PLAIN.get(text)
+    if plain is not None:
+        return plain()
+    if text.startswith("$H"):
+        return _home(text[2:], dialect)
+    if text.startswith("$RST=") and len(text) == len("$RST=") + 1:
+        return Restore(text[-1])
+    if text.startswith("$I="):
+        return StoreBuildInfo(text[3:])
+    if text[1] in _KNOWN_LETTERS:
+        raise GcodeError(3, text)
+    if text[1] == "N":
+        which, at = _key(text, 2)
+        return StoreStartupLine(which, text[at:])
+    return _setting(text, dialect)
+
+
+def _home(letters: str, dialect: Dialect) -> Home:
+    most = len(dialect.axes) if dialect.variant is Variant.GRBLHAL else 1
+    allowed = most if dialect.single_axis_homing else 0
+    if len(letters) > allowed or not set(letters) <= set(dialect.axes):
+        raise GcodeError(3, f"$H{letters}")
+    return Home(letters)
+
+
+def _setting(text: str, dialect: Dialect) -> SetSetting:
+    key, at = _key(text, 1)
+    taken = take_number(text, at)
+    if taken is None:
+        raise GcodeError(2, text)
+    value, end = taken
+    most = GRBL_SETTING_MAX if dialect.variant is Variant.GRBL else SETTING_MAX
+    if end != len(text) or key > most:
+        raise GcodeError(3, text)
+    return SetSetting(key, value)
+
+
+def _key(text: str, start: int) -> tuple[int, int]:
+    """Read the number before an equals sign; return it and where the value begins."""
+    taken = take_number(text, start)
+    if taken is None:
+        raise GcodeError(2, text)
+    value, at = taken
+    if text[at : at + 1] != "=" or value < 0:
+        raise GcodeError(3, text)
+    return int(value), at + 1
+
 
 MAX_REALTIME = 512
 """No real-time command is taken while so many events wait."""

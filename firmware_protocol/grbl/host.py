@@ -13,35 +13,152 @@ Real-time commands are never counted. Nothing that the board sends raises.
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from operator import add, sub
+from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
-from firmware_protocol.grbl.answers import Alarm, Banner, Bracketed, Error, Ok
-from firmware_protocol.grbl.audit import check_command
+from firmware_protocol.grbl.answers import Alarm, Banner, Bracketed, Error, Ok, Version
 from firmware_protocol.grbl.codes import alarm_code, error_code
-from firmware_protocol.grbl.commands import Command, writes_eeprom
+from firmware_protocol.grbl.commands import Command, check_command, writes_eeprom
 from firmware_protocol.grbl.dialect import GRBL, Dialect, Variant
-from firmware_protocol.grbl.events import (
-    Acknowledged,
-    AlarmRaised,
-    Event,
-    Refused,
-    Restarted,
-    StatusReported,
-    Unexpected,
-    Unreadable,
-)
-from firmware_protocol.grbl.info import Version
-from firmware_protocol.grbl.position import Positions
 from firmware_protocol.grbl.realtime import Realtime
-from firmware_protocol.grbl.reports import PADDING, Answer, WordedAlarm, WordedError, decode_answer
+from firmware_protocol.grbl.reports import (
+    PADDING,
+    Answer,
+    Info,
+    WordedAlarm,
+    WordedError,
+    decode_answer,
+)
 from firmware_protocol.grbl.status import StatusReport
-from firmware_protocol.lines import Dropped, LineSplitter
+from firmware_protocol.lines import AnswerLines, Dropped
+
+# What a host learns from a board.
+
+
+@dataclass(frozen=True, slots=True)
+class Acknowledged:
+    """The board took a line: for a motion that it is planned, not that it is over."""
+
+    command: Command
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """The board refused a line, which did nothing. `code` is None where it answered in words."""
+
+    command: Command
+    code: int | None
+    meaning: str
+    remedy: str
+
+
+@dataclass(frozen=True, slots=True)
+class AlarmRaised:
+    """The board has locked itself. `position_kept` is false where steps may have been lost."""
+
+    code: int | None
+    meaning: str
+    remedy: str
+    position_kept: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Restarted:
+    """The board has started anew: its position is suspect, and `lost` lines have no answer.
+
+    Of the lost lines some may have been executed.
+    """
+
+    banner: Banner
+    lost: tuple[Command, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class StatusReported:
+    """A status report, with both positions where they are known.
+
+    The one that the report lacks is computed with the last work offset that was reported since
+    the board's start; it is None where none was.
+    """
+
+    report: StatusReport
+    machine_position: tuple[float, ...] | None
+    work_position: tuple[float, ...] | None
+
+
+@dataclass(frozen=True, slots=True)
+class Unexpected:
+    """An answer to a line where no line was unanswered."""
+
+    answer: Ok | Error | WordedError
+
+
+@dataclass(frozen=True, slots=True)
+class Unreadable:
+    """Bytes that cannot be read, and why."""
+
+    data: bytes
+    reason: str
+
+
+Event: TypeAlias = (
+    Acknowledged
+    | Refused
+    | AlarmRaised
+    | Restarted
+    | StatusReported
+    | Unexpected
+    | Unreadable
+    | Info
+)
+
+
+# Machine position and work position out of reports that give one of them.
+#
+# WPos = MPos - WCO, and the offset (WCO) is reported now and then: at once when it has changed.
+
+Coordinates: TypeAlias = tuple[float, ...]
+_DECIMALS = 6
+"""Sums of reported numbers are rounded to these; reports have three or four."""
+
+
+class Positions:
+    """Remembers the work offset of one run of the board."""
+
+    def __init__(self) -> None:
+        self._offset: Coordinates | None = None
+
+    def of(self, report: StatusReport, axes: int) -> tuple[Coordinates | None, Coordinates | None]:
+        """Return machine position and work position, None where it cannot be known.
+
+        Raises `RemoteProtocolError` where the report has another number of axes: a damaged line,
+        or a board that was built otherwise than its owner believes.
+        """
+        for values in (report.machine_position, report.work_position, report.work_offset):
+            if values is not None and len(values) != axes:
+                raise RemoteProtocolError(
+                    f"{len(values)} coordinates, but the board has {axes} axes"
+                )
+        if report.work_offset is not None:
+            self._offset = report.work_offset
+        machine, work = report.machine_position, report.work_position
+        if machine is None:
+            return self._shifted(work, add), work
+        return machine, self._shifted(machine, sub)
+
+    def _shifted(
+        self, values: Coordinates | None, how: Callable[[float, float], float]
+    ) -> Coordinates | None:
+        if values is None or self._offset is None or len(self._offset) != len(values):
+            return None
+        return tuple(round(how(a, b), _DECIMALS) for a, b in zip(values, self._offset, strict=True))
+
 
 LINE_BYTES_MAX = 512
 """A longer line from the board is dropped and reported."""
-MAX_EARLY = 256
-"""How many events from before the last `send` are kept for the owner, the newest."""
 _LINE_ENDS = b"\r\n"
 _IN_WORDS = "the firmware answered in words"
 
@@ -69,12 +186,12 @@ class Host:
 
     def __init__(self, dialect: Dialect = GRBL) -> None:
         self.dialect = dialect
-        self._lines = LineSplitter(_LINE_ENDS, max_length=LINE_BYTES_MAX)
-        self._early: deque[Event] = deque(maxlen=MAX_EARLY)
+        self._lines = AnswerLines[Event](
+            _LINE_ENDS, self._interpret, padding=PADDING, max_length=LINE_BYTES_MAX
+        )
         self._outstanding: deque[_Sent] = deque()
         self._bytes = 0
         self._resetting = False
-        self._began_early = False
         self._positions = Positions()
 
     @property
@@ -124,10 +241,9 @@ class Host:
         hindrance = self._hindrance(sent)
         if hindrance is not None:
             raise LocalProtocolError(f"'{text}' cannot be sent now: {hindrance}")
-        while (event := self._read()) is not None:
-            self._early.append(event)
+        self._lines.keep_early()
         if not self._outstanding:
-            self._began_early = bool(self._lines.partial.strip(PADDING))
+            self._lines.mark_early()
         self._outstanding.append(sent)
         self._bytes += sent.size
         return text.encode("ascii") + b"\n"
@@ -148,7 +264,7 @@ class Host:
 
     def next_event(self) -> Event | None:
         """Return what the bytes received so far say, one event at a time, then None."""
-        return self._early.popleft() if self._early else self._read()
+        return self._lines.next_event()
 
     def forget_outstanding(self) -> tuple[Command, ...]:
         """Forget the unanswered lines, and an awaited banner, and return the lines.
@@ -159,14 +275,13 @@ class Host:
         lost = self.outstanding_lines
         self._outstanding.clear()
         self._bytes = 0
-        self._resetting = self._began_early = False
+        self._resetting = False
+        self._lines.mark_early(early=False)
         return lost
 
     def discard(self) -> None:
         """Forget all bytes received and all events not fetched; unanswered lines stay."""
         self._lines.discard()
-        self._early.clear()
-        self._began_early = False
 
     def _hindrance(self, line: _Sent) -> str | None:
         if self._resetting:
@@ -181,17 +296,9 @@ class Host:
             return f"{self.outstanding_bytes} bytes are in a ring of {self.ring_bytes}"
         return None
 
-    def _read(self) -> Event | None:
-        """Turn waiting lines into the next event; lines of nothing but padding are no event."""
-        while (line := self._lines.next_line()) is not None:
-            early, self._began_early = self._began_early, False
-            if isinstance(line, Dropped):
-                return Unreadable(line.start, line.reason)
-            if line.strip(PADDING):
-                return self._interpret(line, early=early)
-        return None
-
-    def _interpret(self, line: bytes, *, early: bool) -> Event:
+    def _interpret(self, line: bytes | Dropped, early: bool) -> Event:
+        if isinstance(line, Dropped):
+            return Unreadable(line.start, line.reason)
         try:
             return self._event(decode_answer(line), early=early)
         except RemoteProtocolError as error:

@@ -10,23 +10,21 @@ from typing import TypeAlias
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
 from firmware_protocol.grbl.answers import (
     Alarm,
+    AxesInfo,
     Banner,
     Bracketed,
+    BuildInfo,
     Error,
     Feedback,
     Ok,
-    Setting,
-    StartupEcho,
-)
-from firmware_protocol.grbl.dialect import Variant
-from firmware_protocol.grbl.info import (
-    AxesInfo,
-    BuildInfo,
     Parameter,
     ParserState,
+    Setting,
+    StartupEcho,
     Version,
     is_parameter,
 )
+from firmware_protocol.grbl.dialect import Variant
 from firmware_protocol.grbl.status import StatusReport, decimals, read_status
 
 Info: TypeAlias = (

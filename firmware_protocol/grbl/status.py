@@ -9,11 +9,11 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any
 
-from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError, whole
-from firmware_protocol.grbl.answers import within
-from firmware_protocol.grbl.info import coordinates, write_coordinates
-from firmware_protocol.grbl.words import number, write_number
+from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError
+from firmware_protocol.fields import checks, each, optional, row_of, whole_from
+from firmware_protocol.grbl.words import coordinates, number, within, written
 
 COUNT_MAX = 99_999_999
 _STATE = re.compile(r"([A-Za-z]+)(?::([0-9]{1,3}))?")
@@ -41,7 +41,35 @@ class State(StrEnum):
 _STATES = {str(state): state for state in State}
 
 
+def _state(field: str, value: object) -> State | str:
+    if not isinstance(value, str) or not _STATE.fullmatch(value) or ":" in value:
+        raise BadField(field, value, "a state, or a name in letters")
+    return _STATES.get(value, value)
+
+
+_COUNT = whole_from(0, COUNT_MAX)
+_PLACE = optional(coordinates)
+_PART = within("|<>")
+
+
 @dataclass(frozen=True, slots=True)
+@checks(
+    state=_state,
+    sub_state=optional(whole_from(0, 999)),
+    machine_position=_PLACE,
+    work_position=_PLACE,
+    free_blocks=optional(_COUNT),
+    free_bytes=optional(_COUNT),
+    line_number=optional(_COUNT),
+    feed=optional(number),
+    speed=optional(number),
+    actual_speed=optional(number),
+    pins=optional(_PART),
+    work_offset=_PLACE,
+    overrides=optional(row_of(_COUNT, 3, "three numbers")),
+    accessories=optional(_PART),
+    others=each(_PART),
+)
 class StatusReport:
     """One report as it stands on the wire: machine position or work position, never both.
 
@@ -66,72 +94,24 @@ class StatusReport:
     others: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        if not isinstance(self.state, str) or not _STATE.fullmatch(self.state) or ":" in self.state:
-            raise BadField("state", self.state, "a state, or a name in letters")
-        object.__setattr__(self, "state", _STATES.get(self.state, self.state))
         if (self.machine_position is None) == (self.work_position is None):
             raise BadField("machine_position", self.machine_position, "given, or else the work's")
-        for name in ("machine_position", "work_position", "work_offset"):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, coordinates(name, getattr(self, name)))
-        for name, most in (("sub_state", 999), ("line_number", COUNT_MAX)):
-            if getattr(self, name) is not None:
-                whole(name, getattr(self, name), 0, most)
-        self._check_pairs()
-        for name in ("pins", "accessories"):
-            if getattr(self, name) is not None:
-                within(name, getattr(self, name), "|<>")
-        object.__setattr__(self, "others", tuple(within("others", o, "|<>") for o in self.others))
-        if any(other.partition(":")[0] in _READERS or not other for other in self.others):
-            raise BadField("others", self.others, "fields that have no place of their own")
-
-    def _check_pairs(self) -> None:
         if (self.free_blocks is None) != (self.free_bytes is None):
             raise BadField("free_bytes", self.free_bytes, "given where free_blocks is")
-        for name in ("free_blocks", "free_bytes"):
-            if getattr(self, name) is not None:
-                whole(name, getattr(self, name), 0, COUNT_MAX)
-        rates = [self.feed, self.speed, self.actual_speed]
-        for name, rate, before in zip(
-            ("feed", "speed", "actual_speed"), rates, [0.0, *rates], strict=False
-        ):
+        rates = (self.feed, self.speed, self.actual_speed)
+        for name, before, rate in zip(("speed", "actual_speed"), rates, rates[1:], strict=False):
             if rate is not None and before is None:
                 raise BadField(name, rate, "given where what stands before it is")
-            if rate is not None:
-                number(name, rate)
-        if self.overrides is not None:
-            found = tuple(whole("overrides", part, 0, COUNT_MAX) for part in self.overrides)
-            if len(found) != 3:
-                raise BadField("overrides", self.overrides, "three numbers")
-            object.__setattr__(self, "overrides", found)
+        if any(other.partition(":")[0] in _FIELDS or not other for other in self.others):
+            raise BadField("others", self.others, "fields that have no place of their own")
 
     @property
     def line(self) -> str:
         """The line without its end."""
         sub = "" if self.sub_state is None else f":{self.sub_state}"
-        fields = [f"{name}:{text}" for name, text in self._fields() if text is not None]
+        texts = ((name, field.text(self)) for name, field in _FIELDS.items())
+        fields = [f"{name}:{text}" for name, text in texts if text is not None]
         return f"<{'|'.join([f'{self.state}{sub}', *fields, *self.others])}>"
-
-    def _fields(self) -> list[tuple[str, str | None]]:
-        rates = [
-            write_number(r) for r in (self.feed, self.speed, self.actual_speed) if r is not None
-        ]
-        free = None if self.free_blocks is None else f"{self.free_blocks},{self.free_bytes}"
-        return [
-            ("MPos", _written(self.machine_position)),
-            ("WPos", _written(self.work_position)),
-            ("Bf", free),
-            ("Ln", None if self.line_number is None else str(self.line_number)),
-            ("F" if len(rates) == 1 else "FS", ",".join(rates) or None),
-            ("Pn", self.pins),
-            ("WCO", _written(self.work_offset)),
-            ("Ov", None if self.overrides is None else ",".join(map(str, self.overrides))),
-            ("A", self.accessories),
-        ]
-
-
-def _written(values: tuple[float, ...] | None) -> str | None:
-    return None if values is None else write_coordinates(values)
 
 
 def decimals(text: str) -> tuple[float, ...]:
@@ -150,36 +130,53 @@ def wholes(text: str, count: int) -> tuple[int, ...]:
     return tuple(int(part) for part in parts)
 
 
-def _free(text: str) -> dict[str, object]:
-    return dict(zip(("free_blocks", "free_bytes"), wholes(text, 2), strict=True))
+@dataclass(frozen=True, slots=True)
+class ReportField:
+    """A field of a report: the attributes that it fills, and how their values are read.
+
+    It is written where so many of the attributes are known as `counts` says.
+    """
+
+    attributes: tuple[str, ...]
+    read: Callable[[str], tuple[object, ...]]
+    counts: range = range(1, 2)
+    called: str = ""
+    write: Callable[[Any], str] = written
+
+    def text(self, report: StatusReport) -> str | None:
+        """Return what is written of a report; None where it is left out."""
+        if getattr(report, self.attributes[0]) is None:  # as most of them are, in most reports
+            return None
+        values = [getattr(report, name) for name in self.attributes]
+        known = [value for value in values if value is not None]
+        return ",".join(map(self.write, known)) if len(known) in self.counts else None
+
+    def values(self, text: str) -> dict[str, object]:
+        """Return what a text says of the attributes; raises `RemoteProtocolError`."""
+        found = self.read(text)
+        if len(found) not in self.counts:
+            raise RemoteProtocolError(f"'{text[:48]}' is not {self.called}")
+        return dict(zip(self.attributes, found, strict=False))
 
 
-def _speeds(text: str) -> dict[str, object]:
-    found = decimals(text)
-    if not 2 <= len(found) <= 3:
-        raise RemoteProtocolError(f"'{text[:48]}' is not a feed and a speed")
-    return dict(zip(("feed", "speed", "actual_speed"), found, strict=False))
-
-
-def _feed(text: str) -> dict[str, object]:
-    found = decimals(text)
-    if len(found) != 1:
-        raise RemoteProtocolError(f"'{text[:48]}' is not one feed")
-    return {"feed": found[0]}
-
-
-_READERS: dict[str, Callable[[str], dict[str, object]]] = {
-    "MPos": lambda text: {"machine_position": decimals(text)},
-    "WPos": lambda text: {"work_position": decimals(text)},
-    "Bf": _free,
-    "Ln": lambda text: {"line_number": wholes(text, 1)[0]},
-    "F": _feed,
-    "FS": _speeds,
-    "Pn": lambda text: {"pins": text},
-    "WCO": lambda text: {"work_offset": decimals(text)},
-    "Ov": lambda text: {"overrides": wholes(text, 3)},
-    "A": lambda text: {"accessories": text},
+_RATES = ("feed", "speed", "actual_speed")
+_FIELDS: dict[str, ReportField] = {
+    "MPos": ReportField(("machine_position",), lambda text: (decimals(text),)),
+    "WPos": ReportField(("work_position",), lambda text: (decimals(text),)),
+    "Bf": ReportField(("free_blocks", "free_bytes"), lambda text: wholes(text, 2), range(2, 3)),
+    "Ln": ReportField(("line_number",), lambda text: wholes(text, 1)),
+    "F": ReportField(_RATES, decimals, range(1, 2), "one feed"),
+    "FS": ReportField(_RATES, decimals, range(2, 4), "a feed and a speed"),
+    "Pn": ReportField(("pins",), lambda text: (text,)),
+    "WCO": ReportField(("work_offset",), lambda text: (decimals(text),)),
+    "Ov": ReportField(
+        ("overrides",),
+        lambda text: (wholes(text, 3),),
+        write=lambda values: ",".join(map(str, values)),
+    ),
+    "A": ReportField(("accessories",), lambda text: (text,)),
 }
+"""The fields by their names, in the order in which they are written."""
 
 
 def read_status(line: str) -> StatusReport:
@@ -194,12 +191,12 @@ def read_status(line: str) -> StatusReport:
     others: list[str] = []
     for part in parts:
         name, colon, text = part.partition(":")
-        reader = _READERS.get(name) if colon else None
-        read = {} if reader is None else reader(text)
+        field = _FIELDS.get(name) if colon else None
+        read = {} if field is None else field.values(text)
         if read.keys() & found.keys():
             raise RemoteProtocolError(f"a status report has {name} twice")
         found |= read
-        others += [] if reader else [part]
+        others += [] if field else [part]
     try:
         return StatusReport(state[1], others=tuple(others), **found)  # type: ignore[arg-type]
     except LocalProtocolError as error:  # what does not fit was not our choice

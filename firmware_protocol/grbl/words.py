@@ -11,14 +11,21 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
+from string import Formatter
 from types import MappingProxyType
+from typing import overload
 
 from firmware_protocol.errors import BadField
+from firmware_protocol.fields import Rule, row_of
 
 AXIS_LETTERS = "XYZABCUVW"
 """Letters that the firmwares of this family can give to an axis, in the order they are written."""
 DECIMALS = 4
 """The most decimals that are written; GRBL reports three."""
+COORDINATE_DECIMALS = 3
+"""Of coordinates in reports."""
+COORDINATE_MAX = 1e9
 DIGITS = 8
 """The digits of a number that GRBL reads; it drops the others."""
 NUMBER_MAX = float(1 << 24)
@@ -45,11 +52,6 @@ def write_number(value: float) -> str:
     return "0" if text in ("-0", "") else text
 
 
-def as_written(value: float) -> float:
-    """Return the number that the device reads where `value` is sent."""
-    return float(write_number(value))
-
-
 def take_number(text: str, start: int) -> tuple[float, int] | None:
     """Read a number at `start` as GRBL does; return it and where it ends, or None.
 
@@ -63,6 +65,33 @@ def take_number(text: str, start: int) -> tuple[float, int] | None:
     kept_decimals = decimals[: max(0, DIGITS - len(whole_part))]
     value = float(f"{kept or '0'}.{kept_decimals or '0'}")
     return (-value if text[start] == "-" else value), found.end()
+
+
+@dataclass(frozen=True, slots=True)
+class Template:
+    """The text of a message, as `$N{which}={line}`: its fields stand in braces.
+
+    Numbers are written as GRBL reads them, coordinates as it reports them.
+    """
+
+    form: str
+
+    @overload
+    def __get__(self, message: None, kind: type) -> Template: ...
+    @overload
+    def __get__(self, message: object, kind: type) -> str: ...
+    def __get__(self, message: object | None, kind: type) -> Template | str:
+        if message is None:
+            return self
+        names = (name for _, name, _, _ in Formatter().parse(self.form) if name)
+        return self.form.format(**{name: written(getattr(message, name)) for name in names})
+
+
+def written(value: object) -> str:
+    """Return a field of a message as GRBL writes it."""
+    if isinstance(value, tuple):
+        return ",".join(f"{each:.{COORDINATE_DECIMALS}f}" for each in value)
+    return write_number(value) if isinstance(value, float) else str(value)
 
 
 def axis_letters(value: object, field: str = "axes") -> str:
@@ -111,3 +140,28 @@ def printable(field: str, value: object) -> str:
     if not isinstance(value, str) or not all(" " <= sign <= "~" for sign in value):
         raise BadField(field, value, "printable ASCII text")
     return value
+
+
+def within(forbidden: str) -> Rule:
+    """Return the rule of printable text without the signs that would end it early."""
+
+    def rule(field: str, value: object) -> str:
+        text = printable(field, value)
+        if any(sign in forbidden for sign in text):
+            raise BadField(field, value, f"text without any of {forbidden}")
+        return text
+
+    return rule
+
+
+def number_from(low: float, high: float = NUMBER_MAX) -> Rule:
+    """Return the rule of a finite number from low to high."""
+    return lambda field, value: number(field, value, low, high)
+
+
+coordinates = row_of(
+    number_from(-COORDINATE_MAX, COORDINATE_MAX),
+    range(1, len(AXIS_LETTERS) + 1),
+    f"1 to {len(AXIS_LETTERS)} numbers",
+)
+"""The rule of at least one coordinate."""

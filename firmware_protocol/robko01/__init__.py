@@ -5,96 +5,49 @@ The ESP32 retrofit (robko01/robko01_retrofit_fw) also reads lines that look like
 takes absolute positions and does not wait for the motion.
 """
 
-from firmware_protocol.robko01.answers import (
-    Acknowledged,
-    Answer,
-    Busy,
-    InputsRead,
-    Moving,
-    OutputsSet,
-    Pong,
-    Positions,
-    RobotId,
-)
-from firmware_protocol.robko01.device import Device, Heard, Ignored
-from firmware_protocol.robko01.frames import FLUSH, FRAME_MAX, PAYLOAD_MAX
-from firmware_protocol.robko01.host import Answered, Event, Garbled, Host, Stray
-from firmware_protocol.robko01.requests import (
-    Clear,
-    Disable,
-    Enable,
-    GetRobotId,
-    Inputs,
-    IsMoving,
-    LoadPosition,
-    MoveAbsolute,
-    MoveRelative,
-    MoveSpeed,
-    Outputs,
-    Ping,
-    Position,
-    Request,
-    SavePosition,
-    SetRobotId,
-    Stop,
-)
-from firmware_protocol.robko01.values import (
-    AXES,
-    AXIS_NAMES,
-    WORD_MAX,
-    WORD_MIN,
-    Axes,
-    Op,
-    Status,
-    unwrap,
-    wrap,
-)
-
-__all__ = [
-    "AXES",
-    "AXIS_NAMES",
-    "FLUSH",
-    "FRAME_MAX",
-    "PAYLOAD_MAX",
-    "WORD_MAX",
-    "WORD_MIN",
-    "Acknowledged",
-    "Answer",
-    "Answered",
-    "Axes",
-    "Busy",
-    "Clear",
-    "Device",
-    "Disable",
-    "Enable",
-    "Event",
-    "Garbled",
-    "GetRobotId",
-    "Heard",
-    "Host",
-    "Ignored",
-    "Inputs",
-    "InputsRead",
-    "IsMoving",
-    "LoadPosition",
-    "MoveAbsolute",
-    "MoveRelative",
-    "MoveSpeed",
-    "Moving",
-    "Op",
-    "Outputs",
-    "OutputsSet",
-    "Ping",
-    "Pong",
-    "Position",
-    "Positions",
-    "Request",
-    "RobotId",
-    "SavePosition",
-    "SetRobotId",
-    "Status",
-    "Stop",
-    "Stray",
-    "unwrap",
-    "wrap",
-]
+from firmware_protocol.robko01.device import Device as Device
+from firmware_protocol.robko01.device import Heard as Heard
+from firmware_protocol.robko01.device import Ignored as Ignored
+from firmware_protocol.robko01.frames import FLUSH as FLUSH
+from firmware_protocol.robko01.frames import FRAME_MAX as FRAME_MAX
+from firmware_protocol.robko01.frames import PAYLOAD_MAX as PAYLOAD_MAX
+from firmware_protocol.robko01.host import Answered as Answered
+from firmware_protocol.robko01.host import Event as Event
+from firmware_protocol.robko01.host import Garbled as Garbled
+from firmware_protocol.robko01.host import Host as Host
+from firmware_protocol.robko01.host import Stray as Stray
+from firmware_protocol.robko01.messages import AXES as AXES
+from firmware_protocol.robko01.messages import AXIS_NAMES as AXIS_NAMES
+from firmware_protocol.robko01.messages import WORD_MAX as WORD_MAX
+from firmware_protocol.robko01.messages import WORD_MIN as WORD_MIN
+from firmware_protocol.robko01.messages import Acknowledged as Acknowledged
+from firmware_protocol.robko01.messages import Answer as Answer
+from firmware_protocol.robko01.messages import Axes as Axes
+from firmware_protocol.robko01.messages import Busy as Busy
+from firmware_protocol.robko01.messages import Clear as Clear
+from firmware_protocol.robko01.messages import Disable as Disable
+from firmware_protocol.robko01.messages import Enable as Enable
+from firmware_protocol.robko01.messages import GetRobotId as GetRobotId
+from firmware_protocol.robko01.messages import Inputs as Inputs
+from firmware_protocol.robko01.messages import InputsRead as InputsRead
+from firmware_protocol.robko01.messages import IsMoving as IsMoving
+from firmware_protocol.robko01.messages import LoadPosition as LoadPosition
+from firmware_protocol.robko01.messages import MoveAbsolute as MoveAbsolute
+from firmware_protocol.robko01.messages import MoveRelative as MoveRelative
+from firmware_protocol.robko01.messages import MoveSpeed as MoveSpeed
+from firmware_protocol.robko01.messages import Moving as Moving
+from firmware_protocol.robko01.messages import Op as Op
+from firmware_protocol.robko01.messages import Outputs as Outputs
+from firmware_protocol.robko01.messages import OutputsSet as OutputsSet
+from firmware_protocol.robko01.messages import Ping as Ping
+from firmware_protocol.robko01.messages import Pong as Pong
+from firmware_protocol.robko01.messages import Position as Position
+from firmware_protocol.robko01.messages import Positions as Positions
+from firmware_protocol.robko01.messages import Request as Request
+from firmware_protocol.robko01.messages import RobotId as RobotId
+from firmware_protocol.robko01.messages import SavePosition as SavePosition
+from firmware_protocol.robko01.messages import SetRobotId as SetRobotId
+from firmware_protocol.robko01.messages import Status as Status
+from firmware_protocol.robko01.messages import Stop as Stop
+from firmware_protocol.robko01.messages import unwrap as unwrap
+from firmware_protocol.robko01.messages import wrap as wrap

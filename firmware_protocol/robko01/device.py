@@ -10,10 +10,8 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
-from firmware_protocol.robko01.answers import Answer
 from firmware_protocol.robko01.frames import Noise, Receiving
-from firmware_protocol.robko01.requests import Request
-from firmware_protocol.robko01.wire import decode_request, encode_answer
+from firmware_protocol.robko01.messages import Answer, Request, decode_request, encode_answer
 
 
 @dataclass(frozen=True, slots=True)

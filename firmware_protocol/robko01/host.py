@@ -12,10 +12,15 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
-from firmware_protocol.robko01.answers import Answer, Pong
 from firmware_protocol.robko01.frames import Frame, Noise, Receiving
-from firmware_protocol.robko01.requests import Ping, Request
-from firmware_protocol.robko01.wire import decode_answer, encode_request
+from firmware_protocol.robko01.messages import (
+    Answer,
+    Ping,
+    Pong,
+    Request,
+    decode_answer,
+    encode_request,
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,56 +1,31 @@
 """The TeachMover dialect: the host's end, the arm's end, and what they say to each other."""
 
-from firmware_protocol.teachmover.device import Device, Ignored, Malformed, Request
-from firmware_protocol.teachmover.host import MAX_ROWS, Completed, Event, Garbled, Host, Stray
-from firmware_protocol.teachmover.messages import (
-    ATTENTION,
-    Arm,
-    Close,
-    Command,
-    Delay,
-    Key,
-    QDump,
-    QWrite,
-    Read,
-    Registers,
-    Reply,
-    Reset,
-    Run,
-    Set,
-    Status,
-    Step,
-    attention_character,
-)
-from firmware_protocol.teachmover.program import SPEED_MAX, ProgramRow
-
-__all__ = [
-    "ATTENTION",
-    "MAX_ROWS",
-    "SPEED_MAX",
-    "Arm",
-    "Close",
-    "Command",
-    "Completed",
-    "Delay",
-    "Device",
-    "Event",
-    "Garbled",
-    "Host",
-    "Ignored",
-    "Key",
-    "Malformed",
-    "ProgramRow",
-    "QDump",
-    "QWrite",
-    "Read",
-    "Registers",
-    "Reply",
-    "Request",
-    "Reset",
-    "Run",
-    "Set",
-    "Status",
-    "Step",
-    "Stray",
-    "attention_character",
-]
+from firmware_protocol.teachmover.device import Device as Device
+from firmware_protocol.teachmover.device import Ignored as Ignored
+from firmware_protocol.teachmover.device import Malformed as Malformed
+from firmware_protocol.teachmover.device import Request as Request
+from firmware_protocol.teachmover.host import MAX_ROWS as MAX_ROWS
+from firmware_protocol.teachmover.host import Completed as Completed
+from firmware_protocol.teachmover.host import Event as Event
+from firmware_protocol.teachmover.host import Garbled as Garbled
+from firmware_protocol.teachmover.host import Host as Host
+from firmware_protocol.teachmover.host import Stray as Stray
+from firmware_protocol.teachmover.messages import ATTENTION as ATTENTION
+from firmware_protocol.teachmover.messages import SPEED_MAX as SPEED_MAX
+from firmware_protocol.teachmover.messages import Arm as Arm
+from firmware_protocol.teachmover.messages import Close as Close
+from firmware_protocol.teachmover.messages import Command as Command
+from firmware_protocol.teachmover.messages import Delay as Delay
+from firmware_protocol.teachmover.messages import Key as Key
+from firmware_protocol.teachmover.messages import ProgramRow as ProgramRow
+from firmware_protocol.teachmover.messages import QDump as QDump
+from firmware_protocol.teachmover.messages import QWrite as QWrite
+from firmware_protocol.teachmover.messages import Read as Read
+from firmware_protocol.teachmover.messages import Registers as Registers
+from firmware_protocol.teachmover.messages import Reply as Reply
+from firmware_protocol.teachmover.messages import Reset as Reset
+from firmware_protocol.teachmover.messages import Run as Run
+from firmware_protocol.teachmover.messages import Set as Set
+from firmware_protocol.teachmover.messages import Status as Status
+from firmware_protocol.teachmover.messages import Step as Step
+from firmware_protocol.teachmover.messages import attention_character as attention_character

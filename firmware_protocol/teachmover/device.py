@@ -18,11 +18,13 @@ from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
 from firmware_protocol.lines import Dropped, LineSplitter
-from firmware_protocol.teachmover.due import AFTER_DONE, FORMS, Due
 from firmware_protocol.teachmover.messages import (
+    AFTER_DONE,
     ATTENTION,
+    FORMS,
     Arm,
     Command,
+    Due,
     Registers,
     Reply,
     Status,

@@ -13,30 +13,28 @@ or `Garbled` (unreadable, or not the answer that is awaited). Nothing that the a
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass
 from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
-from firmware_protocol.lines import Dropped, LineSplitter
-from firmware_protocol.teachmover.due import AFTER_DONE, FORMS, Due
+from firmware_protocol.lines import AnswerLines, Dropped
 from firmware_protocol.teachmover.messages import (
+    AFTER_DONE,
     ATTENTION,
+    FORMS,
     Arm,
     Command,
+    Due,
+    ProgramRow,
     Registers,
     Reply,
     Status,
     attention_character,
 )
-from firmware_protocol.teachmover.program import ProgramRow
 from firmware_protocol.teachmover.wire import CR, NOISE, decode_reply, encode_command
 
 MAX_ROWS = 64
 """More rows than these a dump cannot have: they fill the arm's 1 KB of memory."""
-
-MAX_EARLY = 256
-"""How many events from before the last `send` are kept for the owner, the newest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,13 +77,11 @@ class Host:
 
     def __init__(self, attention: str = ATTENTION) -> None:
         self._attention = attention_character(attention)
-        self._lines = LineSplitter(CR)
-        self._early: deque[Event] = deque(maxlen=MAX_EARLY)
+        self._lines = AnswerLines[Event](CR, self._interpret, padding=NOISE)
         self._awaits = Due.NOTHING
         self._command: Command | None = None
         self._rows: list[ProgramRow] = []
         self._dump_over = False
-        self._began_early = False
 
     @property
     def attention(self) -> str:
@@ -119,9 +115,8 @@ class Host:
                 f"{self._command.name} is unanswered: wait for its Completed, or give_up, "
                 f"before sending {command.name}"
             )
-        while (event := self._read()) is not None:
-            self._early.append(event)
-        self._began_early = bool(self._lines.partial.strip(NOISE))
+        self._lines.keep_early()
+        self._lines.mark_early()
         data = encode_command(command, self._attention)
         self._command, self._awaits = command, Due.STATUS
         return data
@@ -132,9 +127,7 @@ class Host:
 
     def next_event(self) -> Event | None:
         """Return what the bytes received so far say, one event at a time, then None."""
-        if self._early:
-            return self._early.popleft()
-        event = self._read()
+        event = self._lines.next_event()
         return self._end_of_dump() if event is None and self._dump_over else event
 
     def end_dump(self) -> None:
@@ -166,22 +159,12 @@ class Host:
         Meant for after a silence. The unanswered command stays unanswered.
         """
         self._lines.discard()
-        self._early.clear()
-        self._began_early = False
 
-    def _read(self) -> Event | None:
-        """Turn waiting lines into the next event; lines of nothing but padding are no event."""
-        while (line := self._lines.next_line()) is not None:
-            early, self._began_early = self._began_early, False
-            if isinstance(line, Dropped):
-                return Garbled(line.start, line.reason)
-            if early:
-                return Garbled(line, "the line began before the command was sent")
-            if line.strip(NOISE) and (event := self._interpret(line)) is not None:
-                return event
-        return None
-
-    def _interpret(self, line: bytes) -> Event | None:
+    def _interpret(self, line: bytes | Dropped, early: bool) -> Event | None:
+        if isinstance(line, Dropped):
+            return Garbled(line.start, line.reason)
+        if early:
+            return Garbled(line, "the line began before the command was sent")
         try:
             reply = decode_reply(line)
         except RemoteProtocolError as error:
@@ -216,8 +199,7 @@ class Host:
     def _end_of_dump(self) -> Event | None:
         if self._command is None:
             return None
-        cut_off = self._lines.partial
-        if cut_off.strip(NOISE):
+        if cut_off := self._lines.partial:
             self._lines.discard()
             return Garbled(cut_off, "the dump ended in the middle of a line")
         return self._complete(Completed(self._command, Status.DONE, rows=tuple(self._rows)))

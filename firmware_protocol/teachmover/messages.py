@@ -6,18 +6,100 @@ here raises `BadField` (a `LocalProtocolError`) that names the field, the value 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from enum import IntEnum
+from enum import Enum, IntEnum, auto
+from types import MappingProxyType
 from typing import ClassVar, TypeAlias
 
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
-from firmware_protocol.teachmover.program import MOTORS, SPEED_MAX, WORD_MAX, ProgramRow, six_steps
+from firmware_protocol.fields import BYTE, an_instance, checks, optional, row_of, whole_from
+
+# One row of the program in a TeachMover's memory, and its packing into eight words.
+#
+# The packing is that of the public programs which write such rows: with the six positions as
+# 16-bit two's complement, L and H their low and high bytes, the words are: the step number;
+# (255 - speed) * 256 + 1; L2 L1; L4 L3; L6 L5; H2 H1; H4 H3; H6 H5, each pair high byte first.
+
+
+MOTORS = 6
+ROW_WORDS = 8
+SPEED_MAX = 245
+"""The fastest speed a motion may name; 0 is the slowest."""
+MOVE_KIND = 1
+STEPS_MIN, STEPS_MAX = -(1 << 15), (1 << 15) - 1
+WORD_MAX = (1 << 16) - 1
+_BYTE_MAX = 255
+
+
+WORD = whole_from(0, WORD_MAX)
+SPEED = whole_from(0, SPEED_MAX)
+SIX_STEPS = row_of(
+    whole_from(STEPS_MIN, STEPS_MAX), MOTORS, f"{MOTORS} counts of half-steps, one a motor"
+)
+
+
+@dataclass(frozen=True, slots=True)
+@checks(number=WORD, speed=BYTE, positions=SIX_STEPS, kind=BYTE)
+class ProgramRow:
+    """One row of the arm's own program: absolute positions, in half-steps, and how to get there.
+
+    `kind` is the low byte of the second word: 1 in every row that public programs write, which
+    is a move. What other kinds mean is unverified; they are kept as they are, as are speeds over
+    245, so that whatever a dump holds can be written back word for word. To make a row of one's
+    own use `move`, which admits only the speeds of a motion. Raises `BadField`.
+    """
+
+    number: int
+    speed: int
+    positions: tuple[int, ...]
+    kind: int = MOVE_KIND
+
+    @classmethod
+    def move(cls, number: int, speed: int, positions: tuple[int, ...]) -> ProgramRow:
+        """Make a row that moves to absolute positions in half-steps, at a speed of 0 to 245."""
+        return cls(number, whole("speed", speed, 0, SPEED_MAX), positions)
+
+    @classmethod
+    def from_words(cls, words: Sequence[int]) -> ProgramRow:
+        """Read a row from its eight words; raises `RemoteProtocolError`.
+
+        A word may come as unsigned or as signed 16 bit: which of them the arm prints in a dump
+        is unverified, and both name the same two bytes.
+        """
+        if len(words) != ROW_WORDS:
+            raise RemoteProtocolError(f"a program row has {ROW_WORDS} words, not {len(words)}")
+        for word in words:
+            if not STEPS_MIN <= word <= WORD_MAX:
+                raise RemoteProtocolError(f"{word} is no 16-bit word of a program row")
+        number, second, *packed = (word & WORD_MAX for word in words)
+        pairs = [(word & 0xFF, word >> 8) for word in packed]
+        low = [byte for pair in pairs[:3] for byte in pair]
+        high = [byte for pair in pairs[3:] for byte in pair]
+        positions = tuple(_signed(h << 8 | b) for b, h in zip(low, high, strict=True))
+        return cls(number, _BYTE_MAX - (second >> 8), positions, second & 0xFF)
+
+    @property
+    def words(self) -> tuple[int, ...]:
+        """The eight words of this row, unsigned 16 bit."""
+        raw = [position & WORD_MAX for position in self.positions]
+        pairs = list(zip(raw[::2], raw[1::2], strict=True))
+        return (
+            self.number,
+            (_BYTE_MAX - self.speed) << 8 | self.kind,
+            *((second & 0xFF) << 8 | first & 0xFF for first, second in pairs),
+            *((second >> 8) << 8 | first >> 8 for first, second in pairs),
+        )
+
+
+def _signed(word: int) -> int:
+    """Read an unsigned 16-bit word as two's complement."""
+    return word - (1 << 16) if word > STEPS_MAX else word
+
 
 ATTENTION = "@"
 """The character that a command starts with, until `Arm` changes it."""
 REGISTER_NUMBERS = 7
-_BYTE_MAX = 255
 
 
 def attention_character(value: object, field: str = "attention") -> str:
@@ -62,6 +144,7 @@ class Key(IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
+@checks(speed=SPEED, steps=SIX_STEPS, output=optional(BYTE))
 class Step:
     """Move all six motors together by relative half-steps; the answer comes at the motion's end.
 
@@ -73,12 +156,6 @@ class Step:
     speed: int
     steps: tuple[int, ...]
     output: int | None = None
-
-    def __post_init__(self) -> None:
-        whole("speed", self.speed, 0, SPEED_MAX)
-        object.__setattr__(self, "steps", six_steps("steps", self.steps))
-        if self.output is not None:
-            whole("output", self.output, 0, _BYTE_MAX)
 
     @property
     def arguments(self) -> tuple[int, ...]:
@@ -125,6 +202,7 @@ class QDump(_Plain):
 
 
 @dataclass(frozen=True, slots=True)
+@checks(speed=optional(SPEED))
 class _AtSpeed:
     """A command whose one argument is a speed, 0 to 245, that may be left out.
 
@@ -132,10 +210,6 @@ class _AtSpeed:
     """
 
     speed: int | None = None
-
-    def __post_init__(self) -> None:
-        if self.speed is not None:
-            whole("speed", self.speed, 0, SPEED_MAX)
 
     @property
     def arguments(self) -> tuple[int, ...]:
@@ -158,15 +232,12 @@ class Set(_AtSpeed):
 
 
 @dataclass(frozen=True, slots=True)
+@checks(row=an_instance(ProgramRow, "a ProgramRow"))
 class QWrite:
     """Write one row of the program in the arm's memory."""
 
     name: ClassVar[str] = "QWRITE"
     row: ProgramRow
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.row, ProgramRow):
-            raise BadField("row", self.row, "a ProgramRow")
 
     @property
     def arguments(self) -> tuple[int, ...]:
@@ -175,14 +246,12 @@ class QWrite:
 
 
 @dataclass(frozen=True, slots=True)
+@checks(attention=lambda field, value: attention_character(value, field))
 class Arm:
     """Make commands start with another character from now on."""
 
     name: ClassVar[str] = "ARM"
     attention: str
-
-    def __post_init__(self) -> None:
-        attention_character(self.attention)
 
     @property
     def arguments(self) -> tuple[str, ...]:
@@ -191,6 +260,7 @@ class Arm:
 
 
 @dataclass(frozen=True, slots=True)
+@checks(count=WORD)
 class Delay:
     """Make the arm pause between the characters that it sends; the unit is unverified.
 
@@ -200,16 +270,19 @@ class Delay:
     name: ClassVar[str] = "DELAY"
     count: int
 
-    def __post_init__(self) -> None:
-        whole("count", self.count, 0, WORD_MAX)
-
     @property
     def arguments(self) -> tuple[int, ...]:
         """The numbers behind the command's name."""
         return (self.count,)
 
 
+def _key(field: str, value: object) -> Key | int:
+    key = whole(field, value, 0, _BYTE_MAX)
+    return Key(key) if key <= Key.RUN else key
+
+
 @dataclass(frozen=True, slots=True)
+@checks(positions=SIX_STEPS, key=_key, inputs=BYTE)
 class Registers:
     """The six position registers in half-steps, the last key pressed and the input byte.
 
@@ -219,12 +292,6 @@ class Registers:
     positions: tuple[int, ...]
     key: Key | int = Key.NONE
     inputs: int = 0
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "positions", six_steps("positions", self.positions))
-        key = whole("key", self.key, 0, _BYTE_MAX)
-        object.__setattr__(self, "key", Key(key) if key <= Key.RUN else key)
-        whole("inputs", self.inputs, 0, _BYTE_MAX)
 
     @classmethod
     def from_numbers(cls, numbers: Sequence[int]) -> Registers:
@@ -249,3 +316,28 @@ class Registers:
 
 Command: TypeAlias = Step | Read | Close | Reset | Set | Run | QDump | QWrite | Arm | Delay
 Reply: TypeAlias = Status | Registers | ProgramRow
+
+
+# What a command is answered with: a status line, and after DONE, of some, something more.
+
+
+class Due(Enum):
+    """What the device owes, and the host waits for."""
+
+    NOTHING = auto()
+    STATUS = auto()
+    REGISTERS = auto()
+    ROWS = auto()
+
+
+AFTER_DONE: Mapping[type[Command], Due] = MappingProxyType({Read: Due.REGISTERS, QDump: Due.ROWS})
+"""What follows the status line DONE, for the commands where something does."""
+
+FORMS: Mapping[Due, tuple[type[Reply], str]] = MappingProxyType(
+    {
+        Due.STATUS: (Status, "a status line"),
+        Due.REGISTERS: (Registers, "a register line"),
+        Due.ROWS: (ProgramRow, "a program row"),
+    }
+)
+"""The form of what is due, and what it is called."""

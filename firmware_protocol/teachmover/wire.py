@@ -14,11 +14,14 @@ from collections.abc import Callable
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
 from firmware_protocol.teachmover.messages import (
+    MOTORS,
     REGISTER_NUMBERS,
+    ROW_WORDS,
     Arm,
     Close,
     Command,
     Delay,
+    ProgramRow,
     QDump,
     QWrite,
     Read,
@@ -30,7 +33,6 @@ from firmware_protocol.teachmover.messages import (
     Status,
     Step,
 )
-from firmware_protocol.teachmover.program import MOTORS, ROW_WORDS, ProgramRow
 
 CR = b"\r"
 PADDING = b" \n"

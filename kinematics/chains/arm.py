@@ -12,30 +12,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from kinematics.chains.chain import Chain
-from kinematics.chains.follow import chain_line
 from kinematics.chains.generated import Generated, generated
-from kinematics.chains.goals import Goal, Part
-from kinematics.chains.inverse import Effort, First, Solution, descend, solve_goal
+from kinematics.chains.goals import Goal, HandTask, Part, goal_of, pose_of, task_of
+from kinematics.chains.inverse import Effort, First, Reason, Solution, descend, solve_goal
 from kinematics.chains.links import Convention, JointKind
-from kinematics.chains.singularities import length_of
-from kinematics.chains.task import (
-    HandTask,
-    chain_refusal,
-    goal_of,
-    nearest_of,
-    pose_of,
-    step_refusal,
-    task_of,
-)
-from kinematics.errors import JointLimit, KinematicsError
+from kinematics.chains.near import chain_line, near_posture
+from kinematics.errors import Constraint, KinematicsError, Unreachable, limit_sentence
 from kinematics.frames.rotations import Matrix3
 from kinematics.frames.transforms import compose, position_of, rotation_of, translation
-from kinematics.frames.vectors import Vector, cross, dot, norm, subtract
-from kinematics.geometry import Point
-from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, LimitViolation
-from kinematics.paths.curves import Line
+from kinematics.frames.vectors import Vector, cross, norm, subtract
+from kinematics.geometry import Point, Tool
+from kinematics.limits import JointRange, LimitViolation, refuse_worst
+from kinematics.paths.curves import Line, largest_turn, leap_sentence
 from kinematics.spaces import Joints, Pose
-from kinematics.tool import Tool
 
 EFFORT = Effort(starts=16)
 """Postures tried before a pose is called out of reach: a person is waiting for the answer."""
@@ -91,21 +80,12 @@ class ChainArm:
     @property
     def meaning(self) -> Chain:
         """The link table, which gives joint angles their meaning, without the limits."""
-        free = tuple(replace(link, low=-math.inf, high=math.inf) for link in self.chain.links)
-        return replace(self.chain, links=free)
+        return self.chain.within()
 
     @property
     def centre(self) -> Vector:
         """A point of the base axis, from which outwards is counted."""
         return position_of(self.chain.base)
-
-    def with_limits(self, limits: Sequence[JointRange]) -> ChainArm:
-        """Return this arm with other ranges of its joints."""
-        links = tuple(
-            replace(link, low=one.low_rad, high=one.high_rad)
-            for link, one in zip(self.chain.links, limits, strict=True)
-        )
-        return ChainArm(replace(self.chain, links=links))
 
     def with_tool(self, tool: Tool) -> ChainArm:
         """Return this arm with a tool in its hand: poses are those of the tool's point."""
@@ -143,11 +123,12 @@ class ChainArm:
         return self.joints_of(found.joints) if found.ok else None
 
     def solve_near(self, pose: Pose, seed: Joints) -> Joints | None:
-        """Return a posture a small step from the seed, quickly, or None; see `chain_near`."""
+        """Return a posture a small step from the seed, quickly, or None; see `near_posture`."""
         try:
-            return chain_near(self, pose, seed)
+            found = near_posture(self.chain, self.goal(pose), seed.angles_rad)
         except KinematicsError:
             return None
+        return None if found is None else self.joints_of(found)
 
     def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:
         """Return the pose in reach, the hand held as asked where it can be, that was found."""
@@ -179,10 +160,7 @@ class ChainArm:
 
     def check(self, joints: Joints) -> None:
         """Raise `JointLimit` for the joint that passes its limit furthest, if any does."""
-        broken = self.violations(joints)
-        if broken:
-            worst = max(broken, key=lambda violation: violation.excess_rad)
-            raise JointLimit(worst.joint, worst.value_rad, worst.bound_rad)
+        refuse_worst(self.violations(joints))
 
     def hand_axes(self, joints: Joints) -> Matrix3:
         """Return the axes of the hand's frame as the columns of a matrix in the base frame."""
@@ -269,125 +247,109 @@ def _longest_levers(chain: Chain) -> tuple[float, ...]:
     return tuple(reversed(found))
 
 
-# The posture of a chain a small step from one that is known, on bare floats and quickly, or none.
+# Why an arm given by its link table cannot take a pose, and which pose it can take instead.
 #
-# Levenberg and Marquardt's steps (Marquardt, 1963) by their normal equations. A jog asks for this
-# many times in each leg, also for points that cannot be reached, and has no time for reasons:
-# `ik_near` gives those. Errors count mm in the arm's length.
+# What numbers did not find is not proved to be out of reach, and the sentence says so.
 
-ROUNDS = 16
-MET = 1e-18
-"""A squared error that is none: some 1e-7 mm."""
-
-GENTLE, HARSH = 1e-12, 1.0
-"""Between what the damping stays, as a share of the largest diagonal entry."""
-
-EASIER, HARDER = 0.01, 30.0
-HOPELESS = 0.999
-"""A round that leaves more of the error than this, twice in a row, leads nowhere."""
-
-INSIDE_RAD = 0.05
-"""How far from a joint's limit the second look begins."""
-
-Rows = list[list[float]]
+HELD_RAD = 1e-6
+"""An angle of the hand nearer to the asked one than this is the asked one."""
 
 
-def chain_near(arm: ChainArm, pose: Pose, seed: Joints) -> Joints | None:
-    """Return the posture of a chain; raises `KinematicsError` for a pose of other axes.
+def chain_refusal(chain: Chain, task: HandTask, pose: Pose, found: Solution) -> Unreachable:
+    """Return the error that explains the best posture found for a pose."""
+    nearest = nearest_of(chain, task, pose, found)
+    if found.reason is Reason.BEYOND_REACH:
+        centre, radius = chain.reach_sphere
+        away = math.dist((pose.x_mm, pose.y_mm, pose.z_mm), centre)
+        reason = (
+            f"the tip would be {away - radius:.1f} mm beyond the {radius:.1f} mm that all links "
+            "together span"
+        )
+        return _refused(Constraint.TOO_FAR, reason, away, radius, "mm", pose, nearest)
+    if found.reason is Reason.JOINT_LIMIT and found.violations:
+        worst = max(found.violations, key=lambda one: one.excess)
+        reason = limit_sentence(worst.joint, worst.value, worst.bound)
+        return _refused(
+            Constraint.JOINT_LIMIT,
+            reason,
+            worst.value,
+            worst.bound,
+            "rad",
+            pose,
+            nearest,
+            joint=worst.joint,
+        )
+    return _not_found(pose, nearest, found)
 
-    A singular posture is often one with a joint at its limit, as a straight elbow is: no slope
-    leads out of it, so that a look from further inside comes second.
+
+def step_refusal(
+    chain: Chain, task: HandTask, pose: Pose, found: Solution, seed: Joints, here: Pose
+) -> Unreachable:
+    """Return the error for a small step that leads nowhere near the posture it starts from.
+
+    `here` is the pose of that posture.
     """
-    goal = arm.goal(pose)
-    found = _descended(arm, goal, seed.angles_rad)
-    if found is None and (inside := _inside(arm, seed.angles_rad)) is not None:
-        found = _descended(arm, goal, inside)
-    return None if found is None else _within(arm, found)
+    if found.ok:
+        name, turn = largest_turn(seed, Joints(found.joints, chain.joint_names))
+        reason = leap_sentence(name, turn, "the posture is singular here")
+        return _refused(Constraint.NO_POSTURE, reason, turn, 0.0, "rad", pose, here)
+    if found.at_limit:
+        joint = found.at_limit[0]
+        index = chain.joint_names.index(joint)
+        value, nearest = found.joints[index], nearest_of(chain, task, pose, found)
+        reason = f"the {joint.replace('_', ' ')} is at its limit of {math.degrees(value):.1f}°"
+        return _refused(
+            Constraint.JOINT_LIMIT, reason, value, value, "rad", pose, nearest, joint=joint
+        )
+    return _not_found(pose, nearest_of(chain, task, pose, found), found)
 
 
-def _descended(arm: ChainArm, goal: Goal, start: Sequence[float]) -> Sequence[float] | None:
-    """Return where the steps from a start meet a goal, None where they do not."""
-    length, values = length_of(arm.chain), list(start)
-    error, rows = _linear(arm, goal, values, length)
-    cost, damping, stuck = _squared(error), 1e-6, 0
-    for _ in range(ROUNDS):
-        if cost < MET:
-            return values
-        step = _step(rows, error, damping)
-        moved = [a + b for a, b in zip(values, step, strict=True)]
-        next_error, next_rows = _linear(arm, goal, moved, length)
-        next_cost = _squared(next_error)
-        stuck = stuck + 1 if next_cost > HOPELESS * cost else 0
-        if next_cost < cost:
-            values, error, rows, cost = moved, next_error, next_rows, next_cost
-            damping = max(damping * EASIER, GENTLE)
-        else:
-            damping = min(damping * HARDER, HARSH)
-        if stuck > 1:
-            return None
-    return values if cost < MET else None
+def nearest_of(chain: Chain, task: HandTask, pose: Pose, found: Solution) -> Pose:
+    """Return the pose of the best posture found, in the goal's own angles where they are held.
+
+    A tip on the other side of the base axis than the goal holds another pitch and roll, although
+    its hand points where the goal's does.
+    """
+    reached = pose_of(found.frame, task, position_of(chain.base))
+    pairs = (
+        (pose.pitch_rad, reached.pitch_rad),
+        (pose.roll_rad, reached.roll_rad),
+        (pose.yaw_rad or 0.0, reached.yaw_rad or 0.0),
+    )
+    if all(abs(math.remainder(a - b, math.tau)) <= HELD_RAD for a, b in pairs):
+        return replace(pose, x_mm=reached.x_mm, y_mm=reached.y_mm, z_mm=reached.z_mm)
+    return reached
 
 
-def _inside(arm: ChainArm, start: Sequence[float]) -> list[float] | None:
-    """Return a start with the joints that stand at a limit inside of it; None where none does."""
-    moved = [
-        min(max(value, bounds.low_rad + INSIDE_RAD), bounds.high_rad - INSIDE_RAD)
-        for bounds, value in zip(arm.limits, start, strict=True)
-    ]
-    return None if moved == list(start) else moved
+def _not_found(pose: Pose, nearest: Pose, found: Solution) -> Unreachable:
+    away = math.dist((pose.x_mm, pose.y_mm, pose.z_mm), (nearest.x_mm, nearest.y_mm, nearest.z_mm))
+    if found.residual_rad > HELD_RAD:
+        gap = math.degrees(found.residual_rad)
+        reason = f"no posture was found; the nearest one misses the hand's direction by {gap:.2f}°"
+        value, unit = found.residual_rad, "rad"
+    else:
+        reason = f"no posture was found; the nearest one stays {away:.2f} mm away"
+        value, unit = away, "mm"
+    return _refused(Constraint.NO_POSTURE, reason, value, 0.0, unit, pose, nearest)
 
 
-def _within(arm: ChainArm, values: Sequence[float]) -> Joints | None:
-    """Return the posture, none where it passes a limit by more than rounding."""
-    turned = [bounds.clamp(value) for bounds, value in zip(arm.limits, values, strict=True)]
-    excess = max(abs(a - b) for a, b in zip(turned, values, strict=True))
-    return arm.joints_of(turned) if excess <= LIMIT_TOLERANCE_RAD else None
-
-
-def _linear(
-    arm: ChainArm, goal: Goal, values: Sequence[float], length: float
-) -> tuple[list[float], Rows]:
-    """Return the errors that are left, and how the joints reduce them."""
-    frame, jacobian = generated(arm.chain).fk_and_jacobian(values)
-    errors = [(goal.frame[row][3] - frame[row][3]) / length for row in range(3)]
-    rows = [[entry / length for entry in jacobian[row]] for row in range(3)]
-    turning = list(zip(*jacobian[3:], strict=True))
-    for _, axis, miss in goal.turn(frame)[1]:
-        errors.append(miss)
-        rows.append([dot(column, axis) for column in turning])
-    return errors, rows
-
-
-def _step(rows: Rows, error: Sequence[float], damping: float) -> list[float]:
-    """Solve the damped normal equations, by elimination with the largest pivot there is."""
-    count = len(rows[0])
-    columns = list(zip(*rows, strict=True))
-    square = [
-        [sum([a * b for a, b in zip(one, other, strict=True)]) for other in columns]
-        for one in columns
-    ]
-    most = max([square[index][index] for index in range(count)])
-    table = []
-    for index, row in enumerate(square):
-        row[index] += damping * most
-        row.append(sum([a * b for a, b in zip(columns[index], error, strict=True)]))
-        table.append(row)
-    for index in range(count):
-        best = max(range(index, count), key=lambda at: abs(table[at][index]))
-        table[index], table[best] = table[best], table[index]
-        head = table[index]
-        for below in table[index + 1 :]:
-            share = below[index] / head[index]
-            for at in range(index, count + 1):
-                below[at] -= share * head[at]
-    step = [0.0] * count
-    for index in reversed(range(count)):
-        row = table[index]
-        known = sum([row[at] * step[at] for at in range(index + 1, count)])
-        step[index] = (row[count] - known) / row[index]
-    return step
-
-
-def _squared(values: Sequence[float]) -> float:
-    """Return the sum of squares."""
-    return sum([value * value for value in values])
+def _refused(
+    constraint: Constraint,
+    reason: str,
+    value: float,
+    bound: float,
+    unit: str,
+    goal: Pose,
+    nearest: Pose,
+    joint: str | None = None,
+) -> Unreachable:
+    return Unreachable(
+        reason,
+        constraint=constraint,
+        joint=joint,
+        value=value,
+        bound=bound,
+        unit=unit,
+        goal=goal,
+        nearest=nearest,
+    )

@@ -6,7 +6,8 @@ mm, angles in rad; a joint's value is in rad where it is revolute and in mm wher
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from kinematics.chains.links import Convention, DHLink, JointKind
@@ -177,6 +178,11 @@ class Chain:
             for name, value in zip(self.joint_names, values, strict=True)
         )
 
-    def with_tool(self, tool: Transform) -> Chain:
-        """Return this chain with another tool in its hand."""
-        return replace(self, tool=tool)
+    def within(self, limits: Iterable[tuple[float, float]] | None = None) -> Chain:
+        """Return this chain with other limits of its joints; with none, every joint is endless."""
+        bounds = [(-math.inf, math.inf)] * len(self) if limits is None else limits
+        links = tuple(
+            replace(link, low=low, high=high)
+            for link, (low, high) in zip(self.links, bounds, strict=True)
+        )
+        return replace(self, links=links)

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from kinematics.chains.chain import Chain
 from kinematics.chains.generated import Jacobian, generated
 from kinematics.chains.goals import Goal, Part
-from kinematics.chains.links import JointKind
-from kinematics.chains.singularities import length_of
+from kinematics.chains.jacobians import length_of, units_of
 from kinematics.frames.transforms import Transform
 from kinematics.frames.vectors import dot
 
@@ -49,7 +48,7 @@ class Descent:
         self._first = [asked for parts in first if (asked := parts & goal.parts)]
         self._made = generated(chain)
         self._length = length_of(chain)
-        self._units = [self._length if kind is JointKind.PRISMATIC else 1.0 for kind in chain.kinds]
+        self._units = units_of(chain)
         self._limits = [
             (low / unit, high / unit)
             for (low, high), unit in zip(chain.limits, self._units, strict=True)

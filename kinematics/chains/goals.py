@@ -8,11 +8,13 @@ roll is about the hand, from x pointing upwards in that plane. Lengths in mm, an
 from __future__ import annotations
 
 import math
+import random
 from dataclasses import dataclass
 from enum import Enum
 
+from kinematics.chains.chain import Chain
 from kinematics.errors import KinematicsError
-from kinematics.frames.quaternions import rotation_vector
+from kinematics.frames.orientations import rotation_vector
 from kinematics.frames.rotations import Matrix3, columns, from_columns, multiply, transpose
 from kinematics.frames.transforms import (
     Transform,
@@ -175,13 +177,22 @@ def pose_goal(
     on_axis = norm(level) <= VERTICAL
     outwards = X_AXIS if on_axis else unit(level)
     roll = pose.roll_rad + roll_frame.value * math.atan2(outwards[1], outwards[0])
-    hand = _elevated(outwards, pose.pitch_rad)
-    up = add(scale(-math.sin(pose.pitch_rad), outwards), scale(math.cos(pose.pitch_rad), Z_AXIS))
-    frame = transform(_rolled(hand, up, roll), (pose.x_mm, pose.y_mm, pose.z_mm))
+    frame = hand_frame(pose, outwards, roll)
     left_out = {Part.PITCH} if pitch_free else set()
     left_out |= {Part.ROLL} if roll_free else set()
     left_out |= {Part.HEADING} if on_axis else set()
     return Goal(frame, outwards, ALL_PARTS - left_out)
+
+
+def hand_frame(pose: Pose, outwards: Vector, roll_rad: float) -> Transform:
+    """Return the frame of a hand at a pose's place and pitch, in the plane outwards."""
+    hand, up = _elevated(outwards, pose.pitch_rad), upwards(outwards, pose.pitch_rad)
+    return transform(_rolled(hand, up, roll_rad), (pose.x_mm, pose.y_mm, pose.z_mm))
+
+
+def upwards(outwards: Vector, pitch_rad: float) -> Vector:
+    """Return the direction, normal to a hand of this pitch, that x has where the roll is zero."""
+    return add(scale(-math.sin(pitch_rad), outwards), scale(math.cos(pitch_rad), Z_AXIS))
 
 
 def _rotation_vector(matrix: Matrix3) -> Vector:
@@ -230,3 +241,101 @@ def _swung(turned: Matrix3, hand: Vector) -> Matrix3:
     moved = subtract(mirrored, scale(2.0 * dot(mirrored, hand), hand))
     level = unit(reject(moved, hand))
     return from_columns(level, cross(hand, level), hand)
+
+
+# The task of a driven chain's hand: its frame as a pose, and a pose as a goal.
+#
+# The hand points along z of the tool's frame; x of that frame is its roll reference. Three kinds of
+# arms have three tasks. An arm of six joints takes any frame: its pitch is the elevation of the
+# hand, its yaw the direction of the vertical plane that the hand lies in, and its roll is counted
+# from upwards in that plane. Five joints leave the yaw to the arm. Where such an arm keeps its hand
+# in the plane of base axis and tip, as the Mini-mover's build does, pitch counts outwards in that
+# plane and may pass the vertical, as `FiveAxisArm` has it. Lengths in mm, angles in rad.
+
+AXIS_MM = 1e-6
+"""A tip nearer to the base axis than this is on it, and no direction is outwards."""
+
+PLANE_SINE = 1e-9
+"""A hand that leaves the plane of base axis and tip by less than this lies in it."""
+
+_LOOKS = 8
+
+
+class HandTask(Enum):
+    """What an arm can ask of its hand."""
+
+    IN_PLANE = "position, pitch in the arm's plane, roll"
+    ELEVATION = "position, elevation of the hand, roll; the heading is the arm's"
+    WHOLE = "position, pitch, roll and yaw"
+
+
+def task_of(chain: Chain) -> HandTask:
+    """Return the task of a chain of five or six joints; `KinematicsError` for any other number."""
+    if len(chain) == 6:
+        return HandTask.WHOLE
+    if len(chain) != 5:
+        raise KinematicsError(
+            f"an arm that is to be driven has five or six joints, not {len(chain)}"
+        )
+    draw = random.Random(1)  # noqa: S311 - any postures will do
+    postures = (tuple(draw.uniform(-3.0, 3.0) for _ in chain.links) for _ in range(_LOOKS))
+    centre = position_of(chain.base)
+    planar = all(abs(_off_plane(chain.fk(values), centre)) < PLANE_SINE for values in postures)
+    return HandTask.IN_PLANE if planar else HandTask.ELEVATION
+
+
+def pose_of(frame: Transform, task: HandTask, centre: Vector) -> Pose:
+    """Return the pose of the hand's frame; `centre` is a point of the base axis."""
+    x, _, hand = columns(rotation_of(frame))
+    if task is HandTask.IN_PLANE:
+        outwards = _outwards(frame, centre)
+        pitch = math.atan2(hand[2], dot(hand, outwards))
+    else:
+        level = (hand[0], hand[1], 0.0)
+        outwards = unit(level) if norm(level) > VERTICAL else X_AXIS
+        pitch = math.atan2(hand[2], norm(level))
+    up = upwards(outwards, pitch)
+    roll = math.atan2(dot(x, cross(hand, up)), dot(x, up))
+    yaw = math.atan2(outwards[1], outwards[0]) if task is HandTask.WHOLE else None
+    return Pose(*position_of(frame), pitch, roll, yaw)
+
+
+def goal_of(pose: Pose, task: HandTask, centre: Vector) -> Goal:
+    """Return what a pose asks of the hand. Raises `KinematicsError` for a missing or extra yaw."""
+    if (pose.yaw_rad is not None) != (task is HandTask.WHOLE):
+        raise KinematicsError(
+            "this arm has six joints, so its poses need a yaw: give yaw_deg"
+            if task is HandTask.WHOLE
+            else "this arm has five joints: it cannot take a yaw, which follows from the position"
+        )
+    if task is HandTask.IN_PLANE:
+        return pose_goal(pose, centre=centre)
+    heading = pose.yaw_rad or 0.0
+    outwards = (math.cos(heading), math.sin(heading), 0.0)
+    frame = hand_frame(pose, outwards, pose.roll_rad)
+    hand = columns(rotation_of(frame))[2]
+    if task is HandTask.WHOLE:
+        return Goal(frame, outwards)
+    level = (hand[0], hand[1], 0.0)
+    return Goal(
+        frame,
+        unit(level) if norm(level) > VERTICAL else outwards,
+        frozenset({Part.POSITION, Part.PITCH, Part.ROLL}),
+    )
+
+
+def _outwards(frame: Transform, centre: Vector) -> Vector:
+    """Return the level direction from the base axis to the tip, or on it that of the hand."""
+    off = subtract(position_of(frame), centre)
+    level = (off[0], off[1], 0.0)
+    if norm(level) > AXIS_MM:
+        return unit(level)
+    hand = columns(rotation_of(frame))[2]
+    level = (hand[0], hand[1], 0.0)
+    return unit(level) if norm(level) > VERTICAL else X_AXIS
+
+
+def _off_plane(frame: Transform, centre: Vector) -> float:
+    """Return the sine by which the hand leaves the plane of base axis and tip."""
+    hand = columns(rotation_of(frame))[2]
+    return dot(hand, cross(Z_AXIS, _outwards(frame, centre)))

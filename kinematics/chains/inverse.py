@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING
 
 from kinematics.chains.chain import LIMIT_TOLERANCE_MM, Chain, JointViolation
 from kinematics.chains.goals import Goal, Part, frame_goal, pose_goal
+from kinematics.chains.jacobians import condition, length_of
 from kinematics.chains.links import JointKind
-from kinematics.chains.singularities import condition, length_of
 from kinematics.frames.transforms import Transform, position_of
 from kinematics.frames.vectors import distance, norm
 from kinematics.limits import turn_into
@@ -340,9 +340,7 @@ def _without_limits(
     """
     if not any(link.has_limits for link in chain.links):
         return None
-    free = replace(
-        chain, links=tuple(replace(link, low=-math.inf, high=math.inf) for link in chain.links)
-    )
+    free = chain.within()
     descent = _descent(free, goal, ())
     loose = replace(effort, starts=6)
     met = [

@@ -9,7 +9,7 @@ left out is zero, and without limits.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, DHLink, JointKind
@@ -71,16 +71,20 @@ def table_text(chain: Chain) -> str:
                 _plain(_degrees(twist)),
             )
         )
-    widths = [max(len(row[column]) for row in cells) for column in range(len(head))]
-    lines = [
-        "  ".join(
-            [row[0].ljust(widths[0])]
-            + [cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)]
-        )
+    title = f"{chain.name}: " if chain.name else ""
+    return "\n".join(
+        [f"{title}{chain.convention.value} convention, * varies", *aligned(cells, left=1)]
+    )
+
+
+def aligned(cells: Sequence[Sequence[str]], *, left: int = 0, gap: str = "  ") -> list[str]:
+    """Return rows of cells as lines with columns in line, so many of them to the left."""
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    sides = [str.ljust] * left + [str.rjust] * (len(widths) - left)
+    return [
+        gap.join(side(cell, width) for side, cell, width in zip(sides, row, widths, strict=True))
         for row in cells
     ]
-    title = f"{chain.name}: " if chain.name else ""
-    return "\n".join([f"{title}{chain.convention.value} convention, * varies", *lines])
 
 
 def _link(number: int, row: Mapping[str, object]) -> DHLink:

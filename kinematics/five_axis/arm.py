@@ -19,26 +19,35 @@ from dataclasses import dataclass, field, fields
 from enum import Enum
 from typing import Protocol, runtime_checkable
 
-from kinematics.errors import JointLimit, KinematicsError, Unreachable, finite
+from kinematics.errors import KinematicsError, Unreachable, finite
 from kinematics.five_axis import closed_form
-from kinematics.five_axis.closed_form import Angles, ArmBuild, Lengths, build, solve_pose
-from kinematics.five_axis.follow import line_from
-from kinematics.five_axis.frame import (
+from kinematics.five_axis.closed_form import (
+    Angles,
+    ArmBuild,
     FrameAngles,
     FrameSolution,
+    Lengths,
+    build,
     forward_frame,
     frame_solution,
     solve_frame,
+    solve_pose,
 )
+from kinematics.five_axis.follow import line_from
 from kinematics.five_axis.nearest import limit_refusal, nearest, span_refusal
 from kinematics.frames.rotations import Matrix3
 from kinematics.frames.transforms import Transform, check_transform
 from kinematics.geometry import ArmGeometry
-from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, LimitViolation, turn_into, wrap
+from kinematics.limits import (
+    LIMIT_TOLERANCE_RAD,
+    JointRange,
+    LimitViolation,
+    refuse_worst,
+    turn_into,
+    wrap,
+)
 from kinematics.paths.curves import Line
 from kinematics.spaces import JOINT_NAMES, Joints, Pose, RollFrame
-
-MOVING_POINTS = ("elbow", "wrist", "tip")
 
 
 class Base(Enum):
@@ -90,6 +99,11 @@ class FiveAxisArm:
     forearm_mm: float
     hand_mm: float
     limits: tuple[JointRange, ...]
+    joint_names = JOINT_NAMES
+    moving_points = ("elbow", "wrist", "tip")
+    has_yaw = False
+    """The hand stays in the plane of base axis and tip."""
+
     _build: ArmBuild = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -116,21 +130,6 @@ class FiveAxisArm:
     def meaning(self) -> Lengths:
         """The lengths, which give joint angles their meaning."""
         return self.lengths
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """The joints from the table to the hand."""
-        return JOINT_NAMES
-
-    @property
-    def has_yaw(self) -> bool:
-        """Never: the hand stays in the plane of base axis and tip."""
-        return False
-
-    @property
-    def moving_points(self) -> tuple[str, ...]:
-        """Names of those of `points` that move."""
-        return MOVING_POINTS
 
     def fk(self, joints: Joints, roll_frame: RollFrame = RollFrame.HAND) -> Pose:
         """Return the pose of a posture; pitch and roll within (-pi, pi].
@@ -163,10 +162,7 @@ class FiveAxisArm:
 
     def check(self, joints: Joints) -> None:
         """Raise `JointLimit` for the joint that passes its limit furthest, if any does."""
-        broken = self.violations(joints)
-        if broken:
-            worst = max(broken, key=lambda violation: violation.excess_rad)
-            raise JointLimit(worst.joint, worst.value_rad, worst.bound_rad)
+        refuse_worst(self.violations(joints))
 
     def branches(
         self, pose: Pose, seed: Joints | None = None, roll_frame: RollFrame = RollFrame.HAND
@@ -207,7 +203,7 @@ class FiveAxisArm:
         return solve_pose(goal, self._build, table_roll, near)
 
     def transform(self, joints: Joints) -> Transform:
-        """Return the hand's frame in the arm's base frame; see `five_axis.frame` for its axes."""
+        """Return the hand's frame in the arm's base frame; see `closed_form` for its axes."""
         return forward_frame(_angles(joints), self.lengths)
 
     def solve_transform(self, goal: Transform, seed: Joints | None = None) -> FrameSolution:
@@ -387,7 +383,6 @@ class Branching(Protocol):
 
     def branches(self, pose: Pose, seed: Joints | None = None) -> tuple[Branch, ...]:
         """Return every posture for a pose, those beyond the limits included."""
-        ...
 
 
 def postures(arm: ArmGeometry, pose: Pose, seed: Joints) -> tuple[Posture, ...]:

@@ -16,11 +16,10 @@ from typing import Protocol, runtime_checkable
 from kinematics.errors import Constraint, KinematicsError, Unreachable
 from kinematics.five_axis.arm import Branch, FiveAxisArm
 from kinematics.frames.rotations import Matrix3
-from kinematics.geometry import ArmGeometry, Hand, NotFollowed, Point
+from kinematics.geometry import ArmGeometry, Hand, NotFollowed, Point, Tool
 from kinematics.limits import JointRange, LimitViolation, widened_to, wrap
 from kinematics.paths.curves import Line, hand_near, in_proportion, refuse_leap, straight_between
 from kinematics.spaces import Joints, Pose
-from kinematics.tool import Tool
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +28,8 @@ class ToolArm:
 
     bare: FiveAxisArm
     tool: Tool
+    has_yaw = False
+    """As of the arm that holds the tool."""
 
     @property
     def limits(self) -> tuple[JointRange, ...]:
@@ -39,11 +40,6 @@ class ToolArm:
     def joint_names(self) -> tuple[str, ...]:
         """The joints from the table to the hand."""
         return self.bare.joint_names
-
-    @property
-    def has_yaw(self) -> bool:
-        """Never, as of the arm that holds the tool."""
-        return False
 
     @property
     def moving_points(self) -> tuple[str, ...]:
@@ -97,7 +93,7 @@ class ToolArm:
         try:
             return self.bare.ik(fingers, seed)
         except Unreachable as refusal:
-            raise _of_tool(refusal, pose, self.nearest_pose(pose, seed)) from None
+            raise refusal.instead(self.nearest_pose(pose, seed), goal=pose) from None
 
     def ik_near(self, pose: Pose, seed: Joints) -> Joints:
         """Return what `ik` does, which is quick enough for every small step."""
@@ -193,27 +189,12 @@ class ToolArm:
         )
 
 
-def _of_tool(refusal: Unreachable, pose: Pose, nearest: Pose) -> Unreachable:
-    """Return the refusal of the finger tips' pose as one of the tool's."""
-    return Unreachable(
-        refusal.reason,
-        constraint=refusal.constraint,
-        joint=refusal.joint,
-        value=refusal.value,
-        bound=refusal.bound,
-        unit=refusal.unit,
-        goal=pose,
-        nearest=nearest,
-    )
-
-
 @runtime_checkable
 class TakesTool(Protocol):
     """An arm whose own numbers say where its tool is."""
 
     def with_tool(self, tool: Tool) -> ArmGeometry:
         """Return this arm with a tool in its hand."""
-        ...
 
 
 def holding(arm: ArmGeometry, tool: Tool) -> ArmGeometry:

@@ -18,7 +18,7 @@ from kinematics.errors import (
     UnknownFrame,
     nearest_word,
 )
-from kinematics.frames.quaternions import turn_between
+from kinematics.frames.orientations import turn_between
 from kinematics.frames.transforms import (
     IN_PLACE,
     Transform,
@@ -77,11 +77,6 @@ class FrameGraph:
                 return placed
             seen.append(found)
         raise FramesNotConnected(reference, name, seen)
-
-    def with_relation(self, reference: str, name: str, frame: Transform) -> FrameGraph:
-        """Return the graph with one relation more, or changed. Raises as the constructor does."""
-        relations = {**self.relations, (reference, name): frame}
-        return FrameGraph(relations, self.tolerance_mm, self.tolerance_rad)
 
     def _spread(self, reference: str) -> Iterator[tuple[str, Transform]]:
         """Yield every frame that is joined to a reference, nearest first, observed in it."""

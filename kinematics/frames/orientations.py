@@ -1,36 +1,282 @@
 """Orientations in every representation, from one place: three angles, axis and angle, quaternion.
 
 Each has a `rotation()`, and a `solve_...` that takes a rotation matrix back to it, gives both
-answers, and names the orientation at which it is degenerate. `RPY(phi, theta, psi)` is Rot(z, phi)
-Rot(y, theta) Rot(x, psi), the orientation transform of McKerrow, chapter 4, section 9; solving it
+answers, and names the orientation at which it is degenerate. `RPY(phi, theta, psi)` is Rot(z,
+phi)
+Rot(y, theta) Rot(x, psi), the orientation transform of McKerrow, chapter 4, section 9; solving
+it
 for the angles is section 10. Angles in rad; solutions are from -pi (excluded) to pi.
 
 Three angles are solved as the notes solve matrix equations: the first rotation is found from the
-axis that the other two leave in place, both sides are multiplied from the left by its inverse, and
-the remaining product of two rotations gives the other angles. So the answer makes the matrix again
+axis that the other two leave in place, both sides are multiplied from the left by its inverse,
+and
+the remaining product of two rotations gives the other angles. So the answer makes the matrix
+again
 to the last digits even next to a degenerate orientation.
+
+Quaternions are Hamilton's, scalar first. Sources: J. J. Craig, "Introduction to Robotics", section
+2.8 (Euler parameters, axis and angle); S. W. Shepperd, "Quaternion from rotation matrix", 1978, for
+the way back that divides by no small number.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from enum import Enum
+from typing import Generic, TypeVar
 
-from kinematics.frames.quaternions import (
-    DEGENERATE_RAD,
-    AxisAngle,
-    Degeneracy,
-    OrientationSolution,
-    Quaternion,
-    quaternion_of,
-    rotation_vector,
-    solve_axis_angle,
-    solve_quaternion,
-    turn_between,
-)
+from kinematics.errors import NoNearestRotation, NotAUnitQuaternion, ZeroVector, finite
+from kinematics.frames.matrices import symmetric_eigen
+from kinematics.frames.numbers import cos, sin
 from kinematics.frames.rotations import Matrix3, columns, multiply, rot_x, rot_y, rot_z
-from kinematics.frames.transforms import check_rotation
+from kinematics.frames.transforms import ROTATION_TOLERANCE, check_rotation, finite_matrix
+from kinematics.frames.vectors import Z_AXIS, Vector, add, cross, dot, norm, scale, unit
 from kinematics.limits import wrap
+
+DEGENERATE_RAD = ROTATION_TOLERANCE
+"""Within this angle of a degenerate orientation the entries of a matrix tell only its noise."""
+
+
+class Degeneracy(Enum):
+    """Orientations at which a representation is not unique, and what remains determined."""
+
+    X_AXIS_DOWN = "theta is 90°, the turned x axis points at -z: only phi - psi is determined"
+    X_AXIS_UP = "theta is -90°, the turned x axis points at +z: only phi + psi is determined"
+    NO_TILT = "theta is 0°, the z axes agree: only phi + psi is determined"
+    FULL_TILT = "theta is 180°, the z axes oppose: only phi - psi is determined"
+    NO_TURN = "the angle is 0°: every axis does"
+    HALF_TURN = "the angle is 180°: an axis and its opposite are the same turn"
+
+
+Representation = TypeVar("Representation")
+
+
+@dataclass(frozen=True, slots=True)
+class OrientationSolution(Generic[Representation]):
+    """The answers to one rotation.
+
+    `first` is in the usual range that its maker states, `second` the other one that makes the
+    same matrix, None where there are endlessly many. `degeneracy` is None where the answers are
+    all there are; else `first` holds what was asked to be held, and the answer stands for a
+    family.
+    """
+
+    first: Representation
+    second: Representation | None
+    degeneracy: Degeneracy | None
+
+
+@dataclass(frozen=True, slots=True)
+class Quaternion:
+    """w + x i + y j + z k of length 1: cos of half the angle, and sin of it along the axis.
+
+    Raises `NotAUnitQuaternion` for another length, `BadNumber` for what is not finite. `a * b`
+    turns by b and then by a, both about fixed axes, like the product of their matrices.
+    """
+
+    w: float
+    x: float
+    y: float
+    z: float
+
+    def __post_init__(self) -> None:
+        for name in ("w", "x", "y", "z"):
+            object.__setattr__(self, name, finite(name, getattr(self, name)))
+        length = math.hypot(self.w, self.x, self.y, self.z)
+        if abs(length - 1.0) > ROTATION_TOLERANCE:
+            raise NotAUnitQuaternion(length)
+
+    @classmethod
+    def of(cls, w: float, x: float, y: float, z: float) -> Quaternion:
+        """Scale four numbers to length 1. Raises `ZeroVector` where all are zero."""
+        length = math.hypot(w, x, y, z)
+        if length == 0.0:
+            raise ZeroVector
+        return cls(w / length, x / length, y / length, z / length)
+
+    @property
+    def vector(self) -> Vector:
+        """The part along i, j and k."""
+        return self.x, self.y, self.z
+
+    def __mul__(self, other: Quaternion) -> Quaternion:
+        w = self.w * other.w - dot(self.vector, other.vector)
+        crossed = cross(self.vector, other.vector)
+        x, y, z = add(
+            add(scale(self.w, other.vector), scale(other.w, self.vector)),
+            crossed,
+        )
+        return Quaternion.of(w, x, y, z)  # scaled, so that long products do not drift
+
+    def __neg__(self) -> Quaternion:
+        return Quaternion(-self.w, -self.x, -self.y, -self.z)
+
+    def inverse(self) -> Quaternion:
+        """Return the conjugate, which turns back."""
+        return Quaternion(self.w, -self.x, -self.y, -self.z)
+
+    def rotate(self, vector: Vector) -> Vector:
+        """Return the vector turned: v + 2w (q x v) + 2 q x (q x v)."""
+        turned = scale(2.0, cross(self.vector, vector))
+        return add(add(vector, scale(self.w, turned)), cross(self.vector, turned))
+
+    def rotation(self) -> Matrix3:
+        """Return the rotation matrix."""
+        w, x, y, z = self.w, self.x, self.y, self.z
+        return (
+            (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
+            (2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)),
+            (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)),
+        )
+
+
+def solve_quaternion(matrix: Matrix3) -> OrientationSolution[Quaternion]:
+    """Return the two quaternions of a rotation, each the negative of the other.
+
+    The first has w > 0; at half a turn (`Degeneracy.HALF_TURN`, w = 0), where either is as good,
+    it is the one whose first component that is not zero is positive. Raises `NotARotation`.
+    """
+    found = quaternion_of(check_rotation(matrix))
+    if found.w > DEGENERATE_RAD / 2.0:
+        return OrientationSolution(found, -found, None)
+    if found.w < -DEGENERATE_RAD / 2.0:
+        return OrientationSolution(-found, found, None)
+    leading = next(part for part in found.vector if abs(part) > DEGENERATE_RAD)
+    if leading < 0.0:
+        found = -found
+    return OrientationSolution(found, -found, Degeneracy.HALF_TURN)
+
+
+def quaternion_of(matrix: Matrix3) -> Quaternion:
+    """Return one of the two quaternions of a matrix that is known to be a rotation.
+
+    It is not checked. Starts from whichever of the four components is the largest (Shepperd).
+    """
+    (a, b, c), (d, e, f), (g, h, i) = matrix
+    squares = (1.0 + a + e + i, 1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i)
+    match squares.index(max(squares)):
+        case 0:
+            return Quaternion.of(squares[0], h - f, c - g, d - b)
+        case 1:
+            return Quaternion.of(h - f, squares[1], b + d, c + g)
+        case 2:
+            return Quaternion.of(c - g, b + d, squares[2], f + h)
+        case _:
+            return Quaternion.of(d - b, c + g, f + h, squares[3])
+
+
+# Orientation by an axis and an angle: every rotation is one turn about one axis (Euler's theorem).
+
+
+@dataclass(frozen=True, slots=True)
+class AxisAngle:
+    """A turn by an angle in rad, right-handed about an axis, which is scaled to length 1.
+
+    Raises `ZeroVector` for an axis without a direction.
+    """
+
+    axis: Vector
+    angle_rad: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "axis", unit(self.axis))
+
+    def quaternion(self) -> Quaternion:
+        """Return the unit quaternion of the turn."""
+        x, y, z = scale(math.sin(self.angle_rad / 2.0), self.axis)
+        return Quaternion.of(math.cos(self.angle_rad / 2.0), x, y, z)
+
+    def rotation(self) -> Matrix3:
+        """Return the rotation matrix (Rodrigues' formula)."""
+        x, y, z = self.axis
+        c, s, half = cos(self.angle_rad), sin(self.angle_rad), sin(self.angle_rad / 2.0)
+        v = 2.0 * half * half  # 1 - c, with all its digits
+        return (
+            (x * x * v + c, x * y * v - z * s, x * z * v + y * s),
+            (x * y * v + z * s, y * y * v + c, y * z * v - x * s),
+            (x * z * v - y * s, y * z * v + x * s, z * z * v + c),
+        )
+
+
+def solve_axis_angle(matrix: Matrix3) -> OrientationSolution[AxisAngle]:
+    """Return the axis and angle of a rotation, and the opposite axis with the opposite angle.
+
+    The first angle is from 0 to pi. Where nothing turns (`Degeneracy.NO_TURN`) the axis is Z and
+    there is no second answer; at half a turn (`HALF_TURN`) the second answer is the opposite axis
+    with the same angle. Raises `NotARotation`.
+    """
+    solved = solve_quaternion(matrix)
+    half_sine = norm(solved.first.vector)
+    if half_sine <= DEGENERATE_RAD / 2.0:
+        return OrientationSolution(AxisAngle(Z_AXIS, 0.0), None, Degeneracy.NO_TURN)
+    axis = solved.first.vector
+    opposite = scale(-1.0, axis)
+    if solved.degeneracy is Degeneracy.HALF_TURN:
+        first, second = AxisAngle(axis, math.pi), AxisAngle(opposite, math.pi)
+        return OrientationSolution(first, second, Degeneracy.HALF_TURN)
+    angle = 2.0 * math.atan2(half_sine, solved.first.w)
+    return OrientationSolution(AxisAngle(axis, angle), AxisAngle(opposite, -angle), None)
+
+
+def rotation_vector(matrix: Matrix3) -> Vector:
+    """Return the axis times the angle in rad: zero for no turn, and exact for the smallest ones.
+
+    Raises `NotARotation`.
+    """
+    quaternion = solve_quaternion(matrix).first
+    half_sine = norm(quaternion.vector)
+    if half_sine == 0.0:
+        return quaternion.vector
+    angle = 2.0 * math.atan2(half_sine, quaternion.w)
+    return scale(angle / half_sine, quaternion.vector)
+
+
+def turn_between(first: Matrix3, second: Matrix3) -> float:
+    """Return the angle from 0 to pi, in rad, that turns one rotation into another.
+
+    The two are taken to be rotations; they are not checked.
+    """
+    turn = quaternion_of(first).inverse() * quaternion_of(second)
+    return 2.0 * math.atan2(norm(turn.vector), abs(turn.w))
+
+
+# The rotation nearest to a matrix that rounding or measurement has spoiled.
+#
+# Nearest in the sum of squared differences of the entries. Method: the rotation R that maximises
+# the trace of R^t M belongs to the quaternion that is the leading eigenvector of a symmetric 4x4
+# matrix made of M's entries (P. B. Davenport's q method; B. K. P. Horn, "Closed-form solution of
+# absolute orientation using unit quaternions", 1987). It finds a proper rotation for every matrix
+# that has a single nearest one, left-handed ones included.
+
+TIE = 1e-9
+"""Relative gap of the two leading eigenvalues below which rounding would choose the rotation."""
+
+
+def nearest_rotation(matrix: Matrix3) -> Matrix3:
+    """Return the rotation nearest to a matrix.
+
+    Raises `NoNearestRotation` where several are equally near, and `BadNumber` or
+    `KinematicsError` for entries that are not finite numbers or another shape than 3x3.
+    """
+    size = max(abs(entry) for row in finite_matrix(matrix) for entry in row)
+    if size == 0.0:
+        raise NoNearestRotation
+    (a, b, c), (d, e, f), (g, h, i) = (tuple(x / size for x in row) for row in matrix)
+    values, vectors = symmetric_eigen(
+        (
+            (a + e + i, h - f, c - g, d - b),
+            (h - f, a - e - i, b + d, c + g),
+            (c - g, b + d, e - a - i, f + h),
+            (d - b, c + g, f + h, i - a - e),
+        )
+    )
+    if values[0] - values[1] <= TIE:
+        raise NoNearestRotation
+    return Quaternion.of(*vectors[0]).rotation()
+
+
+# Three angles: roll, pitch and yaw, and Euler's z-y-z.
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,21 +349,3 @@ def solve_euler(matrix: Matrix3, held_phi_rad: float = 0.0) -> OrientationSoluti
 def _direction(across: float, along: float) -> float:
     """Return the angle from -pi (excluded) to pi, the same for zeros of either sign."""
     return wrap(math.atan2(across, along)) + 0.0
-
-
-__all__ = [
-    "DEGENERATE_RAD",
-    "RPY",
-    "AxisAngle",
-    "Degeneracy",
-    "EulerZYZ",
-    "OrientationSolution",
-    "Quaternion",
-    "quaternion_of",
-    "rotation_vector",
-    "solve_axis_angle",
-    "solve_euler",
-    "solve_quaternion",
-    "solve_rpy",
-    "turn_between",
-]

@@ -99,16 +99,6 @@ def _product(left: Transform, right: Transform) -> Transform:
     return transform(turned, add(position_of(left), rotate(rotation, position_of(right))))
 
 
-def moved_in_itself(frame: Transform, motion: Transform) -> Transform:
-    """Return a frame after a motion along and about its own axes, as they are now (section 2.3)."""
-    return compose(frame, motion)
-
-
-def moved_in_reference(frame: Transform, motion: Transform) -> Transform:
-    """Return a frame after a motion along and about the axes of the frame it is observed in."""
-    return compose(motion, frame)
-
-
 def invert(frame: Transform) -> Transform:
     """Return the inverse: the reference observed from the frame (equations 2.17 and 2.27).
 

@@ -86,18 +86,6 @@ def angle_between(u: Vector, v: Vector) -> float:
     return angle
 
 
-def signed_angle(u: Vector, v: Vector, about: Vector) -> float:
-    """Return the angle in rad, from -pi to pi, that turns u into v about an axis.
-
-    Only the parts of u and v normal to the axis count. Raises `ZeroVector` where the axis is
-    zero, or u or v lies along it.
-    """
-    axis = unit(about)
-    u, v = unit(reject(u, axis)), unit(reject(v, axis))
-    angle: float = atan2(triple(axis, u, v), dot(u, v))
-    return angle
-
-
 def project(u: Vector, onto: Vector) -> Vector:
     """Return the part of u along a direction. Raises `ZeroVector` for no direction."""
     axis = unit(onto)

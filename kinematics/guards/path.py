@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 
-from kinematics.errors import KinematicsError, finite
+from kinematics.errors import positive
 from kinematics.geometry import ArmGeometry, Point
 from kinematics.guards.guards import GuardedArm, Guards, Violation, deepest
 from kinematics.guards.links import LOOKS, STILL_MM, Reading, Room
@@ -48,9 +48,7 @@ def first_violation(
     path only where it gets deeper: every such guard by itself, from one look to the next, at
     most `step_mm` of travel apart, until the arm is free of it.
     """
-    step = finite("step_mm", step_mm)
-    if step <= 0.0:
-        raise KinematicsError(f"step_mm must be more than 0, not {step}")
+    step = positive("step_mm", step_mm)
     if not waypoints:
         return None
     watch = _Watch(guards.over(arm), step)

@@ -1,22 +1,23 @@
-"""Straight paths, and any curve cut into joint motions short enough for the tip and for timing.
+"""Lines and arcs of the tip, and any curve cut into short joint motions.
 
 Units: mm and rad. Between two corners every joint turns in proportion: a chord of the curve in
-joint space. Whoever times a path sees how it bends by how much one chord's direction differs from
-the next one's, so that they may not differ much. A straight line is solved on one branch of the
-inverse kinematics.
+joint space, short enough for the tip and for timing. Whoever times a path sees how it bends by how
+much one chord's direction differs from the next one's, so that they may not differ much. A straight
+line is solved on one branch of the inverse kinematics.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from operator import mul, sub
 from typing import NamedTuple
 
-from kinematics.errors import KinematicsError, PathBroken, finite
-from kinematics.geometry import ArmGeometry, Curve, Point
+from kinematics.errors import PathBroken, positive
+from kinematics.geometry import ArmGeometry, Curve
+from kinematics.paths.curves import arc_between, beginning
 from kinematics.spaces import Joints, Pose
 
 MARGIN = 0.75
@@ -172,15 +173,9 @@ def corners(chords: Sequence[Chord]) -> tuple[Joints, ...]:
     return (chords[0].start, *(chord.end for chord in chords))
 
 
-def positive(name: str, value: float) -> float:
-    """Check a length that must not be zero."""
-    number = finite(name, value)
-    if number <= 0.0:
-        raise KinematicsError(f"{name} must be more than 0, not {number}")
-    return number
-
-
-# Paths between postures: straight in the joints, or straight in x, y, z, pitch and roll.
+# Paths between postures: straight in the joints, straight in x, y, z, pitch and roll, or an arc of
+# the tip, along which the hand turns in proportion to the sweep; how the via point's pose holds it
+# is not looked at.
 
 LINE_TOLERANCE_MM = 0.5
 """How far the tip may leave a straight line by default: less than two steps of a TeachMover."""
@@ -208,14 +203,6 @@ class JointPath:
         return tuple(b - a for a, b in zip(self.start, self.goal, strict=True))
 
 
-def joint_path(start: Joints, goal: Joints) -> JointPath:
-    """Return the joint motion between two postures; ranges are convex, so checking ends is enough.
-
-    Guards are another matter: see `guards.path`.
-    """
-    return JointPath(start, goal)
-
-
 def line_path(
     arm: ArmGeometry, start: Joints, goal: Pose, tolerance_mm: float = LINE_TOLERANCE_MM
 ) -> tuple[Joints, ...]:
@@ -232,30 +219,39 @@ def line_path(
     return corners(smooth(cut(arm, arm.line(start, goal), start, tolerance_mm)))
 
 
-def deviation_mm(
-    arm: ArmGeometry, waypoints: Sequence[Joints], goal: Pose, samples: int = 16
-) -> float:
-    """Return the largest distance of the tip from the straight line to `goal`, in mm.
+def arc_path(
+    arm: ArmGeometry,
+    start: Joints,
+    via: Pose,
+    goal: Pose,
+    tolerance_mm: float = LINE_TOLERANCE_MM,
+    *,
+    sweep_rad: float | None = None,
+) -> tuple[Joints, ...]:
+    """Return corners, the start included, of an arc through a via point to a pose.
 
-    The joints turn in proportion between waypoints; each such motion is looked at `samples` times.
+    Pitch and roll (of six joints the hand's rotation about one axis) go from the start's to the
+    goal's in proportion to the sweep; of `via` only x, y and z are used. With `sweep_rad` the arc
+    goes by that angle instead of to the goal, which is then no more than a third point of the
+    circle, and the hand that is reached at the end: 2 pi is a full circle. Tolerance, posture and
+    `PathBroken` are as of `line_path`. Raises `NoArc` for points in a line, or fewer than three.
     """
-    first = arm.fk(waypoints[0])
-    origin = first.x_mm, first.y_mm, first.z_mm
-    end = goal.x_mm, goal.y_mm, goal.z_mm
-    worst = 0.0
-    for a, b in pairwise(waypoints):
-        for index in range(samples + 1):
-            tip = arm.points(JointPath(a, b).at(index / samples))[-1]
-            worst = max(worst, _off_segment(tip, origin, end))
-    return worst
+    follower, tip = beginning(arm, start)
+    arc = arc_between(follower, tip, follower.first, via, goal, sweep_rad)
+    return corners(smooth(cut(arm, arc, start, tolerance_mm)))
 
 
-def _off_segment(point: Point, start: Point, end: Point) -> float:
-    """Return the distance in mm of a point from the straight segment between two others."""
-    along = tuple(b - a for a, b in zip(start, end, strict=True))
-    length = sum(part * part for part in along)
-    if length == 0.0:
-        return math.dist(point, start)
-    share = sum(d * (p - a) for d, p, a in zip(along, point, start, strict=True)) / length
-    share = min(max(share, 0.0), 1.0)
-    return math.dist(point, tuple(a + share * d for a, d in zip(start, along, strict=True)))
+def circle_path(
+    arm: ArmGeometry,
+    start: Joints,
+    via: Pose,
+    through: Pose,
+    tolerance_mm: float = LINE_TOLERANCE_MM,
+) -> tuple[Joints, ...]:
+    """Return corners of the full circle through a via point and another, back to where it began.
+
+    The hand is held as at the start; of the two poses only x, y and z are used. See `arc_path`.
+    """
+    here = arm.fk(start)
+    goal = replace(here, x_mm=through.x_mm, y_mm=through.y_mm, z_mm=through.z_mm)
+    return arc_path(arm, start, via, goal, tolerance_mm, sweep_rad=math.tau)

@@ -13,7 +13,7 @@ from typing import Generic, TypeVar
 from kinematics.errors import PathBroken
 from kinematics.geometry import ArmGeometry, Follower, Hand, NotFollowed, Point
 from kinematics.limits import turn_near
-from kinematics.paths.traces import BLEND_CHORDS, LineSegment, Trace, cubic
+from kinematics.paths.traces import BLEND_CHORDS, LineSegment, Round, Trace, cubic, round_through
 from kinematics.spaces import Joints, Pose
 
 # What followers of every build do alike: turn the hand in proportion, refuse to leap. Of a hand
@@ -168,3 +168,22 @@ def straight_between(follower: Follower, start: Point, hand: Hand, goal: Pose) -
     """Return the straight line from a tip and a hand to a pose."""
     end = goal.x_mm, goal.y_mm, goal.z_mm
     return HandCurve(follower, LineSegment(start, end), (hand, follower.hand(goal, hand)))
+
+
+Arc = HandCurve[Round]
+"""An arc of the tip."""
+
+
+def beginning(arm: ArmGeometry, start: Joints) -> tuple[Follower, Point]:
+    """Return what keeps the posture of a start along curves, and where the tip is."""
+    here = arm.fk(start)
+    return arm.line(start, here).follower, (here.x_mm, here.y_mm, here.z_mm)
+
+
+def arc_between(
+    follower: Follower, tip: Point, hand: Hand, via: Pose, goal: Pose, sweep_rad: float | None
+) -> Arc:
+    """Return the arc from a tip and a hand; see `arc_path`. Raises `NoArc`."""
+    middle, end = ((each.x_mm, each.y_mm, each.z_mm) for each in (via, goal))
+    trace = round_through(tip, middle, end, sweep_rad)
+    return HandCurve(follower, trace, (hand, follower.hand(goal, hand)))

@@ -17,7 +17,6 @@ from kinematics.errors import KinematicsError, NoArc, PathBroken, Unreachable
 from kinematics.frames.vectors import add as plus
 from kinematics.frames.vectors import scale
 from kinematics.geometry import ArmGeometry, Curve, Follower, Hand, Point
-from kinematics.paths.arcs import Arc, arc_between, beginning
 from kinematics.paths.chords import (
     LINE_TOLERANCE_MM,
     STILL_RAD,
@@ -28,7 +27,15 @@ from kinematics.paths.chords import (
     smooth,
     trim,
 )
-from kinematics.paths.curves import HandCurve, JointCurve, Line, straight_between
+from kinematics.paths.curves import (
+    Arc,
+    HandCurve,
+    JointCurve,
+    Line,
+    arc_between,
+    beginning,
+    straight_between,
+)
 from kinematics.paths.parts import ArcPart, JointPart, LinePart, PathPart, PosePart
 from kinematics.paths.traces import Bezier, Blendable
 from kinematics.spaces import Joints

@@ -9,7 +9,8 @@ import math
 from dataclasses import dataclass
 from typing import Protocol
 
-from kinematics.frames.vectors import Vector, add, distance, scale, subtract
+from kinematics.errors import NoArc, positive
+from kinematics.frames.vectors import Vector, add, cross, distance, dot, norm, scale, subtract, unit
 from kinematics.geometry import Point
 
 EIGHTH_RAD = math.pi / 4.0
@@ -23,16 +24,13 @@ class Trace(Protocol):
     @property
     def shape(self) -> str:
         """What it is, in words."""
-        ...
 
     @property
     def least_chords(self) -> int:
         """Into how many shares it is cut before anything is looked at."""
-        ...
 
     def at(self, share: float) -> Point:
         """Return the point at a share of the way; the ends are exact."""
-        ...
 
 
 class Blendable(Trace, Protocol):
@@ -41,15 +39,12 @@ class Blendable(Trace, Protocol):
     @property
     def largest_blend_mm(self) -> float:
         """How far from its end a blend may leave it."""
-        ...
 
     def share_beside_end(self, radius_mm: float) -> float:
         """Return the share of the way that lies within this distance of an end."""
-        ...
 
     def slope(self, share: float) -> Vector:
         """Return how the point moves with the share, in mm for the whole way."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,3 +153,54 @@ def cubic(points: tuple[tuple[float, ...], ...], share: float) -> tuple[float, .
         a * one + b * two + c * three + d * four
         for one, two, three, four in zip(*points, strict=True)
     )
+
+
+# Arcs through three points: their centre is the circumcentre of the triangle.
+
+LEAST_MM = 0.01
+"""Points nearer to one another, or to a line, than this draw no circle: a step moves further."""
+
+
+def round_through(start: Point, via: Point, goal: Point, sweep_rad: float | None = None) -> Round:
+    """Return the way about the circle through three points, to the third or by a sweep.
+
+    Raises `NoArc`.
+    """
+    _check_apart(start, via, goal)
+    b, c = subtract(via, start), subtract(goal, start)
+    normal = cross(b, c)
+    weighed = add(
+        scale(dot(c, c), cross(normal, b)),
+        scale(dot(b, b), cross(c, normal)),
+    )
+    from_start = scale(0.5 / dot(normal, normal), weighed)
+    centre, out = add(start, from_start), scale(-1.0, from_start)
+    ahead = cross(unit(normal), out)
+    if sweep_rad is None:
+        return Round(centre, out, ahead, _angle_about(subtract(goal, centre), out, ahead), goal)
+    sweep = positive("sweep_rad", sweep_rad)
+    end = start if sweep == math.tau else turned(centre, out, ahead, sweep)
+    return Round(centre, out, ahead, sweep, end)
+
+
+def _angle_about(point: Vector, out: Vector, ahead: Vector) -> float:
+    return math.atan2(dot(point, ahead), dot(point, out)) % math.tau
+
+
+def _check_apart(start: Point, via: Point, goal: Point) -> None:
+    named = {"start": start, "via point": via, "goal": goal}
+    pairs = (("start", "via point"), ("via point", "goal"), ("start", "goal"))
+    sides = {pair: distance(named[pair[0]], named[pair[1]]) for pair in pairs}
+    (one, two), nearest = min(sides.items(), key=lambda side: side[1])
+    if nearest < LEAST_MM:
+        remedy = "give three points that lie apart"
+        if (one, two) == ("start", "goal"):
+            remedy += ", or for a full circle another point of it as the goal, and a sweep of 2 pi"
+        raise NoArc(f"{one} and {two} are the same point", remedy, nearest)
+    off = norm(cross(subtract(via, start), subtract(goal, start))) / max(sides.values())
+    if off < LEAST_MM:
+        raise NoArc(
+            f"start, via point and goal lie in a line, to within {off:.3f} mm",
+            "use a straight line, or a via point beside it",
+            off,
+        )

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import product
+from operator import mul
 
 from kinematics.five_axis.arm import FiveAxisArm
 from kinematics.five_axis.closed_form import Angles
@@ -51,13 +52,12 @@ def step_errors(
     On an arm with the Mini-mover's cables the motors hold absolute link angles, so that one step
     of the shoulder's motor moves the upper arm alone and carries the rest along unturned.
     """
-    return tuple(
-        _tip_error(
-            arm, joints, arm, _stepped(transmission, joints, index, 1.0), motor.name, 1.0, "steps"
-        )
-        for index, motor in enumerate(transmission.motors)
-        if _moves_joints(transmission, index)
-    )
+    found = []
+    for index, motor in enumerate(transmission.motors):
+        if _moves_joints(transmission, index):
+            stepped = _moved(joints, [row[index] for row in transmission.inverse])
+            found.append(_tip_error((arm, joints), (arm, stepped), motor.name, 1.0, "steps"))
+    return tuple(found)
 
 
 def rounding_rms_mm(arm: FiveAxisArm, transmission: Transmission, joints: Joints) -> float:
@@ -73,49 +73,31 @@ def rounding_rms_mm(arm: FiveAxisArm, transmission: Transmission, joints: Joints
 def rounding_bound_mm(arm: FiveAxisArm, transmission: Transmission, joints: Joints) -> float:
     """Return the tip's largest error when every motor is rounded: half a step each, any signs."""
     offsets = [one.offset_mm for one in step_errors(arm, transmission, joints)]
-    return max(
-        math.hypot(
-            *(
-                sum(0.5 * s * o[axis] for s, o in zip(signs, offsets, strict=True))
-                for axis in range(3)
-            )
-        )
-        for signs in product((1.0, -1.0), repeat=len(offsets))
-    )
+    far = []
+    for signs in product((0.5, -0.5), repeat=len(offsets)):
+        axes = zip(*offsets, strict=True)
+        far.append(math.hypot(*(sum(map(mul, signs, axis)) for axis in axes)))
+    return max(far)
 
 
 def length_errors(arm: FiveAxisArm, joints: Joints, change_mm: float = 1.0) -> tuple[TipError, ...]:
     """Return what an error in each length does: the tip of the true arm less the modelled one."""
-    return tuple(
-        _tip_error(
-            arm,
-            joints,
-            replace(arm, **{name: getattr(arm, name) + change_mm}),
-            joints,
-            name,
-            change_mm,
-            "mm",
-        )
-        for name in LENGTH_NAMES
-    )
+    found = []
+    for name in LENGTH_NAMES:
+        true = replace(arm, **{name: getattr(arm, name) + change_mm})
+        found.append(_tip_error((arm, joints), (true, joints), name, change_mm, "mm"))
+    return tuple(found)
 
 
 def zero_errors(
     arm: FiveAxisArm, joints: Joints, change_rad: float = math.radians(0.1)
 ) -> tuple[TipError, ...]:
     """Return what an error in each joint's zero does to the tip."""
-    return tuple(
-        _tip_error(
-            arm,
-            joints,
-            arm,
-            joints.replace(**{name: joints[name] + change_rad}),
-            name,
-            change_rad,
-            "rad",
-        )
-        for name in JOINT_NAMES
-    )
+    found = []
+    for name in JOINT_NAMES:
+        true = joints.replace(**{name: joints[name] + change_rad})
+        found.append(_tip_error((arm, joints), (arm, true), name, change_rad, "rad"))
+    return tuple(found)
 
 
 def gearing_errors(
@@ -140,7 +122,7 @@ def gearing_errors(
         motors = (*transmission.motors[:index], true, *transmission.motors[index + 1 :])
         way = times(replace(transmission, motors=motors).inverse, made)
         reached = _moved(start, way)
-        found.append(_tip_error(arm, joints, arm, reached, motor.name, share, "share"))
+        found.append(_tip_error((arm, joints), (arm, reached), motor.name, share, "share"))
     return tuple(found)
 
 
@@ -186,24 +168,16 @@ def _grid(arm: FiveAxisArm, spacing_mm: float) -> Iterator[tuple[float, float]]:
             yield column * spacing_mm, height + row * spacing_mm
 
 
-def _tip_error(
-    model: FiveAxisArm,
-    joints: Joints,
-    true_arm: FiveAxisArm,
-    true_joints: Joints,
-    cause: str,
-    change: float,
-    unit: str,
-) -> TipError:
+Posed = tuple[FiveAxisArm, Joints]
+"""An arm and its posture."""
+
+
+def _tip_error(model: Posed, true: Posed, cause: str, change: float, unit: str) -> TipError:
     """Return the true tip less the modelled one; pitch and roll by the short way round."""
-    a, b = position_of(model.transform(joints)), position_of(true_arm.transform(true_joints))
+    a, b = (position_of(arm.transform(joints)) for arm, joints in (model, true))
     offset = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-    turn = _difference(true_joints.angles_rad, joints.angles_rad)
+    turn = _difference(true[1].angles_rad, model[1].angles_rad)
     return TipError(cause, change, unit, offset, turn[1] + turn[2] + turn[3], turn[4])
-
-
-def _stepped(transmission: Transmission, joints: Joints, motor: int, steps: float) -> Joints:
-    return _moved(joints, [steps * row[motor] for row in transmission.inverse])
 
 
 def _moved(joints: Joints, way: list[float] | tuple[float, ...]) -> Joints:

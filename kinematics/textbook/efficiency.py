@@ -11,24 +11,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import reduce
 from types import CodeType, FunctionType, SimpleNamespace
 from typing import Any, TypeVar
 
+from kinematics.chains import spherical_wrist
 from kinematics.chains.chain import Chain
 from kinematics.chains.generated import generated
-from kinematics.chains.links import Convention, DHLink, JointKind, a_matrix
+from kinematics.chains.links import Convention, JointKind, a_matrix
 from kinematics.five_axis import closed_form
-from kinematics.five_axis.frame import forward_frame
+from kinematics.five_axis.closed_form import forward_frame
 from kinematics.frames import numbers
 from kinematics.frames.numbers import cos, sin
 from kinematics.frames.transforms import Transform, compose
 from kinematics.frames.vectors import Vector, add, scale, subtract
-from kinematics.textbook.systems import wrist as spherical_wrist
-from kinematics.textbook.systems.mini_movers import MiniBuild
 from kinematics.textbook.systems.named import System
-from kinematics.textbook.systems.puma import Puma
+from kinematics.textbook.worked_example import example_posture
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -245,9 +244,6 @@ def _is_ours(function: FunctionType) -> bool:
 # matrices, affine and in full. Inverse: each branch by its formulas, and all of them by the code
 # that shares what they have in common. Nothing here is a stored number.
 
-_POSTURE = (0.3, -0.5, 0.7, 0.4, -0.6, 0.9)
-_TRAVEL_MM = (210.0, 170.0, 130.0)
-
 
 @dataclass(frozen=True, slots=True)
 class Way:
@@ -274,7 +270,7 @@ def efficiency(system: System, joints: Sequence[float] | None = None) -> Efficie
     differ.
     """
     chain = system.chain()
-    posture = tuple(joints) if joints is not None else _general_posture(chain)
+    posture = tuple(joints) if joints is not None else example_posture(chain)
     return Efficiency(
         system.name,
         (
@@ -380,34 +376,23 @@ def _of_table(
     """Count a way that takes the link table as it comes, every parameter a number like any."""
     ledger = Ledger()
     table = tuple(
-        ledger.numbers(_parameters(link, value))
+        ledger.numbers(link.parameters(value))
         for link, value in zip(chain.links, posture, strict=True)
     )
     way(table, chain.convention)
     return _without_twists(ledger.tally(), chain)
 
 
-def _parameters(link: DHLink, value: float) -> tuple[float, float, float, float]:
-    return link.parameters(value)
-
-
 def _without_twists(tally: Tally, chain: Chain) -> Tally:
     """Take away the sines of the twists (and of sliding joints): constants of the table."""
     turning = sum(link.kind is JointKind.REVOLUTE for link in chain.links)
     constant = 2 * (2 * len(chain.links) - turning)
-    return Tally(
-        tally.multiplications,
-        tally.additions,
-        tally.divisions,
-        tally.roots,
-        tally.sines - constant,
-        tally.arcs,
-    )
+    return replace(tally, sines=tally.sines - constant)
 
 
 def _shared_forward(system: System, posture: tuple[float, ...]) -> list[Way]:
     """Return the count of the forward solution that the five-axis arms run on."""
-    if not isinstance(system, MiniBuild):
+    if system.arm is None:
         return []
     what = "the same formulas with their common factors taken out"
     lengths = system.arm.lengths
@@ -439,11 +424,12 @@ def _branch(system: System, name: str) -> Callable[[tuple[Any, ...]], object]:
 def _shared_inverse(system: System, goal: tuple[float, ...], frame: Transform) -> Tally:
     """Count the system's own fast inverse; nothing where it has none."""
     ledger = Ledger()
-    if isinstance(system, MiniBuild):
+    if system.arm is not None:
         inverse = on_any_numbers(closed_form.inverse)
         inverse(ledger.numbers(goal), system.arm.lengths, 0.0, (0.0,) * 5)
-    elif isinstance(system, Puma):
-        on_any_numbers(spherical_wrist.inverse)(ledger.numbers(frame), system.wrist_arm())
+    elif system.name == "puma":
+        arm = spherical_wrist.WristArm.of(*system.sizes)
+        on_any_numbers(spherical_wrist.inverse)(ledger.numbers(frame), arm)
     return ledger.tally()
 
 
@@ -451,18 +437,3 @@ def _counted(way: Callable[[tuple[Any, ...]], object], numbers: Sequence[float])
     ledger = Ledger()
     way(ledger.numbers(tuple(numbers)))
     return ledger.tally()
-
-
-def _general_posture(chain: Chain) -> tuple[float, ...]:
-    """Return a posture that is degenerate in no way: within the limits, and on no axis."""
-    values = []
-    for index, link in enumerate(chain.links):
-        if link.kind is JointKind.PRISMATIC:
-            value = _TRAVEL_MM[index % len(_TRAVEL_MM)]
-        else:
-            value = _POSTURE[index % len(_POSTURE)]
-        if math.isfinite(link.low) and math.isfinite(link.high):
-            middle, half = (link.low + link.high) / 2.0, (link.high - link.low) / 2.0
-            value = middle + half * math.tanh(value)
-        values.append(value)
-    return tuple(values)

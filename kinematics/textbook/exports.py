@@ -1,66 +1,38 @@
-"""The public names of the lecture notes, each from the module that defines it."""
+"""The public names of the lecture notes, each from the module that defines it.
 
-from kinematics.textbook.accuracy import (
-    MapPoint,
-    StepRange,
-    TipError,
-    accuracy_map,
-    explain_resolution,
-    gearing_errors,
-    length_errors,
-    rounding_bound_mm,
-    rounding_rms_mm,
-    step_errors,
-    step_ranges,
-    zero_errors,
-)
-from kinematics.textbook.efficiency import (
-    Efficiency,
-    Ledger,
-    Tally,
-    Way,
-    forward_ways,
-    on_any_numbers,
-)
-from kinematics.textbook.notation import matrix_latex, matrix_text
-from kinematics.textbook.symbolic_systems import symbolic_chain, symbolic_system
-from kinematics.textbook.symbols import Symbol, coordinate, named
-from kinematics.textbook.systems import SYSTEMS, NamedBranch, System, system
-from kinematics.textbook.systems.mini_movers import urdf_of_arm
-from kinematics.textbook.worked_example import WorkedExample, work_chain, work_system
+A name is imported as itself to be public (what type checkers call a re-export): no second list.
+"""
 
-__all__ = [
-    "SYSTEMS",
-    "Efficiency",
-    "Ledger",
-    "MapPoint",
-    "NamedBranch",
-    "StepRange",
-    "Symbol",
-    "System",
-    "Tally",
-    "TipError",
-    "Way",
-    "WorkedExample",
-    "accuracy_map",
-    "coordinate",
-    "explain_resolution",
-    "forward_ways",
-    "gearing_errors",
-    "length_errors",
-    "matrix_latex",
-    "matrix_text",
-    "named",
-    "on_any_numbers",
-    "rounding_bound_mm",
-    "rounding_rms_mm",
-    "step_errors",
-    "step_ranges",
-    "symbolic_chain",
-    "symbolic_system",
-    "system",
-    "urdf_of_arm",
-    "work_chain",
-    "work_system",
-    "zero_errors",
-]
+from kinematics.textbook.accuracy import MapPoint as MapPoint
+from kinematics.textbook.accuracy import StepRange as StepRange
+from kinematics.textbook.accuracy import TipError as TipError
+from kinematics.textbook.accuracy import accuracy_map as accuracy_map
+from kinematics.textbook.accuracy import explain_resolution as explain_resolution
+from kinematics.textbook.accuracy import gearing_errors as gearing_errors
+from kinematics.textbook.accuracy import length_errors as length_errors
+from kinematics.textbook.accuracy import rounding_bound_mm as rounding_bound_mm
+from kinematics.textbook.accuracy import rounding_rms_mm as rounding_rms_mm
+from kinematics.textbook.accuracy import step_errors as step_errors
+from kinematics.textbook.accuracy import step_ranges as step_ranges
+from kinematics.textbook.accuracy import zero_errors as zero_errors
+from kinematics.textbook.efficiency import Efficiency as Efficiency
+from kinematics.textbook.efficiency import Ledger as Ledger
+from kinematics.textbook.efficiency import Tally as Tally
+from kinematics.textbook.efficiency import Way as Way
+from kinematics.textbook.efficiency import forward_ways as forward_ways
+from kinematics.textbook.efficiency import on_any_numbers as on_any_numbers
+from kinematics.textbook.notation import matrix_latex as matrix_latex
+from kinematics.textbook.notation import matrix_text as matrix_text
+from kinematics.textbook.symbolic_systems import symbolic_chain as symbolic_chain
+from kinematics.textbook.symbolic_systems import symbolic_system as symbolic_system
+from kinematics.textbook.symbols import Symbol as Symbol
+from kinematics.textbook.symbols import coordinate as coordinate
+from kinematics.textbook.symbols import named as named
+from kinematics.textbook.systems import SYSTEMS as SYSTEMS
+from kinematics.textbook.systems import system as system
+from kinematics.textbook.systems.mini_movers import urdf_of_arm as urdf_of_arm
+from kinematics.textbook.systems.named import NamedBranch as NamedBranch
+from kinematics.textbook.systems.named import System as System
+from kinematics.textbook.worked_example import WorkedExample as WorkedExample
+from kinematics.textbook.worked_example import work_chain as work_chain
+from kinematics.textbook.worked_example import work_system as work_system

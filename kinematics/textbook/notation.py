@@ -1,7 +1,7 @@
 """How symbols are written down, as plain text and as LaTeX: the order of terms, brackets, C12.
 
 Sums are written with common cosines and sines in front of a bracket, as S1 (L2 S2 + L3 S23) in
-equation 2.35. `SymbolText` and `Latex` say what each part looks like; `definitions` names the steps
+equation 2.35. `PLAIN` and `LATEX` say what each part looks like; `definitions` names the steps
 of a solution.
 """
 
@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import math
 import re
-from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
+from kinematics.chains.tables import aligned
 from kinematics.frames.numbers import QUARTER_TOLERANCE_RAD
 from kinematics.frames.transforms import Transform
 from kinematics.textbook.symbols import Atom, Monomial, Symbol, Terms, as_symbol, function, named
@@ -27,8 +28,30 @@ _JOINT = re.compile(r"theta([1-9])")
 _PLAIN_NAME = re.compile(r"\w+")
 
 
-class Notation(ABC):
-    """How to write symbols."""
+@dataclass(frozen=True, slots=True)
+class Notation:
+    """How to write symbols: how to write a name, and a template for everything else."""
+
+    name: Callable[[str], str]
+    """Write a name."""
+
+    numbered: str
+    """C or S of the sum of joint angles with some numbers."""
+
+    bracket: str
+    raised: str
+    """A base and its power."""
+
+    quotient: str
+    quotient_of_several: str
+    """A quotient of products, and one whose divisor has several factors."""
+
+    degrees: str
+    function: str
+    """A function that stays whole: its name and its arguments."""
+
+    functions: Mapping[str, str]
+    """The functions that are written in another way: of their first argument and the second."""
 
     def write(self, symbol: Symbol | float) -> str:
         """Return a symbol, or a plain number, as text."""
@@ -51,7 +74,7 @@ class Notation(ABC):
                 for monomial, factor in inside
             )
         )
-        bracket = self.bracket(self.write(inner))
+        bracket = self.bracket.format(self.write(inner))
         return [(minus, True, f"{self._atom(common)} {bracket}"), *self._pieces(others)]
 
     def _term(self, monomial: Monomial, factor: float) -> Piece:
@@ -62,7 +85,10 @@ class Notation(ABC):
         if size != 1.0 or not over:
             over.insert(0, self._constant(size))
         turns = any(atom.is_trig for atom, _ in monomial)
-        written = self.fraction(" ".join(over), " ".join(under), several=len(under) > 1)
+        written = " ".join(over)
+        if under:
+            template = self.quotient_of_several if len(under) > 1 else self.quotient
+            written = template.format(written, " ".join(under))
         return factor < 0.0, turns, written
 
     def _constant(self, size: float) -> str:
@@ -78,8 +104,8 @@ class Notation(ABC):
         compound = atom.name in ("quotient", "sum") and atom.arguments
         unclear = not atom.arguments and not _PLAIN_NAME.fullmatch(atom.name)
         if (compound and not alone) or (unclear and power > 1 and " " in atom.name):
-            written = self.bracket(written)
-        return written if power == 1 else self.raised(written, power)
+            written = self.bracket.format(written)
+        return written if power == 1 else self.raised.format(written, power)
 
     def _atom(self, atom: Atom) -> str:
         if not atom.arguments:
@@ -92,40 +118,20 @@ class Notation(ABC):
         """Write C or S of an angle: C12 of theta1 + theta2, C(phi) of others."""
         numbers = _joint_numbers(angle)
         if numbers:
-            return self.numbered(letter, numbers)
+            return self.numbered.format(letter, numbers)
         turned = dict(angle.terms).get((), 0.0)
         written = self.write(angle - turned)
         if turned:
-            written += f" {'-' if turned < 0.0 else '+'} {self.degrees(abs(turned))}"
-        return f"{letter}{self.bracket(written)}"
+            constant = self.degrees.format(f"{math.degrees(abs(turned)):.6g}")
+            written += f" {'-' if turned < 0.0 else '+'} {constant}"
+        return f"{letter}{self.bracket.format(written)}"
 
-    @abstractmethod
-    def name(self, name: str) -> str:
-        """Write a name."""
-
-    @abstractmethod
-    def numbered(self, letter: str, numbers: str) -> str:
-        """Write C or S of the sum of joint angles with these numbers."""
-
-    @abstractmethod
     def call(self, function: str, arguments: Sequence[str]) -> str:
         """Write a function that stays whole."""
-
-    @abstractmethod
-    def bracket(self, inner: str) -> str:
-        """Write brackets around something."""
-
-    @abstractmethod
-    def raised(self, base: str, power: int) -> str:
-        """Write a power."""
-
-    @abstractmethod
-    def fraction(self, over: str, under: str, *, several: bool) -> str:
-        """Write a quotient of products; `under` may be empty, or have `several` factors."""
-
-    @abstractmethod
-    def degrees(self, angle_rad: float) -> str:
-        """Write a constant angle."""
+        template = self.functions.get(function)
+        if template is None:
+            return self.function.format(function, ", ".join(arguments))
+        return template.format(*arguments)
 
 
 def _joint_numbers(angle: Symbol) -> str:
@@ -178,106 +184,66 @@ _NUMBERED = re.compile(r"([A-Za-z]+?)_?(\d*)")
 _FUNCTION = re.compile(r"(cos|sin)\((\w+)\)")
 
 
-class SymbolText(Notation):
-    """Plain characters: l2 C12, x^2, sqrt(x^2 + y^2)."""
-
-    def name(self, name: str) -> str:
-        """Write the name as it is."""
-        return name
-
-    def numbered(self, letter: str, numbers: str) -> str:
-        """Write C12."""
-        return f"{letter}{numbers}"
-
-    def call(self, function: str, arguments: Sequence[str]) -> str:
-        """Write f(a, b), a quotient with a slash, an absolute value with bars."""
-        inner = ", ".join(arguments)
-        match function:
-            case "quotient":
-                return f"({arguments[0]}) / ({arguments[1]})"
-            case "abs":
-                return f"|{inner}|"
-            case "sum":
-                return inner
-        return f"{function}({inner})"
-
-    def bracket(self, inner: str) -> str:
-        """Write (inner)."""
-        return f"({inner})"
-
-    def raised(self, base: str, power: int) -> str:
-        """Write base^power."""
-        return f"{base}^{power}"
-
-    def fraction(self, over: str, under: str, *, several: bool) -> str:
-        """Write over / under."""
-        if not under:
-            return over
-        return f"{over} / ({under})" if several else f"{over} / {under}"
-
-    def degrees(self, angle_rad: float) -> str:
-        """Write 30°."""
-        return f"{math.degrees(angle_rad):.6g}°"
+def _latex_name(name: str) -> str:
+    r"""Write theta1 as \theta_{1}, l2 as l_{2}, words in upright letters."""
+    function = _FUNCTION.fullmatch(name)
+    if function:
+        return rf"\{function[1]}({_latex_name(function[2])})"
+    if " " in name:
+        return " ".join(map(_latex_name, name.split()))
+    found = _NUMBERED.fullmatch(name)
+    if found is None:
+        return rf"\mathrm{{{_escaped(name)}}}"
+    letters, digits = found.groups()
+    if letters in GREEK:
+        letters = rf"\{letters}"
+    elif len(letters) > 1:
+        letters = rf"\mathrm{{{letters}}}"
+    return f"{letters}_{{{digits}}}" if digits else letters
 
 
-class Latex(Notation):
-    """LaTeX's mathematics: l_{2} C_{12}, x^{2}."""
+PLAIN = Notation(
+    name=str,
+    numbered="{}{}",
+    bracket="({})",
+    raised="{}^{}",
+    quotient="{} / {}",
+    quotient_of_several="{} / ({})",
+    degrees="{}°",
+    function="{}({})",
+    functions=MappingProxyType({"quotient": "({}) / ({})", "abs": "|{}|", "sum": "{}"}),
+)
+"""Plain characters: l2 C12, x^2, sqrt(x^2 + y^2)."""
 
-    def name(self, name: str) -> str:
-        r"""Write theta1 as \theta_{1}, l2 as l_{2}, words in upright letters."""
-        function = _FUNCTION.fullmatch(name)
-        if function:
-            return rf"\{function[1]}({self.name(function[2])})"
-        if " " in name:
-            return " ".join(map(self.name, name.split()))
-        found = _NUMBERED.fullmatch(name)
-        if found is None:
-            return rf"\mathrm{{{_escaped(name)}}}"
-        letters, digits = found.groups()
-        if letters in GREEK:
-            letters = rf"\{letters}"
-        elif len(letters) > 1:
-            letters = rf"\mathrm{{{letters}}}"
-        return f"{letters}_{{{digits}}}" if digits else letters
+LATEX = Notation(
+    name=_latex_name,
+    numbered="{}_{{{}}}",
+    bracket=r"\left({}\right)",
+    raised="{}^{{{}}}",
+    quotient=r"\frac{{{}}}{{{}}}",
+    quotient_of_several=r"\frac{{{}}}{{{}}}",
+    degrees=r"{}^{{\circ}}",
+    function=r"\operatorname{{{}}}\left({}\right)",
+    functions=MappingProxyType(
+        {
+            "quotient": r"\frac{{{}}}{{{}}}",
+            "sqrt": r"\sqrt{{{}}}",
+            "abs": r"\left|{}\right|",
+            "sum": "{}",
+        }
+    ),
+)
+"""LaTeX's mathematics: l_{2} C_{12}, x^{2}."""
 
-    def numbered(self, letter: str, numbers: str) -> str:
-        """Write C_{12}."""
-        return f"{letter}_{{{numbers}}}"
 
-    def call(self, function: str, arguments: Sequence[str]) -> str:
-        """Write roots and fractions as such, other functions in upright letters."""
-        inner = ", ".join(arguments)
-        match function:
-            case "quotient":
-                return rf"\frac{{{arguments[0]}}}{{{arguments[1]}}}"
-            case "sqrt":
-                return rf"\sqrt{{{inner}}}"
-            case "abs":
-                return rf"\left|{inner}\right|"
-            case "sum":
-                return inner
-        return rf"\operatorname{{{function}}}\left({inner}\right)"
-
-    def bracket(self, inner: str) -> str:
-        """Write brackets that grow with what is in them."""
-        return rf"\left({inner}\right)"
-
-    def raised(self, base: str, power: int) -> str:
-        """Write the power after the base."""
-        return f"{base}^{{{power}}}"
-
-    def fraction(self, over: str, under: str, *, several: bool) -> str:  # noqa: ARG002
-        """Write a fraction, which needs no brackets."""
-        return rf"\frac{{{over}}}{{{under}}}" if under else over
-
-    def degrees(self, angle_rad: float) -> str:
-        r"""Write 30^\circ."""
-        return rf"{math.degrees(angle_rad):.6g}^{{\circ}}"
+def notation(*, latex: bool) -> Notation:
+    """Return LaTeX's notation, or the one in plain characters."""
+    return LATEX if latex else PLAIN
 
 
 def matrix_text(matrix: Transform) -> str:
     """Return a matrix as text; where it would be too wide, its entries listed by their names."""
-    cells = [[SymbolText().write(entry) for entry in row] for row in matrix]
+    cells = [[PLAIN.write(entry) for entry in row] for row in matrix]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     if sum(widths) + 2 * len(widths) + 2 > WIDEST:
         return "\n".join(
@@ -285,12 +251,12 @@ def matrix_text(matrix: Transform) -> str:
             for names, column in zip(_columns(ENTRY_NAMES), _columns(cells[:3]), strict=True)
             for name, cell in zip(names, column, strict=True)
         )
-    return "\n".join(f"[ {'  '.join(map(str.ljust, row, widths))} ]" for row in cells)
+    return "\n".join(f"[ {row} ]" for row in aligned(cells, left=4))
 
 
 def matrix_latex(matrix: Transform) -> str:
     """Return a matrix as LaTeX, for use in a formula."""
-    rows = (" & ".join(map(Latex().write, row)) for row in matrix)
+    rows = (" & ".join(map(LATEX.write, row)) for row in matrix)
     inner = " \\\\\n".join(rows)
     return f"\\begin{{bmatrix}}\n{inner}\n\\end{{bmatrix}}"
 

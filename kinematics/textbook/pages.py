@@ -7,19 +7,16 @@ import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 
 from kinematics.chains.links import Convention, JointKind
+from kinematics.chains.tables import aligned
 from kinematics.frames.transforms import IN_PLACE, Transform, position_of
-from kinematics.textbook.jacobians import ROW_NAMES, Lost
-from kinematics.textbook.study import Study
-from kinematics.textbook.systems import NamedBranch
-from kinematics.textbook.worked_example import (
-    ExampleSection,
-    joints_text,
-    plain,
+from kinematics.textbook.study import ROW_NAMES, Study
+from kinematics.textbook.symbolic_systems import (
     symbolic_chain_example,
     symbolic_sections,
-    violation_text,
+    symbolic_system_example,
 )
-from kinematics.textbook.worked_example import symbolic_system_example as symbolic_system
+from kinematics.textbook.systems.named import Lost, NamedBranch
+from kinematics.textbook.worked_example import ExampleSection, joints_text, plain, violation_text
 
 DIGITS = 3
 
@@ -52,7 +49,7 @@ def symbol_sections(of: Study, width: int) -> tuple[ExampleSection, ...]:
     example = (
         symbolic_chain_example(subject.chain)
         if subject.system is None
-        else symbolic_system(subject.system)
+        else symbolic_system_example(subject.system)
     )
     return tuple(
         ExampleSection(f"{one.title}, in symbols", tuple(wrapped(one.lines, width)))
@@ -93,14 +90,10 @@ def fixed(value: float) -> str:
 
 def rows_text(rows: Sequence[Sequence[float]], names: Sequence[str] = ()) -> list[str]:
     """Return the rows of a matrix, columns in line, each after its name."""
-    cells = [[fixed(entry) for entry in row] for row in rows]
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    lines = aligned([[fixed(entry) for entry in row] for row in rows], gap=" ")
     first = max(map(len, names), default=0)
-    heads = [f"{name:<{first}} " for name in names] or ["" for _ in rows]
-    return [
-        f"{head}[ {' '.join(map(str.rjust, row, widths))} ]"
-        for head, row in zip(heads, cells, strict=True)
-    ]
+    heads = [f"{name:<{first}} " for name in names] or [""] * len(lines)
+    return [f"{head}[ {line} ]" for head, line in zip(heads, lines, strict=True)]
 
 
 def wrapped(lines: Sequence[str], width: int) -> Iterator[str]:
@@ -130,10 +123,7 @@ def _links(of: Study) -> Iterator[str]:
         cells.append(
             (name, theta_text, lengths[0] + (" " if turns else "*"), lengths[1], angles[1])
         )
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    for name, *numbers in cells:
-        shown = map(str.rjust, numbers, widths[1:])
-        yield f"{name:<{widths[0]}} {' '.join(shown)}"
+    yield from aligned(cells, left=1, gap=" ")
 
 
 def _matrices(of: Study) -> Iterator[str]:

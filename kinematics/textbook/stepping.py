@@ -12,15 +12,13 @@ from operator import mul
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.generated import generated
-from kinematics.chains.jacobians import joint_rates
+from kinematics.chains.jacobians import joint_rates, length_of, units_of
 from kinematics.chains.links import JointKind
-from kinematics.chains.singularities import length_of
 from kinematics.errors import KinematicsError, OutOfReach
 from kinematics.frames.transforms import Transform, position_of, rotation_of
 from kinematics.frames.vectors import dot, subtract
-from kinematics.textbook.jacobians import ROW_NAMES
-from kinematics.textbook.study import Subject, study
-from kinematics.textbook.systems import NamedBranch, System
+from kinematics.textbook.study import ROW_NAMES, Subject, study
+from kinematics.textbook.systems.named import NamedBranch, System
 from kinematics.textbook.worked_example import number_text, violation_text
 
 # Following the Jacobian of a link table: a step of the hand in small ones, within the limits.
@@ -65,8 +63,7 @@ def follow(subject: Subject, values: tuple[float, ...], row: int, by: float) -> 
     chain, count = subject.chain, rows_followed(subject)
     rates = [by / SLICES if index == row else 0.0 for index in range(count)]
     made, length, at = generated(chain), length_of(chain), values
-    # slides are counted in lengths of the arm: in mm they would hardly be used
-    units = [length if kind is JointKind.PRISMATIC else 1.0 for kind in chain.kinds]
+    units = units_of(chain)  # slides in lengths of the arm: in mm they would hardly be used
     held: set[str] = set()
     for _ in range(SLICES):
         rows = (map(mul, line, units) for line in made.jacobian(at)[:count])
@@ -189,8 +186,8 @@ def _beyond(error: OutOfReach) -> str:
 
 
 def _furthest(chain: Chain, values: tuple[float, ...], branch: NamedBranch) -> float:
-    units = [length_of(chain) if kind is JointKind.PRISMATIC else 1.0 for kind in chain.kinds]
-    return max(abs(b - a) / unit for a, b, unit in zip(values, branch.joints, units, strict=True))
+    pairs = zip(values, branch.joints, units_of(chain), strict=True)
+    return max(abs(b - a) / unit for a, b, unit in pairs)
 
 
 def _leap(chain: Chain, before: tuple[float, ...], after: tuple[float, ...]) -> str:

@@ -8,28 +8,27 @@ constant angles stay numbers, so that what the notes leave out is left out here 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
-from typing import Any, cast
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import JointKind
-from kinematics.errors import KinematicsError
-from kinematics.five_axis.arm import FiveAxisArm
-from kinematics.limits import JointRange
-from kinematics.textbook.notation import GREEK
-from kinematics.textbook.symbols import Symbol, coordinate, named
-from kinematics.textbook.systems import System
+from kinematics.frames.transforms import IN_PLACE, Transform
+from kinematics.textbook.notation import (
+    GREEK,
+    PLAIN,
+    Definition,
+    definitions,
+    matrix_latex,
+    matrix_text,
+    notation,
+)
+from kinematics.textbook.symbols import coordinate, named
+from kinematics.textbook.systems.named import System
+from kinematics.textbook.worked_example import ExampleSection
 
 _SYMBOL = re.compile(rf"(?:[a-z]|{'|'.join(sorted(GREEK))})_?\d*")
-
-
-@dataclass(frozen=True, slots=True)
-class _NamedArm:
-    """What a system of the Mini-mover's build asks of its arm while it computes."""
-
-    lengths: tuple[Any, ...]
-    limits: tuple[JointRange, ...]
 
 
 def joint_symbols(chain: Chain) -> tuple[Any, ...]:
@@ -64,24 +63,8 @@ def symbolic_chain(chain: Chain) -> Chain:
 
 def symbolic_system(system: System) -> System:
     """Return the system with its lengths as the names that its figure and derivation use."""
-    if not is_dataclass(system):
-        raise KinematicsError(f"{system.name} is no dataclass, so its lengths have no names")
-    arm = getattr(system, "arm", None)
-    if isinstance(arm, FiveAxisArm):
-        names = tuple(map(named, system.lengths()))
-        return cast(System, replace(system, arm=_NamedArm(names, arm.limits)))
-    # each length becomes its field's name first, which tells how `lengths` calls it
-    given = {
-        field.name: getattr(system, field.name)
-        for field in fields(system)
-        if field.name.endswith("_mm") and isinstance(getattr(system, field.name), float)
-    }
-    marked = replace(system, **{name: named(name) for name in given})
-    called = {cast(Symbol, value): name for name, value in marked.lengths().items()}
-    return replace(
-        system,
-        **{name: _name(value, called.get(named(name), name)) for name, value in given.items()},
-    )
+    names = map(_name, system.sizes, system.length_names)
+    return replace(system, sizes=tuple(names))
 
 
 def symbolic_goal(coordinates: Sequence[str]) -> tuple[Any, ...]:
@@ -91,3 +74,113 @@ def symbolic_goal(coordinates: Sequence[str]) -> tuple[Any, ...]:
 
 def _name(value: float, name: str) -> Any:
     return named(name) if value != 0.0 else 0.0
+
+
+# A worked example in symbols: A matrices, their product, and the solutions step by step. Made by
+# running the very code that computes with numbers on symbols.
+
+
+@dataclass(frozen=True, slots=True)
+class SymbolicBranch:
+    """A branch's name, and the steps that lead to its joint values."""
+
+    name: str
+    steps: tuple[Definition, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SymbolicExample:
+    """The A matrices of a chain's links and the tool's frame, entries of which are symbols."""
+
+    base: Transform
+    matrices: tuple[Transform, ...]
+    tool: Transform
+    product: Transform
+    branches: tuple[SymbolicBranch, ...] = ()
+
+
+def symbolic_system_example(system: System) -> SymbolicExample:
+    """Return a named system in symbols: its lengths and joints as its figure calls them."""
+    plain, symbolic = system.chain(), symbolic_system(system)
+    names = [PLAIN.write(symbol) for symbol in joint_symbols(plain)]
+    goal = symbolic_goal(system.coordinates)
+    branches = []
+    for name in system.signs:
+        solved = symbolic.solution(goal, name)
+        workings = [(quantity.symbol, quantity.value) for quantity in solved.workings]
+        joints = zip(names, solved.joints, strict=True)
+        branches.append(SymbolicBranch(name, definitions([*workings, *joints])))
+    return _symbolic_example(symbolic.chain(), tuple(branches))
+
+
+def symbolic_chain_example(chain: Chain) -> SymbolicExample:
+    """Return a chain in symbols: lengths a and d, angles theta, with the link's number."""
+    return _symbolic_example(symbolic_chain(chain), ())
+
+
+def symbolic_sections(example: SymbolicExample, *, latex: bool = False) -> Iterator[ExampleSection]:
+    """Return the symbolic example section by section, as text or as LaTeX displays."""
+    yield ExampleSection("A matrices", tuple(_symbolic_matrices(example, latex)))
+    yield ExampleSection("Product", tuple(_product(example, latex)))
+    if example.branches:
+        yield ExampleSection("Solutions", tuple(_solutions(example.branches, latex)))
+
+
+def equation(step: Definition, *, latex: bool = False) -> str:
+    """Return a step as an equation."""
+    writer = notation(latex=latex)
+    return f"{writer.name(step.name)} = {writer.write(step.symbol)}"
+
+
+def _symbolic_example(chain: Chain, branches: tuple[SymbolicBranch, ...]) -> SymbolicExample:
+    joints = joint_symbols(chain)
+    matrices = chain.matrices(joints)
+    return SymbolicExample(chain.base, matrices, chain.tool, chain.fk(joints), branches)
+
+
+def _symbolic_matrices(example: SymbolicExample, latex: bool) -> Iterator[str]:
+    named = [(f"A{number}", one) for number, one in enumerate(example.matrices, 1)]
+    if example.base != IN_PLACE:
+        named.insert(0, ("base", example.base))
+    if example.tool != IN_PLACE:
+        named.append(("tool", example.tool))
+    for index, (name, matrix) in enumerate(named):
+        if index:
+            yield ""
+        yield from _matrix(name, matrix, latex)
+
+
+def _product(example: SymbolicExample, latex: bool) -> Iterator[str]:
+    factors = [f"A{number}" for number in range(1, len(example.matrices) + 1)]
+    if example.base != IN_PLACE:
+        factors.insert(0, "base")
+    if example.tool != IN_PLACE:
+        factors.append("tool")
+    written = " ".join(map(notation(latex=latex).name, factors))
+    yield from _matrix("T", example.product, latex, f" = {written}")
+
+
+def _matrix(name: str, matrix: Transform, latex: bool, made_of: str = "") -> list[str]:
+    if latex:
+        return [
+            rf"\[ {notation(latex=True).name(name)}{made_of} =",
+            *matrix_latex(matrix).splitlines(),
+            r"\]",
+        ]
+    return [f"{name}{made_of} =", *matrix_text(matrix).splitlines()]
+
+
+def _solutions(branches: tuple[SymbolicBranch, ...], latex: bool) -> Iterator[str]:
+    """Write the first branch in full, of the others what differs from it."""
+    first = branches[0]
+    for branch in branches:
+        known = first.steps if branch is not first else ()
+        if branch is not first:
+            yield ""
+        yield f"% {branch.name}" if latex else branch.name
+        changed = [step for step in branch.steps if step not in known]
+        if known and len(changed) < len(branch.steps):
+            yield f"{'% ' if latex else '  '}as {first.name}, but"
+        for step in changed:
+            written = equation(step, latex=latex)
+            yield rf"\[ {written} \]" if latex else f"  {written}"

@@ -1,6 +1,6 @@
-"""The lecture's worked example of any arm's posture, in numbers, in words and in symbols.
+"""The lecture's worked example of any arm's posture, in numbers and in words.
 
-The example is a value; `sections` writes it in mm and degrees, `symbolic_sections` in symbols.
+The example is a value; `sections` writes it in mm and degrees, and `symbolic_systems` in symbols.
 Lengths in mm, angles in rad.
 """
 
@@ -13,27 +13,13 @@ from dataclasses import dataclass
 from kinematics.chains.chain import Chain, JointViolation
 from kinematics.chains.goals import ALL_PARTS, Part
 from kinematics.chains.inverse import Solution, solve_frame_ik
+from kinematics.chains.jacobians import condition
 from kinematics.chains.links import DHLink, JointKind
-from kinematics.chains.singularities import condition
-from kinematics.chains.tables import table_text
+from kinematics.chains.tables import aligned, table_text
 from kinematics.errors import KinematicsError, finite
-from kinematics.frames.orientations import RPY, Degeneracy, OrientationSolution, solve_rpy
+from kinematics.frames.orientations import RPY, OrientationSolution, solve_rpy
 from kinematics.frames.transforms import IN_PLACE, Transform, position_of, rotation_of, transform
-from kinematics.textbook.notation import (
-    Definition,
-    Latex,
-    SymbolText,
-    definitions,
-    matrix_latex,
-    matrix_text,
-)
-from kinematics.textbook.symbolic_systems import (
-    joint_symbols,
-    symbolic_chain,
-    symbolic_goal,
-    symbolic_system,
-)
-from kinematics.textbook.systems import NamedBranch, NamedStep, Quantity, System
+from kinematics.textbook.systems.named import NamedBranch, NamedStep, Quantity, System
 
 FRAME_COORDINATES = ("x_mm", "y_mm", "z_mm", "phi_rad", "theta_rad", "psi_rad")
 """The goal of a chain that is no named system: a position, or a position and an orientation."""
@@ -76,11 +62,6 @@ class WorkedExample:
     goal: tuple[float, ...]
     branches: tuple[WorkedBranch, ...] = ()
     solution: Solution | None = None
-
-    @property
-    def orientation_degeneracy(self) -> Degeneracy | None:
-        """What the orientation's angles lose, or None."""
-        return self.orientation.degeneracy
 
 
 def work_system(
@@ -276,8 +257,7 @@ def frame_text(frame: Transform) -> list[str]:
         ]
         for row in frame
     ]
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    return [f"[ {'  '.join(map(str.rjust, row, widths))} ]" for row in cells]
+    return [f"[ {row} ]" for row in aligned(cells)]
 
 
 def violation_text(violation: JointViolation) -> str:
@@ -382,109 +362,3 @@ def _solved(example: WorkedExample) -> Iterator[str]:
     x, y, z = (number_text(each, "mm") for each in position_of(solution.frame))
     yield f"comes to x {x}, y {y}, z {z}"
     yield solution.sentence
-
-
-# A worked example in symbols: A matrices, their product, and the solutions step by step. Made by
-# running the very code that computes with numbers on symbols.
-
-
-@dataclass(frozen=True, slots=True)
-class SymbolicBranch:
-    """A branch's name, and the steps that lead to its joint values."""
-
-    name: str
-    steps: tuple[Definition, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class SymbolicExample:
-    """The A matrices of a chain's links and the tool's frame, entries of which are symbols."""
-
-    base: Transform
-    matrices: tuple[Transform, ...]
-    tool: Transform
-    product: Transform
-    branches: tuple[SymbolicBranch, ...] = ()
-
-
-def symbolic_system_example(system: System) -> SymbolicExample:
-    """Return a named system in symbols: its lengths and joints as its figure calls them."""
-    plain, symbolic = system.chain(), symbolic_system(system)
-    names = [SymbolText().write(symbol) for symbol in joint_symbols(plain)]
-    goal = symbolic_goal(system.coordinates)
-    branches = []
-    for name in system.signs:
-        solved = symbolic.solution(goal, name)
-        workings = [(quantity.symbol, quantity.value) for quantity in solved.workings]
-        joints = zip(names, solved.joints, strict=True)
-        branches.append(SymbolicBranch(name, definitions([*workings, *joints])))
-    return _symbolic_example(symbolic.chain(), tuple(branches))
-
-
-def symbolic_chain_example(chain: Chain) -> SymbolicExample:
-    """Return a chain in symbols: lengths a and d, angles theta, with the link's number."""
-    return _symbolic_example(symbolic_chain(chain), ())
-
-
-def symbolic_sections(example: SymbolicExample, *, latex: bool = False) -> Iterator[ExampleSection]:
-    """Return the symbolic example section by section, as text or as LaTeX displays."""
-    yield ExampleSection("A matrices", tuple(_symbolic_matrices(example, latex)))
-    yield ExampleSection("Product", tuple(_product(example, latex)))
-    if example.branches:
-        yield ExampleSection("Solutions", tuple(_solutions(example.branches, latex)))
-
-
-def equation(step: Definition, *, latex: bool = False) -> str:
-    """Return a step as an equation."""
-    writer = Latex() if latex else SymbolText()
-    return f"{writer.name(step.name)} = {writer.write(step.symbol)}"
-
-
-def _symbolic_example(chain: Chain, branches: tuple[SymbolicBranch, ...]) -> SymbolicExample:
-    joints = joint_symbols(chain)
-    matrices = chain.matrices(joints)
-    return SymbolicExample(chain.base, matrices, chain.tool, chain.fk(joints), branches)
-
-
-def _symbolic_matrices(example: SymbolicExample, latex: bool) -> Iterator[str]:
-    named = [(f"A{number}", one) for number, one in enumerate(example.matrices, 1)]
-    if example.base != IN_PLACE:
-        named.insert(0, ("base", example.base))
-    if example.tool != IN_PLACE:
-        named.append(("tool", example.tool))
-    for index, (name, matrix) in enumerate(named):
-        if index:
-            yield ""
-        yield from _matrix(name, matrix, latex)
-
-
-def _product(example: SymbolicExample, latex: bool) -> Iterator[str]:
-    factors = [f"A{number}" for number in range(1, len(example.matrices) + 1)]
-    if example.base != IN_PLACE:
-        factors.insert(0, "base")
-    if example.tool != IN_PLACE:
-        factors.append("tool")
-    written = " ".join(map(Latex().name if latex else SymbolText().name, factors))
-    yield from _matrix("T", example.product, latex, f" = {written}")
-
-
-def _matrix(name: str, matrix: Transform, latex: bool, made_of: str = "") -> list[str]:
-    if latex:
-        return [rf"\[ {Latex().name(name)}{made_of} =", *matrix_latex(matrix).splitlines(), r"\]"]
-    return [f"{name}{made_of} =", *matrix_text(matrix).splitlines()]
-
-
-def _solutions(branches: tuple[SymbolicBranch, ...], latex: bool) -> Iterator[str]:
-    """Write the first branch in full, of the others what differs from it."""
-    first = branches[0]
-    for branch in branches:
-        known = first.steps if branch is not first else ()
-        if branch is not first:
-            yield ""
-        yield f"% {branch.name}" if latex else branch.name
-        changed = [step for step in branch.steps if step not in known]
-        if known and len(changed) < len(branch.steps):
-            yield f"{'% ' if latex else '  '}as {first.name}, but"
-        for step in changed:
-            written = equation(step, latex=latex)
-            yield rf"\[ {written} \]" if latex else f"  {written}"

@@ -183,6 +183,13 @@ def ready_arm(config=None, **options) -> Arm:
     return sim_arm(config, at=OVER_THE_TABLE, **options)
 
 
+def as_it_stands(arm: Arm) -> Arm:
+    """Reference an arm where its world has it, which takes no homing."""
+    world = arm.twin.world
+    arm.declare_posture(world.joints, opening_mm=world.opening_mm)
+    return arm
+
+
 def stand_still_s(arm, look_s=0.005):
     """Let time pass until the motors have stood still for a while; return when they stopped."""
     last, since_s = arm.twin.world.motors, arm.status.time_s

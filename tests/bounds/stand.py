@@ -13,7 +13,7 @@ from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import assemble
 from armdrive.registry import simulated_kind
-from armdrive.runtime.drive import SimulatedPace
+from armdrive.runtime.clock import SimulatedPace
 from armdrive.runtime.stop_bounds import StopBound
 from armdrive.sim.device import DrivesOnBus, Options, Value
 from armdrive.sim.simulated_arm import TITLE, SimulatedArm

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import Any
 
 from armdrive.arm import Arm
-from armdrive.arm.handle import Handle
+from armdrive.arm.connected import Handle
 from armdrive.arm.moving import PATIENCE
 from armdrive.connect.parts import PATIENCE_S
 from armdrive.motion.execute import Moved
@@ -287,7 +287,10 @@ def pause(stage: Stage) -> Typed | None:
 
     def then(arm: Arm, handle: Handle[Moved], command: Command) -> None:
         arm.pause()
-        arm.sleep(1.0)
+        for _ in range(10):
+            if handle.done:  # it was short: what befalls the arm from now on is not its fault
+                break
+            arm.sleep(0.1)
         stage.watch.let_go_on()
         arm.speed_override = share
         arm.resume()

@@ -13,7 +13,7 @@ from collections.abc import Callable
 
 from armdrive.errors import ArmError
 from armdrive.errors.table import entry
-from armdrive.runtime.deadlines import CALL_LIMIT_S
+from armdrive.runtime.engine import CALL_LIMIT_S
 from armdrive.runtime.overrides import LONGEST_SIMULATED_PAUSE_S
 from armdrive.status import State, Trust
 from kinematics import KinematicsError

@@ -22,9 +22,9 @@ from armdrive.motion.jog import session as jogging
 from armdrive.registry import DIALECTS
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.overrides import SpeedOverride
-from armdrive.runtime.trust import Belief
+from armdrive.runtime.states import Belief
 from armdrive.status import Evidence
-from kinematics.paths.motion_limits import MotionLimits
+from kinematics.paths.timing import MotionLimits
 
 from . import mission
 from .actions import ACTIONS

@@ -20,7 +20,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, ArmFileError, RecordingError, StateFileError
 from armdrive.registry.arm_files import load_arm, parse_arm
 from armdrive.registry.simulate import simulate
-from armdrive.runtime.drive import SimulatedPace
+from armdrive.runtime.clock import SimulatedPace
 from armdrive.status import State, Trust
 from armdrive.storage.record import FileRecorder
 from armdrive.trace.files import parse_recording

@@ -6,7 +6,7 @@ import pytest
 
 from armdrive.errors import WrongState
 from armdrive.motion.execute import follow
-from armdrive.runtime.drive import SimulatedPace
+from armdrive.runtime.clock import SimulatedPace
 from armdrive.runtime.engine import Engine
 from armdrive.runtime.overrides import LONGEST_SIMULATED_PAUSE_S, SpeedOverride
 from armdrive.status import State
@@ -34,7 +34,7 @@ def test_a_flow_goes_round_without_waiting(monkeypatch):
         while True:
             yield SleepUntil(wire.now_s)
 
-    monkeypatch.setattr("armdrive.motion.carry_out.follow", circling)
+    monkeypatch.setattr("armdrive.arm.moving.follow", circling)
     seeds = (run_mission("teachmover", seed) for seed in range(8))
     found = next(each for each in seeds if each.broken)
     assert "hangs: " in found.broken[0]
@@ -49,7 +49,7 @@ def test_time_passes_for_ever(monkeypatch):
             yield SleepUntil(wire.now_s + 1.0)
         yield from follow(wire, plan)
 
-    monkeypatch.setattr("armdrive.motion.carry_out.follow", waiting)
+    monkeypatch.setattr("armdrive.arm.moving.follow", waiting)
     monkeypatch.setattr("armdrive.arm.moving.PATIENCE_S", 1e9)
     found = next(
         each for each in (run_mission("teachmover", seed) for seed in range(8)) if each.broken

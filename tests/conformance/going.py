@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 
 from armdrive.arm import Arm
-from armdrive.arm.handle import Handle
+from armdrive.arm.connected import Handle
 from armdrive.errors import ArmError
 from armdrive.motion.execute import Moved
 from armdrive.moves import Jog

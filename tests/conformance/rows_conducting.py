@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from armdrive.arm import Arm
-from armdrive.arm.handle import Handle
+from armdrive.arm.connected import Handle
 from armdrive.errors import ArmError, Stopped, WrongState
 from armdrive.motion.execute import Moved
 from armdrive.status import Trust

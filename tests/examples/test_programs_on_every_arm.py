@@ -12,7 +12,7 @@ from amounts import THOROUGH
 from armdrive.registry import DIALECTS
 from armdrive.registry.arm_files import parse_arm
 from kinematics.five_axis.tool_arm import ToolArm
-from kinematics.tool import Tool
+from kinematics.geometry import Tool
 
 from . import worlds
 from .examples_table import EXAMPLES

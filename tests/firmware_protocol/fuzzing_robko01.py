@@ -38,7 +38,7 @@ from firmware_protocol.robko01 import (
     Stop,
     Stray,
 )
-from firmware_protocol.robko01.wire import encode_answer, encode_request
+from firmware_protocol.robko01.messages import encode_answer, encode_request
 
 
 def _byte(rng: random.Random) -> int:

@@ -2,10 +2,11 @@
 
 import dataclasses
 import math
+from itertools import pairwise
 
 from hypothesis import strategies as st
 
-from kinematics import FiveAxisArm, Guards, JointRange, Joints, Pose, preset, system
+from kinematics import FiveAxisArm, Guards, JointPath, JointRange, Joints, Pose, preset, system
 from kinematics.chains.arm import ChainArm
 from kinematics.frames.transforms import translation
 
@@ -64,3 +65,29 @@ def same_pose(a, b, mm=1e-6, rad=1e-6):
         and turn_between(a.pitch_rad, b.pitch_rad) <= rad
         and turn_between(a.roll_rad, b.roll_rad) <= rad
     )
+
+
+def limited(arm, limits):
+    """An arm given by its link table with other ranges of its joints."""
+    links = tuple(
+        dataclasses.replace(link, low=one.low_rad, high=one.high_rad)
+        for link, one in zip(arm.chain.links, limits, strict=True)
+    )
+    return ChainArm(dataclasses.replace(arm.chain, links=links))
+
+
+def deviation_mm(arm, waypoints, goal, samples=16):
+    """The largest distance of the tip from the straight line to a goal along joint motions."""
+    first = arm.fk(waypoints[0])
+    start, end = ((one.x_mm, one.y_mm, one.z_mm) for one in (first, goal))
+    along = [b - a for a, b in zip(start, end, strict=True)]
+    length = sum(part * part for part in along)
+    worst = 0.0
+    for a, b in pairwise(waypoints):
+        for index in range(samples + 1):
+            tip = arm.points(JointPath(a, b).at(index / samples))[-1]
+            share = sum(d * (p - s) for d, p, s in zip(along, tip, start, strict=True))
+            share = min(max(share / length, 0.0), 1.0) if length else 0.0
+            foot = [s + share * d for s, d in zip(start, along, strict=True)]
+            worst = max(worst, math.dist(tip, foot))
+    return worst

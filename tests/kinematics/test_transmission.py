@@ -207,3 +207,9 @@ def test_wrong_counts_and_signs_are_refused():
         CABLES.to_motors(Joints((0.0,) * 5), math.nan)
     with pytest.raises(KinematicsError, match="6 motor signs"):
         CABLES.with_signs(motors=(1, 0, 1, 1, 1, 1))
+
+
+def test_without_its_gripper_the_other_motors_stay_what_they_are():
+    joints = Joints((0.1, 0.7, -1.4, -0.7, 0.2))
+    assert CABLES.without_gripper().to_motors(joints) == CABLES.to_motors(joints)[:-1]
+    assert PLAIN.without_gripper() is PLAIN

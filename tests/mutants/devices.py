@@ -52,7 +52,7 @@ MUTANTS = (
     Mutant(
         name="an ok is taken for the end of its line",
         promise="a GRBL motion has ended when the board stands at its end",
-        path="armdrive/dialects/grbl/in_flight.py",
+        path="armdrive/dialects/grbl/planner.py",
         old=("        self.unanswered = max(self.unanswered - 1, 0)\n        self.oks += 1\n"),
         new=(
             "        self.unanswered = max(self.unanswered - 1, 0)\n"
@@ -78,7 +78,7 @@ MUTANTS = (
     Mutant(
         name="jogs are sent before the line before is answered",
         promise="no more than one line of a jog is unanswered",
-        path="armdrive/dialects/grbl/in_flight.py",
+        path="armdrive/dialects/grbl/planner.py",
         old="return self.lines.unanswered > 0 and (self.jog or not self.lines.oks)",
         new="return False",
         tests=tests_of(
@@ -155,7 +155,7 @@ MUTANTS = (
     Mutant(
         name="a Robko position has its bytes in the wrong order",
         promise="frames are as the firmware writes them",
-        path="firmware_protocol/robko01/values.py",
+        path="firmware_protocol/robko01/messages.py",
         old='struct.Struct(f"<{2 * AXES}h")',
         new='struct.Struct(f">{2 * AXES}h")',
         tests=tests_of(
@@ -216,7 +216,7 @@ MUTANTS = (
     Mutant(
         name="an Armdroid's number loses its sign",
         promise="numbers come out as they went in",
-        path="firmware_protocol/armdroid/characters.py",
+        path="firmware_protocol/armdroid/device.py",
         old="            self._accumulator = wrapped(-self._accumulator)",
         new="            self._accumulator = wrapped(self._accumulator)",
         tests=tests_of(
@@ -274,7 +274,7 @@ MUTANTS = (
         name="an impossibly early answer is believed",
         promise="an answer that comes too early is compared with the registers",
         path="armdrive/dialects/speed_table.py",
-        old="return expected_s * EARLY - CLOCK_S <= measured_s <= longest_s",
+        old="return expected_s * EARLY - self.early_s <= measured_s <= longest_s",
         new="return True",
         tests=tests_of(
             "tests/armdrive/runtime/test_wire_faults.py",
@@ -497,11 +497,22 @@ MUTANTS = (
         name="CiA 402 drives leap to where a late program should be",
         promise="a host that is late slows down and does not leap",
         path="armdrive/dialects/cia402/motion.py",
-        old="        self.time_s += self._rate * period_s\n",
-        new="        self.time_s += 3.0 * self._rate * period_s\n",
+        old="        self.time_s += 0.0 if stand else self._rate * period_s\n",
+        new="        self.time_s += 0.0 if stand else 3.0 * self._rate * period_s\n",
         tests=tests_of(
             "tests/armdrive/dialects/cia402/test_cia402_motion.py",
             "test_a_host_that_is_late_slows_down_and_does_not_leap",
+        ),
+    ),
+    Mutant(
+        name="CiA 402 drives that miss their targets are sent on",
+        promise="a drive that misses its targets does not leap over all that it has missed",
+        path="armdrive/dialects/cia402/motion.py",
+        old="        return misses and unseen_s < SETTLE_S\n",
+        new="        return False\n",
+        tests=tests_of(
+            "tests/armdrive/dialects/cia402/test_cia402_motion.py",
+            "test_a_drive_that_misses_its_targets_is_sent_no_farther_and_makes_up_for_few",
         ),
     ),
     Mutant(
@@ -541,8 +552,8 @@ MUTANTS = (
         name="a slow arm is waited for no longer than a quick one",
         promise="an arm that is slower than its table is learnt",
         path="armdrive/dialects/speed_table.py",
-        old="        self._factors[part] = max(factor, known + (factor - known) / 4.0)",
-        new="        self._factors[part] = 1.0",
+        old="            self._known = max(factor, known + (factor - known) / 4.0)",
+        new="            self._known = 1.0",
         tests=tests_of(
             "tests/armdrive/runtime/test_stopping.py",
             "test_every_burst_fits_its_announced_length_and_once_measured_really_does",
@@ -552,7 +563,7 @@ MUTANTS = (
         name="a late driver calls an answer missing that stands behind something else",
         promise="what has come is read before an answer is called missing",
         path="armdrive/dialects/exchange.py",
-        old="""        while True:
+        old="""        while not (until_stop and self.stop_asked):
             heard = yield until_s
             if heard is None:
 """,

@@ -10,9 +10,9 @@ MUTANTS = (
         promise="a jog moves only while it is held",
         path="armdrive/arm/jogging.py",
         old=(
-            "        self._parts.core.hold = None\n        self._parts.pace.wake()\n\n    def _may"
+            "        self._parts.core.hold = None\n        self._parts.pace.wake()\n\n    def _req"
         ),
-        new=("        self._parts.pace.wake()\n\n    def _may"),
+        new=("        self._parts.pace.wake()\n\n    def _req"),
         tests=tests_of(
             "tests/armdrive/motion/jog/test_jogging_flow.py",
             "test_a_renewed_hold_goes_on_and_a_release_ends_it_after_one_burst",

@@ -42,8 +42,8 @@ MUTANTS = (
         name="the pitch leaves the wrist out",
         promise="the hand's pitch is the sum of the angles",
         path="kinematics/five_axis/closed_form.py",
-        old="    pitch = forearm + wrist\n",
-        new="    pitch = forearm - wrist\n",
+        old="    pitch = forearm + wrist\n    r = ",
+        new="    pitch = forearm - wrist\n    r = ",
         tests=tests_of(
             "tests/kinematics/paths/test_paths.py",
             "test_a_line_keeps_the_elbow_that_it_starts_with",

@@ -55,7 +55,7 @@ MUTANTS = (
     Mutant(
         name="queued motions lose their last segment",
         promise="a motion ends where it was asked to",
-        path="armdrive/motion/streaming.py",
+        path="armdrive/motion/execute.py",
         old=(
             "            done = 1.0 if count == 1 else done + (1.0 - done) / count\n"
             "            yield"
@@ -256,7 +256,7 @@ MUTANTS = (
     Mutant(
         name="a motion is twice as fast as asked",
         promise="a motion is never faster than asked",
-        path="armdrive/motion/segments.py",
+        path="armdrive/motion/plan.py",
         old=("speeds.limits, fraction)\n    places"),
         new=("speeds.limits, min(2.0 * fraction, 1.0))\n    places"),
         tests=tests_of(
@@ -267,7 +267,7 @@ MUTANTS = (
     Mutant(
         name="every motion is twice as fast as the limits",
         promise="no joint is faster than its limit",
-        path="kinematics/paths/motion_limits.py",
+        path="kinematics/paths/timing.py",
         old="        return max(slowest, busiest / self.motor_hz)",
         new="        return max(slowest, busiest / self.motor_hz) / 2.0",
         tests=tests_of(
@@ -278,7 +278,7 @@ MUTANTS = (
     Mutant(
         name="motors turn twice as fast as they are able to",
         promise="no motor is faster than its limit",
-        path="kinematics/paths/motion_limits.py",
+        path="kinematics/paths/timing.py",
         old="busiest / self.motor_hz)",
         new="busiest / self.motor_hz / 2.0)",
         tests=tests_of(
@@ -289,7 +289,7 @@ MUTANTS = (
     Mutant(
         name="motions begin and end without ramps",
         promise="a motion keeps every joint's acceleration",
-        path="armdrive/motion/segments.py",
+        path="armdrive/motion/plan.py",
         old=(
             "usual = [speed / self.ramp_s if self.ramp_s > 0.0 else math.inf for speed in speeds]"
         ),
@@ -376,7 +376,7 @@ MUTANTS = (
         promise="the fingers go where they are told",
         path="armdrive/motion/gripper.py",
         old="        reply = yield from wire.request(SetGripper(share))\n",
-        new=("        reply = Done()\n        yield Until(wire.now_s)\n"),
+        new=("        reply = Done()\n        yield SleepUntil(wire.now_s)\n"),
         tests=tests_of(
             "tests/armdrive/dialects/grbl/test_grbl_board.py",
             "test_a_gripper_on_a_valve_opens_and_closes",

@@ -8,7 +8,7 @@ MUTANTS = (
     Mutant(
         name="evidence lowers no trust",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/runtime/trust.py",
+        path="armdrive/runtime/states.py",
         old="        result = RESULTS[evidence]\n",
         new=(
             "        result = RESULTS[evidence]\n"
@@ -23,7 +23,7 @@ MUTANTS = (
     Mutant(
         name="trust is kept after a motion without an answer",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/runtime/registers.py",
+        path="armdrive/motion/context.py",
         old="            self.core.learn(silence, self.now_s)\n",
         new="",
         tests=tests_of(
@@ -34,7 +34,7 @@ MUTANTS = (
     Mutant(
         name="trust is kept where registers differ behind a motion",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/runtime/registers.py",
+        path="armdrive/motion/context.py",
         old=(
             '        core.learn(Evidence.READ_BACK_DIFFERS, self.now_s, f"by '
             '{tuple(difference)} steps")\n'
@@ -62,7 +62,7 @@ MUTANTS = (
     Mutant(
         name="trust is kept of an arm that others have moved",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/runtime/registers.py",
+        path="armdrive/motion/context.py",
         old=(
             "    core.learn(evidence, wire.now_s)\n"
             "    core.diagnostics.notify(core.belief.reason, evidence)"
@@ -87,7 +87,7 @@ MUTANTS = (
     Mutant(
         name="counts of zero after a silence are believed",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/runtime/registers.py",
+        path="armdrive/motion/context.py",
         old="if mute and not reply.positions.largest:",
         new="if False:",
         tests=tests_of(
@@ -190,7 +190,7 @@ MUTANTS = (
     Mutant(
         name="trust is kept after an alarm that loses the position",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/runtime/registers.py",
+        path="armdrive/motion/context.py",
         old="AlertKind.ALARM_LOST: Evidence.ALARM,",
         new="AlertKind.ALARM_LOST: None,",
         tests=tests_of(
@@ -201,7 +201,7 @@ MUTANTS = (
     Mutant(
         name="trust is kept of an arm off its path",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/runtime/registers.py",
+        path="armdrive/motion/context.py",
         old="AlertKind.ASTRAY: Evidence.OFF_THE_PATH,",
         new="AlertKind.ASTRAY: None,",
         tests=tests_of(
@@ -212,7 +212,7 @@ MUTANTS = (
     Mutant(
         name="trust is kept of a controller that was restarted",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/runtime/registers.py",
+        path="armdrive/motion/context.py",
         old="AlertKind.RESTARTED: Evidence.RESTARTED,",
         new="AlertKind.RESTARTED: None,",
         tests=tests_of(
@@ -223,7 +223,7 @@ MUTANTS = (
     Mutant(
         name="trust is kept of motors that the device switched off",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/runtime/registers.py",
+        path="armdrive/motion/context.py",
         old="AlertKind.SWITCHED_OFF: Evidence.SWITCHED_OFF,",
         new="AlertKind.SWITCHED_OFF: None,",
         tests=tests_of(
@@ -269,7 +269,7 @@ MUTANTS = (
     Mutant(
         name="trust is kept of an arm that was found off its mark",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/motion/verify.py",
+        path="armdrive/motion/reference.py",
         old="    core.learn(Evidence.OFF_ITS_MARK, wire.now_s, detail)\n",
         new="",
         tests=tests_of(
@@ -282,7 +282,7 @@ MUTANTS = (
         promise=(
             "planned motion needs a reference, or a restored position that somebody has confirmed"
         ),
-        path="armdrive/runtime/trust.py",
+        path="armdrive/runtime/states.py",
         old="if belief.trust is Trust.RESTORED and allow_restored:",
         new="if belief.trust is Trust.RESTORED:",
         tests=tests_of(
@@ -343,7 +343,7 @@ MUTANTS = (
     Mutant(
         name="a motion goes on from where a pause left it whatever happened there",
         promise="a paused motion does not go on where something changed",
-        path="armdrive/motion/streaming.py",
+        path="armdrive/motion/execute.py",
         old="    if core.position.acknowledged != stood or core.belief is not believed:",
         new="    if False:",
         tests=tests_of(
@@ -354,7 +354,7 @@ MUTANTS = (
     Mutant(
         name="a paused arm is not looked at before it goes on",
         promise="a paused motion does not go on where something changed",
-        path="armdrive/motion/streaming.py",
+        path="armdrive/motion/execute.py",
         old="    yield from wire.look()  # however fresh",
         new="    yield from ()  # however fresh",
         tests=tests_of(
@@ -416,7 +416,7 @@ MUTANTS = (
     Mutant(
         name="an unreferenced arm makes planned motions",
         promise="planned motion needs a reference",
-        path="armdrive/runtime/trust.py",
+        path="armdrive/runtime/states.py",
         old=("    if belief.trust is Trust.REFERENCED:\n        return\n"),
         new=("    if belief.trust is not Trust.RESTORED:\n        return\n"),
         tests=tests_of(

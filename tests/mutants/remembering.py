@@ -8,7 +8,7 @@ MUTANTS = (
     Mutant(
         name="a motion does not wait for its mark",
         promise="a program that ends in mid-motion leaves no wrong position that is believed",
-        path="armdrive/runtime/registers.py",
+        path="armdrive/motion/context.py",
         old=("    while not memory.mark_stands():\n        if wire.stopping"),
         new=("    while False:\n        if wire.stopping"),
         tests=tests_of(
@@ -145,9 +145,7 @@ MUTANTS = (
         old=(
             "    core.learn(word.evidence, wire.now_s)\n"
             "    core.clear_remarks()\n"
-            "    core.settle()\n"
-            "    core.mark_still()\n"
-            "    yield from be_remembered(wire)\n"
+            "    yield from _settled(wire)\n"
         ),
         new=(
             "    core.learn(word.evidence, wire.now_s)\n"

@@ -373,7 +373,7 @@ MUTANTS = (
     Mutant(
         name="queued motions are sent ten seconds ahead",
         promise="motion expires: nothing is sent further ahead than announced",
-        path="armdrive/motion/streaming.py",
+        path="armdrive/motion/execute.py",
         old="MoveAlong(segments, ahead_s, jog,",
         new="MoveAlong(segments, 10.0, jog,",
         tests=tests_of(

@@ -9,9 +9,9 @@ from armdrive.arm import Arm
 from armdrive.connect.target import simulated_config
 from armdrive.errors import Stopped
 from armdrive.motion.frames import pose_in_frame
+from armdrive.motion.plan import SpeedLimits
 from armdrive.motion.preview import preview_move
 from armdrive.motion.resolve import Ground, prepare
-from armdrive.motion.segments import SpeedLimits
 from armdrive.registry import dialect
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.status import State

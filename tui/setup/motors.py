@@ -80,13 +80,13 @@ class MotorsStage(SetupStage):
         )
 
     def _end(self) -> list[str]:
-        verdict = self.check.verdict()
+        signs = self.check.signs()
         words = (
-            ("counts the other way", verdict.signs.motors),
-            ("reversed as a whole", verdict.signs.joints),
-            ("moved another motor's part", verdict.order),
-            ("went too far, or not far enough", verdict.farther),
-            ("not told", verdict.signs.unclear),
+            ("counts the other way", signs.motors),
+            ("reversed as a whole", signs.joints),
+            ("moved another motor's part", signs.order),
+            ("went too far, or not far enough", signs.farther),
+            ("not told", signs.unclear),
         )
         said = [f"  {what}: {', '.join(names)}" for what, names in words if names]
         enter = self.desk.keys.label("setup-enter")
@@ -146,7 +146,7 @@ class MotorsStage(SetupStage):
                 "this arm has no file to write it into, or its file was changed meanwhile: leave, "
                 "and connect to an arm file"
             )
-        proposal = propose(path, self.check.transmission, self.check.verdict())
+        proposal = propose(path, self.check.transmission, self.check.signs())
         self.go(Correction(self.desk, self.go, self.before or self, proposal))
 
     # -- turning ------------------------------------------------------------------------------

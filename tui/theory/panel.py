@@ -15,9 +15,9 @@ from armdrive.render.figure import ChainFigure, DrawnChain
 from armdrive.render.scene import Moment
 from kinematics.chains.links import JointKind
 from kinematics.presets import ArmModel
-from kinematics.textbook.jacobians import Lost
 from kinematics.textbook.pages import Column, laid, sections, summary, symbol_sections
 from kinematics.textbook.study import Study, Subject, searched
+from kinematics.textbook.systems.named import Lost
 from kinematics.textbook.worked_example import ExampleSection
 from tui.app import HoldAlarm, KeyApp
 from tui.arm_view import SpaceView

@@ -4,28 +4,64 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
+from pathlib import Path
 from types import MappingProxyType
 
 from armdrive.cli.arm_options import add_allow_restored, add_arm_options
-from armdrive.cli.options import Arguments, count, fraction, number
+from armdrive.cli.options import (
+    Action,
+    Arguments,
+    Declare,
+    add_actions,
+    add_switches,
+    count,
+    fraction,
+    number,
+)
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS
 from kinematics.spaces import JOINT_NAMES
+
+# --- what several commands with actions take
+
+
+def _naming(*words: str, more: Declare | None = None) -> Declare:
+    """Return what declares the names that an action wants, its own options, and the arm."""
+
+    def declare(action: argparse.ArgumentParser) -> None:
+        for word in words:
+            action.add_argument(word, metavar=word.upper())
+        if more is not None:
+            more(action)
+        add_arm_options(action)
+
+    return declare
+
+
+def _again(action: argparse.ArgumentParser) -> None:
+    add_switches(action, {"--again": "write over what is there"})
+
+
+def _force(action: argparse.ArgumentParser) -> None:
+    add_switches(action, {"--force": "overwrite another file"})
+
 
 # --- disable
 
 
-_DISABLE_EPILOG = """\
-armdrive disable              asks whether to park first; on a simulated arm it parks
-armdrive disable --yes        parks, then switches off
-armdrive disable --no-park    switches off where the arm stands: support it
-"""
-
-
 def _disable(parser: argparse.ArgumentParser) -> None:
+    """Declare what `disable` takes.
+
+    armdrive disable              asks whether to park first; on a simulated arm it parks
+    armdrive disable --yes        parks, then switches off
+    armdrive disable --no-park    switches off where the arm stands: support it
+    """
     choice = parser.add_mutually_exclusive_group()
-    choice.add_argument("--yes", action="store_true", help="park first, without asking")
-    choice.add_argument(
-        "--no-park", action="store_true", help="switch off where the arm stands, without asking"
+    add_switches(
+        choice,
+        {
+            "--yes": "park first, without asking",
+            "--no-park": "switch off where the arm stands, without asking",
+        },
     )
     add_allow_restored(parser)
     add_arm_options(parser)
@@ -34,37 +70,37 @@ def _disable(parser: argparse.ArgumentParser) -> None:
 # --- enable
 
 
-_ENABLE_EPILOG = """\
-An arm that has sagged is not lifted: it is held where it is, and its position is suspect.
-"""
+def _enable(parser: argparse.ArgumentParser) -> None:
+    """Declare what `enable` takes.
+
+    An arm that has sagged is not lifted: it is held where it is, and its position is suspect.
+    """
+    add_arm_options(parser)
 
 
 # --- home
 
 
-_HOME_EPILOG = """\
-An arm without switches is brought there by you, step by step: the posture is drawn, you jog on
-lines such as `shoulder -2` or in the desk, and `done` confirms. An arm with switches MOVES to them
-once you have agreed. A simulated arm has a simulated operator, who jogs it there.
-
-Examples:
-  armdrive home
-  armdrive home --declare park                         it stands in its park posture
-  armdrive home --declare base=0 shoulder=40 elbow=-60 wrist_pitch=-70 wrist_roll=0
-"""
-
-
 def _home(parser: argparse.ArgumentParser) -> None:
+    """Declare what `home` takes.
+
+    An arm without switches is brought there by you, step by step: the posture is drawn, you jog on
+    lines such as `shoulder -2` or in the desk, and `done` confirms. An arm with switches MOVES to
+    them once you have agreed. A simulated arm has a simulated operator, who jogs it there.
+
+    Examples:
+      armdrive home
+      armdrive home --declare park                         it stands in its park posture
+      armdrive home --declare base=0 shoulder=40 elbow=-60 wrist_pitch=-70 wrist_roll=0
+
+    """
     how = parser.add_mutually_exclusive_group()
-    how.add_argument(
-        "--yes",
-        action="store_true",
-        help="the arm stands in its reference posture now: do not ask",
-    )
-    how.add_argument(
-        "--confirm",
-        action="store_true",
-        help="instead: the arm stands where an earlier command left it",
+    add_switches(
+        how,
+        {
+            "--yes": "the arm stands in its reference posture now: do not ask",
+            "--confirm": "instead: the arm stands where an earlier command left it",
+        },
     )
     how.add_argument(
         "--declare",
@@ -72,13 +108,12 @@ def _home(parser: argparse.ArgumentParser) -> None:
         metavar="JOINT=DEG",
         help=f"instead: it stands in these angles ({GRIPPER_AXIS}=MM too), or as parked: `park`",
     )
-    how.add_argument(
-        "--switches",
-        action="store_true",
-        help="have an arm with switches seek them WITHOUT ASKING: it moves",
-    )
-    how.add_argument(
-        "--guide", action="store_true", help="be guided on a simulated arm too, for practice"
+    add_switches(
+        how,
+        {
+            "--switches": "have an arm with switches seek them WITHOUT ASKING: it moves",
+            "--guide": "be guided on a simulated arm too, for practice",
+        },
     )
     add_arm_options(parser)
 
@@ -86,18 +121,18 @@ def _home(parser: argparse.ArgumentParser) -> None:
 # --- jog
 
 
-_JOG_EPILOG = """\
-Holding a key jogs, releasing it stops; space always stops. The screen shows its keys. A link that
-was lost is looked for by L, or by itself with --reconnect; the arm then stands in error-stop.
-With --model a named system of the lecture notes, or a link table, is jogged with no arm at all.
-"""
-
-
 WEB_PORT = 8765
 """Where a browser finds the desk, unless another port is named."""
 
 
 def _jog(parser: argparse.ArgumentParser) -> None:
+    """Declare what `jog` takes.
+
+    Holding a key jogs, releasing it stops; space always stops. The screen shows its keys. A link
+    that was lost is looked for by L, or by itself with --reconnect; the arm then stands in
+    error-stop. With --model a named system of the lecture notes, or a link table, is jogged with no
+    arm at all.
+    """
     parser.add_argument("--ascii", action="store_true", help="draw without braille characters")
     parser.add_argument(
         "--reconnect",
@@ -145,19 +180,6 @@ def _jog(parser: argparse.ArgumentParser) -> None:
 # --- move
 
 
-_MOVE_EPILOG = """\
-Examples:
-  armdrive move --x 250 --z 120 --pitch -90           to a pose, by a joint motion
-  armdrive move --y 80 --line                         along a straight line
-  armdrive move --y 80 --via 270,0,120                along an arc through that point
-  armdrive move --frame tool --z -30 --line           30 mm back, as the hand points
-  armdrive move --shoulder 40 --elbow -60 --speed 0.5
-  armdrive move --gripper 40
-  armdrive move --park
-  armdrive move --y 80 --line --preview               moves nothing: what it would be
-"""
-
-
 COORDINATES = (
     ("x", "mm"), ("y", "mm"), ("z", "mm"), ("pitch", "deg"), ("roll", "deg"), ("yaw", "deg"),
 )  # fmt: skip
@@ -165,6 +187,19 @@ COORDINATES = (
 
 
 def _move(parser: argparse.ArgumentParser) -> None:
+    """Declare what `move` takes.
+
+    Examples:
+      armdrive move --x 250 --z 120 --pitch -90           to a pose, by a joint motion
+      armdrive move --y 80 --line                         along a straight line
+      armdrive move --y 80 --via 270,0,120                along an arc through that point
+      armdrive move --frame tool --z -30 --line           30 mm back, as the hand points
+      armdrive move --shoulder 40 --elbow -60 --speed 0.5
+      armdrive move --gripper 40
+      armdrive move --park
+      armdrive move --y 80 --line --preview               moves nothing: what it would be
+
+    """
     goal = parser.add_argument_group("to a pose (what is not named stays)")
     for axis, unit in COORDINATES:
         goal.add_argument(f"--{axis}", type=number, metavar=unit.upper())
@@ -190,12 +225,11 @@ def _move(parser: argparse.ArgumentParser) -> None:
         help="a joint of an arm that is given by a model file; may be repeated",
     )
     parser.add_argument("--gripper", type=number, metavar="MM", help="open or close to a width")
-    parser.add_argument("--park", action="store_true", help="to the park posture")
+    add_switches(parser, {"--park": "to the park posture"})
     parser.add_argument("--speed", type=fraction, default=1.0, help="fraction of the limits")
-    parser.add_argument(
-        "--preview",
-        action="store_true",
-        help="say what the motion would be, every solution and margin; moves nothing",
+    add_switches(
+        parser,
+        {"--preview": "say what the motion would be, every solution and margin; moves nothing"},
     )
     add_allow_restored(parser)
     add_arm_options(parser)
@@ -218,139 +252,114 @@ def _point(word: str) -> tuple[float, ...]:
 # --- pause
 
 
-_PAUSE_EPILOG = """\
-The arm stands, held, until `armdrive resume`; `armdrive stop` ends the motion for good. Without a
-name, every arm that a program of yours holds. The controller's own homing is not paused.
-"""
+def _pause(parser: argparse.ArgumentParser) -> None:
+    """Declare what `pause` takes.
+
+    The arm stands, held, until `armdrive resume`; `armdrive stop` ends the motion for good. Without
+    a name, every arm that a program of yours holds. The controller's own homing is not paused.
+    """
+    add_arm_options(parser)
 
 
 # --- pendant
 
 
-_PENDANT_EPILOG = """\
-Nothing moves. A file can be read, compared and edited; every row comes back word for word.
-
-Examples:
-  armdrive pendant show                              what is in the arm, row by row
-  armdrive pendant read monday.pendant               into a file
-  armdrive pendant write monday.pendant              back, and read once more to be sure
-  armdrive pendant write monday.pendant --shift      after the arm was homed anew
-  armdrive pendant points monday.pendant stack       as points and a sequence `stack`
-  armdrive pendant make stack stack.pendant          and a sequence as rows for the pendant
-
-Every action prints JSON with --json.
-"""
+def _into_file(action: argparse.ArgumentParser) -> None:
+    _force(action)
+    add_allow_restored(action)
 
 
-PENDANT_ACTIONS: Mapping[str, tuple[tuple[str, ...], str]] = MappingProxyType(
+def _into_arm(action: argparse.ArgumentParser) -> None:
+    add_switches(
+        action,
+        {
+            "--yes": "do not ask before writing",
+            "--leave-others": "let rows stay that the file does not have",
+        },
+    )
+    add_switches(
+        action.add_mutually_exclusive_group(),
+        {
+            "--shift": "so that rows lead where they led",
+            "--as-is": "the numbers, wherever they lead now",
+        },
+    )
+    add_allow_restored(action)
+
+
+PENDANT_ACTIONS: Mapping[str, Action] = MappingProxyType(
     {
-        "show": ((), "print the program in the arm, row by row"),
-        "read": (("file",), "read the program out of the arm into a file"),
-        "write": (("file",), "write a file's rows into the arm, and read them back"),
-        "points": (("file", "name"), "make points and a sequence of a file's rows"),
-        "make": (("name", "file"), "make a file of rows of a taught sequence"),
+        "show": Action(
+            "print the program in the arm, row by row",
+            "program.pendant:run",
+            _naming(more=add_allow_restored),
+        ),
+        "read": Action(
+            "read the program out of the arm into a file",
+            "program.pendant:run",
+            _naming("file", more=_into_file),
+        ),
+        "write": Action(
+            "write a file's rows into the arm, and read them back",
+            "program.pendant:run",
+            _naming("file", more=_into_arm),
+        ),
+        "points": Action(
+            "make points and a sequence of a file's rows",
+            "program.pendant:run",
+            _naming("file", "name", more=_again),
+        ),
+        "make": Action(
+            "make a file of rows of a taught sequence",
+            "program.pendant:run",
+            _naming("name", "file", more=_into_file),
+        ),
     }
 )
-"""Every action of `pendant`: the names that it wants, and its line of help."""
+"""Every action of `pendant`."""
 
 
 def _pendant(parser: argparse.ArgumentParser) -> None:
-    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
-    for name, (words, summary) in PENDANT_ACTIONS.items():
-        action = actions.add_parser(name, help=summary, description=summary)
-        for word in words:
-            action.add_argument(word, metavar=word.upper())
-        if name in ("read", "make"):
-            action.add_argument("--force", action="store_true", help="overwrite another file")
-        if name == "write":
-            _add_write_options(action)
-        if name == "points":
-            action.add_argument("--again", action="store_true", help="write over what is there")
-        else:
-            add_allow_restored(action)
-        add_arm_options(action)
+    """Declare what `pendant` takes.
 
+    Nothing moves. A file can be read, compared and edited; every row comes back word for word.
 
-def _add_write_options(action: argparse.ArgumentParser) -> None:
-    action.add_argument("--yes", action="store_true", help="do not ask before writing")
-    action.add_argument(
-        "--leave-others", action="store_true", help="let rows stay that the file does not have"
-    )
-    meant = action.add_mutually_exclusive_group()
-    meant.add_argument("--shift", action="store_true", help="so that rows lead where they led")
-    meant.add_argument("--as-is", action="store_true", help="the numbers, wherever they lead now")
+    Examples:
+      armdrive pendant show                              what is in the arm, row by row
+      armdrive pendant read monday.pendant               into a file
+      armdrive pendant write monday.pendant              back, and read once more to be sure
+      armdrive pendant write monday.pendant --shift      after the arm was homed anew
+      armdrive pendant points monday.pendant stack       as points and a sequence `stack`
+      armdrive pendant make stack stack.pendant          and a sequence as rows for the pendant
+
+    Every action prints JSON with --json.
+
+    """
+    add_actions(parser, PENDANT_ACTIONS)
 
 
 # --- points
 
 
-_POINTS_EPILOG = """\
-Points are kept in a file of their own, which may be edited: docs/points.md tells every key.
-
-Examples:
-  armdrive points save pick --note "above the block"
-  armdrive points list
-  armdrive points go pick --line --speed 0.3          or --preview, which moves nothing
-  armdrive points rename pick grip
-  armdrive points run stack
-  armdrive points mirror stack stack-left             the same on the other side
-  armdrive points offset stack stack2 --x 40 --turn 30
-  armdrive points export stack stack.arm              as a program: `armdrive run stack.arm`
-
-Every action prints JSON with --json.
-"""
+def _point_go(action: argparse.ArgumentParser) -> None:
+    add_allow_restored(action)
+    add_switches(action, {"--line": "along a straight line"})
+    action.add_argument("--speed", type=fraction, default=1.0, help="fraction of the limits")
+    add_switches(action, {"--preview": "say what it would be; moves nothing"})
 
 
-POINT_ACTIONS: Mapping[str, tuple[tuple[str, ...], str]] = MappingProxyType(
-    {
-        "list": ((), "list the points and sequences, and where their file is"),
-        "show": (("name",), "show a point, or the steps of a sequence"),
-        "save": (("name",), "name the place where the arm stands; moves nothing"),
-        "go": (("name",), "move the arm to a point"),
-        "run": (("name",), "carry out a sequence"),
-        "rename": (("name", "new"), "give a point another name, in sequences too"),
-        "delete": (("name",), "take a point or a sequence away"),
-        "copy": (("name", "new"), "the same point or sequence once more, over new points"),
-        "mirror": (("name", "new"), "a point or a sequence with left and right exchanged"),
-        "export": (("name", "file"), "write a sequence as a program file"),
-        "offset": (("name", "new"), "a point or a sequence in another place"),
-    }
-)
-"""Every action of `points`: the names that it wants, and its line of help."""
+def _point_run(action: argparse.ArgumentParser) -> None:
+    action.add_argument("--times", type=count, default=1, help="so often (default 1)")
+    add_allow_restored(action)
 
 
-def _points(parser: argparse.ArgumentParser) -> None:
-    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
-    for name, (words, summary) in POINT_ACTIONS.items():
-        action = actions.add_parser(name, help=summary, description=summary)
-        for word in words:
-            action.add_argument(word, metavar=word.upper())
-        if name == "save":
-            action.add_argument("--note", default="", help="what the point is for")
-            action.add_argument("--again", action="store_true", help="move a point that is there")
-        if name == "run":
-            action.add_argument("--times", type=count, default=1, help="so often (default 1)")
-        if name == "export":
-            action.add_argument("--force", action="store_true", help="overwrite another file")
-        if name in ("copy", "mirror", "offset"):
-            _add_shape_options(action, name)
-        if name in ("go", "run"):
-            add_allow_restored(action)
-        if name == "go":
-            action.add_argument("--line", action="store_true", help="along a straight line")
-            action.add_argument(
-                "--speed", type=fraction, default=1.0, help="fraction of the limits"
-            )
-            action.add_argument(
-                "--preview", action="store_true", help="say what it would be; moves nothing"
-            )
-        add_arm_options(action)
+def _point_save(action: argparse.ArgumentParser) -> None:
+    action.add_argument("--note", default="", help="what the point is for")
+    add_switches(action, {"--again": "move a point that is there"})
 
 
-def _add_shape_options(action: argparse.ArgumentParser, name: str) -> None:
-    action.add_argument("--again", action="store_true", help="write over what is there")
-    if name != "offset":
-        return
+def _offset(action: argparse.ArgumentParser) -> None:
+    _again(action)
     for axis in ("x", "y", "z"):
         action.add_argument(
             f"--{axis}", type=number, default=0.0, metavar="MM", help=f"along the base's {axis}"
@@ -360,38 +369,134 @@ def _add_shape_options(action: argparse.ArgumentParser, name: str) -> None:
     )
 
 
+POINT_ACTIONS: Mapping[str, Action] = MappingProxyType(
+    {
+        "list": Action(
+            "list the points and sequences, and where their file is",
+            "drive.points:list_points",
+            _naming(),
+        ),
+        "show": Action(
+            "show a point, or the steps of a sequence", "drive.points:show", _naming("name")
+        ),
+        "save": Action(
+            "name the place where the arm stands; moves nothing",
+            "drive.points_driving:save",
+            _naming("name", more=_point_save),
+        ),
+        "go": Action(
+            "move the arm to a point",
+            "drive.points_driving:go",
+            _naming("name", more=_point_go),
+        ),
+        "run": Action(
+            "carry out a sequence",
+            "drive.points_driving:run",
+            _naming("name", more=_point_run),
+        ),
+        "rename": Action(
+            "give a point another name, in sequences too",
+            "drive.points:rename",
+            _naming("name", "new"),
+        ),
+        "delete": Action("take a point or a sequence away", "drive.points:delete", _naming("name")),
+        "copy": Action(
+            "the same point or sequence once more, over new points",
+            "drive.points:shape",
+            _naming("name", "new", more=_again),
+        ),
+        "mirror": Action(
+            "a point or a sequence with left and right exchanged",
+            "drive.points:shape",
+            _naming("name", "new", more=_again),
+        ),
+        "export": Action(
+            "write a sequence as a program file",
+            "drive.points:export",
+            _naming("name", "file", more=_force),
+        ),
+        "offset": Action(
+            "a point or a sequence in another place",
+            "drive.points:shape",
+            _naming("name", "new", more=_offset),
+        ),
+    }
+)
+"""Every action of `points`."""
+
+
+def _points(parser: argparse.ArgumentParser) -> None:
+    """Declare what `points` takes.
+
+    Points are kept in a file of their own, which may be edited: docs/points.md tells every key.
+
+    Examples:
+      armdrive points save pick --note "above the block"
+      armdrive points list
+      armdrive points go pick --line --speed 0.3          or --preview, which moves nothing
+      armdrive points rename pick grip
+      armdrive points run stack
+      armdrive points mirror stack stack-left             the same on the other side
+      armdrive points offset stack stack2 --x 40 --turn 30
+      armdrive points export stack stack.arm              as a program: `armdrive run stack.arm`
+
+    Every action prints JSON with --json.
+
+    """
+    add_actions(parser, POINT_ACTIONS)
+
+
+# --- record
+
+
+def _record(parser: argparse.ArgumentParser) -> None:
+    """Declare what `record` takes.
+
+    Without a name, every arm that a program of yours holds. A fault is written without being asked
+    for.
+    """
+    add_arm_options(parser)
+    parser.add_argument("--output", type=Path, metavar="FILE", help="copy the recording there")
+
+
 # --- reset
 
 
-_RESET_EPILOG = """\
-A controller that is locked, or in alarm, stays so from one command to the next: this unlocks it. A
-position that is suspect stays suspect, until the arm is homed.
-"""
+def _reset(parser: argparse.ArgumentParser) -> None:
+    """Declare what `reset` takes.
+
+    A controller that is locked, or in alarm, stays so from one command to the next: this unlocks
+    it. A position that is suspect stays suspect, until the arm is homed.
+    """
+    add_arm_options(parser)
 
 
 # --- resume
 
 
-_RESUME_EPILOG = """\
-Nothing goes on that an error, a stop or a lost wire has ended. Without a name, every arm that a
-program of yours holds.
-"""
+def _resume(parser: argparse.ArgumentParser) -> None:
+    """Declare what `resume` takes.
+
+    Nothing goes on that an error, a stop or a lost wire has ended. Without a name, every arm that a
+    program of yours holds.
+    """
+    add_arm_options(parser)
 
 
 # --- slow
 
 
-_SLOW_EPILOG = """\
-Holds for what is sent next, bursts, segments and jogs, until it is changed; 100 ends it. Without a
-name, every arm that a program of yours holds.
-
-Examples:
-  armdrive slow 20
-  armdrive slow 100 --arm bench
-"""
-
-
 def _slow(parser: argparse.ArgumentParser) -> None:
+    """Declare what `slow` takes.
+
+    Holds for what is sent next, bursts, segments and jogs, until it is changed; 100 ends it.
+    Without a name, every arm that a program of yours holds.
+
+    Examples:
+      armdrive slow 20
+      armdrive slow 100 --arm bench
+
+    """
     parser.add_argument("percent", type=_percent, help="1 to 100")
     add_arm_options(parser)
 
@@ -406,24 +511,22 @@ def _percent(word: str) -> float:
 # --- verify
 
 
-_VERIFY_EPILOG = """\
-The arm MOVES to a little above its reference mark. Then you jog the tips onto the mark by small
-steps, on lines such as `shoulder -0.5`, and type `done`. What the registers read beyond the
-reference posture is told by motor, by joint and at the tip, with what it means, and is written down
-with the date in the state folder. A simulated arm has a simulated operator.
-
-It ends with 1 where the arm is off and the posture was not taken for the new reference.
-"""
-
-
 def _verify(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--accept",
-        action="store_true",
-        help="take the posture at the mark for the new reference, without asking",
-    )
-    parser.add_argument(
-        "--keep", action="store_true", help="measure alone: take nothing for the new reference"
+    """Declare what `verify` takes.
+
+    The arm MOVES to a little above its reference mark. Then you jog the tips onto the mark by small
+    steps, on lines such as `shoulder -0.5`, and type `done`. What the registers read beyond the
+    reference posture is told by motor, by joint and at the tip, with what it means, and is written
+    down with the date in the state folder. A simulated arm has a simulated operator.
+
+    It ends with 1 where the arm is off and the posture was not taken for the new reference.
+    """
+    add_switches(
+        parser,
+        {
+            "--accept": "take the posture at the mark for the new reference, without asking",
+            "--keep": "measure alone: take nothing for the new reference",
+        },
     )
     parser.add_argument("--speed", type=fraction, default=0.5, help="fraction of the limits")
     add_allow_restored(parser)
@@ -432,18 +535,19 @@ def _verify(parser: argparse.ArgumentParser) -> None:
 
 ARGUMENTS: Mapping[str, Arguments] = MappingProxyType(
     {
-        "disable": Arguments(_disable, _DISABLE_EPILOG),
-        "enable": Arguments(add_arm_options, _ENABLE_EPILOG),
-        "home": Arguments(_home, _HOME_EPILOG),
-        "jog": Arguments(_jog, _JOG_EPILOG),
-        "move": Arguments(_move, _MOVE_EPILOG),
-        "pause": Arguments(add_arm_options, _PAUSE_EPILOG),
-        "pendant": Arguments(_pendant, _PENDANT_EPILOG),
-        "points": Arguments(_points, _POINTS_EPILOG),
-        "reset": Arguments(add_arm_options, _RESET_EPILOG),
-        "resume": Arguments(add_arm_options, _RESUME_EPILOG),
-        "slow": Arguments(_slow, _SLOW_EPILOG),
+        "disable": Arguments(_disable),
+        "enable": Arguments(_enable),
+        "home": Arguments(_home),
+        "jog": Arguments(_jog),
+        "move": Arguments(_move),
+        "pause": Arguments(_pause),
+        "pendant": Arguments(_pendant),
+        "points": Arguments(_points),
+        "record": Arguments(_record),
+        "reset": Arguments(_reset),
+        "resume": Arguments(_resume),
+        "slow": Arguments(_slow),
         "stop": Arguments(add_arm_options),
-        "verify": Arguments(_verify, _VERIFY_EPILOG),
+        "verify": Arguments(_verify),
     }
 )

@@ -17,7 +17,7 @@ from armdrive.connect.target import Target
 from armdrive.errors import ArmError, ArmInUse, BadRequest, DeviceFault, LinkError
 from armdrive.errors.table import error_view, tagged
 from armdrive.programs.problems import SourceMark, excerpt
-from armdrive.runtime.drive import PaceChoice
+from armdrive.runtime.clock import PaceChoice
 from armdrive.sim.world.table import TableBlock
 from armdrive.status import State, pose_view
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from armdrive.cli.arm_files import chosen_target
-from armdrive.cli.control_requests import one_holder
+from armdrive.cli.drive.control_requests import one_holder
 from armdrive.cli.presenter import emit, say
 from armdrive.connect.target import find
 from armdrive.errors import ArmError, BadRequest, Refused

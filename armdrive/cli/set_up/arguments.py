@@ -6,25 +6,20 @@ import argparse
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from armdrive.cli.options import Arguments, Declare, add_json_option, count, number
+from armdrive.cli.options import (
+    Action,
+    Arguments,
+    Declare,
+    add_actions,
+    add_json_option,
+    add_switches,
+    count,
+    number,
+)
 from armdrive.registry import DIALECTS, LANGUAGES, USUAL
 from armdrive.setup.templates import available
 
 # --- config
-
-
-_CONFIG_EPILOG = """\
-Examples:
-  armdrive config new                                 questions, line by line
-  armdrive config new bench --template printed-six --yes
-  armdrive config signs bench                         which way the motors turn
-  armdrive config limits bench                        do the limit switches stop the arm?
-  armdrive config show bench --toml                   every key with its value
-  armdrive config check bench
-  armdrive config set-default bench
-
-Every action prints JSON with --json.
-"""
 
 
 def _config_check(parser: argparse.ArgumentParser) -> None:
@@ -38,96 +33,114 @@ def _config_default(parser: argparse.ArgumentParser) -> None:
     add_json_option(parser)
 
 
-def _config_limits(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("name", metavar="NAME", help="an arm file, by name or path")
-    parser.add_argument("--sim", action="store_true", help="on its simulated twin; writes nothing")
-    parser.add_argument("--yes", action="store_true", help="a simulated arm: press by itself")
-    add_json_option(parser)
-
-
 def _config_new(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("name", nargs="?", help="what the arm is called")
     parser.add_argument("--template", choices=list(available()), help="what to begin from")
     parser.add_argument("--port", help="the port that leads to it")
     parser.add_argument("--answers", metavar="FILE", help="answers in TOML; the rest: defaults")
-    parser.add_argument("--yes", action="store_true", help="every default, without asking")
-    parser.add_argument("--force", action="store_true", help="overwrite an arm file of that name")
-    parser.add_argument("--sim", action="store_true", help="find directions on a simulated arm")
+    add_switches(
+        parser,
+        {
+            "--yes": "every default, without asking",
+            "--force": "overwrite an arm file of that name",
+            "--sim": "find directions on a simulated arm",
+        },
+    )
     add_json_option(parser)
 
 
-def _config_show(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("name", metavar="NAME", help="an arm file, by name or path")
-    parser.add_argument("--toml", action="store_true", help="as an arm file with every default")
-    add_json_option(parser)
+def _of_arm_file(switches: Mapping[str, str]) -> Declare:
+    """Return what declares an action on one arm file."""
+
+    def declare(parser: argparse.ArgumentParser) -> None:
+        parser.add_argument("name", metavar="NAME", help="an arm file, by name or path")
+        add_switches(parser, switches)
+        add_json_option(parser)
+
+    return declare
 
 
-def _config_signs(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("name", metavar="NAME", help="an arm file, by name or path")
-    parser.add_argument("--sim", action="store_true", help="on its simulated twin")
-    parser.add_argument("--yes", action="store_true", help="a simulated arm: look by itself")
-    add_json_option(parser)
+_config_show = _of_arm_file({"--toml": "as an arm file with every default"})
+_config_signs = _of_arm_file(
+    {"--sim": "on its simulated twin", "--yes": "a simulated arm: look by itself"}
+)
+_config_limits = _of_arm_file(
+    {"--sim": "on its simulated twin; writes nothing", "--yes": "a simulated arm: press by itself"}
+)
 
 
-CONFIG_ACTIONS: Mapping[str, tuple[Declare, str]] = MappingProxyType(
+CONFIG_ACTIONS: Mapping[str, Action] = MappingProxyType(
     {
-        "new": (_config_new, "ask questions and write an arm file"),
-        "signs": (_config_signs, "turn each motor a little to find which way it counts"),
-        "limits": (_config_limits, "press each limit switch, and see that it raises an alarm"),
-        "list": (add_json_option, "list the arm files"),
-        "show": (_config_show, "show an arm as armdrive understands its file"),
-        "check": (_config_check, "say everything that is wrong with an arm file"),
-        "set-default": (_config_default, "choose the arm that is used where none is named"),
+        "new": Action("ask questions and write an arm file", "set_up.config_new:new", _config_new),
+        "signs": Action(
+            "turn each motor a little to find which way it counts",
+            "set_up.config_new:signs",
+            _config_signs,
+        ),
+        "limits": Action(
+            "press each limit switch, and see that it raises an alarm",
+            "set_up.config_new:limits",
+            _config_limits,
+        ),
+        "list": Action("list the arm files", "set_up.config:list_arms", add_json_option),
+        "show": Action(
+            "show an arm as armdrive understands its file", "set_up.config:show", _config_show
+        ),
+        "check": Action(
+            "say everything that is wrong with an arm file", "set_up.config:check", _config_check
+        ),
+        "set-default": Action(
+            "choose the arm that is used where none is named",
+            "set_up.config:set_default",
+            _config_default,
+        ),
     }
 )
-"""Every action of `config`: what declares its options, and its line of help."""
+"""Every action of `config`."""
 
 
 def _config(parser: argparse.ArgumentParser) -> None:
-    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
-    for name, (declare, help_line) in CONFIG_ACTIONS.items():
-        action = actions.add_parser(
-            name, help=help_line, description=help_line[0].upper() + help_line[1:] + "."
-        )
-        declare(action)
+    """Declare what `config` takes.
+
+    Examples:
+      armdrive config new                                 questions, line by line
+      armdrive config new bench --template printed-six --yes
+      armdrive config signs bench                         which way the motors turn
+      armdrive config limits bench                        do the limit switches stop the arm?
+      armdrive config show bench --toml                   every key with its value
+      armdrive config check bench
+      armdrive config set-default bench
+
+    Every action prints JSON with --json.
+
+    """
+    add_actions(parser, CONFIG_ACTIONS)
 
 
 # --- can
 
 
-_CAN_EPILOG = """\
-Examples:
-  armdrive can setup bench --port 'can:slcan:/dev/ttyACM0?bitrate=500000'
-  armdrive can setup bench --sim                      practise on simulated new drives
-  armdrive can monitor can:socketcan:can0             what passes, in words; sends nothing
-  armdrive can monitor --arm bench --seconds 5 --json
-
-`armdrive doctor --can` asks who is on a bus, and how the bus is. The page docs/can-setup.md goes
-from the box to the first motion.
-"""
-
-
-_CAN_MONITOR_EPILOG = """\
-Each line has the time in seconds, the frame as candump writes it, > for a request, < for an answer
-and ? for what is none of this protocol; a check byte that is wrong is said. Frames of other devices
-are shown as they are.
-
-What the drives speak is what the arm file says; of a bus that is named, --protocol: mks where it is
-left out, or canopen. Of CANopen, --id is the number of a node: all of its services are shown.
-
-On socketcan any number of programs listen beside the one that drives. An slcan adapter is a
-serial port, which one program alone can have. Where that is one of yours that drives the arm, it is
-asked what it says and hears, by the arm's name or the port as the arm file has it: these are the
-frames of its own drives. To hear all, put a second adapter on the bus, or listen while nobody
-drives. `armdrive record --arm NAME` writes down what has passed so far.
-
-  armdrive can monitor can:socketcan:can0 --id 3
-  armdrive can monitor can:socketcan:can0 --protocol canopen
-  armdrive can monitor --arm bench --seconds 10 --json
-"""
-
-
 def _can_monitor(parser: argparse.ArgumentParser) -> None:
+    """Declare what `can monitor` takes.
+
+    Each line has the time in seconds, the frame as candump writes it, > for a request, < for an
+    answer and ? for what is none of this protocol; a check byte that is wrong is said. Frames of
+    other devices are shown as they are.
+
+    What the drives speak is what the arm file says; of a bus that is named, --protocol: mks where
+    it is left out, or canopen. Of CANopen, --id is the number of a node: all of its services are
+    shown.
+
+    On socketcan any number of programs listen beside the one that drives. An slcan adapter is a
+    serial port, which one program alone can have. Where that is one of yours that drives the arm,
+    it is asked what it says and hears, by the arm's name or the port as the arm file has it: these
+    are the frames of its own drives. To hear all, put a second adapter on the bus, or listen while
+    nobody drives. `armdrive record --arm NAME` writes down what has passed so far.
+
+      armdrive can monitor can:socketcan:can0 --id 3
+      armdrive can monitor can:socketcan:can0 --protocol canopen
+      armdrive can monitor --arm bench --seconds 10 --json
+    """
     parser.add_argument("port", nargs="?", metavar="PORT", help="can:INTERFACE:CHANNEL?...")
     parser.add_argument("--arm", metavar="NAME", help="instead: the adapter of an arm file")
     parser.add_argument(
@@ -175,62 +188,73 @@ The adapter, exactly:
 def _can_setup(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("name", help="the arm: an arm file's name, or that of a new one")
     parser.add_argument("--port", help="the adapter, can:slcan:/dev/ttyACM0?bitrate=500000 say")
-    parser.add_argument("--again", action="store_true", help="do every step once more")
-    parser.add_argument("--sim", action="store_true", help="practise on simulated new drives")
-    parser.add_argument("--yes", action="store_true", help="with --sim: every answer by itself")
+    add_switches(
+        parser,
+        {
+            "--again": "do every step once more",
+            "--sim": "practise on simulated new drives",
+            "--yes": "with --sim: every answer by itself",
+        },
+    )
     add_json_option(parser)
 
 
-CAN_ACTIONS: Mapping[str, tuple[Arguments, str]] = MappingProxyType(
+CAN_ACTIONS: Mapping[str, Action] = MappingProxyType(
     {
-        "setup": (
-            Arguments(_can_setup, _CAN_SETUP_EPILOG),
+        "setup": Action(
             "commission new drives one at a time, and write the arm file",
+            "set_up.can_setup:set_up",
+            _can_setup,
+            _CAN_SETUP_EPILOG,
         ),
-        "monitor": (
-            Arguments(_can_monitor, _CAN_MONITOR_EPILOG),
+        "monitor": Action(
             "show what passes on a bus in words; sends nothing",
+            "set_up.can_monitor:monitor",
+            _can_monitor,
         ),
     }
 )
-"""Every action of `can`: what it takes, and its line of help."""
+"""Every action of `can`."""
 
 
 def _can(parser: argparse.ArgumentParser) -> None:
-    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
-    for name, (arguments, help_line) in CAN_ACTIONS.items():
-        action = actions.add_parser(
-            name,
-            help=help_line,
-            description=help_line[0].upper() + help_line[1:] + ".",
-            formatter_class=argparse.RawDescriptionHelpFormatter,
-            epilog=arguments.epilog,
-        )
-        arguments.declare(action)
+    """Declare what `can` takes.
+
+    Examples:
+      armdrive can setup bench --port 'can:slcan:/dev/ttyACM0?bitrate=500000'
+      armdrive can setup bench --sim                      practise on simulated new drives
+      armdrive can monitor can:socketcan:can0             what passes, in words; sends nothing
+      armdrive can monitor --arm bench --seconds 5 --json
+
+    `armdrive doctor --can` asks who is on a bus, and how the bus is. The page docs/can-setup.md
+    goes from the box to the first motion.
+
+    """
+    add_actions(parser, CAN_ACTIONS)
 
 
 # --- doctor
 
 
-_DOCTOR_EPILOG = """\
-Opening a port can restart the board behind it: motors then lose their current, and an arm that is
-raised sags. So this asks first, unless --yes is given.
-
-With --arm or --dialect it connects as every other command does, once the dialect is seen to be the
-right one, and compares the controller's settings; --mend asks, and writes the lines that mend them.
-
-  armdrive doctor /dev/ttyUSB0
-  armdrive doctor --arm bench --mend
-  armdrive doctor socket://192.168.4.1:23 --yes --json
-  armdrive doctor --can                 who is on a CAN bus, and how the bus is; only reads
-  armdrive doctor --keyboard            will holding a key jog the arm here? touches no port
-
-It ends with 0 where nothing has to be mended, 1 where something has to be, 3 where nobody agreed
-to the opening, 4 where the port cannot be opened, and 6 where no arm was recognised.
-"""
-
-
 def _doctor(parser: argparse.ArgumentParser) -> None:
+    """Declare what `doctor` takes.
+
+    Opening a port can restart the board behind it: motors then lose their current, and an arm that
+    is raised sags. So this asks first, unless --yes is given.
+
+    With --arm or --dialect it connects as every other command does, once the dialect is seen to be
+    the right one, and compares the controller's settings; --mend asks, and writes the lines that
+    mend them.
+
+      armdrive doctor /dev/ttyUSB0
+      armdrive doctor --arm bench --mend
+      armdrive doctor socket://192.168.4.1:23 --yes --json
+      armdrive doctor --can                 who is on a CAN bus, and how the bus is; only reads
+      armdrive doctor --keyboard            will holding a key jog the arm here? touches no port
+
+    It ends with 0 where nothing has to be mended, 1 where something has to be, 3 where nobody
+    agreed to the opening, 4 where the port cannot be opened, and 6 where no arm was recognised.
+    """
     parser.add_argument("port", nargs="?", metavar="PORT", help="a serial port or a pyserial URL")
     parser.add_argument("--arm", metavar="NAME", help="instead: the port of an arm file")
     parser.add_argument("--dialect", choices=list(DIALECTS), help="what PORT should speak")
@@ -251,12 +275,11 @@ def _doctor(parser: argparse.ArgumentParser) -> None:
 # --- ports
 
 
-_PORTS_EPILOG = """\
-Nothing is opened to find that out: `armdrive doctor PORT` does that, and asks first.
-"""
-
-
 def _ports(parser: argparse.ArgumentParser) -> None:
+    """Declare what `ports` takes.
+
+    Nothing is opened to find that out: `armdrive doctor PORT` does that, and asks first.
+    """
     add_json_option(parser)
     parser.add_argument(
         "--can", action="store_true", help="ask every CAN driver of python-can too: takes seconds"
@@ -266,20 +289,20 @@ def _ports(parser: argparse.ArgumentParser) -> None:
 # --- sim
 
 
-_SIM_EPILOG = """\
-Examples:
-  armdrive sim teachmover --pty /tmp/arm          then: armdrive jog --port /tmp/arm
-  armdrive sim teachmover --tcp 127.0.0.1:4001    then: armdrive jog --port socket://127.0.0.1:4001
-  armdrive sim teachmover --pty /tmp/arm --fault drop:0.01,from=host --fault unplug@20
-  armdrive sim mks --slcan /tmp/can0              then: armdrive jog --port 'can:slcan:/tmp/can0'
-  armdrive sim --list                             every dialect, its settings and its faults
-
-One-line commands on standard input steer it (`help` lists them); the end of input does not end
-it, Ctrl-C does.
-"""
-
-
 def _sim(parser: argparse.ArgumentParser) -> None:
+    """Declare what `sim` takes.
+
+    Examples:
+      armdrive sim teachmover --pty /tmp/arm         then: armdrive jog --port /tmp/arm
+      armdrive sim teachmover --tcp 127.0.0.1:4001   then: armdrive jog --port socket://127.0.0.1:4001
+      armdrive sim teachmover --pty /tmp/arm --fault drop:0.01,from=host --fault unplug@20
+      armdrive sim mks --slcan /tmp/can0             then: armdrive jog --port 'can:slcan:/tmp/can0'
+      armdrive sim --list                            every dialect, its settings and its faults
+
+    One-line commands on standard input steer it (`help` lists them); the end of input does not end
+    it, Ctrl-C does.
+
+    """
     parser.add_argument("dialect", nargs="?", choices=list(DIALECTS), help="what it speaks")
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--pty", metavar="PATH", help="a new serial port, linked from PATH")
@@ -321,10 +344,10 @@ def _sim(parser: argparse.ArgumentParser) -> None:
 
 ARGUMENTS: Mapping[str, Arguments] = MappingProxyType(
     {
-        "can": Arguments(_can, _CAN_EPILOG),
-        "config": Arguments(_config, _CONFIG_EPILOG),
-        "doctor": Arguments(_doctor, _DOCTOR_EPILOG),
-        "ports": Arguments(_ports, _PORTS_EPILOG),
-        "sim": Arguments(_sim, _SIM_EPILOG),
+        "can": Arguments(_can),
+        "config": Arguments(_config),
+        "doctor": Arguments(_doctor),
+        "ports": Arguments(_ports),
+        "sim": Arguments(_sim),
     }
 )

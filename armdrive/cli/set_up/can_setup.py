@@ -7,25 +7,27 @@ import contextlib
 import sys
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from armdrive.cli.presenter import emit, say, say_lines
-from armdrive.cli.questions import Back, agree, ask, ask_value
+from armdrive.cli.arm_files import file_of
+from armdrive.cli.presenter import Outcome, Result, as_json, say, say_lines, tell
+from armdrive.cli.questions import TerminalPerson, agree, ask_value
 from armdrive.cli.set_up.arguments import ADAPTERS
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
 from armdrive.connect.port import PortOpening
 from armdrive.connect.target import simulation_forced
-from armdrive.dialog.conversation import AskPerson, Question, WrongAnswer
+from armdrive.dialog.conversation import Question, WrongAnswer
 from armdrive.errors import ArmFileError, BadRequest, OperatorNeeded
 from armdrive.registry.arm_files import load_arm, parse_arm, preset_arm
 from armdrive.registry.simulate import simulate
 from armdrive.setup import dialog_runner
 from armdrive.setup import plan as kept
-from armdrive.setup.arm_text import merged, signs_of, text_of
 from armdrive.setup.commissioning import CommissioningOutcome, Practice, walk
 from armdrive.setup.dialog_runner import Clock, DialogClock, DialogPerson, DialogRunner
+from armdrive.setup.filing import propose_drives, signs_of
 from armdrive.setup.plan import CommissioningPlan, commissionable, plan_of
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold
@@ -37,13 +39,13 @@ from armdrive.transports.link import Link
 
 DONE, UNFINISHED = 0, 1
 BEFORE = ".before"
-"""How the old text of an arm file ends that was written anew."""
+"""How the file of an arm file's old text ends."""
 
 
-def run(options: argparse.Namespace) -> int:
+def set_up(options: argparse.Namespace) -> Outcome:
     """Hold the talk, then write the arm file."""
     simulated = options.sim or simulation_forced()
-    alone = options.yes or options.json
+    alone = options.yes or as_json(options)
     if not simulated and (alone or not sys.stdin.isatty()):
         raise OperatorNeeded(
             "somebody has to plug real drives in and to watch their motors: answer at a terminal, "
@@ -51,10 +53,11 @@ def run(options: argparse.Namespace) -> int:
         )
     config = _config(options.name)
     plan = plan_of(config)
-    if not (options.json or _path(options.name).is_file()):
-        say(
+    if not file_of(options.name).is_file():
+        tell(
+            options,
             f"No arm file is called {options.name} yet: its arm is taken for a {config.title}. For "
-            "another arm write its file first, by `armdrive config new` say."
+            "another arm write its file first, by `armdrive config new` say.",
         )
     if simulated:
         return _practise(config, plan, options, alone=alone)
@@ -63,7 +66,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _config(name: str) -> ArmConfig:
     """Return the arm of a file, or that of the preset for one that is not there yet."""
-    path = _path(name)
+    path = file_of(name)
     if path.is_file():
         return load_arm(path)
     word = path.stem if name.endswith(".toml") else name
@@ -74,17 +77,13 @@ def _config(name: str) -> ArmConfig:
     return preset_arm(row.preset, name=path.stem, connection=wire)
 
 
-def _path(name: str) -> Path:
-    return Path(name) if name.endswith(".toml") else places.arm_files() / f"{name}.toml"
-
-
 def _commission(config: ArmConfig, plan: CommissioningPlan, options: argparse.Namespace) -> int:
     """Commission real drives."""
-    port = options.port or _known_port(config) or chosen_port(ADAPTERS)
+    port = options.port or _known_port(config) or chosen_port()
     notes = kept.read(plan.name, config.calibration)
     with _opened(config, port) as link:
         keep = lambda found: kept.write(plan.name, config.calibration, found)  # noqa: E731
-        person = TerminalPerson(plan.name)
+        person = TerminalPerson(f"armdrive can setup {plan.name}")
         outcome = _held(
             link, dialog_runner.RealClock(), person, plan, notes, keep, again=options.again
         )
@@ -128,22 +127,20 @@ def _known_port(config: ArmConfig) -> str:
 
 def _practise(
     config: ArmConfig, plan: CommissioningPlan, options: argparse.Namespace, *, alone: bool
-) -> int:
+) -> Result:
     """Commission simulated drives as they are shipped. Nothing is kept, and no file is written."""
     if options.port:
         raise BadRequest("--sim needs no --port: the drives are within this program")
     twin = simulate(config, factory=True)
-    terminal = TerminalPerson(f"{plan.name} --sim")
-    tell = (lambda _text: None) if options.json else say
-    person = Practice(twin, plan, tell, None if alone else terminal.answer)
-    tell("These drives are simulated, as they are shipped; nothing is written.")
+    terminal = TerminalPerson(f"armdrive can setup {plan.name} --sim")
+    person = Practice(twin, plan, partial(tell, options), None if alone else terminal.answer)
+    tell(options, "These drives are simulated, as they are shipped; nothing is written.")
     outcome = _held(twin.link, DialogClock(), person, plan, {}, lambda _notes: None, again=True)
-    text = text_of(merged(config, plan, outcome.notes, ""), plan.name, outcome.left_out)
-    if options.json:
-        emit({"arm": plan.name, "left_out": list(outcome.left_out), "arm_file": text})
-    else:
-        say_lines(f"\nThe arm file would be:\n\n{text}")
-    return DONE if outcome.finished else UNFINISHED
+    notes, left_out = outcome.notes, outcome.left_out
+    text = propose_drives(file_of(options.name), config, plan, notes, "", left_out).after
+    view = {"arm": plan.name, "left_out": list(left_out), "arm_file": text}
+    lines = ("", "The arm file would be:", "", *text.split("\n"))
+    return Result(view, lines, DONE if outcome.finished else UNFINISHED)
 
 
 def _end(
@@ -154,9 +151,9 @@ def _end(
     options: argparse.Namespace,
 ) -> None:
     """Show the arm file, and write it once that is agreed to."""
-    table = merged(config, plan, outcome.notes, port)
-    text = text_of(table, plan.name, outcome.left_out)
-    path = _path(options.name)
+    path = file_of(options.name)
+    proposal = propose_drives(path, config, plan, outcome.notes, port, outcome.left_out)
+    text = proposal.after
     parse_arm(tomllib.loads(text), name=plan.name, folder=path.parent)
     if unclear := signs_of(plan, outcome.notes).unclear:
         say(f"The directions of {', '.join(unclear)} contradict each other: try them with --again.")
@@ -164,7 +161,7 @@ def _end(
         say(f"Left out: {', '.join(outcome.left_out)}. The same command goes on there.")
     say_lines(f"\n{text}")
     there = path.is_file()
-    if there and dict(config.source.table if config.source else {}) == table:
+    if not proposal.differs:
         say(f"{path} says all this already.")
     elif agree(_question(path, there=there), "no leaves it as it is; the notes are kept."):
         _write(path, text, there=there)
@@ -176,7 +173,7 @@ def _end(
 
 def _question(path: Path, *, there: bool) -> str:
     if there:
-        return f"Write {path} anew, without its comments (the old text stays as {BEFORE})?"
+        return f"Write this to {path} (its old text stays as {path.name}{BEFORE})?"
     return f"Write this to {path}?"
 
 
@@ -200,47 +197,10 @@ def _say_next(path: Path, name: str) -> None:
         say(f"  {line}")
 
 
-# The person at the terminal, and which adapter is meant.
-
-
-class TerminalPerson:
-    """Reads answers line by line; `?` explains a question."""
-
-    def __init__(self, arm: str) -> None:
-        self._arm = arm
-
-    def tell(self, text: str) -> None:
-        """Print a line."""
-        say(text)
-
-    def watch(self, motor: int) -> None:
-        """Do nothing: people have eyes."""
-
-    def answer(self, asked: AskPerson) -> Any:
-        """Ask until the answer can be used. Raises `OperatorNeeded` where answers have ended."""
-        question = asked.question
-
-        def take(line: str) -> Any:
-            if not line and question.default is None:
-                raise WrongAnswer("an answer is needed; ? explains")
-            return question.read(line or question.default or "")
-
-        while True:
-            try:
-                return ask(question, take)
-            except Back:
-                say("  there is no way back here; Ctrl-C leaves, and the same command goes on")
-            except BadRequest as ended:
-                raise OperatorNeeded(
-                    f"the answers ended at {question.words!r}: what was done stays done, and "
-                    f"`armdrive can setup {self._arm}` goes on there"
-                ) from ended
-
-
-def chosen_port(adapters: str) -> str:
-    """Have the person choose an adapter; `adapters` says which lines there are. Opens none."""
+def chosen_port() -> str:
+    """Have the person choose an adapter, after saying how one is named. Opens none."""
     found = ports.list_can_ports(ports.list_ports())
-    say(adapters)
+    say_lines(ADAPTERS)
     lines = tuple((each.port, each.todo or each.description) for each in found)
 
     def read(line: str) -> str:

@@ -1,1 +1,41 @@
-"""armdroid."""
+"""What an Armdroid can do, and how it is used where no arm file says otherwise."""
+
+from __future__ import annotations
+
+from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
+from armdrive.dialects.dialect import Dialect, Part
+
+ENTRY = Dialect(
+    name="armdroid",
+    title="Armdroid 1",
+    preset="armdroid1",
+    baud=9600,
+    raise_dtr=True,
+    quick_stop="The motors' power switch is the only quicker stop, and the arm sags then.",
+    torque=Torque(
+        disable="sags: `0t` takes the current away; firmware before 2.0 cannot, and holds",
+        estop="is held: the burst under way is finished, and the current stays on",
+        power_loss="sags; a reset of the board alone is up to the interface",
+        closed_port="is held, unless the board is reset by the next opening of its port",
+    ),
+    abilities=Abilities(
+        motors=6,
+        coordinated=False,
+        abort=Abort.NONE,
+        queued_segments=0,
+        speed_mode_with_watchdog=False,
+        reports_while_moving=False,
+        own_homing=False,
+        resets_on_open=True,
+        check_bytes=False,
+        current=Switching.BOTH,
+        grip_switch=False,
+        pendant=False,
+        jog_burst_s=0.15,
+        planned_burst_s=0.15,
+        traffic=Traffic(line_chars=22, answer_chars=60, device_s=0.2),
+        register_bits=16,
+    ),
+    driver=Part("armdrive.dialects.armdroid.controller", "DRIVER"),
+    tools=Part("armdrive.dialects.armdroid.words", "TOOLS"),
+)

@@ -14,9 +14,9 @@ from typing import TypeAlias
 from armdrive.abilities import Abilities, Switching
 from armdrive.dialects.armdroid.exchange import LONGEST_OFFSETS, TRIES, BoardExchange
 from armdrive.dialects.armdroid.settings import ArmdroidSettings, StepRates, straying
-from armdrive.dialects.controller import StopPart, Stopping
+from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
 from armdrive.dialects.dialect import Driver
-from armdrive.dialects.exchange import BITS_A_BYTE, ScriptIO, ScriptRunner
+from armdrive.dialects.exchange import BITS_A_BYTE, ScriptIO
 from armdrive.errors import Refused
 from armdrive.tasks import (
     Alert,
@@ -45,7 +45,7 @@ from firmware_protocol.armdroid import (
     TorqueReported,
     Welcome,
 )
-from firmware_protocol.armdroid.characters import wrapped
+from firmware_protocol.armdroid.device import wrapped
 from firmware_protocol.armdroid.host import Event as Heard
 from firmware_protocol.armdroid.wire import encode_command
 from kinematics.spaces import Motors

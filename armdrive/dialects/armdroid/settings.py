@@ -92,7 +92,7 @@ class StepRates:
 
     def longest_s(self, steps: float, rpm: int) -> float:
         """Return how long so many steps may take."""
-        return steps / self._rates[rpm] * self._meter.doubt(rpm)
+        return steps / self._rates[rpm] * self._meter.part(rpm).doubt
 
     def measured(self, steps: int, rpm: int, *, least_s: float, most_s: float) -> bool:
         """Learn from a motion that took from `least_s` to `most_s`; False where that is no time.
@@ -100,10 +100,9 @@ class StepRates:
         The first step is made at once, so that all of them take one interval less than there are.
         """
         whole_s = steps / self._rates[rpm]
-        believable = any(
-            self._meter.believable(rpm, whole_s, took_s) for took_s in (least_s, most_s)
-        )
-        self._meter.learn(rpm, (steps - 1) / self._rates[rpm], least_s)
+        meter = self._meter.part(rpm)
+        believable = any(meter.believable(whole_s, took_s) for took_s in (least_s, most_s))
+        meter.learn((steps - 1) / self._rates[rpm], least_s)
         return believable
 
 

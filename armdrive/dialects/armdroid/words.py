@@ -28,7 +28,7 @@ from armdrive.dialects.words import (
     standing,
 )
 from firmware_protocol.armdroid import Version
-from firmware_protocol.armdroid.answers import (
+from firmware_protocol.armdroid.messages import (
     ArgumentsReported,
     OffsetsReported,
     SpeedReported,

@@ -37,9 +37,8 @@ from armdrive.dialects.cia402.wire import (
     Heard,
     HeartbeatProducer,
 )
-from armdrive.dialects.controller import StopPart, Stopping
+from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
 from armdrive.dialects.dialect import Driver
-from armdrive.dialects.exchange import ScriptRunner
 from armdrive.errors import Refused
 from armdrive.tasks import (
     ClearFault,

@@ -1,1 +1,44 @@
-"""grbl."""
+"""What a board of the GRBL family can do, and how it is used where no arm file says otherwise."""
+
+from __future__ import annotations
+
+from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
+from armdrive.dialects.dialect import Dialect, Part
+
+ENTRY = Dialect(
+    name="grbl",
+    title="GRBL board",
+    preset="minimover5",
+    baud=115_200,
+    raise_dtr=False,
+    quick_stop="The switch of the motors' supply is the quicker stop: the arm sags then.",
+    torque=Torque(
+        disable="sags: `$SLP` puts the board and its motors to sleep",
+        estop="sags for 0.5 s in motion (`ALARM:3`), then is held; grblHAL holds it",
+        power_loss="sags, and the position is zero afterwards",
+        closed_port="is held where `$1` is 255; opening the port resets most boards",
+    ),
+    abilities=Abilities(
+        motors=6,
+        coordinated=True,
+        abort=Abort.RAMP,
+        queued_segments=15,
+        speed_mode_with_watchdog=False,
+        reports_while_moving=True,
+        own_homing=True,
+        resets_on_open=True,
+        check_bytes=False,
+        current=Switching.DROPS,
+        grip_switch=False,
+        pendant=False,
+        jog_burst_s=0.15,
+        planned_burst_s=0.4,
+        traffic=Traffic(line_chars=34, answer_chars=4),
+        register_bits=32,
+        ramp_s=0.15,
+        jerk_s=0.05,
+        inputs=11,
+    ),
+    driver=Part("armdrive.dialects.grbl.controller", "DRIVER"),
+    tools=Part("armdrive.dialects.grbl.words", "TOOLS"),
+)

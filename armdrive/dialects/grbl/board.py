@@ -25,7 +25,7 @@ from firmware_protocol.grbl import (
     Version,
 )
 from firmware_protocol.grbl.dialect import RING_BYTES_MAX
-from firmware_protocol.grbl.events import Event as HostEvent
+from firmware_protocol.grbl.host import Event as HostEvent
 from kinematics.spaces import Motors
 
 # The `?` that a GRBL board has been asked: how long it has been mute, and what they may leave.

@@ -14,9 +14,8 @@ from armdrive.dialects.grbl.exchange import (
     GrblExchange,
     refusal,
 )
-from armdrive.dialects.grbl.outputs import GrblOutputs
 from armdrive.dialects.grbl.settings import GrblSettings
-from armdrive.dialects.grbl.stops import GrblStops
+from armdrive.dialects.grbl.stops import GrblOutputs, GrblStops
 from armdrive.tasks import Done, RequestRejected, Timeout
 from firmware_protocol.grbl import (
     Acknowledged,
@@ -28,7 +27,7 @@ from firmware_protocol.grbl import (
     StatusReported,
     Unlock,
 )
-from firmware_protocol.grbl.events import Event as HostEvent
+from firmware_protocol.grbl.host import Event as HostEvent
 
 TRIES = 3
 """How often the board's build is asked for, its modes are set, and a report that surprises is
@@ -62,7 +61,10 @@ class GrblContact:
         Return what stands against it, where something does.
         """
         began_s = self.io.now_s
-        if not (yield from self._alive()) and not (yield from self.exchange.soft_reset()):
+        # a banner or a report; a board that is starting answers nothing for a while
+        boot_s, every_s = self.settings.boot_s, 2.0 * self.settings.poll_s
+        alive = yield from self.exchange.sign_of_life(boot_s, every_s, StatusReported | Restarted)
+        if not alive and not (yield from self.exchange.soft_reset()):
             self.io.say(b"", "? (and to a reset)")
             return self.io.silence(began_s)
         if not (yield from self._calm_down()):
@@ -95,18 +97,6 @@ class GrblContact:
             f"{lacking} too: take a board and a firmware with an axis for each motor "
             "(grbl-Mega-5X, grblHAL, FluidNC), or put the right letters into grbl.axes"
         )
-
-    def _alive(self) -> Asking:
-        """Wait for a banner or a report; a board that is starting answers nothing for a while."""
-        end_s = self.io.now_s + self.settings.boot_s
-        while self.io.now_s < end_s:
-            self.exchange.press(Realtime.STATUS)
-            again_s = min(self.io.now_s + 2.0 * self.settings.poll_s, end_s)
-            while self.io.now_s < again_s:
-                heard = yield from self.exchange.listen(again_s)
-                if isinstance(heard, StatusReported | Restarted):
-                    return True
-        return False
 
     def _calm_down(self) -> Asking:
         """See to it that the board stands and reads lines, whatever an earlier program left.

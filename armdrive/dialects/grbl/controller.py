@@ -17,17 +17,16 @@ from dataclasses import replace
 
 from armdrive.abilities import Abilities
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.controller import StopPart, Stopping
+from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
 from armdrive.dialects.dialect import Driver
-from armdrive.dialects.exchange import BITS_A_BYTE, ScriptRunner
+from armdrive.dialects.exchange import BITS_A_BYTE
 from armdrive.dialects.grbl.board import BoardState
 from armdrive.dialects.grbl.contact import GrblContact
 from armdrive.dialects.grbl.exchange import Answering, GrblExchange, refusal
 from armdrive.dialects.grbl.motion import GrblHoming, GrblMotion
-from armdrive.dialects.grbl.outputs import GrblOutputs
 from armdrive.dialects.grbl.planner import MotionBounds
 from armdrive.dialects.grbl.settings import BoardAxes, Comparison, GrblSettings, idle_key
-from armdrive.dialects.grbl.stops import GrblStops
+from armdrive.dialects.grbl.stops import GrblOutputs, GrblStops
 from armdrive.errors import Refused
 from armdrive.tasks import (
     ClearFault,
@@ -48,7 +47,7 @@ from armdrive.tasks import (
     WriteRow,
 )
 from firmware_protocol.grbl import Acknowledged, Dialect, Host, Line, QuerySettings, Sleep
-from firmware_protocol.grbl.events import Event as HostEvent
+from firmware_protocol.grbl.host import Event as HostEvent
 
 TRIES = 3
 """How often the settings are read, where what came was incomplete."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Generator
 from dataclasses import dataclass
+from types import UnionType
 from typing import TypeAlias
 
 from armdrive.dialects.exchange import ScriptIO
@@ -23,7 +24,7 @@ from firmware_protocol.grbl import (
     State,
     StatusReported,
 )
-from firmware_protocol.grbl.events import Event as HostEvent
+from firmware_protocol.grbl.host import Event as HostEvent
 
 Asking: TypeAlias = Generator[float, HostEvent | None, bool]
 Answering: TypeAlias = Generator[float, HostEvent | None, Reply]
@@ -126,13 +127,19 @@ class GrblExchange:
 
     def look(self, patience_s: float) -> Asking:
         """Ask for a report until one comes; False where none did. Moves nothing."""
+        return self.sign_of_life(patience_s, LATE_REPORT_S, StatusReported)
+
+    def sign_of_life(
+        self, patience_s: float, every_s: float, wanted: type[HostEvent] | UnionType
+    ) -> Asking:
+        """Ask for a report every so often, until something wanted comes; False where none did."""
         end_s = self.io.now_s + patience_s
         while self.io.now_s < end_s:
             self.press(Realtime.STATUS)
-            again_s = min(self.io.now_s + LATE_REPORT_S, end_s)
+            again_s = min(self.io.now_s + every_s, end_s)
             while self.io.now_s < again_s:
                 heard = yield from self.listen(again_s)
-                if isinstance(heard, StatusReported):
+                if isinstance(heard, wanted):
                     return True
         return False
 

@@ -21,8 +21,14 @@ from armdrive.dialects.grbl.exchange import (
     GrblExchange,
     refusal,
 )
-from armdrive.dialects.grbl.in_flight import InFlightLines, LineTrip
-from armdrive.dialects.grbl.planner import SLOWEST_HZ, MotionBounds, MotorPath, way
+from armdrive.dialects.grbl.planner import (
+    SLOWEST_HZ,
+    InFlightLines,
+    LineTrip,
+    MotionBounds,
+    MotorPath,
+    way,
+)
 from armdrive.dialects.grbl.settings import BoardAxes, GrblSettings, feed
 from armdrive.dialects.grbl.stops import GrblStops
 from armdrive.tasks import (
@@ -49,7 +55,7 @@ from firmware_protocol.grbl import (
     StatusReported,
     Variant,
 )
-from firmware_protocol.grbl.events import Event as HostEvent
+from firmware_protocol.grbl.host import Event as HostEvent
 from kinematics.spaces import Motors
 
 STALLED_S = 2.0

@@ -10,9 +10,8 @@ from armdrive.dialects.dialect import DeviceTools
 from armdrive.dialects.recognition import Certainty, Identity, Probe, Recognition, lines_of
 from armdrive.dialects.words import AnswerLines, Describer, Message, Sentences, Weight, plain
 from firmware_protocol.errors import RemoteProtocolError
-from firmware_protocol.grbl.answers import Alarm, Banner, Error, Feedback, Ok, Setting
+from firmware_protocol.grbl.answers import Alarm, Banner, Error, Feedback, Ok, Setting, Version
 from firmware_protocol.grbl.codes import alarm_code, error_code
-from firmware_protocol.grbl.info import Version
 from firmware_protocol.grbl.realtime import Realtime, split_realtime
 from firmware_protocol.grbl.reports import decode_answer
 from firmware_protocol.grbl.status import State, StatusReport

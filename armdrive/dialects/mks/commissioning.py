@@ -36,7 +36,7 @@ from armdrive.dialog.conversation import (
     agreed,
     ask,
     say,
-    whole_or_empty,
+    whole,
 )
 from firmware_protocol.mks import (
     COUNTS_PER_TURN,
@@ -278,7 +278,7 @@ class MksDriveAtHand:
                 f"Current of the {self.drive.name} motor, in mA?",
                 f"What its data sheet calls rated or phase current, up to {most_ma} mA for this "
                 "board. Too little stalls, too much makes it hot: begin with less.",
-                whole_or_empty(1, most_ma, "mA"),
+                whole(1, most_ma, "mA"),
                 default,
             ),
             About.NUMBER,

@@ -15,9 +15,8 @@ from armdrive.config.arm import ArmConfig
 from armdrive.dialects.bus.motors import bus_motors
 from armdrive.dialects.bus.observer import LATE_S
 from armdrive.dialects.bus.way import trapezoid_s
-from armdrive.dialects.controller import StopPart, Stopping
+from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
 from armdrive.dialects.dialect import Driver
-from armdrive.dialects.exchange import ScriptRunner
 from armdrive.dialects.mks.bursts import MksBursts
 from armdrive.dialects.mks.compare import MksComparing
 from armdrive.dialects.mks.contact import MksContact

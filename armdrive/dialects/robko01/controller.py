@@ -13,12 +13,13 @@ from dataclasses import replace
 from typing import TypeAlias
 
 from armdrive.abilities import Abilities
-from armdrive.dialects.controller import StopPart, Stopping
+from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
 from armdrive.dialects.dialect import Driver
-from armdrive.dialects.exchange import BITS_A_BYTE, ScriptRunner
+from armdrive.dialects.exchange import BITS_A_BYTE
 from armdrive.dialects.robko01.exchange import MotorPower, RobkoExchange
 from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS, RobkoMotion, RobkoStart, RobkoWatch
-from armdrive.dialects.robko01.settings import PaceMeter, Pacing, RobkoSettings
+from armdrive.dialects.robko01.settings import SLACK_S, TOLD_BY_S, Pacing, RobkoSettings
+from armdrive.dialects.speed_table import PaceMeter
 from armdrive.errors import Refused
 from armdrive.tasks import (
     AlertKind,
@@ -71,7 +72,7 @@ class RobkoController(ScriptRunner[HostEvent]):
         super().__init__(replace(abilities, resets_on_open=settings.resets_on_open), host)
         self._byte_s = BITS_A_BYTE / baud
         self._pacing = Pacing(settings.known)
-        self._meter = PaceMeter(settings.speed_doubt)
+        self._meter = PaceMeter(settings.speed_doubt, TOLD_BY_S, SLACK_S, SLACK_S)
         self._power = MotorPower(self.io, settings.watchdog_s)
         self._exchange = RobkoExchange(self.io, host, self._power, settings, self._byte_s)
         self._motion = RobkoMotion(

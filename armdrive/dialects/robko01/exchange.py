@@ -149,17 +149,15 @@ class RobkoExchange:
         self._host.forget()
         data = self._host.send(message)
         self._io.say(data, text)
-        until_s = self._io.now_s + self._patience_s(len(data))
-        while not (break_at_stop and self._io.stop_asked):
-            heard = yield until_s
-            if isinstance(heard, Answered) and heard.request is message:
-                self.heed(heard)
-                return heard.answer
-            if heard is not None:
-                self._io.on_unasked(heard)
-            elif self._io.now_s >= until_s:  # all that has come is read by now
-                break
-        return None
+        heard = yield from self._io.hear(
+            self._io.now_s + self._patience_s(len(data)),
+            lambda one: isinstance(one, Answered) and one.request is message,
+            until_stop=break_at_stop,
+        )
+        if not isinstance(heard, Answered):
+            return None
+        self.heed(heard)
+        return heard.answer
 
     def _get_into_step(self) -> Generator[float, HostEvent | None, bool]:
         """Ping until the board answers; the first time as long as it may take to start."""

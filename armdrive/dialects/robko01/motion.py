@@ -27,7 +27,8 @@ from typing import TypeAlias
 
 from armdrive.dialects.exchange import ScriptIO
 from armdrive.dialects.robko01.exchange import MotorPower, RobkoExchange
-from armdrive.dialects.robko01.settings import PaceMeter, Pacing
+from armdrive.dialects.robko01.settings import Pacing
+from armdrive.dialects.speed_table import PaceMeter
 from armdrive.tasks import (
     Alert,
     AlertKind,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
 
@@ -98,8 +98,8 @@ SLOWEST_HZ = 1.0
 """Speeds are whole steps a second."""
 SPARE = 3
 """Chances that may go by unused: before the first step, and on either side of the ramps."""
-EARLY, LATE, SLACK_S = 0.4, 1.5, 0.1
-"""A motion that lasted less or more than this share of what was expected is hard to believe."""
+SLACK_S = 0.1
+"""What a look at the motors may be early or late."""
 TOLD_BY_S = 0.1
 """Shorter motions say more about the wire than about the motors."""
 
@@ -233,28 +233,3 @@ class Pacing:
         real = self._chances(self._command(lead_hz * share)) / chances
         ramp = min(self._ramp_steps(chances), (longest + 1) // 2)
         return (1.0 - 1.0 / real) * ramp + steps * (1.0 - real * share) + 2.0
-
-
-@dataclass(slots=True)
-class PaceMeter:
-    """How much slower than computed the arm is. Slower is believed at once, faster bit by bit."""
-
-    assumed_doubt: float
-    _known: float | None = field(default=None)
-
-    @property
-    def doubt(self) -> float:
-        """The factor by which a motion may last longer than computed."""
-        return self.assumed_doubt if self._known is None else self._known
-
-    def learn(self, expected_s: float, measured_s: float) -> bool:
-        """Weigh one motion; False where none can have lasted so long, or so short."""
-        believable = (
-            EARLY * expected_s - SLACK_S <= measured_s <= LATE * self.doubt * expected_s + SLACK_S
-        )
-        factor = max(measured_s / expected_s, 1.0)
-        known = factor if self._known is None else self._known
-        # short motions look slower than they are, never faster: they too end a wrong suspicion
-        if expected_s >= TOLD_BY_S or (self._known is not None and factor < known):
-            self._known = max(factor, known + (factor - known) / 4.0)
-        return believable

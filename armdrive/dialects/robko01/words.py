@@ -9,18 +9,22 @@ from armdrive.dialects.recognition import Certainty, Identity, Probe, Recognitio
 from armdrive.dialects.words import Describer, Message, Sentences, Weight, moved, plain, standing
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.robko01 import Host, Op, Ping, Stray
-from firmware_protocol.robko01.answers import Acknowledged, Busy, Positions
 from firmware_protocol.robko01.frames import Frame, FrameSplitter, Noise
-from firmware_protocol.robko01.requests import (
+from firmware_protocol.robko01.messages import (
+    AXIS_NAMES,
+    Acknowledged,
+    Axes,
+    Busy,
     Disable,
     Enable,
     MoveAbsolute,
     MoveRelative,
     MoveSpeed,
     Position,
+    Positions,
+    decode_answer,
+    decode_request,
 )
-from firmware_protocol.robko01.values import AXIS_NAMES, Axes
-from firmware_protocol.robko01.wire import decode_answer, decode_request
 
 
 def _fastest(axes: Axes) -> int:

@@ -1,1 +1,43 @@
-"""teachmover."""
+"""What a TeachMover can do, and how it is used where no arm file says otherwise."""
+
+from __future__ import annotations
+
+from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
+from armdrive.dialects.dialect import Dialect, Part
+
+ENTRY = Dialect(
+    name="teachmover",
+    title="TeachMover",
+    preset="teachmover",
+    baud=9600,
+    raise_dtr=False,
+    quick_stop="The STOP key of the pendant is the quicker stop: it ends a burst at once.",
+    torque=Torque(
+        disable="sags: `@RESET` takes the current away until the next motion",
+        estop="is held: the burst under way is finished, and the current stays on",
+        power_loss="sags, and the registers are zero afterwards",
+        closed_port="is held: nothing is sent, and DTR and RTS stay down",
+    ),
+    abilities=Abilities(
+        motors=6,
+        coordinated=True,
+        abort=Abort.NONE,
+        queued_segments=0,
+        speed_mode_with_watchdog=False,
+        reports_while_moving=False,
+        own_homing=False,
+        resets_on_open=False,
+        check_bytes=False,
+        current=Switching.DROPS,
+        grip_switch=True,
+        pendant=True,
+        jog_burst_s=0.15,
+        planned_burst_s=0.15,
+        traffic=Traffic(line_chars=36, answer_chars=2),
+        register_bits=16,
+        program_rows=64,
+        inputs=7,
+    ),
+    driver=Part("armdrive.dialects.teachmover.controller", "DRIVER"),
+    tools=Part("armdrive.dialects.teachmover.words", "TOOLS"),
+)

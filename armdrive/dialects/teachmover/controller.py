@@ -9,9 +9,9 @@ from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 
 from armdrive.abilities import Abilities
-from armdrive.dialects.controller import StopPart, Stopping
+from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
 from armdrive.dialects.dialect import Driver
-from armdrive.dialects.exchange import BITS_A_BYTE, ScriptRunner
+from armdrive.dialects.exchange import BITS_A_BYTE
 from armdrive.dialects.speed_table import SpeedMeter, SpeedTable
 from armdrive.errors import Refused
 from armdrive.tasks import (
@@ -178,7 +178,7 @@ class StepTimes:
 
     def longest_s(self, steps: float, setting: int) -> float:
         """Return how long so many steps take on an arm that is as slow as it may be."""
-        return steps / self._table.rate_hz(setting) * self._meter.doubt(setting)
+        return steps / self._table.rate_hz(setting) * self._meter.part(setting).doubt
 
     def motion_s(self, command: Command) -> tuple[float, float]:
         """Return how long the motion should take, and how long it may."""
@@ -186,13 +186,11 @@ class StepTimes:
             return 0.0, 0.0
         busiest = max(abs(steps) for steps in command.steps)
         motion_s = busiest / self._table.rate_hz(command.speed)
-        return motion_s, motion_s * max(self._meter.doubt(command.speed), 1.0) * SLOWEST_ANSWER
+        return motion_s, motion_s * max(self._meter.part(command.speed).doubt, 1.0) * SLOWEST_ANSWER
 
     def measured(self, setting: int, motion_s: float, moved_s: float) -> bool:
         """Learn how fast the arm is; False where no such motion takes so long."""
-        believable = self._meter.believable(setting, motion_s, moved_s)
-        self._meter.learn(setting, motion_s, moved_s)
-        return believable
+        return self._meter.part(setting).learn(motion_s, moved_s)
 
 
 class TeachMoverController(ScriptRunner[HostEvent]):

@@ -20,7 +20,7 @@ from armdrive.status import joints_view
 from armdrive.storage.points import Point, Step, StepList
 from firmware_protocol.errors import BadField, ProtocolError, RemoteProtocolError
 from firmware_protocol.teachmover import SPEED_MAX, ProgramRow
-from firmware_protocol.teachmover.program import MOVE_KIND
+from firmware_protocol.teachmover.messages import MOVE_KIND
 from kinematics.spaces import Joints, Motors
 
 _SPAN = 1 << 16

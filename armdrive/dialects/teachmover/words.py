@@ -28,9 +28,11 @@ from armdrive.dialects.words import (
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.teachmover.messages import (
     ATTENTION,
+    MOVE_KIND,
     Arm,
     Close,
     Key,
+    ProgramRow,
     QDump,
     QWrite,
     Read,
@@ -40,7 +42,6 @@ from firmware_protocol.teachmover.messages import (
     Status,
     Step,
 )
-from firmware_protocol.teachmover.program import MOVE_KIND, ProgramRow
 from firmware_protocol.teachmover.wire import decode_command, decode_reply, encode_command
 
 MOTORS = ("base", "shoulder", "elbow", "right wrist", "left wrist", "gripper")

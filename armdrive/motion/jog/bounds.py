@@ -8,14 +8,16 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from armdrive.config.arm import ArmConfig
+from armdrive.motion.frames import BASE, axes_of
 from armdrive.motion.plan import guard_error
+from armdrive.moves import Space
 from armdrive.runtime.position import ArmCoordinates
 from kinematics.errors import KinematicsError, Unreachable
-from kinematics.frames.vectors import Vector
 from kinematics.geometry import ArmGeometry
 from kinematics.guards.guards import Violation
 from kinematics.guards.path import first_violation
 from kinematics.spaces import Joints, Pose
+from kinematics.transmission import Transmission
 
 HALVINGS = 9
 """How closely a bound is looked for: to a five-hundredth of what is looked ahead, leg by leg."""
@@ -53,22 +55,22 @@ class Bounds:
     leg; only where that does not suffice is the way itself proved (kinematics/guards/path.py).
     """
 
-    def __init__(self, config: ArmConfig) -> None:
+    def __init__(self, config: ArmConfig, transmission: Transmission) -> None:
         self._arm = config.model.arm
         self._guards = config.model.guards
-        self._transmission = config.model.transmission
+        self._transmission = transmission
         self._guarded = self._guards.over(self._arm)
         self._rounding_mm = self._most_rounding_mm()
         self._stands: Joints | None = None
         self._left_mm = 0.0
         self._looked = False
 
-    def free(self, way: JogPath, here: Joints, look_s: float) -> Free:
-        """Return how long a way from here is free, at most `look_s`."""
-        reach_s, unreached_s = furthest(lambda time_s: way.at(time_s) is not None, look_s)
+    def free(self, way: JogPath, here: Joints, look_s: float, from_s: float = 0.0) -> Free:
+        """Return how long a way is free that is here at a moment of it, at most `look_s`."""
+        reach_s, unreached_s = furthest(lambda time_s: way.at(from_s + time_s) is not None, look_s)
 
         def clear(time_s: float) -> bool:
-            there = way.at(time_s)
+            there = way.at(from_s + time_s)
             return there is not None and self.holds(here, there.joints)
 
         clear_s, unclear_s = furthest(clear, reach_s)
@@ -111,8 +113,6 @@ class Bounds:
 
     def _whole(self, joints: Joints) -> Joints:
         """Return the posture on whole steps that stands for another."""
-        if self._transmission is None:
-            return joints
         return self._transmission.to_joints(self._transmission.to_motors(joints))[0]
 
     def _has_room(self, here: Joints, way_mm: float) -> bool:
@@ -126,8 +126,6 @@ class Bounds:
 
     def _most_rounding_mm(self) -> float:
         """Return how far a point of the arm is off at most because motors stand on whole steps."""
-        if self._transmission is None:
-            return 0.0
         rows = self._transmission.inverse[: len(self._arm.limits)]
         return self._arm.travel_bound_mm([0.5 * math.fsum(map(abs, row)) for row in rows])
 
@@ -135,7 +133,9 @@ class Bounds:
         return self._arm.travel_bound_mm([b - a for a, b in zip(here, there, strict=True)])
 
 
-def furthest(good: Callable[[float], bool], most: float) -> tuple[float, float]:
+def furthest(
+    good: Callable[[float], bool], most: float, halvings: int = HALVINGS
+) -> tuple[float, float]:
     """Return the furthest that is good, and something beyond it that is not; of 0 nothing is asked.
 
     The second is infinite where all is good.
@@ -143,7 +143,7 @@ def furthest(good: Callable[[float], bool], most: float) -> tuple[float, float]:
     if most <= 0.0 or good(most):
         return most, math.inf
     low, high = 0.0, most
-    for _ in range(HALVINGS):
+    for _ in range(halvings):
         middle = (low + high) / 2.0
         if good(middle):
             low = middle
@@ -155,15 +155,6 @@ def furthest(good: Callable[[float], bool], most: float) -> tuple[float, float]:
 def at_limits(names: Sequence[str]) -> str:
     """Say which axes have stopped at the ends of their ranges, if any have."""
     return f"the {' and the '.join(names)} stopped at the limit" if names else ""
-
-
-def between(config: ArmConfig, here: ArmCoordinates, there: ArmCoordinates) -> int:
-    """Return how many steps the busiest motor makes from one point to another."""
-    transmission = config.model.transmission
-    if transmission is None:  # no such arm is driven
-        return 0
-    before = transmission.to_motors(here.joints, here.opening_mm)
-    return (transmission.to_motors(there.joints, there.opening_mm) - before).largest
 
 
 def _ended(words: str, cause: Exception | None) -> JogEnded:
@@ -188,6 +179,9 @@ ELSEWHERE = "the arm would have to take another posture at once"
 
 Span = tuple[float, float]
 
+Kind = tuple[Space, str]
+"""What a jog is meant in: a space and a frame."""
+
 
 class JogPath(Protocol):
     """What the course of a jog needs of a way."""
@@ -209,8 +203,7 @@ class JointJogPath:
 
     def at(self, time_s: float) -> ArmCoordinates:
         """Return the point after a time."""
-        here = (*self.start.joints, self.start.opening_mm)
-        there = [a + rate * time_s for a, rate in zip(here, self.rates, strict=True)]
+        there = [a + rate * time_s for a, rate in zip(self.start.values, self.rates, strict=True)]
         if self.spans is not None:
             bounded = zip(there, self.spans, strict=True)
             there = [min(max(a, low), high) for a, (low, high) in bounded]
@@ -247,9 +240,8 @@ class TipJogPath:
     def why(self, time_s: float) -> KinematicsError | str:
         """Say why there is no point after a time."""
         _, before = self._before(time_s)
-        for (
-            further_s
-        ) in FURTHER_S:  # at the very edge, one solver still finds what another does not
+        # at the very edge, one solver still finds what another does not
+        for further_s in FURTHER_S:
             try:
                 self._arm.ik_near(self.pose(time_s + further_s), before)
             except KinematicsError as refusal:
@@ -290,9 +282,29 @@ class TipJogPath:
         return before
 
 
-def in_base(axes: tuple[Vector, Vector, Vector], rates: Sequence[float]) -> tuple[float, ...]:
-    """Return the rates of a tip with x, y and z of another frame turned into the base's."""
+def jog_path(
+    config: ArmConfig,
+    kind: Kind,
+    start: ArmCoordinates,
+    rates: Sequence[float],
+    spans: Sequence[Span] | None = None,
+) -> JogPath:
+    """Return the way of a jog; joints know no bounds without `spans`, and the fingers always do."""
+    if kind[0] is Space.JOINT:
+        return JointJogPath(start, rates, spans)
+    rates = in_base(config, kind, start, rates)
+    return TipJogPath(config, on_limits(config, start), rates, spans_of(config, start)[-1])
+
+
+def in_base(
+    config: ArmConfig, kind: Kind, start: ArmCoordinates, rates: Sequence[float]
+) -> tuple[float, ...]:
+    """Return the rates of a tip with x, y and z of its frame turned into the base's."""
+    _, frame = kind
+    if frame == BASE:
+        return tuple(rates)
     x, y, z, *others = rates
+    axes = axes_of(config, start.joints, frame)
     turned = (x * a + y * b + z * c for a, b, c in zip(*axes, strict=True))
     return (*turned, *others)
 
@@ -300,9 +312,8 @@ def in_base(axes: tuple[Vector, Vector, Vector], rates: Sequence[float]) -> tupl
 def spans_of(config: ArmConfig, start: ArmCoordinates) -> tuple[Span, ...]:
     """Return where each joint, and then the gripper, may be: moving back is always allowed."""
     bounds = [(one.low_rad, one.high_rad) for one in config.model.arm.limits]
-    here = (*start.joints, start.opening_mm)
-    ranges = (*bounds, config.model.gripper_range_mm)
-    return tuple((min(low, a), max(high, a)) for (low, high), a in zip(ranges, here, strict=True))
+    ranges = zip((*bounds, config.model.gripper_range_mm), start.values, strict=True)
+    return tuple((min(low, a), max(high, a)) for (low, high), a in ranges)
 
 
 def on_limits(config: ArmConfig, start: ArmCoordinates) -> ArmCoordinates:

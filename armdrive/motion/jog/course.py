@@ -12,26 +12,23 @@ import math
 from dataclasses import dataclass, replace
 
 from armdrive.config.arm import ArmConfig
-from armdrive.motion.frames import BASE, axes_of
 from armdrive.motion.jog.bounds import (
     Bounds,
+    Free,
     JogEnded,
     JogPath,
-    JointJogPath,
+    Kind,
     Span,
-    TipJogPath,
     at_limits,
-    between,
-    furthest,
     in_base,
-    on_limits,
+    jog_path,
     spans_of,
 )
-from armdrive.motion.jog.rates import Kind, Paced, Pacer, RateGoal, Scale, axis_names
-from armdrive.motion.segments import SpeedLimits
+from armdrive.motion.jog.rates import Paced, Pacer, RateGoal, Scale, axis_names
+from armdrive.motion.plan import SpeedLimits
 from armdrive.moves import GRIPPER_AXIS, Jog, Space
 from armdrive.runtime.position import ArmCoordinates, MotionSegment
-from kinematics.five_axis.jog_rates import Rates, braked, shares_to_stop
+from kinematics.five_axis.rates import Rates, braked, shares_to_stop
 
 LAST_STEPS = 2
 """The last steps before a bound are made at once, lest the arm creep for ever."""
@@ -98,7 +95,7 @@ class JogCourse:
         self._terms = terms
         self._pacer = Pacer(terms.ramp_s, carries=terms.queued)
         self._scale = Scale(config, speeds)
-        self._bounds = Bounds(config)
+        self._bounds = Bounds(config, speeds.transmission)
 
     def propose(
         self, wish: Wish, start: ArmCoordinates, time_s: float, now_s: float
@@ -138,7 +135,8 @@ class JogCourse:
             return RateGoal(shares, speed)
         guess = 1.0
         if jog.space is Space.CARTESIAN:
-            guess = self._scale.first_guess(start, self._rates(kind, start, shares), speed)
+            rates = in_base(self._config, kind, start, self._rates(kind, shares))
+            guess = self._scale.first_guess(start, rates, speed)
         way = self._way(kind, start, shares)
         had = self._scale.share(way, start, time_s, speed, guess)
         return RateGoal(tuple(each * had for each in shares), speed, had)
@@ -167,7 +165,7 @@ class JogCourse:
         if free.free_s >= look_s:
             return self._proposal(way, start, paced, time_s, time_s, note)
         bound = way.at(free.free_s)
-        left = 0 if bound is None else between(self._config, start, bound)
+        left = 0 if bound is None else self._steps_between(start, bound)
         if not left:
             return self._bounds.ended(way, start.joints, free.beyond_s)
         share = self._share(free.reach_s, free.clear_s, time_s, paced.ramp_s)
@@ -175,6 +173,11 @@ class JogCourse:
             share = free.free_s / time_s
         paced = paced.slowed((share,) * len(names))
         return self._proposal(way, start, paced, time_s * share, time_s, note)
+
+    def _steps_between(self, here: ArmCoordinates, there: ArmCoordinates) -> int:
+        """Return how many whole steps the busiest motor makes from one point to another."""
+        transmission = self._speeds.transmission
+        return (there.motors(transmission) - here.motors(transmission)).largest
 
     def _share(self, reach_s: float, clear_s: float, time_s: float, ramp_s: float) -> float:
         """Return the share of its speed that a leg may have.
@@ -191,12 +194,10 @@ class JogCourse:
         self, paced: Paced, start: ArmCoordinates, spans: tuple[Span, ...], time_s: float
     ) -> tuple[float, ...]:
         """Return by how much axes are slowed that end by themselves while the others go on."""
-        full = self._scale.full(paced.kind[0])
-        rates = [share * most for share, most in zip(paced.mean, full, strict=True)]
+        rates = self._rates(paced.kind, paced.mean)
         ramps_s = [abs(share) / paced.slope if paced.slope else 0.0 for share in paced.mean]
         if paced.kind[0] is Space.JOINT:
-            places = (*start.joints, start.opening_mm)
-            return tuple(shares_to_stop(places, rates, spans, time_s, ramps_s))
+            return tuple(shares_to_stop(start.values, rates, spans, time_s, ramps_s))
         fingers = shares_to_stop((start.opening_mm,), rates[-1:], spans[-1:], time_s, ramps_s[-1:])
         return (*(1.0 for _ in rates[:-1]), *fingers)
 
@@ -224,19 +225,12 @@ class JogCourse:
         shares: Rates,
         spans: tuple[Span, ...] | None = None,
     ) -> JogPath:
-        rates = self._rates(kind, start, shares)
-        if kind[0] is Space.JOINT:
-            return JointJogPath(start, rates, spans)
-        config = self._config
-        return TipJogPath(config, on_limits(config, start), rates, spans_of(config, start)[-1])
+        return jog_path(self._config, kind, start, self._rates(kind, shares), spans)
 
-    def _rates(self, kind: Kind, start: ArmCoordinates, shares: Rates) -> Rates:
-        space, frame = kind
-        full = self._scale.full(space)
-        rates = tuple(share * most for share, most in zip(shares, full, strict=True))
-        if frame == BASE:
-            return rates
-        return in_base(axes_of(self._config, start.joints, frame), rates)
+    def _rates(self, kind: Kind, shares: Rates) -> Rates:
+        """Return the rates in rad/s and mm/s of shares of full speed."""
+        full = self._scale.full(kind[0])
+        return tuple(share * most for share, most in zip(shares, full, strict=True))
 
 
 # An increment of a jog: legs as far as the bounds allow, and what bounds it.
@@ -270,19 +264,21 @@ def stride(
     Raises `BadRequest` for a frame that nobody knows.
     """
     way, pieces = _way(config, jog, start, known=known)
-    bounds = Bounds(config) if known else None
+    bounds = Bounds(config, speeds.transmission) if known else None
     ended = JogEnded(at_limits(_clipped(config, jog, start)) if known else "")
     whole_s = _least_s(config, speeds, jog) / speed
     here, legs = start, []
     for piece in range(pieces):
-        low = piece / pieces
-        last, beyond = _free(bounds, way, here, low, (piece + 1) / pieces)
-        there = way.at(last)
+        low, share = piece / pieces, 1.0 / pieces
+        free = Free(share, share)
+        if bounds is not None:
+            free = bounds.free(way, here.joints, share, low)
+        there = way.at(low + free.free_s)
         if there is not None and there != here:
-            lasts_s = max(speeds.duration_s(here, there, speed), (last - low) * whole_s)
+            lasts_s = max(speeds.duration_s(here, there, speed), free.free_s * whole_s)
             legs.append(MotionSegment(here, there, lasts_s))
-        if bounds is not None and math.isfinite(beyond):
-            ended = bounds.ended(way, here.joints, beyond)
+        if bounds is not None and math.isfinite(free.beyond_s):
+            ended = bounds.ended(way, here.joints, low + free.beyond_s)
             break
         here = there or here
     return JogIncrement(tuple(legs), ended)
@@ -300,13 +296,12 @@ def _least_s(config: ArmConfig, speeds: SpeedLimits, jog: Jog) -> float:
 def _way(config: ArmConfig, jog: Jog, start: ArmCoordinates, *, known: bool) -> tuple[JogPath, int]:
     """Return the way of an increment, which lasts a second, and into how many pieces it is cut."""
     amounts = _amounts(config, jog)
+    spans = spans_of(config, start) if known else None
+    way = jog_path(config, (jog.space, jog.frame), start, amounts, spans)
     if jog.space is Space.JOINT:
-        return JointJogPath(start, amounts, spans_of(config, start) if known else None), 1
-    if jog.frame != BASE:
-        amounts = in_base(axes_of(config, start.joints, jog.frame), amounts)
+        return way, 1
     *turns, _ = amounts[3:]
     pieces = max(math.hypot(*amounts[:3]) / PIECE_MM, *(abs(turn) / PIECE_RAD for turn in turns))
-    way = TipJogPath(config, on_limits(config, start), amounts, spans_of(config, start)[-1])
     return way, max(math.ceil(pieces), 1)
 
 
@@ -319,26 +314,11 @@ def _amounts(config: ArmConfig, jog: Jog) -> tuple[float, ...]:
     )
 
 
-def _free(
-    bounds: Bounds | None, way: JogPath, here: ArmCoordinates, low: float, high: float
-) -> tuple[float, float]:
-    """Return how far a piece of a way may be gone, and something beyond that is not free."""
-    if bounds is None:
-        return high, math.inf
-
-    def good(share: float) -> bool:
-        there = way.at(low + share)
-        return there is not None and bounds.holds(here.joints, there.joints)
-
-    free, beyond = furthest(good, high - low)
-    return low + free, low + beyond
-
-
 def _clipped(config: ArmConfig, jog: Jog, start: ArmCoordinates) -> list[str]:
     """Return the axes that end at their limits while the others go on."""
     names = axis_names(config, jog.space)
     spans = spans_of(config, start)
-    places = (*start.joints, start.opening_mm)
+    places = start.values
     amounts = _amounts(config, jog)
     if jog.space is Space.CARTESIAN:
         names, spans, places, amounts = names[-1:], spans[-1:], places[-1:], amounts[-1:]

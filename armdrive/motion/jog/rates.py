@@ -13,15 +13,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from armdrive.config.arm import ArmConfig
-from armdrive.motion.jog.bounds import JogPath
-from armdrive.motion.segments import SpeedLimits
+from armdrive.motion.jog.bounds import JogPath, Kind
+from armdrive.motion.plan import SpeedLimits
 from armdrive.moves import CARTESIAN_AXES, GRIPPER_AXIS, YAW_AXIS, Space
 from armdrive.runtime.position import ArmCoordinates
 from kinematics.five_axis.arm import FiveAxisArm
-from kinematics.five_axis.jog_rates import Rates, joint_rates, ramped, share_of_limits
-
-Kind = tuple[Space, str]
-"""What a jog is meant in: a space and a frame."""
+from kinematics.five_axis.rates import Rates, joint_rates, ramped, share_of_limits
 
 STALE_S = 1.0
 """An arm whose last leg should have ended so long ago stands: no exchange takes longer."""

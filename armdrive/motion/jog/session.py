@@ -8,19 +8,16 @@ from dataclasses import dataclass
 from armdrive.abilities import Abort, segment_s
 from armdrive.errors import ArmError, BadRequest, NotReferenced, WrongState
 from armdrive.motion.context import MotionContext, Way
-from armdrive.motion.execute import begin, drive_legs, next_share, paced_move
+from armdrive.motion.execute import drive_legs, in_motion, next_share, paced_move, stream_held
 from armdrive.motion.frames import axes_of
 from armdrive.motion.gripper import require_finger_motor
 from armdrive.motion.jog.bounds import JogEnded
 from armdrive.motion.jog.course import JogCourse, JogProposal, Terms, Wish, stride
 from armdrive.motion.jog.rates import axis_names
-from armdrive.motion.plan import audit
-from armdrive.motion.segments import SpeedLimits
-from armdrive.motion.streaming import stream_held
+from armdrive.motion.plan import SpeedLimits, audit
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS, ContinuousJog, IncrementalJog, Jog, Space
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.position import ArmCoordinates, MotionSegment
-from armdrive.status import State
 from armdrive.tasks import TaskBody
 from kinematics.errors import KinematicsError, suggestion
 from kinematics.spaces import Joints, Pose
@@ -234,22 +231,17 @@ class Jogged:
 def jog_session(wire: MotionContext, speeds: SpeedLimits) -> TaskBody[Jogged]:
     """Serve increments and the held jog until neither is left, or somebody stops."""
     core = wire.core
-    homing = core.state is State.HOMING
     core.diagnostics.notice = ""
     try:
-        if not homing:
-            begin(wire)
-        yield from wire.look_before_motion()
-        yield from _serve(wire, speeds)
-        if wire.stopping:
-            yield from wire.verify()
-            core.diagnostics.notice = "the jog was stopped"
+        with in_motion(wire, or_homing=True):
+            yield from wire.look_before_motion()
+            yield from _serve(wire, speeds)
+            if wire.stopping:
+                yield from wire.verify()
+                core.diagnostics.notice = "the jog was stopped"
     finally:
         core.hold = None
         core.nudges.clear()
-        if not homing:
-            core.settle()
-        core.still_since_s = wire.now_s
     joints, _ = core.transmission.to_joints(core.position.acknowledged)
     return Jogged(joints, core.config.model.arm.fk(joints), core.diagnostics.notice)
 

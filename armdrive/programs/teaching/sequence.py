@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Protocol
 
-from armdrive.arm.handle import Handle
+from armdrive.arm.connected import Handle
 from armdrive.errors import BadRequest, Refused, Stopped
 from armdrive.motion.execute import Moved
 from armdrive.moves import JointMove, LineMove, Motion

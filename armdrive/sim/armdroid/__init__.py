@@ -1,1 +1,3 @@
-"""armdroid."""
+"""armdroid: its simulated device."""
+
+from armdrive.sim.armdroid.device import KIND as KIND

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from enum import Enum
 
+import armdrive.sim.cia402.objects as places
 from armdrive.sim.bus.node import NodeMotor
-from armdrive.sim.cia402 import objects as places
 from armdrive.sim.cia402.objects import DriveObjects
 from armdrive.sim.device import Options
 from firmware_protocol import canopen

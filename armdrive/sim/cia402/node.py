@@ -9,9 +9,9 @@ from functools import lru_cache
 from types import MappingProxyType
 from typing import TypeVar
 
+import armdrive.sim.cia402.objects as places
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.bus.node import NodeMotor, NodePort
-from armdrive.sim.cia402 import objects as places
 from armdrive.sim.cia402.motion import METHODS, Cia402Motion, Homing
 from armdrive.sim.cia402.objects import DriveObjects
 from armdrive.sim.cia402.states import PDO_TOO_SHORT, Cia402States

@@ -1,1 +1,3 @@
-"""grbl."""
+"""grbl: its simulated device."""
+
+from armdrive.sim.grbl.device import KIND as KIND

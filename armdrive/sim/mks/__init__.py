@@ -1,1 +1,3 @@
-"""mks."""
+"""mks: its simulated device."""
+
+from armdrive.sim.mks.kind import KIND as KIND

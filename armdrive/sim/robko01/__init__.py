@@ -1,1 +1,3 @@
-"""robko01."""
+"""robko01: its simulated device."""
+
+from armdrive.sim.robko01.device import KIND as KIND

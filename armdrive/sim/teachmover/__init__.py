@@ -1,1 +1,3 @@
-"""teachmover."""
+"""teachmover: its simulated device."""
+
+from armdrive.sim.teachmover.device import KIND as KIND

@@ -1,55 +1,53 @@
 """The systems of the lecture notes by name: models with figure, link table, FK and every IK branch.
 
-`system("puma")` gives one, `SYSTEMS` all of them. Lengths in mm, angles in rad.
+`system("puma")` gives one, `SYSTEMS` all of them, and `sized` others of the same build. Lengths in
+mm, angles in rad.
 """
 
-from kinematics.textbook.systems.mini_movers import Alpha2, MiniBuild, MiniMover
-from kinematics.textbook.systems.named import Miss, NamedBranch, NamedStep, Quantity, System
-from kinematics.textbook.systems.puma import Puma
-from kinematics.textbook.systems.registry import SYSTEMS, system
-from kinematics.textbook.systems.three_link import ThreeLink
-from kinematics.textbook.systems.transporters import (
-    CartesianTransporter,
-    CylindricalTransporter,
-    RevoluteTransporter,
-    SphericalTransporter,
-    Transporter,
-)
-from kinematics.textbook.systems.two_link import (
-    TwoLink,
-    TwoLinkType1,
-    TwoLinkType2,
-    TwoLinkType3,
-    TwoLinkType4,
-    TwoLinkType5,
-    Workspace,
-)
-from kinematics.textbook.systems.wrist import WristArm
+from collections.abc import Mapping
+from types import MappingProxyType
 
-__all__ = [
-    "SYSTEMS",
-    "Alpha2",
-    "CartesianTransporter",
-    "CylindricalTransporter",
-    "MiniBuild",
-    "MiniMover",
-    "Miss",
-    "NamedBranch",
-    "NamedStep",
-    "Puma",
-    "Quantity",
-    "RevoluteTransporter",
-    "SphericalTransporter",
-    "System",
-    "ThreeLink",
-    "Transporter",
-    "TwoLink",
-    "TwoLinkType1",
-    "TwoLinkType2",
-    "TwoLinkType3",
-    "TwoLinkType4",
-    "TwoLinkType5",
-    "Workspace",
-    "WristArm",
-    "system",
-]
+from kinematics.errors import UnknownSystem, nearest_word
+from kinematics.textbook.systems.mini_movers import ALPHA_2, MINI_MOVER
+from kinematics.textbook.systems.named import System
+from kinematics.textbook.systems.puma import PUMA
+from kinematics.textbook.systems.transporters import CARTESIAN, CYLINDRICAL, REVOLUTE, SPHERICAL
+from kinematics.textbook.systems.two_link import (
+    THREE_LINK,
+    TWO_LINK_1,
+    TWO_LINK_2,
+    TWO_LINK_3,
+    TWO_LINK_4,
+    TWO_LINK_5,
+)
+
+SYSTEMS: Mapping[str, System] = MappingProxyType(
+    {
+        one.name: one
+        for one in (
+            TWO_LINK_1,
+            TWO_LINK_2,
+            TWO_LINK_3,
+            TWO_LINK_4,
+            TWO_LINK_5,
+            THREE_LINK,
+            CARTESIAN,
+            CYLINDRICAL,
+            SPHERICAL,
+            REVOLUTE,
+            MINI_MOVER,
+            ALPHA_2,
+            PUMA,
+        )
+    }
+)
+"""Every system with its default lengths."""
+
+
+def system(name: str) -> System:
+    """Return the system of this name, or raise `UnknownSystem` that suggests the nearest one."""
+    found = SYSTEMS.get(name)
+    if found is None:
+        near = nearest_word(str(name).lower(), SYSTEMS, likeness=0.4)
+        raise UnknownSystem(name, SYSTEMS, near)
+    return found

@@ -1,29 +1,27 @@
 """What every named system of the textbook offers: figure, link table, forward, inverse branches.
 
-Lengths in mm, angles in rad. A system is a frozen dataclass of its lengths and joint ranges; its
-closed forms are written with the functions of `kinematics.frames.numbers`, so that they run on
-numbers of any kind.
+Lengths in mm, angles in rad. A system is a row: its lengths and joint ranges, what the notes say of
+it, and its closed forms as functions of it. These are written with the functions of
+`kinematics.frames.numbers`, so that they run on numbers of any kind.
 """
 
 from __future__ import annotations
 
 import math
+import re
 import textwrap
-from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import ClassVar
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 from kinematics.chains.chain import Chain, JointViolation
 from kinematics.chains.links import JointKind
 from kinematics.errors import KinematicsError, OutOfReach, finite
-from kinematics.frames.rotations import columns
+from kinematics.five_axis.arm import FiveAxisArm
+from kinematics.frames.rotations import IDENTITY, columns, multiply, rotate
 from kinematics.frames.transforms import Transform, position_of, rotation_of
-from kinematics.frames.vectors import angle_between, distance
+from kinematics.frames.vectors import ZERO, Vector, add, angle_between, distance
 from kinematics.limits import turn_into
-
-REACH_MM = 1e-9
-"""How far beyond its reach rounding may put a goal that touches it."""
 
 QUARTER_TURN = math.pi / 2.0
 
@@ -31,6 +29,14 @@ WIDTH = 79
 """Columns of a figure in text."""
 
 ON_AXIS = "the tip is on the base axis: the base is free"
+
+Values = tuple[float, ...]
+"""Joint values, or a goal's coordinates: mm and rad."""
+
+Span = tuple[float, float]
+"""Lowest and highest value of a joint, in rad or mm."""
+
+ENDLESS: Span = (-math.inf, math.inf)
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +48,21 @@ class NamedStep:
     why: str = ""
 
 
+def steps(text: str) -> tuple[NamedStep, ...]:
+    """Read a derivation laid out as it is printed: `title: formula`, and why in lines below it.
+
+    What goes on of a formula is indented by two, and why by four.
+    """
+    found = []
+    for step in re.split(r"\n(?=\S)", text.strip()):
+        first, *others = step.split("\n")
+        title, _, formula = first.partition(": ")
+        more = [line.strip() for line in others if not line.startswith("    ")]
+        why = [line.strip() for line in others if line.startswith("    ")]
+        found.append(NamedStep(title, "  ".join((formula, *more)), " ".join(why)))
+    return tuple(found)
+
+
 @dataclass(frozen=True, slots=True)
 class Quantity:
     """A number on the way to a branch, a side or an angle; `unit` is mm, rad or empty."""
@@ -51,7 +72,7 @@ class Quantity:
     unit: str
 
 
-Solved = tuple[tuple[float, ...], tuple[Quantity, ...]]
+Solved = tuple[Values, tuple[Quantity, ...]]
 """Joint values, and the quantities on the way to them."""
 
 
@@ -65,7 +86,7 @@ class NamedBranch:
     """
 
     name: str
-    joints: tuple[float, ...]
+    joints: Values
     workings: tuple[Quantity, ...] = ()
     free: tuple[str, ...] = ()
     degenerate: str = ""
@@ -85,42 +106,170 @@ class Miss:
     rad: float
 
 
-class System(ABC):
-    """A named system: `fk` of joint values, `ik` of a goal in the system's own `coordinates`.
+@dataclass(frozen=True, slots=True)
+class Lost:
+    """One singularity: what is lost there, and how far the posture is from it.
 
-    `coordinates` name the goal's numbers with their units, as many as the system can hold.
+    `distance_rad` is the joint move that leads there, None where it takes a slide;
+    `distance_mm` is how far the point in question (the tip, the wrist) has to go, None where it
+    is no matter of a point.
     """
 
-    __slots__ = ()
+    reason: str
+    distance_rad: float | None
+    distance_mm: float | None
 
-    name: ClassVar[str]
-    title: ClassVar[str]
-    source: ClassVar[str]
-    coordinates: ClassVar[tuple[str, ...]]
-    signs: ClassVar[Mapping[str, tuple[float, ...]]]
-    """The branches by name, each with the signs that pick it in the formulas."""
-    derivation: ClassVar[tuple[NamedStep, ...]]
-    drawing: ClassVar[str]
 
-    @abstractmethod
+@dataclass(frozen=True, slots=True)
+class Workspace:
+    """Where a tip can be put, joint ranges included: the shape, and a sentence with measures."""
+
+    shape: str
+    sentence: str
+
+
+def no_loss(_one: System, _joints: Values) -> list[Lost]:
+    """Return no singularity: that of slides alone."""
+    return []
+
+
+def by_formulas(one: System, goal: Values, _seed: Values) -> Sequence[NamedBranch]:
+    """Return every branch by its formulas, for a goal that every branch meets."""
+    return [one.solution(goal, branch) for branch in one.signs]
+
+
+def tip_of(_one: System, frame: Transform) -> Values:
+    """Return the coordinates of a system that only positions: x, y and z."""
+    return position_of(frame)
+
+
+@dataclass(frozen=True, slots=True)
+class System:
+    """A named system: `fk` of joint values, `ik` of a goal in the system's own `coordinates`.
+
+    `coordinates` name the goal's numbers with their units, as many as the system can hold, and
+    `signs` the branches, each with the signs that pick it in the formulas. `sized` makes another
+    one of the same build. Two systems of one name are equal where lengths and ranges are.
+    """
+
+    name: str
+    title: str = field(compare=False)
+    source: str = field(compare=False)
+    coordinates: tuple[str, ...] = field(compare=False)
+    signs: Mapping[str, tuple[float, ...]] = field(compare=False)
+    derivation: tuple[NamedStep, ...] = field(compare=False, repr=False)
+    drawing: str = field(compare=False, repr=False)
+
+    table: Callable[..., Chain] = field(compare=False, repr=False)
+    """The link table with joint names, of the lengths in order."""
+
+    forward: Callable[[System, Values], Transform] = field(compare=False, repr=False)
+    """The hand's frame by the closed form."""
+
+    formulas: Callable[..., Solved] = field(compare=False, repr=False)
+    """One branch by the formulas alone, nothing checked: of the system, a goal and its signs."""
+
+    sizes: tuple[float, ...] = ()
+    """The constant lengths in mm, in the order of `length_names`."""
+
+    length_names: tuple[str, ...] = field(default=(), compare=False)
+    """The lengths as figure and derivation call them."""
+
+    ranges: tuple[Span, ...] = ()
+    """The range of each joint; where none are given, every joint is endless."""
+
+    postures: Callable[[System, Values, Values], Sequence[NamedBranch]] = field(
+        default=by_formulas, compare=False, repr=False
+    )
+    """The branches of a checked goal near a seed, limits and turns aside; raises `OutOfReach`."""
+
+    coordinates_of: Callable[[System, Transform], Values] = field(
+        default=tip_of, compare=False, repr=False
+    )
+    """The system's own coordinates of a hand's frame."""
+
+    of_frame: Callable[[System, Transform, Values], Sequence[NamedBranch]] | None = field(
+        default=None, compare=False, repr=False
+    )
+    """The branches of a whole frame, where they are not those of its coordinates."""
+
+    losses: Callable[[System, Values], Sequence[Lost]] = field(
+        default=no_loss, compare=False, repr=False
+    )
+    """Every singularity in a fixed order, joint limits not looked at."""
+
+    orientation: Callable[..., Vector] | None = field(default=None, compare=False, repr=False)
+    """phi, theta, psi of RPY = Rot(z, phi) Rot(y, theta) Rot(x, psi) (section 8), of the joints."""
+
+    space: Callable[[System], Workspace] | None = field(default=None, compare=False, repr=False)
+    """Where the tip can be put (the notes' figures c)."""
+
+    arm: FiveAxisArm | None = None
+    """The arm with its limits, of a system of the Mini-mover's build."""
+
+    senses: tuple[tuple[float, float], ...] = field(default=(), compare=False)
+    """For such a system, each joint's sign and offset against the arm's relative angles."""
+
+    def sized(self, *sizes: float, ranges: Sequence[Span] | None = None, **named: float) -> System:
+        """Return a system of this build with other lengths (in order, or by name) and ranges.
+
+        The ranges of an arm of the Mini-mover's build stay its limits.
+        """
+        unknown = named.keys() - set(self.length_names)
+        if unknown or len(sizes) not in (0, len(self.sizes)):
+            raise KinematicsError(
+                f"the lengths of {self.name} are {', '.join(self.length_names) or 'none'}"
+            )
+        pairs = zip(self.length_names, sizes or self.sizes, strict=True)
+        made = tuple(named.get(name, value) for name, value in pairs)
+        if self.arm is not None:
+            height, upper, fore, hand = made
+            return replace(
+                self, sizes=made, arm=FiveAxisArm(height, upper, fore, hand, self.arm.limits)
+            )
+        return replace(self, sizes=made, ranges=self.ranges if ranges is None else tuple(ranges))
+
+    def lengths(self) -> dict[str, float]:
+        """Return the constant lengths by the names that figure and derivation use, in mm."""
+        return dict(zip(self.length_names, self.sizes, strict=True))
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The joints' names, from the base."""
+        return self.chain().joint_names
+
     def chain(self) -> Chain:
         """Return the system's link table as a chain, joint names and limits included."""
+        return _chain(self)
 
-    @abstractmethod
-    def _fk(self, joints: tuple[float, ...]) -> Transform:
-        """Return the hand's frame by the closed form, on numbers of any kind."""
+    def fk(self, joints: Sequence[float]) -> Transform:
+        """Return the hand's frame in the base's, by the closed form.
 
-    @abstractmethod
-    def _solution(self, goal: tuple[float, ...], *signs: float) -> Solved:
-        """Return one branch by the formulas alone, on numbers of any kind, nothing checked."""
+        Raises `KinematicsError` for the wrong number of joint values and `BadNumber` for one
+        that is not finite.
+        """
+        return self.forward(self, self.chain().checked(joints))
 
-    @abstractmethod
-    def _ik(self, goal: tuple[float, ...], seed: tuple[float, ...]) -> Sequence[NamedBranch]:
-        """Return the branches of a checked goal, limits and turns aside; raise `OutOfReach`."""
+    def by_trigonometry(self, *joints: float) -> Vector:
+        """Return the tip (x, y, z) in mm from its coordinates written down (section 5)."""
+        return position_of(self.forward(self, joints))
 
-    @abstractmethod
-    def goal_of(self, frame: Transform) -> tuple[float, ...]:
-        """Return the system's own coordinates of a hand's frame."""
+    def by_matrices(self, *joints: float) -> Transform:
+        """Return the hand's frame as the product of the A matrices (section 7)."""
+        return self.chain().fk(joints)
+
+    def by_vectors(self, *joints: float) -> Vector:
+        """Return the tip as the sum of the link vectors, each turned into the base frame."""
+        chain = self.chain()
+        tip, turned = ZERO, IDENTITY
+        for step in (chain.base, *chain.matrices(joints), chain.tool):
+            tip = add(tip, rotate(turned, position_of(step)))
+            turned = multiply(turned, rotation_of(step))
+        return tip
+
+    def goal_of(self, frame: Transform) -> Values:
+        """Return the system's own coordinates of a hand's frame. Raises `NotARotation`."""
+        return self.coordinates_of(self, frame)
 
     def solution(self, goal: Sequence[float], branch: str) -> NamedBranch:
         """Return the branch of this name by the formulas alone, on numbers of any kind.
@@ -133,20 +282,7 @@ class System(ABC):
             raise KinematicsError(
                 f"{self.name} has no branch {branch!r}; it has {', '.join(self.signs)}"
             )
-        return NamedBranch(branch, *self._solution(tuple(goal), *self.signs[branch]))
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """The joints' names, from the base."""
-        return self.chain().joint_names
-
-    def fk(self, joints: Sequence[float]) -> Transform:
-        """Return the hand's frame in the base's, by the closed form.
-
-        Raises `KinematicsError` for the wrong number of joint values and `BadNumber` for one
-        that is not finite.
-        """
-        return self._fk(self.chain().checked(joints))
+        return NamedBranch(branch, *self.formulas(self, tuple(goal), *self.signs[branch]))
 
     def ik(
         self, goal: Sequence[float], seed: Sequence[float] | None = None
@@ -157,22 +293,23 @@ class System(ABC):
         Raises `OutOfReach` where no posture at all meets the goal, and `KinematicsError` or
         `BadNumber` for a goal that is none.
         """
-        near = self._seed(seed)
-        return self._finished(self._ik(self._checked(goal), near), near)
+        near = self._near(seed)
+        return self.finished(self.postures(self, self._checked(goal), near), near)
 
     def ik_frame(
         self, frame: Transform, seed: Sequence[float] | None = None
     ) -> tuple[tuple[NamedBranch, Miss], ...]:
         """Return every branch for a whole frame, each with what it leaves of the frame unmet.
 
-        A system of fewer than six joints holds only its own coordinates of a frame.
+        A system of fewer than six joints holds only its own coordinates of a frame. Raises
+        `OutOfReach` and `NotARotation`.
         """
-        return self._missed(self.ik(self.goal_of(frame), seed), frame)
-
-    def _missed(
-        self, branches: Sequence[NamedBranch], frame: Transform
-    ) -> tuple[tuple[NamedBranch, Miss], ...]:
-        return tuple((branch, self.miss(branch.joints, frame)) for branch in branches)
+        found = (
+            self.ik(self.goal_of(frame), seed)
+            if self.of_frame is None
+            else self.of_frame(self, frame, self._near(seed))
+        )
+        return tuple((branch, self.miss(branch.joints, frame)) for branch in found)
 
     def miss(self, joints: Sequence[float], frame: Transform) -> Miss:
         """Return how far a posture leaves the hand from a frame: mm, and rad of the worst axis."""
@@ -183,29 +320,36 @@ class System(ABC):
             max(angle_between(one, other) for one, other in pairs),
         )
 
+    def holds(self, goal: Sequence[float]) -> bool:
+        """Whether some branch within the joint limits meets a goal: its workspace."""
+        try:
+            return any(branch.within_limits for branch in self.ik(goal))
+        except OutOfReach:
+            return False
+
     def figure(self) -> str:
         """Return the system's figure in text, with its own lengths in mm."""
         drawing = self.drawing.strip("\n").rstrip()
         legend = ", ".join(f"{name} = {value:g} mm" for name, value in self.lengths().items())
         return f"{drawing}\n\n{textwrap.fill(legend, WIDTH)}" if legend else drawing
 
-    @abstractmethod
-    def lengths(self) -> dict[str, float]:
-        """Return the constant lengths by the names that figure and derivation use, in mm."""
+    def finished(self, found: Sequence[NamedBranch], near: Values) -> tuple[NamedBranch, ...]:
+        """Return branches with each angle on the turn to take, and the limits they break."""
+        chain = self.chain()
+        return tuple(_held(branch, chain, near) for branch in found)
 
-    def _seed(self, seed: Sequence[float] | None) -> tuple[float, ...]:
+    def out_of_reach(
+        self, quantity: str, value: float, bound: float, nearest: Values
+    ) -> OutOfReach:
+        """Return the error for a goal that no posture meets, with the nearest one that is met."""
+        return OutOfReach(self.name, quantity, value, bound, self.coordinates, nearest)
+
+    def _near(self, seed: Sequence[float] | None) -> Values:
         """Return the seed within the joint limits, where a free joint can take it."""
         chain = self.chain()
         return chain.clamp(chain.zero if seed is None else seed)
 
-    def _finished(
-        self, found: Sequence[NamedBranch], near: tuple[float, ...]
-    ) -> tuple[NamedBranch, ...]:
-        """Return the branches with each angle on the turn to take, and the limits they break."""
-        chain = self.chain()
-        return tuple(_held(branch, chain, near) for branch in found)
-
-    def _checked(self, goal: Sequence[float]) -> tuple[float, ...]:
+    def _checked(self, goal: Sequence[float]) -> Values:
         if len(goal) != len(self.coordinates):
             raise KinematicsError(
                 f"a goal of {self.name} is {', '.join(self.coordinates)}, not {len(goal)} numbers"
@@ -214,10 +358,10 @@ class System(ABC):
             finite(name, value) for name, value in zip(self.coordinates, goal, strict=True)
         )
 
-    def _out_of_reach(
-        self, quantity: str, value: float, bound: float, nearest: tuple[float, ...]
-    ) -> OutOfReach:
-        return OutOfReach(self.name, quantity, value, bound, self.coordinates, nearest)
+
+@lru_cache(maxsize=64)
+def _chain(one: System) -> Chain:
+    return replace(one.table(*one.sizes).within(one.ranges or None), name=one.name)
 
 
 def _held(branch: NamedBranch, chain: Chain, near: Sequence[float]) -> NamedBranch:

@@ -2,46 +2,49 @@
 
 Source: "Vectors and frames", chapter 2, section 2.5.2, equations 2.28 to 2.35. The notes' frames
 start parallel to the base frame, so each hand's frame here is the base frame in the zero position.
-Lengths in mm, angles in rad; ranges and lengths are examples, since the source gives none.
+They position and do not turn: the goal is the end point. Lengths in mm, angles in rad; ranges and
+lengths are examples, since the source gives none.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from types import MappingProxyType
-from typing import ClassVar
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import DHLink, JointKind
+from kinematics.chains.spherical_wrist import REACH_MM, broken_bound, brought_within
 from kinematics.frames.numbers import atan2, cos, sin, sqrt
-from kinematics.frames.transforms import LAST_ROW, Transform, position_of, transform
+from kinematics.frames.transforms import LAST_ROW, Transform, transform
 from kinematics.frames.vectors import ZERO
 from kinematics.textbook.systems.named import (
+    ENDLESS,
     ON_AXIS,
     QUARTER_TURN,
-    REACH_MM,
+    Lost,
     NamedBranch,
-    NamedStep,
     Quantity,
     Solved,
     System,
+    Values,
+    steps,
 )
-from kinematics.textbook.systems.triangle import broken_bound, brought_within, sides, triangle
-
-Span = tuple[float, float]
-
-ONLY = MappingProxyType({"only solution": ()})
-REACHES = MappingProxyType({"reaching forward": (1.0,), "reaching backward": (-1.0,)})
-AIMS = MappingProxyType(
-    {
-        "reaching forward": (1.0, 1.0),
-        "reaching forward, over the top": (1.0, -1.0),
-        "reaching backward": (-1.0, 1.0),
-        "reaching backward, over the top": (-1.0, -1.0),
-    }
+from kinematics.textbook.systems.triangle import (
+    Links,
+    elbow_branches,
+    elbow_losses,
+    to_half_turn,
+    triangle,
 )
+from kinematics.textbook.systems.two_link import ONLY, REACHES
+
+SOURCE = "Vectors and frames, chapter 2, section 2.5.2"
+END_POINT = ("x_mm", "y_mm", "z_mm")
+TRAVEL = (0.0, 500.0)
+DRAWN_IN = "the slide is drawn in: turning moves the tip no longer"
+_SLIDE = JointKind.PRISMATIC
 
 X_UP = transform(((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), ZERO)
 """A frame whose x, y and z point along the reference's y, z and x: a first joint along x."""
@@ -49,91 +52,88 @@ X_UP = transform(((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), ZERO)
 X_LAST = transform(((0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)), ZERO)
 """A frame whose x, y and z point along the reference's z, x and y: a last joint along x."""
 
-
 UPRIGHT = transform(((0.0, 0.0, 1.0), (0.0, -1.0, 0.0), (1.0, 0.0, 0.0)), ZERO)
 """A frame whose x, y and z point along the reference's z, against its y, and along its x."""
 
 
-class Transporter(System):
-    """What the transporters share: the goal is the end point, as they position and do not turn."""
-
-    __slots__ = ()
-
-    source: ClassVar[str] = "Vectors and frames, chapter 2, section 2.5.2"
-    coordinates: ClassVar[tuple[str, ...]] = ("x_mm", "y_mm", "z_mm")
-
-    def goal_of(self, frame: Transform) -> tuple[float, ...]:
-        """Return the end point's x, y and z in mm."""
-        return position_of(frame)
-
-    def lengths(self) -> dict[str, float]:
-        """Return no constant length."""
-        return {}
+def _cartesian_forward(_one: System, joints: Values) -> Transform:
+    x, y, z = joints
+    return (1.0, 0.0, 0.0, x), (0.0, 1.0, 0.0, y), (0.0, 0.0, 1.0, z), LAST_ROW
 
 
-@dataclass(frozen=True, slots=True)
-class CartesianTransporter(Transporter):
-    """Three prismatic joints along x, y and z (figure 2.14)."""
-
-    ranges_mm: tuple[Span, Span, Span] = ((0.0, 500.0), (0.0, 500.0), (0.0, 500.0))
-
-    name: ClassVar[str] = "cartesian"
-    title: ClassVar[str] = "Cartesian transporter (three prismatic joints)"
-    signs: ClassVar[Mapping[str, tuple[float, ...]]] = ONLY
-    derivation: ClassVar[tuple[NamedStep, ...]] = (
-        NamedStep("end point", "X = d1,  Y = d2,  Z = d3", "the joints are the coordinates"),
-        NamedStep("inverse", "d1 = X,  d2 = Y,  d3 = Z", "one solution"),
-    )
-    drawing: ClassVar[str] = r"""
+CARTESIAN = System(
+    name="cartesian",
+    title="Cartesian transporter (three prismatic joints)",
+    source=SOURCE,
+    derivation=steps(
+        """
+end point: X = d1,  Y = d2,  Z = d3
+    the joints are the coordinates
+inverse: d1 = X,  d2 = Y,  d3 = Z
+    one solution
+"""
+    ),
+    drawing=r"""
       z       o end point
       |       | d3
       | d2  [=]
       |   ./
      [=]-'------ x
          d1
-    """
-
-    def chain(self) -> Chain:
-        """Return the link table: twice 90 degrees of angle and twist, which permute the axes."""
-        (low1, high1), (low2, high2), (low3, high3) = self.ranges_mm
-        slides = JointKind.PRISMATIC
-        links = (
-            DHLink(QUARTER_TURN, alpha_rad=QUARTER_TURN, kind=slides, low=low1, high=high1),
-            DHLink(QUARTER_TURN, alpha_rad=QUARTER_TURN, kind=slides, low=low2, high=high2),
-            DHLink(kind=slides, low=low3, high=high3),
-        )
-        return Chain(links, base=X_UP, name=self.name, joint_names=("d1", "d2", "d3"))
-
-    def _fk(self, joints: tuple[float, ...]) -> Transform:
-        x, y, z = joints
-        return (1.0, 0.0, 0.0, x), (0.0, 1.0, 0.0, y), (0.0, 0.0, 1.0, z), LAST_ROW
-
-    def _solution(self, goal: tuple[float, ...], *_signs: float) -> Solved:
-        return goal, ()
-
-    def _ik(self, goal: tuple[float, ...], _seed: tuple[float, ...]) -> Sequence[NamedBranch]:
-        return [self.solution(goal, "only solution")]
-
-
-@dataclass(frozen=True, slots=True)
-class CylindricalTransporter(Transporter):
-    """A revolute joint, a lift and a radial slide (figure 2.15, equations 2.28 to 2.32)."""
-
-    l_range_mm: Span = (0.0, 500.0)
-    r_range_mm: Span = (0.0, 500.0)
-
-    name: ClassVar[str] = "cylindrical"
-    title: ClassVar[str] = "Cylindrical transporter (one revolute, two prismatic joints)"
-    signs: ClassVar[Mapping[str, tuple[float, ...]]] = REACHES
-    derivation: ClassVar[tuple[NamedStep, ...]] = (
-        NamedStep(
-            "end point", "X = r cos(theta),  Y = r sin(theta),  Z = l", "equations 2.28 to 2.30"
+    """,
+    coordinates=END_POINT,
+    signs=ONLY,
+    ranges=(TRAVEL, TRAVEL, TRAVEL),
+    table=lambda: Chain(  # twice 90 degrees of angle and twist, which permute the axes
+        (
+            DHLink(QUARTER_TURN, alpha_rad=QUARTER_TURN, kind=_SLIDE),
+            DHLink(QUARTER_TURN, alpha_rad=QUARTER_TURN, kind=_SLIDE),
+            DHLink(kind=_SLIDE),
         ),
-        NamedStep("slide", "r = +- sqrt(X^2 + Y^2)", "equation 2.31; the notes give the plus only"),
-        NamedStep("base", "theta = atan2(Y / r, X / r)", "equation 2.31; free where r = 0"),
-        NamedStep("lift", "l = Z", "equation 2.32"),
-    )
-    drawing: ClassVar[str] = r"""
+        base=X_UP,
+        joint_names=("d1", "d2", "d3"),
+    ),
+    forward=_cartesian_forward,
+    formulas=lambda _, goal: (goal, ()),
+)
+"""Three prismatic joints along x, y and z (figure 2.14)."""
+
+
+def _cylindrical_forward(_one: System, joints: Values) -> Transform:
+    theta, up, out = joints
+    c, s = cos(theta), sin(theta)
+    return (c, -s, 0.0, out * c), (s, c, 0.0, out * s), (0.0, 0.0, 1.0, up), LAST_ROW
+
+
+def _cylindrical_formulas(_one: System, goal: Values, side: float) -> Solved:
+    x, y, z = goal
+    out = side * sqrt(x * x + y * y)
+    return (atan2(side * y, side * x), z, out), (Quantity("r", out, "mm"),)
+
+
+def _cylindrical_postures(one: System, goal: Values, seed: Values) -> Sequence[NamedBranch]:
+    if math.hypot(goal[0], goal[1]) > REACH_MM:
+        return [one.solution(goal, branch) for branch in one.signs]
+    return [NamedBranch("base free", (seed[0], goal[2], 0.0), (), ("theta",), ON_AXIS)]
+
+
+CYLINDRICAL = System(
+    name="cylindrical",
+    title="Cylindrical transporter (one revolute, two prismatic joints)",
+    source=SOURCE,
+    derivation=steps(
+        """
+end point: X = r cos(theta),  Y = r sin(theta),  Z = l
+    equations 2.28 to 2.30
+slide: r = +- sqrt(X^2 + Y^2)
+    equation 2.31; the notes give the plus only
+base: theta = atan2(Y / r, X / r)
+    equation 2.31; free where r = 0
+lift: l = Z
+    equation 2.32
+"""
+    ),
+    drawing=r"""
       z    r
      [=]=======--o end point
       |
@@ -141,156 +141,215 @@ class CylindricalTransporter(Transporter):
      [=]
      _|_
     (___) theta
-    """
-
-    def chain(self) -> Chain:
-        """Return the link table: theta, l and r, with 90 degrees of angle and twist before r."""
-        (low2, high2), (low3, high3) = self.l_range_mm, self.r_range_mm
-        slides = JointKind.PRISMATIC
-        links = (
+    """,
+    coordinates=END_POINT,
+    signs=REACHES,
+    ranges=(ENDLESS, TRAVEL, TRAVEL),
+    table=lambda: Chain(  # 90 degrees of angle and twist before r
+        (
             DHLink(),
-            DHLink(QUARTER_TURN, alpha_rad=QUARTER_TURN, kind=slides, low=low2, high=high2),
-            DHLink(kind=slides, low=low3, high=high3),
-        )
-        return Chain(links, tool=X_LAST, name=self.name, joint_names=("theta", "l", "r"))
-
-    def _fk(self, joints: tuple[float, ...]) -> Transform:
-        theta, up, out = joints
-        c, s = cos(theta), sin(theta)
-        return (c, -s, 0.0, out * c), (s, c, 0.0, out * s), (0.0, 0.0, 1.0, up), LAST_ROW
-
-    def _solution(self, goal: tuple[float, ...], *signs: float) -> Solved:
-        (x, y, z), (side,) = goal, signs
-        out = side * sqrt(x * x + y * y)
-        return (atan2(side * y, side * x), z, out), (Quantity("r", out, "mm"),)
-
-    def _ik(self, goal: tuple[float, ...], seed: tuple[float, ...]) -> Sequence[NamedBranch]:
-        if math.hypot(goal[0], goal[1]) > REACH_MM:
-            return [self.solution(goal, branch) for branch in self.signs]
-        return [NamedBranch("base free", (seed[0], goal[2], 0.0), (), ("theta",), ON_AXIS)]
-
-
-@dataclass(frozen=True, slots=True)
-class SphericalTransporter(Transporter):
-    """Azimuth, elevation and a slide from the origin (figure 2.16, equations 2.33 and 2.34)."""
-
-    r_range_mm: Span = (0.0, 500.0)
-
-    name: ClassVar[str] = "spherical"
-    title: ClassVar[str] = "Spherical transporter (two revolute joints, one prismatic)"
-    signs: ClassVar[Mapping[str, tuple[float, ...]]] = AIMS
-    derivation: ClassVar[tuple[NamedStep, ...]] = (
-        NamedStep(
-            "end point",
-            "X = r cos(theta) cos(phi),  Y = r cos(theta) sin(phi),  Z = r sin(theta)",
-            "equation 2.33",
+            DHLink(QUARTER_TURN, alpha_rad=QUARTER_TURN, kind=_SLIDE),
+            DHLink(kind=_SLIDE),
         ),
-        NamedStep("slide", "r = +- sqrt(X^2 + Y^2 + Z^2)", "the notes give the plus only"),
-        NamedStep(
-            "elevation",
-            "cos(theta) = +- sqrt(X^2 + Y^2) / |r|,  sin(theta) = Z / r",
-            "equation 2.34; the second is over the top, 180 degrees - theta",
-        ),
-        NamedStep(
-            "azimuth",
-            "cos(phi) = X / (r cos(theta)),  sin(phi) = Y / (r cos(theta))",
-            "after equation 2.34, which leaves out r; free where cos(theta) = 0",
-        ),
+        tool=X_LAST,
+        joint_names=("theta", "l", "r"),
+    ),
+    forward=_cylindrical_forward,
+    formulas=_cylindrical_formulas,
+    postures=_cylindrical_postures,
+    losses=lambda _, joints: [Lost(ON_AXIS, None, abs(joints[2]))],
+)
+"""A revolute joint, a lift and a radial slide (figure 2.15, equations 2.28 to 2.32)."""
+
+
+def _spherical_forward(_one: System, joints: Values) -> Transform:
+    phi, theta, r = joints
+    cp, sp, ct, st = cos(phi), sin(phi), cos(theta), sin(theta)
+    out = r * ct
+    return (
+        (cp * ct, -sp, -(cp * st), out * cp),
+        (sp * ct, cp, -(sp * st), out * sp),
+        (st, 0.0, ct, r * st),
+        LAST_ROW,
     )
-    drawing: ClassVar[str] = r"""
+
+
+def _spherical_formulas(_one: System, goal: Values, reach: float, top: float) -> Solved:
+    x, y, z = goal
+    r = reach * sqrt(x * x + y * y + z * z)
+    out = top * sqrt(x * x + y * y)
+    side = reach * top
+    workings = (Quantity("r", r, "mm"), Quantity("|r| cos(theta)", out, "mm"))
+    return (atan2(side * y, side * x), atan2(reach * z, out), r), workings
+
+
+def _spherical_postures(one: System, goal: Values, seed: Values) -> Sequence[NamedBranch]:
+    if math.hypot(*goal) <= REACH_MM:
+        free, words = ("phi", "theta"), "the end point is at the origin: both angles are free"
+        return [NamedBranch("all free", (seed[0], seed[1], 0.0), (), free, words)]
+    if math.hypot(goal[0], goal[1]) > REACH_MM:
+        return [one.solution(goal, branch) for branch in one.signs]
+    found = []
+    for branch in ("reaching forward", "reaching backward"):
+        (_, theta, r), workings = one.formulas(one, goal, *one.signs[branch])
+        found.append(NamedBranch(branch, (seed[0], theta, r), workings, ("phi",), ON_AXIS))
+    return found
+
+
+def _spherical_losses(_one: System, joints: Values) -> list[Lost]:
+    _, theta, r = joints
+    return [
+        Lost(ON_AXIS, to_half_turn(theta - math.pi / 2.0), abs(r * math.cos(theta))),
+        Lost(DRAWN_IN, None, abs(r)),
+    ]
+
+
+SPHERICAL = System(
+    name="spherical",
+    title="Spherical transporter (two revolute joints, one prismatic)",
+    source=SOURCE,
+    derivation=steps(
+        """
+end point: X = r cos(theta) cos(phi),  Y = r cos(theta) sin(phi),  Z = r sin(theta)
+    equation 2.33
+slide: r = +- sqrt(X^2 + Y^2 + Z^2)
+    the notes give the plus only
+elevation: cos(theta) = +- sqrt(X^2 + Y^2) / |r|,  sin(theta) = Z / r
+    equation 2.34; the second is over the top, 180 degrees - theta
+azimuth: cos(phi) = X / (r cos(theta)),  sin(phi) = Y / (r cos(theta))
+    after equation 2.34, which leaves out r; free where cos(theta) = 0
+"""
+    ),
+    drawing=r"""
       z        .o end point
       |    r .-'
       |  _.-'
       (=)  ) theta
      _|_-------- x, y
     (___) phi
-    """
-
-    def chain(self) -> Chain:
-        """Return the link table: phi and theta with twists of 90 degrees, and r."""
-        low, high = self.r_range_mm
-        links = (
+    """,
+    coordinates=END_POINT,
+    signs=MappingProxyType(
+        {
+            "reaching forward": (1.0, 1.0),
+            "reaching forward, over the top": (1.0, -1.0),
+            "reaching backward": (-1.0, 1.0),
+            "reaching backward, over the top": (-1.0, -1.0),
+        }
+    ),
+    ranges=(ENDLESS, ENDLESS, TRAVEL),
+    table=lambda: Chain(
+        (
             DHLink(alpha_rad=QUARTER_TURN),
             DHLink(alpha_rad=QUARTER_TURN, offset=QUARTER_TURN),
-            DHLink(kind=JointKind.PRISMATIC, low=low, high=high),
-        )
-        return Chain(links, tool=UPRIGHT, name=self.name, joint_names=("phi", "theta", "r"))
-
-    def _fk(self, joints: tuple[float, ...]) -> Transform:
-        phi, theta, r = joints
-        cp, sp, ct, st = cos(phi), sin(phi), cos(theta), sin(theta)
-        out = r * ct
-        return (
-            (cp * ct, -sp, -(cp * st), out * cp),
-            (sp * ct, cp, -(sp * st), out * sp),
-            (st, 0.0, ct, r * st),
-            LAST_ROW,
-        )
-
-    def _solution(self, goal: tuple[float, ...], *signs: float) -> Solved:
-        (x, y, z), (reach, top) = goal, signs
-        r = reach * sqrt(x * x + y * y + z * z)
-        out = top * sqrt(x * x + y * y)
-        side = reach * top
-        workings = (Quantity("r", r, "mm"), Quantity("|r| cos(theta)", out, "mm"))
-        return (atan2(side * y, side * x), atan2(reach * z, out), r), workings
-
-    def _ik(self, goal: tuple[float, ...], seed: tuple[float, ...]) -> Sequence[NamedBranch]:
-        if math.hypot(*goal) <= REACH_MM:
-            free, words = ("phi", "theta"), "the end point is at the origin: both angles are free"
-            return [NamedBranch("all free", (seed[0], seed[1], 0.0), (), free, words)]
-        if math.hypot(goal[0], goal[1]) > REACH_MM:
-            return [self.solution(goal, branch) for branch in self.signs]
-        found = []
-        for branch in ("reaching forward", "reaching backward"):
-            (_, theta, r), workings = self._solution(goal, *self.signs[branch])
-            joints = (seed[0], theta, r)
-            found.append(NamedBranch(branch, joints, workings, ("phi",), ON_AXIS))
-        return found
-
+            DHLink(kind=_SLIDE),
+        ),
+        tool=UPRIGHT,
+        joint_names=("phi", "theta", "r"),
+    ),
+    forward=_spherical_forward,
+    formulas=_spherical_formulas,
+    postures=_spherical_postures,
+    losses=_spherical_losses,
+)
+"""Azimuth, elevation and a slide from the origin (figure 2.16, equations 2.33 and 2.34)."""
 
 # The general revolute transporter: three revolute joints, up to four solutions (section 2.5.2,
 # figure 2.17 and equation 2.35). The links stand upright in the zero position.
 
-POSTURES = MappingProxyType(
-    {
-        "base front, elbow up": (1.0, 1.0),
-        "base front, elbow down": (1.0, -1.0),
-        "base back, elbow up": (-1.0, -1.0),
-        "base back, elbow down": (-1.0, 1.0),
-    }
-)
 
-
-@dataclass(frozen=True, slots=True)
-class RevoluteTransporter(Transporter):
-    """A turning column L1, an upper arm L2 and a forearm L3."""
-
-    l1_mm: float = 200.0
-    l2_mm: float = 180.0
-    l3_mm: float = 140.0
-
-    name: ClassVar[str] = "revolute"
-    title: ClassVar[str] = "General revolute transporter (three revolute joints)"
-    signs: ClassVar[Mapping[str, tuple[float, ...]]] = POSTURES
-    derivation: ClassVar[tuple[NamedStep, ...]] = (
-        NamedStep(
-            "arm's own plane", "h = S2 L2 + S23 L3", "how far the arm leans away from the axis"
-        ),
-        NamedStep("end point", "X = S1 h,  Y = -C1 h,  Z = L1 + C2 L2 + C23 L3", "equation 2.35"),
-        NamedStep(
-            "base", "h = +- sqrt(X^2 + Y^2),  theta1 = atan2(X / h, -Y / h)", "two solutions"
-        ),
-        NamedStep(
-            "elbow",
-            "C3 = (h^2 + (Z - L1)^2 - L2^2 - L3^2) / (2 L2 L3),  S3 = +- sqrt(1 - C3^2)",
-            "cosine rule in the arm's plane: two solutions for each",
-        ),
-        NamedStep(
-            "shoulder", "theta2 = atan2(h, Z - L1) - atan2(L3 S3, L2 + L3 C3)", "from upright"
-        ),
+def _revolute_forward(one: System, joints: Values) -> Transform:
+    (l1, l2, l3), (first, second, third) = one.sizes, joints
+    both = second + third
+    c1, s1, c23, s23 = cos(first), sin(first), cos(both), sin(both)
+    lean = sin(second) * l2 + s23 * l3
+    up = l1 + cos(second) * l2 + c23 * l3
+    return (
+        (c1, -(s1 * c23), s1 * s23, s1 * lean),
+        (s1, c1 * c23, -(c1 * s23), -(c1 * lean)),
+        (0.0, s23, c23, up),
+        LAST_ROW,
     )
-    drawing: ClassVar[str] = r"""
+
+
+def _revolute_formulas(one: System, goal: Values, side: float, bend: float) -> Solved:
+    (l1, l2, l3), (x, y, z) = one.sizes, goal
+    lean = side * sqrt(x * x + y * y)
+    solved = triangle(z - l1, lean, l2, l3, bend)
+    joints = (atan2(side * x, -(side * y)), solved.first, solved.second)
+    return joints, (Quantity("h", lean, "mm"), *solved.workings())
+
+
+def _revolute_postures(one: System, goal: Values, seed: Values) -> Sequence[NamedBranch]:
+    (l1, l2, l3), (x, y, z) = one.sizes, goal
+    out = math.hypot(x, y)
+    distance = math.hypot(out, z - l1)
+    bound = broken_bound(distance, l2, l3)
+    if bound is not None:
+        nearest = _revolute_nearest(one, goal, out)
+        raise one.out_of_reach(
+            "the end point's distance from the shoulder", distance, bound, nearest
+        )
+    on_axis = out <= REACH_MM
+    bases = [("base front", 1.0, ("elbow up", "elbow down"))]
+    if not on_axis:
+        bases.append(("base back", -1.0, ("elbow down", "elbow up")))
+    return [
+        _with_free_base(branch, seed[0])
+        if on_axis
+        else replace(branch, name=f"{base}, {branch.name}")
+        for base, side, names in bases
+        for branch in elbow_branches(
+            one, goal, seed, distance, Links(l2, l3, joint=1), (side,), names
+        )
+    ]
+
+
+def _with_free_base(branch: NamedBranch, base: float) -> NamedBranch:
+    words = f"{ON_AXIS}; {branch.degenerate}" if branch.degenerate else ON_AXIS
+    return replace(
+        branch,
+        name=f"base free, {branch.name}",
+        joints=(base, *branch.joints[1:]),
+        free=("theta1", *branch.free),
+        degenerate=words,
+    )
+
+
+def _revolute_nearest(one: System, goal: Values, out: float) -> Values:
+    """Return the nearest end point that can be met, in the same vertical plane."""
+    (l1, l2, l3), (x, y, z) = one.sizes, goal
+    near_out, near_up = brought_within(out, z - l1, l2, l3)
+    if out <= REACH_MM:
+        return 0.0, -near_out, near_up + l1
+    return x * near_out / out, y * near_out / out, near_up + l1
+
+
+def _revolute_losses(one: System, joints: Values) -> list[Lost]:
+    (_, l2, l3), (_, second, third) = one.sizes, joints
+    lean = math.sin(second) * l2 + math.sin(second + third) * l3
+    return [*elbow_losses(third, l2, l3), Lost(ON_AXIS, None, abs(lean))]
+
+
+REVOLUTE = System(
+    name="revolute",
+    title="General revolute transporter (three revolute joints)",
+    source=SOURCE,
+    derivation=steps(
+        """
+arm's own plane: h = S2 L2 + S23 L3
+    how far the arm leans away from the axis
+end point: X = S1 h,  Y = -C1 h,  Z = L1 + C2 L2 + C23 L3
+    equation 2.35
+base: h = +- sqrt(X^2 + Y^2),  theta1 = atan2(X / h, -Y / h)
+    two solutions
+elbow: C3 = (h^2 + (Z - L1)^2 - L2^2 - L3^2) / (2 L2 L3),  S3 = +- sqrt(1 - C3^2)
+    cosine rule in the arm's plane: two solutions for each
+shoulder: theta2 = atan2(h, Z - L1) - atan2(L3 S3, L2 + L3 C3)
+    from upright
+"""
+    ),
+    drawing=r"""
       z      theta3
       |   .o-.  L3
       |L2/    `-.
@@ -299,89 +358,30 @@ class RevoluteTransporter(Transporter):
       | L1
      _|_
     (___) theta1
-    """
-
-    def chain(self) -> Chain:
-        """Return the link table: 90 degrees of offset bring the zero position upright."""
-        links = (
-            DHLink(d_mm=self.l1_mm, alpha_rad=QUARTER_TURN, offset=QUARTER_TURN),
-            DHLink(a_mm=self.l2_mm, offset=QUARTER_TURN),
-            DHLink(a_mm=self.l3_mm),
-        )
-        names = ("theta1", "theta2", "theta3")
-        return Chain(links, tool=UPRIGHT, name=self.name, joint_names=names)
-
-    def lengths(self) -> dict[str, float]:
-        """Return L1, L2 and L3 in mm."""
-        return {"L1": self.l1_mm, "L2": self.l2_mm, "L3": self.l3_mm}
-
-    def _fk(self, joints: tuple[float, ...]) -> Transform:
-        first, second, third = joints
-        both = second + third
-        c1, s1, c23, s23 = cos(first), sin(first), cos(both), sin(both)
-        lean = sin(second) * self.l2_mm + s23 * self.l3_mm
-        up = self.l1_mm + cos(second) * self.l2_mm + c23 * self.l3_mm
-        return (
-            (c1, -(s1 * c23), s1 * s23, s1 * lean),
-            (s1, c1 * c23, -(c1 * s23), -(c1 * lean)),
-            (0.0, s23, c23, up),
-            LAST_ROW,
-        )
-
-    def _solution(self, goal: tuple[float, ...], *signs: float) -> Solved:
-        (x, y, z), (side, bend) = goal, signs
-        lean = side * sqrt(x * x + y * y)
-        solved = triangle(z - self.l1_mm, lean, self.l2_mm, self.l3_mm, bend)
-        joints = (atan2(side * x, -(side * y)), solved.first, solved.second)
-        return joints, (Quantity("h", lean, "mm"), *solved.workings())
-
-    def _ik(self, goal: tuple[float, ...], seed: tuple[float, ...]) -> Sequence[NamedBranch]:
-        out, up = math.hypot(goal[0], goal[1]), goal[2] - self.l1_mm
-        distance = math.hypot(out, up)
-        bound = broken_bound(distance, self.l2_mm, self.l3_mm)
-        if bound is not None:
-            raise self._out_of_reach(
-                "the end point's distance from the shoulder", distance, bound, self._nearest(goal)
-            )
-        on_axis = out <= REACH_MM
-        found = []
-        for base, side in (("base front", 1.0), ("base back", -1.0)):
-            if on_axis and side < 0.0:
-                continue
-            for branch in self._elbows(goal, side, distance, seed):
-                named = replace(branch, name=f"{base}, {branch.name}")
-                found.append(_with_free_base(named, seed[0]) if on_axis else named)
-        return found
-
-    def _elbows(
-        self, goal: tuple[float, ...], side: float, distance: float, seed: tuple[float, ...]
-    ) -> list[NamedBranch]:
-        up, down = ("elbow up", "elbow down") if side > 0.0 else ("elbow down", "elbow up")
-        found = []
-        for bend in sides(distance, self.l2_mm, self.l3_mm, up, down):
-            (first, second, third), workings = self._solution(goal, side, bend.sign)
-            second = seed[1] if bend.first_free else second
-            free = ("theta2",) if bend.first_free else ()
-            joints = (first, second, third)
-            found.append(NamedBranch(bend.name, joints, workings, free, bend.degenerate))
-        return found
-
-    def _nearest(self, goal: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the nearest end point that can be met, in the same vertical plane."""
-        x, y, z = goal
-        out = math.hypot(x, y)
-        near_out, near_up = brought_within(out, z - self.l1_mm, self.l2_mm, self.l3_mm)
-        if out <= REACH_MM:
-            return 0.0, -near_out, near_up + self.l1_mm
-        return x * near_out / out, y * near_out / out, near_up + self.l1_mm
-
-
-def _with_free_base(branch: NamedBranch, base: float) -> NamedBranch:
-    words = f"{ON_AXIS}; {branch.degenerate}" if branch.degenerate else ON_AXIS
-    return replace(
-        branch,
-        name=branch.name.replace("base front", "base free"),
-        joints=(base, *branch.joints[1:]),
-        free=("theta1", *branch.free),
-        degenerate=words,
-    )
+    """,
+    coordinates=END_POINT,
+    signs=MappingProxyType(
+        {
+            "base front, elbow up": (1.0, 1.0),
+            "base front, elbow down": (1.0, -1.0),
+            "base back, elbow up": (-1.0, -1.0),
+            "base back, elbow down": (-1.0, 1.0),
+        }
+    ),
+    length_names=("L1", "L2", "L3"),
+    sizes=(200.0, 180.0, 140.0),
+    table=lambda l1, l2, l3: Chain(  # 90 degrees of offset bring the zero position upright
+        (
+            DHLink(d_mm=l1, alpha_rad=QUARTER_TURN, offset=QUARTER_TURN),
+            DHLink(a_mm=l2, offset=QUARTER_TURN),
+            DHLink(a_mm=l3),
+        ),
+        tool=UPRIGHT,
+        joint_names=("theta1", "theta2", "theta3"),
+    ),
+    forward=_revolute_forward,
+    formulas=_revolute_formulas,
+    postures=_revolute_postures,
+    losses=_revolute_losses,
+)
+"""A turning column L1, an upper arm L2 and a forearm L3."""

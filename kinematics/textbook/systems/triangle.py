@@ -11,8 +11,16 @@ import math
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from kinematics.chains.spherical_wrist import REACH_MM
 from kinematics.frames.numbers import atan2, sqrt
-from kinematics.textbook.systems.named import REACH_MM, Quantity
+from kinematics.limits import wrap
+from kinematics.textbook.systems.named import (
+    Lost,
+    NamedBranch,
+    Quantity,
+    System,
+    Values,
+)
 
 STRAIGHT_SINE = 1e-7
 """An elbow whose sine is less has one posture: rounding of the tip alone makes some 1e-8."""
@@ -74,14 +82,6 @@ def triangle(x: float, y: float, first: float, second: float, side: float) -> Tr
     return Triangle(direction - lift, bend, sqrt(squared), cosine, direction, lift)
 
 
-def broken_bound(distance: float, first: float, second: float) -> float | None:
-    """Return the span in mm that a tip at this distance exceeds or undercuts, or None."""
-    longest, shortest = first + second, abs(first - second)
-    if distance > longest + REACH_MM:
-        return longest
-    return shortest if distance < shortest - REACH_MM else None
-
-
 def sides(
     distance: float, first: float, second: float, positive: str, negative: str
 ) -> tuple[TriangleSide, ...]:
@@ -99,17 +99,6 @@ def sides(
     return (TriangleSide("elbow folded", 1.0, FOLDED_HOME if home else FOLDED, home),)
 
 
-def brought_within(x: float, y: float, first: float, second: float) -> tuple[float, float]:
-    """Return the point nearest to (x, y) that two links reach; at the joint itself, along x."""
-    distance = math.hypot(x, y)
-    bound = broken_bound(distance, first, second)
-    if bound is None:
-        return x, y
-    if distance <= REACH_MM:
-        return bound, 0.0
-    return x * bound / distance, y * bound / distance
-
-
 def root(squared: float) -> float:
     """Return a square root, of 0 where rounding took a float below 0; of any kind of number."""
     return sqrt(max(squared, 0.0) if isinstance(squared, float) else squared)  # type: ignore[no-any-return]
@@ -118,3 +107,67 @@ def root(squared: float) -> float:
 def _held(cosine: float) -> float:
     """Return a cosine with the rounding beyond -1 and 1 taken off; other numbers as they are."""
     return min(max(cosine, -1.0), 1.0) if isinstance(cosine, float) else cosine
+
+
+@dataclass(frozen=True, slots=True)
+class Links:
+    """Two links of a system's plane, and the joint at the beginning of the first.
+
+    Where the tip is folded onto that joint, its angle is free; `absorbed` is the joint that then
+    keeps the hand's direction, if any does.
+    """
+
+    first_mm: float
+    second_mm: float
+    joint: int = 0
+    absorbed: int | None = None
+
+
+def elbow_branches(
+    one: System,
+    goal: Values,
+    seed: Values,
+    distance: float,
+    links: Links,
+    signs: tuple[float, ...] = (),
+    names: tuple[str, str] = ("elbow down", "elbow up"),
+) -> list[NamedBranch]:
+    """Return the branches of an elbow for a tip in reach, one where the links lie on one line.
+
+    `signs` are those that the formulas take before the elbow's, and `names` those of the positive
+    and the negative angle.
+    """
+    found = []
+    for side in sides(distance, links.first_mm, links.second_mm, *names):
+        joints, workings = one.formulas(one, goal, *signs, side.sign)
+        free: tuple[str, ...] = ()
+        if side.first_free:
+            joints = _with_free(joints, links, seed[links.joint])
+            free = (one.joint_names[links.joint],)
+        found.append(NamedBranch(side.name, joints, workings, free, side.degenerate))
+    return found
+
+
+def _with_free(joints: Values, links: Links, value: float) -> Values:
+    """Return the joints with the free one at a value."""
+    made = list(joints)
+    if links.absorbed is not None:
+        made[links.absorbed] += made[links.joint] - value
+    made[links.joint] = value
+    return tuple(made)
+
+
+def elbow_losses(bend_rad: float, first_mm: float, second_mm: float) -> list[Lost]:
+    """Return how far an elbow of two links is from being straight, and from being folded."""
+    bend = abs(wrap(bend_rad))
+    square = first_mm**2 + second_mm**2 + 2.0 * first_mm * second_mm * math.cos(bend)
+    span = math.sqrt(max(square, 0.0))
+    return [
+        Lost(f"elbow {STRETCHED}", bend, max(first_mm + second_mm - span, 0.0)),
+        Lost(f"elbow {FOLDED}", math.pi - bend, max(span - abs(first_mm - second_mm), 0.0)),
+    ]
+
+
+def to_half_turn(angle_rad: float) -> float:
+    """Return how far an angle is from a multiple of half a turn."""
+    return abs(math.remainder(angle_rad, math.pi))

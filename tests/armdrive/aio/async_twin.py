@@ -1,7 +1,7 @@
-"""Write armdrive/aio/arm.py from the calls of `Arm`: `python tests/armdrive/aio/async_twin.py`.
+"""Write armdrive/aio/arm.pyi, the signatures of the twins, where this file is run.
 
-How a call is awaited follows from how it is written: a `blocking` one waits, one with `wait=` or a
-`Handle` begins a motion. The tables below say it of all others.
+The twins are made as they are loaded, so a type checker cannot see them. What stands here is read
+from them and from the calls that they are twins of.
 """
 
 from __future__ import annotations
@@ -9,339 +9,149 @@ from __future__ import annotations
 import ast
 import inspect
 import re
+import subprocess
 import sys
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any, get_overloads
 
-import armdrive.aio
+from armdrive.aio import arm as twins
 from armdrive.arm import Arm
+from armdrive.arm import gripper as fingers
 from armdrive.arm.gripper import Gripper
 
-FILE = Path(armdrive.aio.__file__).parent / "arm.py"
+FILE = Path(twins.__file__).with_suffix(".pyi")
 
-WIDTH = 100
-"""Characters of a line."""
+HEAD = '"""What type checkers read of arm.py, written by tests/armdrive/aio/async_twin.py."""\n'
 
-AT_ONCE = frozenset(
-    (
-        "estop", "hold", "log", "nudge", "pause", "pose_in", "reference_request", "release",
-        "request_stop", "resume",
-    )
-)  # fmt: skip
-"""Calls that never wait: they are not awaited."""
 
-LONG = frozenset(("preview", "save_recording"))
-"""Calls that never wait for an arm, but compute or write for long: they are awaited."""
+KINDS = ((twins.AsyncGripper, Gripper), (twins.AsyncArm, Arm))
 
-ATTRIBUTES = {
-    "config": ("ArmConfig", "The arm's file."),
-    "simulated": ("bool", "Whether it is a simulated arm."),
-    "twin": ("SimulatedArm | None", "The simulated arm behind, with its physical world."),
-}
-"""What an `Arm` has as plain attributes."""
+ATTRIBUTES = {"config": "ArmConfig", "simulated": "bool", "twin": "SimulatedArm | None"}
+"""What an `Arm` has as plain attributes, whose types no signature says."""
 
-TWINS = {"Gripper": "AsyncGripper", "Handle": "AsyncHandle"}
+RENAMED = {"Gripper": "AsyncGripper", "Handle": "AsyncHandle"}
 """Classes that have a twin of their own."""
 
-OWN = frozenset(("close",))
-"""The calls of `Arm` that the twin has from `AsyncConnection`."""
-
-HEAD = '''"""`AsyncArm`: an arm whose calls are awaited, each the twin of a call of `Arm`.
-
-Written by `python tests/armdrive/aio/async_twin.py` from the calls of `Arm`: change those instead.
-"""
-'''
-
-GRIPPER = '''class AsyncGripper(AsyncCalls[Gripper]):
-    """The fingers of an arm: the calls of `Gripper`, awaited."""
-'''
-
-ARM = '''@checked_calls(RULES)
-class AsyncArm(AsyncConnection):
-    """One arm, connected, for a program of coroutines; `sync` is the `Arm` itself.
-
-    Each call is described at the call of that name of `Arm`. Whoever cancels an awaited call,
-    `asyncio.timeout` too, stops the arm: the cancelling goes on once it stands. What never waits
-    (`status`, `pause`, `estop`, ...) is not awaited.
-    """
-'''
-
-CONNECT = '''        """Connect as `Arm.connect` does: `await` it, or use it in `async with`.
-
-        Simulated arms of one event loop live on one clock, unless `pace` says otherwise. What
-        simulated time an arm needs passes while its calls are awaited, and not in `asyncio.sleep`.
-        """
-'''
-
-CALLS = "AsyncCalls AsyncConnection AsyncHandle Connecting at_once awaited begun"
-FROM = {
-    **dict.fromkeys(CALLS.split(), "armdrive.aio.calls"),
-    "RULES": "armdrive.arm.arguments",
-    "checked_calls": "armdrive.errors.arguments",
+BESIDE = {
     "ArmConfig": "armdrive.config.arm",
-    "ConnectOptions": "armdrive.connect.parts",
-    "Self": "typing",
-    "TYPE_CHECKING": "typing",
+    "AsyncHandle": "armdrive.aio.calls",
+    "overload": "typing",
 }
-"""Where the names come from that the source of `Arm` has not, or not from there."""
-
-Function = ast.FunctionDef | ast.AsyncFunctionDef
+"""Where the names come from that no module imports whose calls these are."""
 
 
-@dataclass(frozen=True, slots=True)
-class Source:
-    """The source of one class: its public functions, and where the names in it come from."""
+class _Bare:
+    """Words that are shown without quotes."""
 
-    kind: type
-    name: str
-    text: str
-    functions: tuple[Function, ...]
-    modules: dict[str, str]
-    """The module of each imported name."""
-    typing_only: frozenset[str]
-    """The names that are imported for type checkers alone."""
+    def __init__(self, words: str) -> None:
+        self._words = words
 
-    def words(self, node: ast.expr | None) -> str:
-        """Return an expression as it is written."""
-        return "" if node is None else ast.get_source_segment(self.text, node) or ""
-
-
-def source_of(kind: type) -> Source:
-    """Read the source of a class."""
-    text = inspect.getsource(sys.modules[kind.__module__])
-    tree = ast.parse(text)
-    (found,) = (
-        each for each in tree.body if isinstance(each, ast.ClassDef) and each.name == kind.__name__
-    )
-    functions = tuple(
-        each for each in found.body if isinstance(each, Function) and each.name[0] != "_"
-    )
-    modules = {
-        alias.asname or alias.name: each.module or ""
-        for each in ast.walk(tree)
-        if isinstance(each, ast.ImportFrom)
-        for alias in each.names
-    }
-    typing_only = {
-        alias.name
-        for block in tree.body
-        if isinstance(block, ast.If) and ast.unparse(block.test) == "TYPE_CHECKING"
-        for each in block.body
-        if isinstance(each, ast.ImportFrom)
-        for alias in each.names
-    }
-    return Source(kind, kind.__name__, text, functions, modules, frozenset(typing_only))
-
-
-# Signatures and calls, laid out as ruff does.
-
-
-def laid_out(begin: str, words: list[str], end: str) -> str:
-    """Return what stands in brackets on one line, its words on a line of their own, or one each."""
-    indent = " " * (len(begin) - len(begin.lstrip()))
-    line = f"{begin}({', '.join(words)}){end}\n"
-    if len(line) <= WIDTH + 1:
-        return line
-    inner = f"{indent}    {', '.join(words)}\n"
-    if len(inner) > WIDTH + 1:
-        inner = "".join(f"{indent}    {each},\n" for each in words)
-    return f"{begin}(\n{inner}{indent}){end}\n"
-
-
-def signature(source: Source, function: Function, begin: str, returned: str, end: str = "") -> str:
-    """Return the first lines of a function that takes what another one takes."""
-    given = function.args
-    plain = [*given.posonlyargs, *given.args]
-    defaults = [None] * (len(plain) - len(given.defaults)) + given.defaults
-    words = [_parameter(source, each, value) for each, value in zip(plain, defaults, strict=True)]
-    if given.posonlyargs:
-        words.insert(len(given.posonlyargs), "/")
-    if given.vararg is not None:
-        words.append(f"*{_parameter(source, given.vararg, None)}")
-    elif given.kwonlyargs:
-        words.append("*")
-    words += [
-        _parameter(source, each, value)
-        for each, value in zip(given.kwonlyargs, given.kw_defaults, strict=True)
-    ]
-    if given.kwarg is not None:
-        words.append(f"**{_parameter(source, given.kwarg, None)}")
-    return laid_out(f"    {begin} {function.name}", words, f" -> {returned}:{end}")
-
-
-def _parameter(source: Source, name: ast.arg, default: ast.expr | None) -> str:
-    words = name.arg if name.annotation is None else f"{name.arg}: {source.words(name.annotation)}"
-    return words if default is None else f"{words} = {source.words(default)}"
-
-
-def passed_on(function: Function, **instead: str) -> list[str]:
-    """Return the arguments with which a twin makes the call."""
-    given = function.args
-    words = [each.arg for each in [*given.posonlyargs, *given.args][1:]]
-    words += [] if given.vararg is None else [f"*{given.vararg.arg}"]
-    words += [f"{each.arg}={instead.get(each.arg, each.arg)}" for each in given.kwonlyargs]
-    words += [] if given.kwarg is None else [f"**{given.kwarg.arg}"]
-    return words
-
-
-def first_line(function: Function) -> str:
-    """Return the first line of a docstring, as a docstring."""
-    return f'        """{(ast.get_docstring(function) or "").splitlines()[0]}"""\n'
-
-
-# How each kind of call is awaited.
-
-
-def twins(source: Source) -> str:
-    """Return the body of the twin of a class: its properties, its motions, and all other calls."""
-    properties: list[str] = []
-    motions: list[str] = []
-    calls: list[str] = []
-    overloads = ""
-    for function in source.functions:
-        marks = {ast.unparse(each) for each in function.decorator_list}
-        if "property" in marks:
-            properties.append(_property(source, function))
-        elif any(each.endswith(".setter") for each in marks):
-            properties.append(_setter(source, function))
-        elif "classmethod" in marks:
-            motions.insert(0, _connect(source, function))
-        elif "overload" in marks:
-            overloads += _overload(source, function)
-        elif overloads and not _has_wait(function):
-            made = f"{_made_by(source, function)}({source.name}.{function.name})"
-            made = f"    _{function.name} = {made}\n\n"
-            motions.append(f"{made}{overloads}{_overloaded(source, function)}")
-            overloads = ""
-        elif _has_wait(function):
-            motions.append(f"{overloads}{_motion(source, function)}")
-            overloads = ""
-        elif not (source.kind is Arm and function.name in OWN):
-            call = f"{source.name}.{function.name}"
-            calls.append(f"    {function.name} = {_made_by(source, function)}({call})\n")
-    if source.kind is Arm:
-        properties[:0] = [_attribute(name, *words) for name, words in ATTRIBUTES.items()]
-    return "\n".join([*properties, *motions, "".join(calls)])
-
-
-def _made_by(source: Source, function: Function) -> str:
-    """Return what makes the twin of a call without `wait=`."""
-    returned = source.words(function.returns)
-    if returned.startswith("Handle["):
-        return "begun"
-    if isinstance(function, ast.AsyncFunctionDef) or function.name in LONG:
-        return "awaited"
-    if function.name in AT_ONCE:
-        return "at_once"
-    raise LookupError(
-        f"{function.name}: make it `blocking`, or say in AT_ONCE or LONG how long it takes"
-    )
-
-
-def _attribute(name: str, kind: str, words: str) -> str:
-    return (
-        f"    @property\n    def {name}(self) -> {kind}:\n"
-        f'        """{words}"""\n        return self.sync.{name}\n'
-    )
-
-
-def _property(source: Source, function: Function) -> str:
-    returned, value = source.words(function.returns), f"self.sync.{function.name}"
-    if (twin := TWINS.get(returned)) is not None:
-        returned, value = twin, f"{twin}({value}, self._arm)"
-    head = signature(source, function, "def", returned)
-    return f"    @property\n{head}{first_line(function)}        return {value}\n"
-
-
-def _setter(source: Source, function: Function) -> str:
-    name, value = function.name, function.args.args[1].arg
-    head = signature(source, function, "def", "None")
-    return f"    @{name}.setter\n{head}        self.sync.{name} = {value}\n"
-
-
-def _connect(source: Source, function: Function) -> str:
-    head = signature(source, function, "def", "Connecting[Self]")
-    words = [f"{each.arg}={each.arg}" for each in function.args.kwonlyargs]
-    options = laid_out("        options = ConnectOptions", words, "")
-    made = "        return Connecting(cls, target, options)\n"
-    return f"    @classmethod\n{head}{CONNECT}{options}{made}"
-
-
-def _overload(source: Source, function: Function) -> str:
-    return f"    @overload\n{_awaited_signature(source, function, ' ...')}"
-
-
-def _motion(source: Source, function: Function) -> str:
-    call = ", ".join(passed_on(function, wait="False"))
-    begin = [f"lambda: self.sync.{function.name}({call})", "wait"]
-    body = laid_out("        return await self._begin", begin, "")
-    return f"{_awaited_signature(source, function)}{first_line(function)}{body}"
-
-
-def _has_wait(function: Function) -> bool:
-    return any(each.arg == "wait" for each in function.args.kwonlyargs)
-
-
-def _overloaded(source: Source, function: Function) -> str:
-    call = ", ".join(passed_on(function))
-    body = f"        return await self._{function.name}({call})\n"
-    return f"{_awaited_signature(source, function)}{first_line(function)}{body}"
-
-
-def _awaited_signature(source: Source, function: Function, end: str = "") -> str:
-    returned = source.words(function.returns)
-    for name, twin in TWINS.items():
-        returned = re.sub(rf"\b{name}\b", twin, returned)
-    return signature(source, function, "async def", returned, end)
-
-
-# The whole module.
+    def __repr__(self) -> str:
+        return self._words
 
 
 def text() -> str:
-    """Return the source of the twins."""
-    gripper, arm = source_of(Gripper), source_of(Arm)
-    classes = f"{GRIPPER}\n{twins(gripper)}\n\n{ARM}\n{twins(arm)}"
-    return f"{HEAD}\n{imports(classes, gripper, arm)}\n\n{classes}"
+    """Return the stub, laid out in no particular way."""
+    classes = "\n".join(line for twin, kind in KINDS for line in _class(twin, kind))
+    return "\n".join([HEAD, *_imports(classes), classes])
 
 
-def imports(classes: str, *sources: Source) -> str:
-    """Return the imports of all names in some classes, sorted as ruff does."""
-    modules = dict(FROM)
-    for source in sources:
-        modules |= {source.kind.__name__: source.kind.__module__}
-        modules |= {name: module for name, module in source.modules.items() if name not in modules}
-    typing_only = frozenset().union(*(source.typing_only for source in sources))
-    names = (each for each in ast.walk(ast.parse(classes)) if isinstance(each, ast.Name))
-    used = {each.id for each in names if isinstance(each.ctx, ast.Load)}
-    used |= {"TYPE_CHECKING"} if used & typing_only else set()
-    plain = sorted(used & modules.keys() - typing_only)
-    standard = [
-        each for each in plain if modules[each].partition(".")[0] in sys.stdlib_module_names
+def _class(twin: type, kind: type) -> Iterator[str]:
+    (base,) = twin.__orig_bases__ if "__orig_bases__" in vars(twin) else twin.__bases__
+    yield f"class {twin.__name__}({getattr(base, '__name__', '')}{_parameter(base)}):"
+    yield _described(twin, 1)
+    for name, found in vars(twin).items():
+        if name.startswith("_"):
+            continue
+        if isinstance(found, property):
+            yield from _property(name, found, vars(kind).get(name, found))
+        elif isinstance(found, classmethod):
+            yield "    @classmethod"
+            returned = inspect.get_annotations(found.__func__)["return"]
+            yield _function("def", name, inspect.unwrap(found.__func__), found, returned)
+        else:
+            word = "async def" if inspect.iscoroutinefunction(found) else "def"
+            forms = get_overloads(inspect.unwrap(found))
+            for form in forms:
+                yield "    @overload"
+                yield _function(word, name, form, found if form is forms[0] else None)
+            if not forms:
+                yield _function(word, name, found, found)
+
+
+def _parameter(base: Any) -> str:
+    """Return the parameter of a generic base, in its brackets."""
+    return "".join(f"[{each.__name__}]" for each in getattr(base, "__args__", ()))
+
+
+def _property(name: str, found: property, original: property) -> Iterator[str]:
+    kind = ATTRIBUTES.get(name) or inspect.signature(original.fget).return_annotation
+    yield f"    @property\n    def {name}(self) -> {_renamed(kind)}:\n{_described(found, 2)}"
+    if found.fset is not None:
+        yield f"    @{name}.setter\n    def {name}(self, {name}: {kind}) -> None: ..."
+
+
+def _function(
+    word: str,
+    name: str,
+    call: Callable[..., Any],
+    described: object = None,
+    returned: str = "",
+) -> str:
+    """Return a function, with its docstring where it has one that is described."""
+    signature = inspect.signature(call)
+    words = [
+        each.replace(
+            annotation=each.annotation if each.annotation is each.empty else _Bare(each.annotation),
+            default=each.default if each.default is each.empty else _Bare("..."),
+        )
+        for each in signature.parameters.values()
     ]
-    ours = [each for each in plain if each not in standard]
-    words = ["from __future__ import annotations\n"]
-    words += ["".join(_from(modules, each, "")) for each in (standard, ours)]
-    if rare := sorted(used & typing_only):
-        block = "".join(_from(modules, rare, "    "))
-        words.append(f"if TYPE_CHECKING:  # a real arm loads no simulation\n{block}")
-    return "\n".join(words)
+    kind = _Bare(_renamed(returned or signature.return_annotation))
+    shown = signature.replace(parameters=words, return_annotation=kind)
+    body = " ..." if described is None else f"\n{_described(described, 2)}"
+    return f"    {word} {name}{shown}:{body}"
 
 
-def _from(modules: Mapping[str, str], names: Iterable[str], indent: str) -> Iterator[str]:
-    by_module: dict[str, list[str]] = {}
-    for name in names:
-        by_module.setdefault(modules[name], []).append(name)
-    for module, found in sorted(by_module.items()):
-        # constants, then classes, then functions
-        found.sort(key=lambda each: (not each.isupper(), each[0].islower(), each))
-        line = f"{indent}from {module} import {', '.join(found)}\n"
-        if len(line) > WIDTH + 1:
-            each = "".join(f"{indent}    {name},\n" for name in found)
-            line = f"{indent}from {module} import (\n{each}{indent})\n"
-        yield line
+def _described(thing: object, depth: int) -> str:
+    """Return a docstring's first line; of a class and of what is the twin's own, all of it."""
+    said = inspect.getdoc(thing) or ""
+    own = isinstance(thing, type | classmethod)
+    if not own:
+        said = said.splitlines()[0]
+    closing = '\n"""' if "\n" in said else '"""'
+    lines = f'"""{said}{closing}'.splitlines()
+    return "\n".join(f"{'    ' * depth}{line}".rstrip() for line in lines)
+
+
+def _renamed(kind: str) -> str:
+    for name, twin in RENAMED.items():
+        kind = re.sub(rf"\b{name}\b", twin, kind)
+    return kind
+
+
+def _imports(classes: str) -> Iterator[str]:
+    """Give an import for each name in some classes, from where the calls' modules have it."""
+    modules = dict(BESIDE)
+    for module in (sys.modules[Arm.__module__], fingers, twins):
+        for each in ast.walk(ast.parse(inspect.getsource(module))):
+            if isinstance(each, ast.ImportFrom):
+                modules |= {alias.name: each.module or "" for alias in each.names}
+    used = {each.id for each in ast.walk(ast.parse(classes)) if isinstance(each, ast.Name)}
+    for name in sorted(used & modules.keys()):
+        yield f"from {modules[name]} import {name}"
+
+
+def parts(stub: str) -> tuple[set[str], list[str]]:
+    """Return what a stub imports, and all else, however it is laid out."""
+    body = ast.parse(stub).body
+    imports = [each for each in body if isinstance(each, ast.ImportFrom)]
+    names = {f"{each.module}.{alias.name}" for each in imports for alias in each.names}
+    return names, [ast.unparse(each) for each in body if each not in imports]
 
 
 if __name__ == "__main__":
     FILE.write_text(text(), encoding="utf-8")
+    for words in (("format",), ("check", "--fix")):
+        subprocess.run([sys.executable, "-m", "ruff", *words, "--quiet", FILE], check=True)

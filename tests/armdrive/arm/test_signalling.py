@@ -6,7 +6,7 @@ import pytest
 from faults import ready_arm, sim_config
 
 from armdrive import Arm, InputTimeout, LinkLost, State, Stopped
-from armdrive.arm import inputs_outputs as signalling
+from armdrive.arm import device as signalling
 from armdrive.dialects.grbl.settings import PINS
 from armdrive.errors import BadRequest, Refused, WrongState
 from armdrive.motion.idle import INPUTS_POLL_S

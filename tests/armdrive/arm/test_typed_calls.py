@@ -99,9 +99,9 @@ def test_the_two_forms_of_a_call_with_wait_are_the_call_itself():
         each for each in ast.parse(inspect.getsource(arm_module)).body
         if isinstance(each, ast.ClassDef) and each.name == "Arm"
     )  # fmt: skip
-    forms: dict[str, list[ast.FunctionDef]] = {}
+    forms: dict[str, list[ast.FunctionDef | ast.AsyncFunctionDef]] = {}
     for each in arm.body:
-        if isinstance(each, ast.FunctionDef) and "wait" in {
+        if isinstance(each, ast.FunctionDef | ast.AsyncFunctionDef) and "wait" in {
             one.arg for one in each.args.kwonlyargs
         }:
             forms.setdefault(each.name, []).append(each)

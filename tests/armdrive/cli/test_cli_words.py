@@ -7,27 +7,27 @@ import subprocess
 import sys
 
 import pytest
-from cli_calls import Caller
 
 from armdrive import cli
 from armdrive.cli import COMMANDS, EXIT_CODES
 from armdrive.cli.drive import arguments as drive_arguments
-from armdrive.cli.drive import points
+from armdrive.cli.loading import load
 from armdrive.cli.program import arguments as program_arguments
 from armdrive.cli.program import pendant, teach
 from armdrive.cli.set_up import arguments as set_up_arguments
-from armdrive.cli.set_up import can, config
 from armdrive.errors import ArmError
 
 HEAVY = {"numpy", "can", "serial", "textual", "argparse", "filelock", "platformdirs", "asyncio"}
 LOADED_TO_RUN = {
     "armdrive.arm", "armdrive.connect", "armdrive.programs.program", "numpy", "textual",
 }  # fmt: skip
-
-
-@pytest.fixture
-def call(capsys):
-    return Caller(capsys)
+WITH_ACTIONS = {
+    "can": set_up_arguments.CAN_ACTIONS,
+    "config": set_up_arguments.CONFIG_ACTIONS,
+    "pendant": drive_arguments.PENDANT_ACTIONS,
+    "points": drive_arguments.POINT_ACTIONS,
+}
+"""The commands each of whose actions has a function of its own."""
 
 
 def error_classes(kind=ArmError):
@@ -52,6 +52,19 @@ def test_every_command_has_its_own_help(call, name):
     text = call(name, "--help", code=0).out
     assert text.startswith(f"usage: armdrive {name}")
     assert COMMANDS[name][1:] in " ".join(text.split())
+
+
+@pytest.mark.parametrize(
+    ("words", "example"),
+    [
+        ("home", "  armdrive home --declare park  "),
+        ("sim", "  armdrive sim --list  "),
+        ("can setup", "  can:socketcan:can0  "),
+        ("can monitor", "  armdrive can monitor can:socketcan:can0 --id 3\n"),
+    ],
+)
+def test_the_help_ends_with_examples_as_they_are_written(call, words, example):
+    assert example in call(*words.split(), "--help", code=0).out
 
 
 @pytest.mark.parametrize("name", sorted(COMMANDS.keys() - {"demo", "jog", "sim"}))
@@ -153,7 +166,7 @@ def test_the_help_of_a_command_waits_for_nothing_that_drives_an_arm():
 
 OF_OTHERS = (
     "armdrive.cli.unexpected", "armdrive.config.write", "armdrive.dialog.conversation",
-    "armdrive.sim.bus", "armdrive.trace.files", "difflib", "kinematics.frames.graph",
+    "armdrive.sim.bus", "armdrive.trace.files", "difflib", "kinematics.frames.graph", "tomlkit",
 )  # fmt: skip
 """What an arm on a serial line does without: buses, interviews, recordings that are written."""
 DRIVING = (
@@ -203,18 +216,16 @@ def test_a_command_loads_nothing_that_only_others_need(words, spared, tmp_path):
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_what_is_declared_of_a_command_is_carried_out(name):
-    arguments, load, _ = cli._COMMANDS[name]
-    assert name in arguments()
-    assert callable(load()[name])
+    function, _ = cli._COMMANDS[name]
+    assert name in load(f"{function.partition('.')[0]}.arguments:ARGUMENTS")
+    assert callable(load(function)) if name not in WITH_ACTIONS else ":" not in function
 
 
 def test_what_is_declared_of_an_action_is_carried_out():
-    assert list(drive_arguments.POINT_ACTIONS) == list(points.ACTIONS)
     assert list(drive_arguments.PENDANT_ACTIONS) == list(pendant.ACTIONS)
     assert list(program_arguments.TEACH_ACTIONS) == list(teach.ACTIONS)
-    assert list(set_up_arguments.CAN_ACTIONS) == list(can.ACTIONS)
-    assert list(set_up_arguments.CONFIG_ACTIONS) == list(config.ACTIONS)
-    assert all(callable(load()[name]) for name, load in config.ACTIONS.items())
+    for actions in WITH_ACTIONS.values():
+        assert all(callable(load(action.function)) for action in actions.values())
 
 
 def test_the_package_itself_is_the_command_line():

@@ -3,18 +3,20 @@
 import contextlib
 import math
 import tomllib
+from pathlib import Path
 
 import pytest
 from amounts import amount
+from chain_files import shown_files
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from armdrive.arm import Arm
 from armdrive.connect.parts import assemble, connect_simulated
 from armdrive.errors import ArmFileError, Refused
-from armdrive.registry.arm_files import load_arm, parse_arm, preset_arm
+from armdrive.registry.arm_files import arm_problems, load_arm, parse_arm, preset_arm
 from armdrive.registry.simulate import simulate
-from armdrive.runtime.drive import SimulatedPace
+from armdrive.runtime.clock import SimulatedPace
 from kinematics import KinematicsError, preset
 from kinematics.spaces import Joints
 
@@ -153,7 +155,7 @@ def test_two_lines_are_enough_and_the_arm_can_be_driven(tmp_path):
         ('model = "teachmover"\n[limits_deg]\nbase = [90, -90]', "below the second"),
         ('model = "teachmover"\n[limits_deg]\nbase = 90', "pair of degrees"),
         ('model = "teachmover"\n[limits_deg]\nknee = [1, 2]', "knee"),
-        ('model = "teachmover"\n[speeds_deg_s]\nbase = 0', "above 0"),
+        ('model = "teachmover"\n[speeds_deg_s]\nbase = 0', "from 0.01 to 3600, not 0"),
         ('model = "teachmover"\n[steps_per_turn]\nbase = 0', "steps_per_turn.base"),
         ('model = "teachmover"\n[steps_per_turn]\ngripper = 10', "gripper"),
         ('model = "teachmover"\n[motor_signs]\nbase = 2', "1 or -1"),
@@ -169,6 +171,49 @@ def test_what_is_wrong_is_said_with_the_file_and_the_key(tmp_path, text, words):
         load_arm(path)
     assert words in str(refusal.value)
     assert "bad.toml" in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("[gripper]\napproach_steps = 0\nmax_force_n = 1", ("approach_steps", "max_force_n")),
+        ('[gripper]\nkind = "claw"\nmax_force_n = 201', ("gripper.kind", "max_force_n")),
+        ("[teachmover]\nspeed_doubt = 0\ngrip_bit = 8", ("speed_doubt", "grip_bit")),
+        ("[park]\nx_mm = 1\nz = 3", ("'z'", "missing y_mm, z_mm, pitch_deg")),
+        ("park = 3\nhoming.joints_deg = 4", ("homing.joints_deg must be", "park must be")),
+        ("motion = 3\ngripper = 4", ("motion must be", "gripper must be")),
+        ("[lengths]\nhand = 1\nupper_arm_mm = 1e9", ("hand_mm", "upper_arm_mm")),
+        ("[steps_per_turn]\nbase = -1\nelbow = 0", ("steps_per_turn.base", "steps_per_turn.elbow")),
+        ("[guards]\nboxes = 3\nradii_mm = 1", ("guards.radii_mm", "guards.boxes")),
+        (
+            "[[guards.boxes]]\nmin_mm = 3\n[[guards.boxes]]\nsize = 1\n",
+            ("boxes[1] needs", "boxes[1].min_mm", "boxes[1].max_mm", "'size'", "boxes[2] needs",
+             "boxes[2].min_mm", "boxes[2].max_mm"),
+        ),
+        (
+            "[homing]\ngroups = [[9]]\n[homing.joints_deg]\nbase = 1\nknee = 2",
+            ("'knee'", "missing shoulder", "homing.groups"),
+        ),
+        ("accelerations_deg_s2.base = 0\nbacklash_deg.elbow = 11", ("accelerations", "backlash")),
+        ("frames.tool.x_mm = 1\nframes.a.x = 1\ntool.along_mm = 1e9", ("along", "tool:", "'x'")),
+    ],
+)  # fmt: skip
+def test_one_reading_finds_everything_that_is_wrong(text, found):
+    table = tomllib.loads(f'model = "teachmover"\n{text}')
+    problems = arm_problems(table, "bench", Path())
+    assert len(problems) == len(found)
+    for words, problem in zip(found, problems, strict=True):
+        assert words in problem
+
+
+@pytest.mark.parametrize("text", ['model = "teachmover"\n', "five"])
+def test_a_file_with_endless_faults_is_told_fifty_of_them(tmp_path, text):
+    (tmp_path / "minilinks.toml").write_text(shown_files()[0], encoding="utf-8")
+    table = tomllib.loads(shown_files()[1] if text == "five" else text)
+    table |= {f"key{number}": 1 for number in range(20_000)}
+    table["speeds_deg_s"] = {"base": 0}
+    table["motors"] = [{"name": "base", "key": 1}] * 10_000
+    assert len(arm_problems(table, "bench", tmp_path)) == 50
 
 
 def test_a_file_that_is_not_there_or_no_text_is_said_so(tmp_path):

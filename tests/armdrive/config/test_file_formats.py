@@ -10,21 +10,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.config.link_model import parse_model, read_model
-from armdrive.config.write import Change, amended, complete
+from armdrive.config.write import complete
 from armdrive.errors import ArmFileError, PointsFileError, StateFileError
 from armdrive.programs.acts import Remember
 from armdrive.programs.journal import interrupted, journal_file
 from armdrive.programs.performing import Performer
 from armdrive.registry.arm_files import arm_problems, load_arm, parse_arm
 from armdrive.setup import plan as kept
-from armdrive.setup.arm_text import text_of
-from armdrive.setup.filing import checked
+from armdrive.setup.filing import checked, new_text
 from armdrive.setup.interview import Describing
 from armdrive.setup.templates import available, typed_text
 from armdrive.storage import files as places
 from armdrive.storage.point_file import PointWriter, points_of
 from armdrive.storage.points import Point, Step, StepList, Taught, parse_points
 from armdrive.text.toml import FORMAT, require_format
+from armdrive.text.toml_amend import Change, amended
 from armdrive.trace.files import texts_of
 from kinematics import JOINT_NAMES, preset
 
@@ -231,9 +231,8 @@ def test_a_typed_link_table_and_what_the_desk_asks_for_say_it_too():
     assert checked(files, "bench").model.key == "bench"
 
 
-@pytest.mark.parametrize("table", [{}, {"format": 1}, {"connection": {}, "format": 1}])
-def test_an_arm_whose_drives_were_commissioned_says_it_once(table):
-    text = text_of(table | {"model": "minimover5-mks"}, "bench")
+def test_an_arm_whose_drives_were_commissioned_says_it_once():
+    text = new_text(sim_config())
     assert first_key(text) == "format"
     assert text.count("format") == 1
 

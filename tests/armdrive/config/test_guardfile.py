@@ -11,7 +11,7 @@ from chain_files import six_joints
 from armdrive.config.guards import guard_table, guards_of
 from armdrive.errors import ArmFileError
 from armdrive.registry.arm_files import parse_arm
-from armdrive.text.toml import value
+from armdrive.text.toml import Problems, TomlTable, value
 from kinematics import Guards, preset
 from kinematics.guards.shapes import Box
 
@@ -37,6 +37,13 @@ BOX = 'name = "vice"\nmin_mm = [150, -60, 0]\nmax_mm = [230, 60, 60]\n'
 
 def guards(text):
     return parse_arm(tomllib.loads(text), name="bench").model.guards
+
+
+def read_guards(table, arm, known):
+    problems = Problems()
+    found = guards_of(TomlTable(table, "guards", problems), arm, known)
+    problems.require_none()
+    return found
 
 
 def test_boxes_radii_the_base_and_sums_are_taken_over():
@@ -67,7 +74,7 @@ def test_what_is_written_out_means_the_same_guards():
     table = tomllib.loads(
         "\n".join(f"{key} = {value(one)}" for key, one in guard_table(found).items())
     )
-    again = guards_of(table, preset("teachmover").arm, Guards(inner_radius_mm=None))
+    again = read_guards(table, preset("teachmover").arm, Guards(inner_radius_mm=None))
     assert again.boxes == found.boxes
     assert again.radii_mm == found.radii_mm
     assert again.inner_radius_mm == found.inner_radius_mm
@@ -126,7 +133,7 @@ def test_what_is_wrong_is_named(text, said):
 
 def test_the_forearms_elevation_is_for_arms_that_have_a_forearm(tmp_path):
     with pytest.raises(ArmFileError, match=r"write \[\[guards.sums\]\]"):
-        guards_of({"forearm_elevation_deg": [0, 1]}, _Joints(), Guards())
+        read_guards({"forearm_elevation_deg": [0, 1]}, _Joints(), Guards())
 
 
 class _Joints:

@@ -75,6 +75,7 @@ def test_guards_may_be_asked_for(tmp_path):
 
 
 FIRST = '[[motors]]\nname = "waist"\nsteps_per_turn = 14400\nsees = { waist = 1 }\n'
+SECOND = "sees = { shoulder = 1 }\n"
 
 
 @pytest.mark.parametrize(
@@ -94,7 +95,7 @@ FIRST = '[[motors]]\nname = "waist"\nsteps_per_turn = 14400\nsees = { waist = 1 
         (FIRST, FIRST.replace('name = "waist"\n', ""), "needs a name"),
         (FIRST, FIRST.replace('"waist"', '"bend"'), "different names"),
         (FIRST, FIRST + "follows = { bend = 1 }\n", "unknown key 'bend'"),
-        (FIRST, FIRST + "follows = { bend = 0.5 }\n", "whole number"),
+        (SECOND, SECOND + "follows = { waist = 0.5 }\n", "whole number"),
         (FIRST, FIRST.replace("waist = 1 }", "shoulder = 1 }"), "tells nothing"),
         (FIRST, "[fingers]\nrange_mm = [0, 1]\nspeed_mm_s = 1\n" + FIRST, "no motor has steps_per"),
         (FIRST, "[park]\nx_mm = 1\n" + FIRST, "is missing y_mm"),

@@ -10,7 +10,7 @@ from armdrive.arm import State
 from armdrive.connect.parts import connect_real
 from armdrive.connect.target import find, simulated_config, state_file
 from armdrive.dialects.teachmover.controller import FIRST_LINE
-from armdrive.runtime.drive import RealPace, SimulatedPace
+from armdrive.runtime.clock import RealPace, SimulatedPace
 from firmware_protocol.armdroid import Device as ArmdroidDevice
 from firmware_protocol.armdroid import (
     DriveAll,

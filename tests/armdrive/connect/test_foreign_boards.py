@@ -13,7 +13,7 @@ from armdrive.connect.port import overheard
 from armdrive.dialects.recognition import comes_back
 from armdrive.dialog.conversation import Grade
 from armdrive.errors import SettingsDiffer
-from armdrive.runtime.drive import SimulatedPace
+from armdrive.runtime.clock import SimulatedPace
 from armdrive.setup import findings as after
 
 SMOOTHIE_STATUS = b"<Idle|MPos:0.0000,0.0000,0.0000|WPos:0.0000,0.0000,0.0000|F:0,100.0>\r\n"

@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from faults import as_it_stands
 
 from armdrive import Arm, LinkLost, WrongState
 from armdrive.connect.parts import connect_simulated
@@ -31,9 +32,7 @@ def connected():
         arms.append(arm)
         if arm.status.state is State.DISABLED:
             arm.enable()
-        world = arm.twin.world
-        arm.declare_posture(world.joints, opening_mm=world.opening_mm)
-        return arm
+        return as_it_stands(arm)
 
     yield connect
     for arm in arms:
@@ -102,9 +101,8 @@ def test_who_waited_for_a_motion_hears_of_the_loss_and_nothing_goes_on_later(con
 def test_the_status_of_a_lost_arm_bounds_what_was_under_way(reconnect):
     config = simulated_config("teachmover")
     config = replace(config, motion=replace(config.motion, planned_burst_s=1.5))
-    arm = Arm(connect_simulated(config, reconnect=reconnect))
+    arm = as_it_stands(Arm(connect_simulated(config, reconnect=reconnect)))
     world = arm.twin.world
-    arm.declare_posture(world.joints, opening_mm=world.opening_mm)
     idle_s = arm.status.silent_time_s
     arm.move_j(base_deg=80, wait=False)
     arm.sleep(0.2)

@@ -23,7 +23,7 @@ from armdrive.connect.port import explained, overheard
 from armdrive.connect.target import simulated_config
 from armdrive.errors import DeviceFault
 from armdrive.registry import DIALECTS
-from armdrive.runtime.drive import SimulatedPace
+from armdrive.runtime.clock import SimulatedPace
 
 ON_SERIAL = [name for name, row in DIALECTS.items() if not row.can]
 PAIRS = [(x, y) for x, y in itertools.product(ON_SERIAL, SPOKEN) if x != y]

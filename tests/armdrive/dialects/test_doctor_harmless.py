@@ -26,9 +26,9 @@ from armdrive.connect.parts import assemble
 from armdrive.connect.target import simulated_config
 from armdrive.dialects.recognition import Probe, Recogniser, Risk, in_safe_order
 from armdrive.registry import DIALECTS
-from armdrive.runtime.drive import SimulatedPace
+from armdrive.runtime.clock import SimulatedPace
 from armdrive.status import State
-from firmware_protocol.armdroid.characters import MEANT
+from firmware_protocol.armdroid.device import MEANT
 
 QUICK_BAUD, SLOW_BAUD = 115_200, 9600
 

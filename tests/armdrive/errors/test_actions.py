@@ -16,8 +16,7 @@ from armdrive.errors import ArmError, WrongState
 from armdrive.errors.actions import ACTIONS, COMMAND_LINE, PHRASES, SHELL, desk_words, presented
 from armdrive.errors.table import ENTRIES
 from armdrive.programs.language.words import WORDS
-from armdrive.runtime.states import TRANSITIONS, Event, after
-from armdrive.runtime.trust import Belief, require_reference
+from armdrive.runtime.states import TRANSITIONS, Belief, Event, after, require_reference
 from armdrive.status import State, Trust
 from tui.keys.keyboard import DEFAULT_KEYS
 

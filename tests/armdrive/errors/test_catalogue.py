@@ -17,7 +17,7 @@ from armdrive import Arm
 from armdrive.errors import ArmError, BadRequest, LinkLost, NoSuchPort, NotReferenced, WrongState
 from armdrive.errors.printing import page
 from armdrive.errors.table import ENTRIES, GROUPS, by_code, entry, entry_of, error_view
-from armdrive.runtime.trust import RESULTS
+from armdrive.runtime.states import RESULTS
 from armdrive.status import Evidence, Trust
 from firmware_protocol.errors import ProtocolError
 from kinematics.errors import KinematicsError

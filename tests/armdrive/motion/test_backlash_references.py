@@ -14,6 +14,7 @@ from backlash_bench import (
     refer,
     shaken,
 )
+from faults import as_it_stands
 
 from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
@@ -70,11 +71,11 @@ def test_the_simulated_operator_comes_from_one_side():
 
 def test_a_declared_posture_says_what_nobody_knows():
     arm = played_arm("teachmover", home=False)
-    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    as_it_stands(arm)
     assert "base" in arm.status.notice
     assert "half" in arm.status.notice
     assert max(shaken(arm, 10)) <= PLAY / 2
-    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    as_it_stands(arm)
     assert arm.status.notice == ""
     assert max(shaken(arm, 10)) == 0
 

@@ -18,8 +18,7 @@ from armdrive import (
 )
 from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmFileError
-from armdrive.motion.plan import plan_joints, plan_route
-from armdrive.motion.segments import SpeedLimits, fewer, legs_along
+from armdrive.motion.plan import SpeedLimits, fewer, legs_along, plan_joints, plan_route
 from armdrive.registry.arm_files import parse_arm
 from armdrive.runtime.position import ArmCoordinates
 from kinematics import Joints, preset

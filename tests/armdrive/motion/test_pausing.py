@@ -8,6 +8,7 @@ import random
 import threading
 
 import pytest
+from faults import as_it_stands
 from waiting import soon, until
 
 from armdrive import Arm, Jog
@@ -32,9 +33,7 @@ SETTLES_S = 1.5
 def raised(dialect: str) -> Arm:
     arm = Arm.connect(f"sim:{dialect}")
     arm.enable()
-    world = arm.twin.world
-    arm.declare_posture(world.joints, opening_mm=world.opening_mm)
-    return arm
+    return as_it_stands(arm)
 
 
 def moving(arm: Arm, after_s: float = 0.4):
@@ -328,7 +327,7 @@ def test_a_script_on_simulated_time_waits_until_somebody_resumes_it():
 def test_a_pause_is_no_part_of_a_motions_patience():
     arm = raised(BY_BURSTS)
     handle, _ = paused(arm)
-    handle._timeout_s = 5.0
+    handle._timeout_s = 3.0
     beyond_s = arm.pace.now_s() + 4.0 * handle._timeout_s
 
     def resume():

@@ -7,13 +7,14 @@ import math
 import random
 
 import pytest
+from faults import as_it_stands
 
 from armdrive import Arm, MarkRequest, Verdict
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import NotReferenced, OperatorNeeded, Stopped
+from armdrive.motion.reference import drift_between, judge
 from armdrive.motion.resolve import park_pose
-from armdrive.motion.verify import drift_between, judge
 from armdrive.registry import DIALECTS
 from armdrive.status import Evidence, State, Trust
 from armdrive.storage.record import FileRecorder
@@ -77,7 +78,7 @@ def test_lost_steps_are_measured_to_the_step(dialect, motor):
 def test_steps_that_a_drive_makes_up_for_are_no_drift(dialect):
     arm = Arm.connect(f"sim:{dialect}")
     arm.enable()
-    arm.home()
+    as_it_stands(arm)
     arm.move_to(park_pose(arm.config))
     arm.twin.faults.add("lose-steps", "2", "400")
     here = arm.joints.deg

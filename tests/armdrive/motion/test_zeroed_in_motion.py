@@ -1,6 +1,7 @@
 """Counts that fall to zero in a motion that began at zero, on a device that does not greet."""
 
 import pytest
+from faults import as_it_stands
 
 from armdrive import Arm
 from armdrive.registry import DIALECTS
@@ -10,9 +11,7 @@ from armdrive.status import Trust
 def at_zeros(dialect):
     arm = Arm.connect(f"sim:{dialect}")
     arm.enable()
-    world = arm.twin.world
-    arm.declare_posture(world.joints, opening_mm=world.opening_mm)
-    return arm
+    return as_it_stands(arm)
 
 
 def seen_in_motion(arm, base_deg):

@@ -11,7 +11,7 @@ from armdrive.connect.parts import assemble
 from armdrive.connect.target import simulated_config
 from armdrive.registry import DIALECTS
 from armdrive.registry.simulate import simulate
-from armdrive.runtime.drive import SimulatedPace
+from armdrive.runtime.clock import SimulatedPace
 from armdrive.runtime.engine import Engine
 from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.transports.link import Link

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 from endless_wires import KINDS, Pace, connected, wire_to
+from faults import as_it_stands
 
 from armdrive.arm import Arm
 from armdrive.config.sections import HomingSettings
@@ -15,8 +16,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.errors import ArmError, DeviceFault, NoAnswer, Refused
 from armdrive.registry import DIALECTS
-from armdrive.runtime.deadlines import CALL_LIMIT_S, call_limit_s
-from armdrive.runtime.received import Received, excerpt
+from armdrive.runtime.engine import CALL_LIMIT_S, Received, call_limit_s, excerpt
 from armdrive.status import State
 from firmware_protocol.frames import Frame, Unpacker, pack
 
@@ -116,8 +116,7 @@ def comes_back(arm: Arm) -> bool:
     if arm.status.state is State.DISABLED:
         arm.enable()
     assert arm.status.state is State.STANDBY
-    world = arm.twin.world
-    arm.declare_posture(world.joints, opening_mm=world.opening_mm)
+    as_it_stands(arm)
     try:
         arm.move_j(base_deg=arm.joints.deg["base"] + 3.0)
     except DeviceFault:

@@ -14,11 +14,10 @@ import pytest
 from armdrive.arm import Arm
 from armdrive.connect.parts import assemble
 from armdrive.connect.target import simulated_config
-from armdrive.dialects.exchange import ScriptRunner
+from armdrive.dialects.controller import ScriptRunner
 from armdrive.registry import DIALECTS
 from armdrive.registry.simulate import simulate
-from armdrive.runtime.clock import SimulatedClock
-from armdrive.runtime.drive import SimulatedPace
+from armdrive.runtime.clock import SimulatedClock, SimulatedPace
 from armdrive.status import State, Trust
 from armdrive.tasks import ReadPosition, Registers, Timeout
 from kinematics import Motors
@@ -102,8 +101,7 @@ class Waiting(ScriptRunner):
     def unasked(self, heard):
         pass
 
-    def stopping(self, burst_s, parts=()):
-        raise NotImplementedError
+    usable_rate_hz = duration_s = stopping = None  # nobody asks for a motion
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,8 @@ from waiting import returns, until
 
 from armdrive import Arm
 from armdrive.errors import ArmError, Stopped
-from armdrive.runtime import drive as pace
-from armdrive.runtime.drive import RealPace, SimulatedPace
+from armdrive.runtime import clock as pace
+from armdrive.runtime.clock import RealPace, SimulatedPace
 from armdrive.status import State
 
 

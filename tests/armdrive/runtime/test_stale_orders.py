@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
+from faults import as_it_stands
 
 from armdrive import Arm
-from armdrive.arm.handle import Handle
+from armdrive.arm.connected import Handle
 from armdrive.errors import Stopped
 
 
 @pytest.fixture
 def arm() -> Iterator[Arm]:
     with Arm.connect("sim:cia402") as arm:
-        arm.home()
-        yield arm
+        yield as_it_stands(arm)
 
 
 def moving(arm: Arm) -> Handle:

@@ -10,7 +10,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors import DeviceFault, Stopped
 from armdrive.registry import DIALECTS
 from armdrive.registry.simulate import simulate
-from armdrive.runtime.drive import SimulatedPace
+from armdrive.runtime.clock import SimulatedPace
 from armdrive.status import State
 
 ASLEEP_S = 400.0

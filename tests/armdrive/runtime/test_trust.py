@@ -1,7 +1,7 @@
 """Trust in the position: its table, what planned motion needs, and what lowers it on a wire."""
 
 import pytest
-from faults import OVER_THE_TABLE, Rule, late_by, lost, ready_arm, sim_arm
+from faults import OVER_THE_TABLE, Rule, as_it_stands, late_by, lost, ready_arm, sim_arm
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -9,7 +9,7 @@ from armdrive.blocking import run_blocking
 from armdrive.errors import ArmError, DeviceFault, NotReferenced, PositionMismatch, Refused
 from armdrive.motion.reference import poll, take_reference, vouched
 from armdrive.runtime.position import ArmCoordinates
-from armdrive.runtime.trust import FIRST_BELIEF, RESULTS, Belief, require_reference
+from armdrive.runtime.states import FIRST_BELIEF, RESULTS, Belief, require_reference
 from armdrive.status import Current, Evidence, State, Trust
 from kinematics import Pose
 
@@ -209,7 +209,7 @@ def test_a_posture_is_not_taken_from_a_controller_that_was_restarted_meanwhile()
 @pytest.mark.parametrize(("counts", "trust"), [(0, Trust.SUSPECT), (40, Trust.REFERENCED)])
 def test_counts_of_zero_after_a_silence_may_be_those_of_a_controller_that_began_anew(counts, trust):
     arm = sim_arm()
-    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    as_it_stands(arm)
     arm.move_motors(counts, 0, 0, 0, 0, 0)
     arm.twin.link.to.append(Rule(b"@READ", lost))
     arm.sleep(3.0)

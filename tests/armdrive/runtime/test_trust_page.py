@@ -10,8 +10,8 @@ from pathlib import Path
 
 from armdrive.connect.parts import CLOSING_S
 from armdrive.motion import idle as idling
-from armdrive.runtime import trust
-from armdrive.runtime.registers import LONGEST_S
+from armdrive.motion.context import LONGEST_S
+from armdrive.runtime import states as trust
 from armdrive.storage import record
 from armdrive.storage.record import FORMAT, Record, from_text, to_text
 

@@ -6,17 +6,17 @@ import contextlib
 import math
 
 import pytest
+from faults import as_it_stands
 
 from armdrive.arm import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, WrongState
-from armdrive.motion import streaming as pausing
+from armdrive.motion import execute as pausing
 from armdrive.moves import Jog
 from armdrive.programs import performing
 from armdrive.programs.acts import Say
-from armdrive.runtime.clock import SimulatedClock
-from armdrive.runtime.drive import RealPace, SimulatedPace
+from armdrive.runtime.clock import RealPace, SimulatedClock, SimulatedPace
 from armdrive.runtime.engine import Engine
 from armdrive.runtime.overrides import BREATHS, LONGEST_PAUSE_S, LONGEST_SIMULATED_PAUSE_S
 from armdrive.status import State
@@ -100,10 +100,7 @@ CALLS = {
 
 
 def referenced(pace) -> Arm:
-    arm = Arm(connect_simulated(simulated_config("teachmover"), pace=pace))
-    joints = arm.twin.world.joints
-    arm.declare_posture(joints, opening_mm=arm.twin.world.opening_mm)
-    return arm
+    return as_it_stands(Arm(connect_simulated(simulated_config("teachmover"), pace=pace)))
 
 
 def noted(monkeypatch, kind):
@@ -170,7 +167,7 @@ def test_a_pause_on_simulated_time_that_nobody_can_end_is_no_hang(monkeypatch, d
     monkeypatch.setattr("armdrive.runtime.overrides.time.sleep", breaths.append)
     arm = Arm.connect(f"sim:{dialect}")
     arm.enable()
-    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    as_it_stands(arm)
     handle = arm.move_j(base_deg=30.0, wait=False)
     arm.sleep(0.5)
     arm.pause()

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import tomllib
-from dataclasses import replace
 
 import pytest
 from can_setup_bench import NAMES, READING, TURNING, Bench, arm, really
 
-from armdrive.config.arm import ConfigSource
 from armdrive.dialog.conversation import About
 from armdrive.errors import BadRequest
 from armdrive.registry.arm_files import parse_arm
-from armdrive.setup.arm_text import merged, signs_of, text_of
+from armdrive.setup.filing import commissioned, new_text, signs_of
 from armdrive.setup.plan import Notes, plan_of
 from firmware_protocol.mks import (
     Code,
@@ -65,8 +63,8 @@ def test_directions_are_found_by_looking(walked):
 def test_the_arm_file_that_comes_of_it_is_the_arm_as_it_is_built(walked):
     bench, outcome = walked
     port = "can:slcan:/dev/ttyACM0?bitrate=500000"
-    table = merged(bench.config, bench.plan, outcome.notes, port)
-    read = tomllib.loads(text_of(table, "bench"))
+    text = commissioned(new_text(bench.config), bench.config, bench.plan, outcome.notes, port)
+    read = tomllib.loads(text)
     assert read["mks"]["ids"] == list(IDS)
     assert read["connection"] == {"dialect": "mks", "port": port}
     assert read["motor_signs"] == {"shoulder": -1, "left wrist": -1, "gripper": -1}
@@ -76,25 +74,42 @@ def test_the_arm_file_that_comes_of_it_is_the_arm_as_it_is_built(walked):
         assert found.sees == is_so.sees
 
 
+LINKED = """\
+# mine
+model = "models/a.toml"
+
+# in the controller's order
+[[motors]]
+name = "base"
+steps_per_turn = 1
+sees = { base = 1 }
+
+[[motors]]
+name = "shoulder"
+steps_per_turn = 1
+sees = { shoulder = 1, elbow = -1 }
+
+[[motors]]
+name = "gripper"
+steps_per_mm = 1
+
+# slowly
+[speeds_deg_s]
+base = 30
+"""
+
+
 def test_an_arm_of_a_link_table_gets_its_numbers_where_its_motors_are(walked):
     bench, outcome = walked
-    motors = [
-        {"name": "base", "steps_per_turn": 1, "sees": {"base": 1}},
-        {"name": "shoulder", "steps_per_turn": 1, "sees": {"shoulder": 1, "elbow": -1}},
-        {"name": "gripper", "steps_per_mm": 1},
-    ]
-    source = ConfigSource(
-        {"model": "models/a.toml", "motors": motors, "speeds_deg_s": {"base": 30}}
-    )
-    table = merged(replace(bench.config, source=source), bench.plan, outcome.notes, "")
-    read = tomllib.loads(text_of(table, "bench"))
+    text = commissioned(LINKED, bench.config, bench.plan, outcome.notes, "")
+    read = tomllib.loads(text)
+    assert all(line in text for line in LINKED.splitlines() if line.startswith("#"))
     assert read["speeds_deg_s"] == {"base": 30}
     base, shoulder, gripper = read["motors"]
     assert base == {"name": "base", "steps_per_turn": 50 * 16384, "sees": {"base": 1}}
     assert shoulder["sees"] == {"shoulder": -1, "elbow": 1}
     assert shoulder["steps_per_turn"] == pytest.approx(100 * 16384, rel=0.01)
     assert gripper["steps_per_mm"] == 2400
-    assert motors[1]["sees"] == {"shoulder": 1, "elbow": -1}  # what was read stays as it was
 
 
 def test_who_says_no_to_everything_has_nothing_written_and_nothing_turned():

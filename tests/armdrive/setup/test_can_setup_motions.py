@@ -9,8 +9,8 @@ from can_setup_bench import TURNING, Bench, really
 
 from armdrive.dialects.bus.tools import DrivePlace
 from armdrive.dialog.conversation import About
+from armdrive.setup.commissioning import TriedMotor
 from armdrive.setup.directions import NOTHING, OTHER
-from armdrive.setup.trial import TriedMotor
 from firmware_protocol.mks import COUNTS_PER_TURN, Calibrate, EmergencyStop, MoveAbsoluteAxis
 
 

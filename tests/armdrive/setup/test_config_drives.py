@@ -7,7 +7,7 @@ import math
 import pytest
 from test_config_interview import OWN, files
 
-from armdrive.dialog.conversation import WrongAnswer
+from armdrive.errors import BadRequest
 from armdrive.setup.filing import checked
 
 BUS = "can:slcan:/dev/ttyACM0?bitrate=500000"
@@ -45,8 +45,8 @@ def test_it_says_who_sets_node_numbers():
 
 
 @pytest.mark.parametrize("ids", ["1 2 3", "1 2 3 4 5 5", "0 1 2 3 4 5", "1 2 3 4 5 128", "a b"])
-def test_node_numbers_that_cannot_be_are_asked_for_again(ids):
-    with pytest.raises(WrongAnswer):
+def test_node_numbers_that_cannot_be_are_refused_by_their_key(ids):
+    with pytest.raises(BadRequest, match=r"the answer device\.ids: "):
         files("minimover5-cia402", {"device.ids": ids})
 
 

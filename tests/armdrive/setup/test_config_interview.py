@@ -12,6 +12,7 @@ from armdrive.cli.set_up.config_new import write
 from armdrive.config.link_model import parse_model
 from armdrive.connect.parts import connect_simulated
 from armdrive.dialog.conversation import WrongAnswer
+from armdrive.errors import BadRequest
 from armdrive.registry.arm_files import load_arm
 from armdrive.setup.arm_text import files_of
 from armdrive.setup.draft import LinkFile, Surroundings
@@ -39,9 +40,9 @@ OWN = {"own": TYPED}
 
 
 def interview_of(answers, **around):
-    interview = Interview(Surroundings(given=frozenset(answers), **around))
-    while (question := interview.question) is not None:
-        interview.answer(answers.get(question.key, ""))
+    interview = Interview(Surroundings(given=answers, **around))
+    while interview.question is not None:
+        interview.answer("")
     return interview
 
 
@@ -176,6 +177,27 @@ def test_going_back_asks_the_question_before_once_more():
     assert interview.question.key == "template"
     interview.answer("robko01")
     assert interview.question.default == "Robko 01"
+
+
+def test_what_was_given_is_not_asked_and_is_skipped_on_the_way_back():
+    around = Surroundings(given={"template": "teachmover", "dialect": "teachmover"})
+    interview = Interview(around)
+    interview.answer("bench")
+    assert (interview.question.key, interview.draft.answers["template"]) == ("title", "teachmover")
+    interview.answer("mine")
+    assert interview.question.key == "connection.port"
+    assert [interview.back(), interview.back(), interview.back()] == ["title", "name", None]
+    assert interview.question.key == "name"
+
+
+def test_what_was_given_and_cannot_be_is_refused_or_asked_for():
+    around = Surroundings(given={"name": "bench", "template": "teachmoover"})
+    with pytest.raises(BadRequest, match=r"the answer template: .*did you mean 'teachmover'"):
+        Interview(around)
+    interview = Interview(around, strict=False)
+    assert interview.question.key == "template"
+    interview.answer("teachmover")
+    assert interview.back() == "template"
 
 
 def test_a_gate_that_is_kept_closed_hides_what_is_behind_it():

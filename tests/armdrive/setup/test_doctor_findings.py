@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from armdrive.dialects.recognition import Identity
 from armdrive.dialog.conversation import Grade, any_problem
 from armdrive.registry import DIALECTS
-from armdrive.runtime.received import excerpt
+from armdrive.runtime.engine import excerpt
 from armdrive.setup import findings as after
 from armdrive.setup import ports as before
 from armdrive.setup.findings import settings_findings

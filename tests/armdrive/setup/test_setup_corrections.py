@@ -4,12 +4,12 @@ import tomllib
 
 import pytest
 
-from armdrive.config.write import Change, amended
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry.arm_files import load_arm
-from armdrive.setup.directions import WAYS, DirectionCheck, DirectionVerdict, SawMotion
+from armdrive.setup.directions import WAYS, DirectionCheck, SawMotion, Signs, changes
 from armdrive.setup.filing import propose
 from armdrive.sim.world.body import found_posture
+from armdrive.text.toml_amend import Change, amended
 from kinematics import preset
 
 PRESET = """\
@@ -64,20 +64,20 @@ def checked(saw, **more):
         if check.asks_hand:
             check.hand(trial.expected.word("roll"))
         check.turned()
-    return check.verdict(), model.transmission
+    return check.signs(), model.transmission
 
 
 def test_an_arm_that_moves_as_shown_leaves_its_file_alone(tmp_path):
-    verdict, transmission = checked({})
-    assert verdict.right
-    proposal = propose(arm_file(tmp_path), transmission, verdict)
+    signs, transmission = checked({})
+    assert signs.right
+    proposal = propose(arm_file(tmp_path), transmission, signs)
     assert not proposal.differs
     assert proposal.remarks == ()
 
 
 def test_directions_and_gears_are_written_and_every_other_line_stays(tmp_path):
-    verdict, transmission = checked({"elbow": SawMotion.OTHER_WAY, "base": SawMotion.TWICE})
-    proposal = propose(arm_file(tmp_path), transmission, verdict)
+    signs, transmission = checked({"elbow": SawMotion.OTHER_WAY, "base": SawMotion.TWICE})
+    proposal = propose(arm_file(tmp_path), transmission, signs)
     proposal.write()
     text = proposal.path.read_text(encoding="utf-8")
     for line in PRESET.splitlines():
@@ -90,41 +90,41 @@ def test_directions_and_gears_are_written_and_every_other_line_stays(tmp_path):
 
 
 def test_checked_once_more_the_direction_goes_back(tmp_path):
-    verdict, transmission = checked({"elbow": SawMotion.OTHER_WAY})
+    signs, transmission = checked({"elbow": SawMotion.OTHER_WAY})
     path = arm_file(tmp_path)
-    propose(path, transmission, verdict).write()
-    propose(path, transmission, verdict).write()
+    propose(path, transmission, signs).write()
+    propose(path, transmission, signs).write()
     assert tomllib.loads(path.read_text(encoding="utf-8"))["motor_signs"] == {"elbow": 1}
 
 
 def test_half_as_far_at_the_fingers_is_of_their_own_key(tmp_path):
-    verdict, transmission = checked({"gripper": SawMotion.HALF})
+    signs, transmission = checked({"gripper": SawMotion.HALF})
     path = arm_file(tmp_path)
-    propose(path, transmission, verdict).write()
+    propose(path, transmission, signs).write()
     after = load_arm(path).model.transmission.motors[-1].steps_per_unit
     assert abs(after) == pytest.approx(2.0 * abs(transmission.motors[-1].steps_per_unit))
 
 
 def test_motors_of_a_preset_that_changed_places_are_a_matter_of_plugs(tmp_path):
-    verdict, transmission = checked(
+    signs, transmission = checked(
         {"base": SawMotion.ANOTHER, "elbow": SawMotion.ANOTHER}, base="elbow", elbow="base"
     )
-    proposal = propose(arm_file(tmp_path), transmission, verdict)
+    proposal = propose(arm_file(tmp_path), transmission, signs)
     assert not proposal.differs
     assert "swap their plugs" in proposal.remarks[0]
-    assert verdict.signs.unclear == ()
+    assert signs.unclear == ()
 
 
 def test_a_motor_that_moved_nothing_is_named(tmp_path):
-    verdict, transmission = checked({"shoulder": SawMotion.NOT_AT_ALL})
-    remarks = propose(arm_file(tmp_path), transmission, verdict).remarks
+    signs, transmission = checked({"shoulder": SawMotion.NOT_AT_ALL})
+    remarks = propose(arm_file(tmp_path), transmission, signs).remarks
     assert remarks == ("not told: shoulder. Look at plugs and drivers, then check once more",)
 
 
 def test_a_file_that_was_changed_meanwhile_is_left_alone(tmp_path):
-    verdict, transmission = checked({"elbow": SawMotion.OTHER_WAY})
+    signs, transmission = checked({"elbow": SawMotion.OTHER_WAY})
     path = arm_file(tmp_path)
-    proposal = propose(path, transmission, verdict)
+    proposal = propose(path, transmission, signs)
     path.write_text(PRESET + "# somebody's own\n", encoding="utf-8")
     with pytest.raises(ArmFileError, match="changed meanwhile"):
         proposal.write()
@@ -146,18 +146,55 @@ def test_a_key_of_one_motor_of_several_is_changed():
     assert tomllib.loads(after)["motors"][0]["sees"] == {"one": 1}
 
 
-def test_a_layout_that_is_not_understood_is_refused_with_what_to_write():
-    for line in ("motor_signs = { elbow = 1 }", "motor_signs.elbow = 1"):
-        with pytest.raises(ArmFileError, match=r"by hand.*motor_signs\.elbow = -1"):
-            amended(f"{line}\n{PRESET}", [Change(("motor_signs", "elbow"), -1, "seen")])
+@pytest.mark.parametrize("line", ["motor_signs = { elbow = 1 }", "motor_signs.elbow = 1"])
+def test_a_key_is_changed_however_its_table_is_written(line):
+    after = amended(f"{line}  # mine\n{PRESET}", [Change(("motor_signs", "elbow"), -1, "seen")])
+    assert after == f"{line.replace('1', '-1')}  # mine\n{PRESET}"
+
+
+def test_a_layout_that_cannot_be_changed_is_refused_with_what_to_write():
+    with pytest.raises(ArmFileError, match=r"by hand.*motor_signs\.elbow = -1"):
+        amended(f"motor_signs = 3\n{PRESET}", [Change(("motor_signs", "elbow"), -1, "seen")])
+
+
+AROUND = """\
+# heading
+
+model = "teachmover"   # the left one
+steps_per_mm = 15      # measured
+
+# the wire
+[connection]
+port = ""   # none yet
+  # indented
+
+# what turns
+[motor_signs]
+"left wrist" = 1
+"""
+
+
+@pytest.mark.parametrize(
+    ("change", "old", "new"),
+    [
+        (("steps_per_mm", 7.5), "steps_per_mm = 15 ", "steps_per_mm = 7.5 "),
+        (("connection", "port", "COM1"), 'port = ""', 'port = "COM1"'),
+        (("connection", "baud", 4800), "none yet\n", "none yet\nbaud = 4800\n"),
+        (("title", "mine"), "measured\n", 'measured\ntitle = "mine"\n'),
+        (("motor_signs", "base", -1), '"left wrist" = 1\n', '"left wrist" = 1\nbase = -1\n'),
+        (("joint_signs", "base", -1), "= 1\n", "= 1\n\n[joint_signs]\nbase = -1\n"),
+    ],
+)
+def test_comments_blank_lines_and_the_order_of_a_file_survive_a_change(change, old, new):
+    *path, value = change
+    assert old in AROUND
+    assert amended(AROUND, [Change(tuple(path), value)]) == AROUND.replace(old, new)
 
 
 def test_what_follows_a_motor_follows_its_direction_and_its_gear():
-    from armdrive.setup.directions import Signs, changes
-
     table = tomllib.loads(SIX)
-    verdict = DirectionVerdict(Signs(motors=("one",)), {"one": 2.0})
-    found = {each.name: each.value for each in changes(table, None, verdict)}
+    signs = Signs(motors=("one",))
+    found = {each.name: each.value for each in changes(table, None, signs, {"one": 32000.0})}
     assert found["motors.0.sees"] == {"one": -1}
     assert found["motors.0.steps_per_turn"] == 32000
     assert found["motors.1.follows"] == {"one": -2}
@@ -190,6 +227,6 @@ def test_a_reversed_wrist_is_told_from_a_reversed_roll():
             words = WAYS["roll"]
             check.hand(next(each for each in words if each != trial.expected.word("roll")))
         check.turned()
-    assert check.verdict().signs.joints == ("wrist_roll",)
+    assert check.signs().joints == ("wrist_roll",)
     assert check.after is None
-    assert check.verdict().signs.motors == ()
+    assert check.signs().motors == ()

@@ -10,7 +10,7 @@ from power_disk import MortalLink, PowerDisk
 from armdrive.arm import Arm
 from armdrive.connect.parts import assemble
 from armdrive.registry.simulate import simulate
-from armdrive.runtime.drive import SimulatedPace
+from armdrive.runtime.clock import SimulatedPace
 from armdrive.sim.simulated_arm import TITLE
 from armdrive.status import Trust
 from armdrive.storage.record import FileRecorder

@@ -17,14 +17,14 @@ from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError
-from armdrive.storage import control_server
+from armdrive.storage import arm_lock
 from armdrive.storage import lock_client as holder_notice
-from armdrive.storage.arm_lock import hold
-from armdrive.storage.control_server import (
+from armdrive.storage.arm_lock import (
     MOST_ANSWERED,
     MOST_INCOMPLETE,
     MOST_REQUEST_BYTES,
     MOST_WATCHERS,
+    hold,
 )
 from armdrive.storage.lock_client import ask_holder, called, notice_of, watch_holder
 
@@ -42,7 +42,7 @@ def arm():
 @pytest.fixture
 def patient(monkeypatch):
     """Nobody's time is ever over."""
-    monkeypatch.setattr(control_server, "PATIENCE_S", LONG_S)
+    monkeypatch.setattr(arm_lock, "PATIENCE_S", LONG_S)
 
 
 @pytest.fixture
@@ -138,7 +138,7 @@ def test_a_caller_who_was_crowded_out_calls_again_by_itself(arm, monkeypatch):
 
 
 def test_a_silent_caller_is_told_and_let_go_when_its_time_is_over(arm, monkeypatch):
-    monkeypatch.setattr(control_server, "PATIENCE_S", 0.05)
+    monkeypatch.setattr(arm_lock, "PATIENCE_S", 0.05)
     holding = hold("bench")
     serve(holding, arm)
     try:
@@ -158,7 +158,7 @@ def test_a_caller_who_drips_is_let_go_when_its_time_is_over(arm, monkeypatch):
         asked.set()
         return now[0]
 
-    monkeypatch.setattr(control_server, "monotonic", monotonic)
+    monkeypatch.setattr(arm_lock, "monotonic", monotonic)
     holding = hold("bench")
     serve(holding, arm)
     data = struct.pack("!i", 20) + b'{"request": "pause"}'

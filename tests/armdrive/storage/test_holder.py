@@ -21,8 +21,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, ArmInUse, StateFileError
 from armdrive.storage import files as places
 from armdrive.storage import lock_client as holder
-from armdrive.storage.arm_lock import hold
-from armdrive.storage.control_server import MOST_WATCHERS
+from armdrive.storage.arm_lock import MOST_WATCHERS, hold
 from armdrive.storage.files import file_name
 from armdrive.storage.lock_client import ask_holder, follow_holder, held_arms, watch_holder
 

@@ -117,7 +117,7 @@ WRONG = [
     ("[sequences.s]\nsteps = [{}]\n", "is one of point, gripper and wait_s"),
     ("[sequences.s]\nsteps = [{ wait_s = -1 }]\n", "wait_s is from 0"),
     ("[sequences.s]\nsteps = [{ gripper = true }]\n", "must be text"),
-    ("[sequences.s]\nsteps = 3\n", "is a list"),
+    ("[sequences.s]\nsteps = 3\n", "steps must be a list"),
     ('[sequences.s]\nsteps = [{ wait_s = 1, how = "line" }]\n', "how belongs to"),
     (f'[points.a]\n{joints_line()}\n[sequences.s]\nsteps = [{{ point = "a", speed = 2 }}]\n',
      "speed is above 0"),
@@ -331,6 +331,15 @@ def test_every_change_of_our_own_layout_is_made_in_place(before, after):
     assert text is not None
     assert rounded(parse_points(text, JOINT_NAMES)) == rounded(after)
     assert WRITER.edited(text, rounded(after), rounded(after)) == text
+
+
+@pytest.mark.parametrize(
+    "sign", ["\x85", "\u2028", "\u2029", "\x1c", "\r\n", "\x0b", "\n[points.b]\n"]
+)
+def test_a_note_with_signs_that_part_lines_is_kept(sign):
+    taught = Taught({"a": replace(THERE, note=f"one{sign}two"), "b": THERE})
+    text = WRITER.document(taught)
+    assert WRITER.edited(text, rounded(taught), rounded(taught)) == text
 
 
 # -- going to points --------------------------------------------------------------------------

@@ -4,7 +4,7 @@ import dataclasses
 import re
 from pathlib import Path
 
-from armdrive.storage.points import _POINT_KEYS, Step, parse_points
+from armdrive.storage.points import POINT_KEYS, Step, parse_points
 from kinematics import JOINT_NAMES, preset
 
 PAGE = Path(__file__).parents[3] / "docs" / "points.md"
@@ -26,5 +26,5 @@ def test_the_shown_file_reads_and_its_points_can_be_gone_to():
 
 def test_every_key_has_a_row():
     text = PAGE.read_text(encoding="utf-8")
-    for key in (*_POINT_KEYS, *(field.name for field in dataclasses.fields(Step))):
+    for key in (*POINT_KEYS, *(field.name for field in dataclasses.fields(Step))):
         assert f"| `{key}` |" in text

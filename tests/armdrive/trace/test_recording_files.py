@@ -13,8 +13,8 @@ from recorder_bench import recorded_arm, saved
 from armdrive.errors import RecordingError
 from armdrive.trace.entries import WIRE, EntryKind, TraceEntry
 from armdrive.trace.files import LATEST_S, header_of, lines_of, parse_recording, read_recording
+from armdrive.trace.log import Narrator, heading, lines
 from armdrive.trace.replay import config_of, replay
-from armdrive.trace.timeline import Teller, heading, lines
 
 text_kinds = st.sampled_from([kind for kind in EntryKind if kind not in WIRE])
 times = st.lists(st.floats(-LATEST_S, LATEST_S), max_size=12).map(sorted)
@@ -94,7 +94,7 @@ def test_a_spoilt_recording_is_read_or_refused_and_its_replay_ends(text, data):
     except RecordingError:
         return
     for entry in recording.entries:
-        Teller(recording.header.dialect).view(entry)
+        Narrator(recording.header.dialect).view(entry)
 
 
 json_values = st.recursive(

@@ -10,8 +10,8 @@ from armdrive.registry import DIALECTS
 from armdrive.trace import replay as replaying
 from armdrive.trace.entries import EntryRing
 from armdrive.trace.files import read_recording
+from armdrive.trace.log import lines
 from armdrive.trace.replay import replay, replayed_view
-from armdrive.trace.timeline import lines
 
 SMALL = ("teachmover", "armdroid", "grbl")
 """The dialects whose recordings are short: a Robko is asked for its position all the time."""

@@ -7,9 +7,8 @@ from recorder_bench import recorded_arm
 
 from armdrive.dialects.teachmover.controller import FIRST_LINE
 from armdrive.registry import DIALECTS
-from armdrive.trace.describe import talk
 from armdrive.trace.entries import WIRE, EntryKind
-from armdrive.trace.timeline import Teller
+from armdrive.trace.log import Narrator, talk
 from firmware_protocol.frames import Frame, pack
 from firmware_protocol.teachmover.messages import Close, Delay, Key, Registers, Status
 
@@ -111,8 +110,8 @@ def test_a_whole_session_has_words_and_none_of_them_is_python(dialect):
     arm.move_motors(0, 0, 0, 0, 3, 0)
     entries = arm.tracer.ring.entries()
     arm.close()
-    teller = Teller(dialect)
-    told = [(entry, teller.meaning(entry)) for entry in entries if entry.kind in WIRE]
+    narrator = Narrator(dialect)
+    told = [(entry, narrator.line(0, entry).words) for entry in entries if entry.kind in WIRE]
     assert all(words for entry, words in told if entry.kind is EntryKind.SENT)
     assert any(words for entry, words in told if entry.kind is EntryKind.HEARD)
     for _, words in told:

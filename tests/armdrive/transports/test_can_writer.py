@@ -78,13 +78,13 @@ class TestWriter:
     def test_a_frame_in_hand_while_the_program_was_suspended_is_forgotten(self, monkeypatch):
         bus, now_s = FailingBus(), [0.0]
         watch = can_threads.Watch(lambda: now_s[0], lambda: None)
-        message = can_threads._message
+        message = can_threads.message_of
 
         def suspended(frame):
             now_s[0] += 0.5 if frame.can_id == 1 else 0.0
             return message(frame)
 
-        monkeypatch.setattr(can_threads, "_message", suspended)
+        monkeypatch.setattr(can_threads, "message_of", suspended)
         writer = can_threads.CanWriter(bus, watch, lambda: now_s[0])
         writer.put([Frame(1)])
         writer.drain(LONG_S)

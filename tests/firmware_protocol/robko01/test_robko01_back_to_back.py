@@ -20,7 +20,7 @@ from firmware_protocol.robko01 import (
     Stray,
 )
 from firmware_protocol.robko01.frames import Frame, FrameSplitter, Noise
-from firmware_protocol.robko01.wire import encode_answer, encode_request
+from firmware_protocol.robko01.messages import encode_answer, encode_request
 
 FRAMES = st.one_of(REQUESTS.map(encode_request), ANSWERS.map(encode_answer))
 PIECES = st.lists(

@@ -26,7 +26,7 @@ from firmware_protocol.robko01 import (
     Stray,
 )
 from firmware_protocol.robko01.frames import FRAME_MAX
-from firmware_protocol.robko01.wire import encode_answer, encode_request
+from firmware_protocol.robko01.messages import encode_answer, encode_request
 
 STOPPED = encode_answer(Acknowledged(Op.STOP))
 HERE = Positions(Axes((1, 2, 3, 4, 5, 6)))

@@ -41,7 +41,7 @@ from firmware_protocol.robko01 import (
     wrap,
 )
 from firmware_protocol.robko01.frames import Frame, Kind, check_bytes, frame_bytes
-from firmware_protocol.robko01.wire import (
+from firmware_protocol.robko01.messages import (
     decode_answer,
     decode_request,
     encode_answer,

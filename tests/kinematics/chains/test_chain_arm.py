@@ -6,7 +6,7 @@ import math
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from kinematics_cases import MINI, PUMA, START, TABLE
+from kinematics_cases import MINI, PUMA, START, TABLE, deviation_mm, limited
 
 from kinematics import (
     Chain,
@@ -20,15 +20,13 @@ from kinematics import (
     PathBroken,
     Pose,
     Unreachable,
-    deviation_mm,
     first_violation,
     line_path,
     nearest_allowed,
     preset,
 )
 from kinematics.chains.arm import ChainArm
-from kinematics.chains.goals import Part
-from kinematics.chains.task import HandTask, goal_of, pose_of
+from kinematics.chains.goals import HandTask, Part, goal_of, pose_of
 from kinematics.frames.rotations import multiply, transpose
 from kinematics.frames.transforms import position_of, rotation_of
 
@@ -151,7 +149,7 @@ def test_the_nearest_pose_behind_the_base_axis_is_told_as_it_is_there():
 
 
 def test_a_limit_is_named():
-    tight = MINI.with_limits((JointRange.of(-30, 30), *MINI.limits[1:]))
+    tight = limited(MINI, (JointRange.of(-30, 30), *MINI.limits[1:]))
     with pytest.raises(Unreachable, match="base would have to be at 90") as refusal:
         tight.ik(Pose.of(x_mm=0, y_mm=250, z_mm=100, pitch_deg=-80))
     assert refusal.value.constraint is Constraint.JOINT_LIMIT
@@ -210,7 +208,7 @@ def test_a_start_beyond_a_limit_may_come_back_on_a_line():
     low = START["theta3"]
     ranges = list(PUMA.limits)
     ranges[2] = JointRange(ranges[2].low_rad, low - 0.02)
-    arm = PUMA.with_limits(ranges)
+    arm = limited(PUMA, ranges)
     inside = START.replace(**{START.names[2]: low - 0.05})
     way = line_path(arm, START, arm.fk(inside))
     assert not arm.violations(way[-1])

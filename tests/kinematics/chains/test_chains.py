@@ -202,7 +202,7 @@ def test_the_same_code_runs_on_symbols():
 
 def test_a_tool_is_put_in_the_hand():
     values = (0.1, 0.2, -0.3, 0.4, 0.5)
-    held = MINI_MOVER.with_tool(ASKEW)
+    held = replace(MINI_MOVER, tool=ASKEW)
     assert difference(compose(held.fk(values), invert(ASKEW)), MINI_MOVER.fk(values)) < 1e-9
 
 

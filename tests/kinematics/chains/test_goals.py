@@ -9,7 +9,7 @@ from kinematics_cases import arm_and_posture
 
 from kinematics import BadNumber, KinematicsError, NotARotation, Pose, RollFrame
 from kinematics.chains.goals import ALL_PARTS, Goal, Part, frame_goal, pose_goal
-from kinematics.five_axis.frame import forward_frame
+from kinematics.five_axis.closed_form import forward_frame
 from kinematics.frames.rotations import columns, multiply, rot_x, rot_y, rot_z
 from kinematics.frames.transforms import transform
 from kinematics.frames.vectors import X_AXIS, angle_between, dot, norm

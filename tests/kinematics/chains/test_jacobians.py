@@ -20,9 +20,8 @@ from kinematics.chains.jacobians import (
     manipulability,
 )
 from kinematics.chains.links import DHLink, JointKind
-from kinematics.five_axis.singularities import task_jacobian
-from kinematics.frames.decompositions import singular
-from kinematics.frames.matrices import transposed
+from kinematics.five_axis.rates import task_jacobian
+from kinematics.frames.matrices import singular, transposed
 
 
 @given(chains_and_values(most=6))

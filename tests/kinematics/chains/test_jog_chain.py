@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from kinematics.chains.arm import ChainArm, chain_near
+from kinematics.chains.arm import ChainArm
 from kinematics.errors import KinematicsError
 from kinematics.frames.transforms import translation
 from kinematics.presets import preset
@@ -37,7 +37,7 @@ def moved(pose, step):
 def test_a_small_step_is_met_exactly_and_within_the_limits_or_not_at_all(arm, data, step):
     seed = data.draw(postures(arm))
     goal = moved(arm.fk(seed), step)
-    found = chain_near(arm, goal, seed)
+    found = arm.solve_near(goal, seed)
     if found is None:
         return
     made = arm.fk(found)
@@ -55,7 +55,7 @@ def test_a_link_table_of_the_build_is_solved_as_its_closed_form(joints, step):
     assume(math.hypot(goal.x_mm, goal.y_mm) > 60.0)
     expected = FIVE.solve(goal, joints)
     assume(expected is not None and math.dist(expected, joints) < 0.3)
-    found = chain_near(MINI, goal, joints)
+    found = MINI.solve_near(goal, joints)
     assert found is not None
     assert tuple(found) == pytest.approx(tuple(expected), abs=1e-6)
 
@@ -76,6 +76,7 @@ def test_a_straight_elbow_can_be_left():
 
 
 def test_a_pose_of_other_axes_is_none_of_this_arm():
-    seed = Joints((0.0,) * 6, PUMA.joint_names)
+    seed, pose = Joints((0.0,) * 6, PUMA.joint_names), FIVE.fk(Joints((0.0, 0.7, -1.4, -0.7, 0.0)))
     with pytest.raises(KinematicsError):
-        chain_near(PUMA, FIVE.fk(Joints((0.0, 0.7, -1.4, -0.7, 0.0))), seed)
+        PUMA.goal(pose)
+    assert PUMA.solve_near(pose, seed) is None

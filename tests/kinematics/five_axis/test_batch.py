@@ -4,26 +4,20 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from kinematics_cases import ARMS, TEACHMOVER, UNEVEN
 
 from kinematics import Base, Elbow, Joints, KinematicsError, Pose
 from kinematics.five_axis.batch import (
     BLOCK,
     BRANCHES,
-    arc_tangent,
     branches_many,
     branches_of_frames,
-    directions,
     forward_many,
     frames_many,
     inverse_many,
-    mirror_back,
-    sine_cosine,
     within_limits,
 )
-from kinematics.five_axis.frame import ON_MANIFOLD_RAD
+from kinematics.five_axis.closed_form import ON_MANIFOLD_RAD
 
 each_arm = pytest.mark.parametrize("arm", ARMS, ids=["teachmover", "uneven"])
 
@@ -208,29 +202,3 @@ def test_arrays_of_another_shape_are_refused():
         branches_of_frames(TEACHMOVER, np.zeros((3, 5)))
     with pytest.raises(KinematicsError, match="`out` must be"):
         inverse_many(TEACHMOVER, np.zeros((3, 5)), out=np.zeros((2, 5)))
-
-
-def test_sines_and_arc_tangents_are_exact_to_rounding():
-    angle = np.linspace(-9.0, 9.0, 40_001)
-    sine, cosine, spare = np.empty((3, len(angle)))
-    sine_cosine(angle, sine, cosine, spare)
-    np.testing.assert_allclose(sine, np.sin(angle), atol=2e-15)
-    np.testing.assert_allclose(cosine, np.cos(angle), atol=2e-15)
-    tangent = np.linspace(-1.0, 1.0, 40_001)
-    out, spare, other = np.empty((3, len(tangent)))
-    arc_tangent(tangent, out, spare, other)
-    np.testing.assert_allclose(out, np.arctan(tangent), rtol=1e-15, atol=1e-300)
-
-
-@given(st.lists(st.tuples(*[st.floats(-1e6, 1e6)] * 2), min_size=1, max_size=20))
-def test_directions_are_those_of_the_library(points):
-    x, y = np.array(points).T.copy()
-    x[np.abs(x) < 1e-100] = 0.0
-    y[np.abs(y) < 1e-100] = 0.0
-    expected = np.where((x == 0.0) & (y == 0.0), 0.0, np.arctan2(y, np.where(x == 0.0, 0.0, x)))
-    tangent, out, spare, other = np.empty((4, len(x)))
-    x = x + 0.0
-    directions(y, x, np.hypot(x, y), tangent)
-    arc_tangent(tangent, out, spare, other)
-    mirror_back(out, y, x)
-    np.testing.assert_allclose(out, expected, atol=1e-14)

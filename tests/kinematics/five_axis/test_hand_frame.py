@@ -9,7 +9,7 @@ from kinematics_cases import TEACHMOVER, UNEVEN, arm_and_posture, same_pose
 
 from kinematics import Joints
 from kinematics.errors import KinematicsError
-from kinematics.five_axis.frame import ON_MANIFOLD_RAD
+from kinematics.five_axis.closed_form import ON_MANIFOLD_RAD
 from kinematics.frames.rotations import multiply, rot_x, rot_y, rot_z, transpose
 from kinematics.frames.transforms import compose, position_of, rotation_of, transform
 

@@ -9,7 +9,7 @@ from kinematics_cases import TEACHMOVER, UNEVEN
 
 from kinematics import FiveAxisArm, JointRange
 from kinematics.five_axis.batch import branches_of_frames
-from kinematics.five_axis.frame import ON_MANIFOLD_RAD, forward_frame
+from kinematics.five_axis.closed_form import ON_MANIFOLD_RAD, forward_frame
 from kinematics.frames.rotations import multiply, rot_x, rot_y, rot_z, transpose
 from kinematics.frames.transforms import Transform, compose, position_of, rotation_of, transform
 

@@ -7,14 +7,14 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from kinematics.five_axis.closed_form import forward
-from kinematics.five_axis.jog_rates import (
+from kinematics.five_axis.rates import (
     braked,
     joint_rates,
     ramped,
     share_of_limits,
     shares_to_stop,
+    task_jacobian,
 )
-from kinematics.five_axis.singularities import task_jacobian
 from kinematics.frames.matrices import times
 from kinematics.presets import preset
 from kinematics.spaces import Joints

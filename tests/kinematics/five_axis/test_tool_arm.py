@@ -21,7 +21,7 @@ from kinematics import (
 )
 from kinematics.five_axis.tool_arm import ToolArm, holding
 from kinematics.frames.vectors import cross
-from kinematics.tool import Tool
+from kinematics.geometry import Tool
 
 BARE = preset("teachmover").arm
 LENGTHS = st.floats(-80.0, 80.0)

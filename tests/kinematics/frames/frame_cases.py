@@ -4,7 +4,7 @@ import math
 
 from hypothesis import strategies as st
 
-from kinematics.frames.quaternions import Quaternion
+from kinematics.frames.orientations import Quaternion
 from kinematics.frames.transforms import transform
 from kinematics.frames.vectors import norm
 

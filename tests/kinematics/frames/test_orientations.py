@@ -25,7 +25,7 @@ from kinematics import (
     solve_rpy,
     turn_between,
 )
-from kinematics.frames.quaternions import quaternion_of
+from kinematics.frames.orientations import quaternion_of
 from kinematics.frames.rotations import IDENTITY, multiply, rot_x, rot_y, rot_z, rotate, transpose
 from kinematics.frames.vectors import X_AXIS, Z_AXIS, norm, scale
 

@@ -19,7 +19,7 @@ from kinematics import (
     nearest_rotation,
     turn_between,
 )
-from kinematics.frames.decompositions import symmetric_eigen
+from kinematics.frames.matrices import symmetric_eigen
 from kinematics.frames.rotations import (
     IDENTITY,
     columns,
@@ -218,7 +218,7 @@ def test_where_several_rotations_are_as_near_none_is_chosen(matrix):
 def test_eigenvectors_are_turned_into_their_own_multiples(rows):
     matrix = np.array(rows) + np.array(rows).T
     values, vectors = symmetric_eigen(matrix.tolist())
-    assert values == sorted(values, reverse=True)
+    assert list(values) == sorted(values, reverse=True)
     assert np.allclose(values, np.linalg.eigvalsh(matrix)[::-1], atol=1e-12)
     for value, vector in zip(values, np.array(vectors), strict=True):
         assert np.allclose(matrix @ vector, value * vector, atol=1e-12)

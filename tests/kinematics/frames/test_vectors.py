@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from frame_cases import any_angle, directed, gap, vectors
+from frame_cases import directed, gap, vectors
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -23,7 +23,6 @@ from kinematics.frames.vectors import (
     project,
     reject,
     scale,
-    signed_angle,
     subtract,
     triple,
     unit,
@@ -68,15 +67,6 @@ def test_an_angle_does_not_depend_on_the_lengths(u, size):
     assert math.isclose(angle_between(scale(size, u), Z_AXIS), angle_between(u, Z_AXIS))
 
 
-@given(directed, directed, any_angle)
-def test_a_signed_angle_is_the_turn_about_its_axis(axis, other, turn):
-    u = any_normal(axis)
-    v = cross(unit(axis), u)
-    turned = add(scale(math.cos(turn), u), scale(math.sin(turn), v))
-    found = signed_angle(add(u, axis), add(turned, scale(-3.0, axis)), axis)
-    assert abs(math.remainder(found - turn, math.tau)) < 1e-9
-
-
 @given(directed, directed)
 def test_a_vector_is_its_part_along_and_its_part_across(u, v):
     along, across = project(u, v), reject(u, v)
@@ -112,8 +102,6 @@ def test_the_axes_are_right_handed():
         lambda zero: angle_between(zero, X_AXIS),
         lambda zero: angle_between(X_AXIS, zero),
         lambda zero: project(X_AXIS, zero),
-        lambda zero: signed_angle(X_AXIS, Y_AXIS, zero),
-        lambda zero: signed_angle(Z_AXIS, Y_AXIS, Z_AXIS),
     ],
 )
 def test_no_direction_is_made_up(ask):

@@ -103,3 +103,11 @@ def test_an_arm_of_six_joints_comes_out_of_a_box_too():
     found = nearest_allowed(PUMA, guards, pose, START)
     assert allowed(guards, found, START, PUMA)
     assert distance_mm(found, pose) < 150.0
+
+
+def test_a_stretched_arm_finds_a_way_out_although_half_of_its_probes_are_out_of_reach():
+    stretched = Joints.of(0, 30, 0, -30, 0)  # the forearm is at 30 degrees, where 20 are allowed
+    pose = TEACHMOVER.fk(stretched)
+    guards = replace(SUMMED, outer_radius_mm=None)
+    assert not allowed(guards, pose)
+    assert allowed(guards, nearest_allowed(TEACHMOVER, guards, pose, AWAY), AWAY)

@@ -6,18 +6,17 @@ from itertools import pairwise
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from kinematics_cases import TEACHMOVER, UNEVEN, same_pose, turn_between
+from kinematics_cases import TEACHMOVER, UNEVEN, deviation_mm, same_pose, turn_between
 
 from kinematics import (
     BadNumber,
     Guards,
+    JointPath,
     Joints,
     KinematicsError,
     PathBroken,
     Pose,
-    deviation_mm,
     first_violation,
-    joint_path,
     line_path,
 )
 
@@ -26,7 +25,7 @@ FRONT = TEACHMOVER.ik(Pose.of(x_mm=250, y_mm=-100, z_mm=120, pitch_deg=-90))
 
 def test_a_joint_path_turns_every_joint_in_proportion_and_ends_exactly():
     start, goal = Joints.of(0, 10, -20, 30, 40), Joints.of(90, 20, -40, 0, 40)
-    path = joint_path(start, goal)
+    path = JointPath(start, goal)
     assert path.at(0.0) == start
     assert path.at(1.0) == goal
     assert tuple(path.at(0.25).deg.values()) == pytest.approx((22.5, 12.5, -25, 22.5, 40))

@@ -9,9 +9,8 @@ import pytest
 from kinematics_cases import TEACHMOVER
 
 from kinematics import KinematicsError, Pose, line_path, preset
-from kinematics.paths.motion_limits import MotionLimits
 from kinematics.paths.profiles import jerk_limited
-from kinematics.paths.timing import timed
+from kinematics.paths.timing import MotionLimits, timed
 
 SPEEDS = (0.5, 0.4, 0.5, 0.8, 0.8)
 HARD = (2.0, 1.0, 2.0, 4.0, 4.0)

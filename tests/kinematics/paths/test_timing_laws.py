@@ -13,8 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinematics.paths.motion_limits import MotionLimits
-from kinematics.paths.timing import timed
+from kinematics.paths.timing import MotionLimits, timed
 
 AXES = 3
 SAMPLES = 60

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, DHLink
 from kinematics.five_axis import closed_form
-from kinematics.five_axis.frame import forward_frame
+from kinematics.five_axis.closed_form import forward_frame
 from kinematics.textbook.efficiency import (
     Ledger,
     Tally,

@@ -7,7 +7,7 @@ import pytest
 from kinematics.chains.tables import chain_of_rows
 from kinematics.frames.rotations import multiply, transpose
 from kinematics.frames.transforms import rotation_of
-from kinematics.textbook.jacobians import (
+from kinematics.textbook.study import (
     chain_rows,
     judged,
     named_singularities,
@@ -122,7 +122,8 @@ def test_a_puma_over_its_base_is_singular_too():
     puma = SYSTEMS["puma"]
     # with the forearm hanging back over the shoulder: a2 cos(t2) + d4 sin(t2 + t3) = 0
     second = 0.4
-    third = math.asin(-puma.a2_mm * math.cos(second) / puma.d4_mm) - second
+    upper, forearm = puma.lengths()["a2"], puma.lengths()["d4"]
+    third = math.asin(-upper * math.cos(second) / forearm) - second
     values = (0.3, second, third, 0.5, 0.6, 0.7)
     assert named_singularities(puma, values)[3].distance_mm == pytest.approx(0.0, abs=1e-9)
     assert condition_at(puma, values).smallest < 1e-7

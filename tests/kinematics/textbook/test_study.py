@@ -11,10 +11,10 @@ from armdrive.config.link_model import read_model
 from kinematics import UnknownSystem, preset
 from kinematics.chains.arm import ChainArm
 from kinematics.frames.transforms import position_of
-from kinematics.textbook.jacobians import ROW_NAMES
 from kinematics.textbook.pages import fixed, laid, sections, summary, symbol_sections
 from kinematics.textbook.stepping import axes_of, axis_unit, has_inverse, step_axis, step_joint
 from kinematics.textbook.study import (
+    ROW_NAMES,
     named_subject,
     searched,
     study,

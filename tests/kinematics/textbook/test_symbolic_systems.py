@@ -11,16 +11,16 @@ from hypothesis import strategies as st
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, DHLink, JointKind
-from kinematics.textbook.notation import SymbolText, definitions, matrix_text
+from kinematics.textbook.notation import PLAIN, definitions, matrix_text
 from kinematics.textbook.symbolic_systems import (
     joint_symbols,
     symbolic_chain,
     symbolic_goal,
     symbolic_system,
+    symbolic_system_example,
 )
 from kinematics.textbook.symbols import as_symbol
 from kinematics.textbook.systems import SYSTEMS
-from kinematics.textbook.worked_example import symbolic_system_example
 
 
 def postures(system, low_rad=-3.0, high_rad=3.0):
@@ -102,7 +102,7 @@ def test_the_product_of_the_a_matrices_is_the_closed_form(name):
 def test_the_revolute_transporters_end_point_reads_as_equation_2_35():
     system = SYSTEMS["revolute"]
     frame = symbolic_system(system).fk(joint_symbols(system.chain()))
-    assert [SymbolText().write(row[3]) for row in frame[:3]] == [
+    assert [PLAIN.write(row[3]) for row in frame[:3]] == [
         "S1 (L2 S2 + L3 S23)",
         "-C1 (L2 S2 + L3 S23)",
         "L1 + L2 C2 + L3 C23",
@@ -156,14 +156,14 @@ def test_the_mini_movers_solution_reads_step_by_step():
     solved = symbolic_system(system).solution(
         symbolic_goal(system.coordinates), "base front, elbow up"
     )
-    names = [SymbolText().write(symbol) for symbol in joint_symbols(system.chain())]
+    names = [PLAIN.write(symbol) for symbol in joint_symbols(system.chain())]
     steps = definitions(
         [
             *((each.symbol, each.value) for each in solved.workings),
             *zip(names, solved.joints, strict=True),
         ]
     )
-    written = {step.name: SymbolText().write(step.symbol) for step in steps}
+    written = {step.name: PLAIN.write(step.symbol) for step in steps}
     assert written["r0"] == "sqrt(x^2 + y^2) - d5 C(pitch)"
     assert written["cos(bend)"] == "(r0^2 + z0^2 - a2^2 - a3^2) / (2 a2 a3)"
     assert written["theta2"] == "direction - lift"
@@ -194,8 +194,8 @@ def test_following_the_written_steps_leads_to_the_joint_values(name):
 def test_a_chains_lengths_are_named_by_link():
     links = (DHLink(a_mm=5.0, d_mm=7.0), DHLink(kind=JointKind.PRISMATIC, d_mm=3.0, alpha_rad=0.1))
     standard = symbolic_chain(Chain(links))
-    assert [SymbolText().write(link.a_mm) for link in standard.links] == ["a1", "0"]
-    assert [SymbolText().write(link.d_mm) for link in standard.links] == ["d1", "D2"]
+    assert [PLAIN.write(link.a_mm) for link in standard.links] == ["a1", "0"]
+    assert [PLAIN.write(link.d_mm) for link in standard.links] == ["d1", "D2"]
     craig = symbolic_chain(Chain((DHLink(), DHLink(a_mm=5.0)), Convention.CRAIG))
-    assert SymbolText().write(craig.links[1].a_mm) == "a1"
-    assert [SymbolText().write(one) for one in joint_symbols(Chain(links))] == ["theta1", "d2"]
+    assert PLAIN.write(craig.links[1].a_mm) == "a1"
+    assert [PLAIN.write(one) for one in joint_symbols(Chain(links))] == ["theta1", "d2"]

@@ -16,8 +16,8 @@ from kinematics.frames import numbers
 from kinematics.frames.rotations import multiply, rot_x, rot_y, rot_z
 from kinematics.frames.transforms import compose
 from kinematics.textbook.notation import (
-    Latex,
-    SymbolText,
+    LATEX,
+    PLAIN,
     definitions,
     matrix_latex,
     matrix_text,
@@ -150,7 +150,7 @@ def test_zeros_and_ones_are_dropped_and_what_cancels_is_gone():
     assert ZERO.number == 0.0
     assert (2.0 * ONE).number == 2.0
     assert L1.number is None
-    assert SymbolText().write(ZERO) == "0"
+    assert PLAIN.write(ZERO) == "0"
 
 
 def test_roots_of_squares_and_squares_of_roots():
@@ -163,7 +163,7 @@ def test_roots_of_squares_and_squares_of_roots():
 
 def test_names_that_differ_in_zeros_alone_are_different():
     assert named("theta1") != named("theta01")
-    assert SymbolText().write(named("d10") + named("d2")) == "d2 + d10"
+    assert PLAIN.write(named("d10") + named("d2")) == "d2 + d10"
 
 
 def test_a_name_without_a_value_is_named():
@@ -208,9 +208,9 @@ def test_the_type_1_product_in_latex():
 def test_the_two_products_of_different_rotations_read_as_in_equations_2_25_and_2_26():
     forwards = multiply(rot_x(THETA1), rot_y(THETA2))
     backwards = multiply(rot_y(THETA2), rot_x(THETA1))
-    written = [[SymbolText().write(entry) for entry in row] for row in forwards]
+    written = [[PLAIN.write(entry) for entry in row] for row in forwards]
     assert written == [["C2", "0", "S2"], ["S1 S2", "C1", "-S1 C2"], ["-C1 S2", "S1", "C1 C2"]]
-    written = [[SymbolText().write(entry) for entry in row] for row in backwards]
+    written = [[PLAIN.write(entry) for entry in row] for row in backwards]
     assert written == [["C2", "S1 S2", "C1 S2"], ["0", "C1", "-S1"], ["-S2", "S1 C2", "C1 C2"]]
 
 
@@ -223,13 +223,13 @@ def test_rotations_of_one_type_add_up_as_in_equation_2_24():
 
 
 def matrix_of_text(matrix):
-    return [[SymbolText().write(entry) for entry in row] for row in matrix]
+    return [[PLAIN.write(entry) for entry in row] for row in matrix]
 
 
 def test_common_cosines_stand_before_brackets():
     lean = THETA1.sin() * (named("L2") * THETA2.sin() + named("L3") * (THETA2 + THETA3).sin())
-    assert SymbolText().write(lean) == "S1 (L2 S2 + L3 S23)"
-    assert SymbolText().write(-lean) == "-S1 (L2 S2 + L3 S23)"
+    assert PLAIN.write(lean) == "S1 (L2 S2 + L3 S23)"
+    assert PLAIN.write(-lean) == "-S1 (L2 S2 + L3 S23)"
 
 
 def test_too_wide_a_matrix_is_listed_by_entries():
@@ -276,13 +276,13 @@ def test_too_wide_a_matrix_is_listed_by_entries():
     ],
 )
 def test_how_symbols_are_written(symbol, text, latex):
-    assert SymbolText().write(symbol) == text
-    assert Latex().write(symbol) == latex
+    assert PLAIN.write(symbol) == text
+    assert LATEX.write(symbol) == latex
 
 
 def test_sums_of_a_goals_coordinates_stay_whole_as_factors():
     x, height = coordinate("x"), named("d1")
-    assert SymbolText().write((x - height) * (x - height)) == "(d1 - x)^2"
+    assert PLAIN.write((x - height) * (x - height)) == "(d1 - x)^2"
     assert (x - height) * (height - x) == -((x - height) ** 2)
     assert ((x - height) * (height - x)).value({"x": 5.0, "d1": 2.0}) == -9.0
 
@@ -294,7 +294,7 @@ def test_a_solution_is_written_by_its_named_steps():
     steps = definitions(
         [("theta1", aim - THETA2), ("D", span), ("direction", aim), ("c", span / L1), ("z", y)]
     )
-    assert [f"{step.name} = {SymbolText().write(step.symbol)}" for step in steps] == [
+    assert [f"{step.name} = {PLAIN.write(step.symbol)}" for step in steps] == [
         "D = sqrt(x^2 + y^2)",
         "direction = atan2(y, x)",
         "theta1 = direction - theta2",

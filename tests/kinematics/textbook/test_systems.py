@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from systems_cases import Wrapped, gap, postures, same_goal, same_joints
 
+from kinematics.chains.links import JointKind
 from kinematics.errors import BadNumber, KinematicsError, OutOfReach, UnknownSystem
 from kinematics.frames.transforms import position_of
 from kinematics.textbook.systems import SYSTEMS, system
@@ -33,6 +34,8 @@ def test_every_branch_meets_the_goal(one, data):
         assert gap(position_of(reached), position_of(tip)) < mm
         if not branch.free:  # with a free base the goal's angles count from the seed's base
             assert same_goal(one, one.goal_of(reached), goal, rad, mm)
+        if not branch.degenerate:  # the formulas alone, which check nothing, give the same
+            assert same_joints(one, one.solution(goal, branch.name).joints, branch.joints)
 
 
 @EACH
@@ -48,16 +51,6 @@ def test_the_branches_hold_the_posture_that_made_the_goal(one, data):
     )
     # Rounding of a stretched Puma tilts the forearm more than a wrist that is straight as well.
     assert lost or any(same_joints(one, branch.joints, joints) for branch in kept)
-
-
-@EACH
-@given(data=st.data())
-def test_the_formulas_alone_give_the_checked_branches(one, data):
-    frame = one.fk(data.draw(postures(one)))
-    goal = one.goal_of(frame)
-    for branch in one.ik(goal):
-        if not branch.degenerate:
-            assert same_joints(one, one.solution(goal, branch.name).joints, branch.joints)
 
 
 @EACH
@@ -150,6 +143,20 @@ def test_a_system_is_found_by_its_name_or_a_likely_one_is_suggested():
         system("0")
     assert caught.value.nearest is None
     assert "two-link-1" in str(caught.value)
+
+
+@EACH
+def test_another_size_of_a_build_keeps_its_laws(one):
+    longer = one.sized(*(size + 20.0 for size in one.sizes))
+    joints = tuple(0.3 if kind is JointKind.REVOLUTE else 50.0 for kind in one.chain().kinds)
+    assert gap(longer.fk(joints), longer.chain().fk(joints)) < 1e-9
+    goal = longer.goal_of(longer.fk(joints))
+    assert any(same_joints(one, branch.joints, joints) for branch in longer.ik(goal, joints))
+    assert (longer == one) is (not one.sizes)
+    with pytest.raises(KinematicsError, match=f"the lengths of {one.name} are"):
+        one.sized(height=3.0)
+    with pytest.raises(KinematicsError, match=f"the lengths of {one.name} are"):
+        one.sized(*one.sizes, 1.0)
 
 
 def test_a_five_axis_arm_says_what_of_a_frame_it_leaves_unmet():

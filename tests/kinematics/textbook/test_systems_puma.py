@@ -7,25 +7,26 @@ from hypothesis import given
 from hypothesis import strategies as st
 from systems_cases import gap, postures, same_joints
 
+from kinematics.chains.spherical_wrist import WristArm, inverse
 from kinematics.errors import NotARotation, OutOfReach
 from kinematics.frames.transforms import position_of, rotation_of, transform
-from kinematics.textbook.systems import Puma
-from kinematics.textbook.systems.wrist import inverse
+from kinematics.textbook.systems import PUMA
 
 HALF = math.pi / 2.0
-SIMPLE = Puma()
+SIMPLE = PUMA
+_, _, _, UPPER, _, FORE, _ = SIMPLE.sizes
 BOUNDLESS = ((-360.0, 360.0),) * 6
 ARMS = (
     SIMPLE,
-    Puma(660.0, 0.0, 149.09, 431.8, -20.32, 433.07, 56.25),
-    Puma(400.0, 150.0, 0.0, 300.0, 30.0, 320.0, 80.0, BOUNDLESS),
-    Puma(0.0, -60.0, -90.0, 250.0, 0.0, 250.0, 0.0, BOUNDLESS),
+    PUMA.sized(660.0, 0.0, 149.09, 431.8, -20.32, 433.07, 56.25),
+    PUMA.sized(400.0, 150.0, 0.0, 300.0, 30.0, 320.0, 80.0, ranges=BOUNDLESS),
+    PUMA.sized(0.0, -60.0, -90.0, 250.0, 0.0, 250.0, 0.0, ranges=BOUNDLESS),
 )
 any_arm = st.sampled_from(ARMS)
 
 
 def test_the_textbook_posture_of_fu_gonzalez_and_lee():
-    arm = Puma(a3_mm=-20.32)
+    arm = PUMA.sized(a3=-20.32)
     assert (
         gap(
             arm.fk((HALF, 0.0, HALF, 0.0, 0.0, 0.0)),
@@ -51,7 +52,7 @@ def test_the_textbook_posture_of_fu_gonzalez_and_lee():
 def test_every_branch_of_any_lengths_holds_the_whole_frame(case):
     arm, joints = case
     frame = arm.fk(joints)
-    found = [one for one in inverse(frame, arm.wrist_arm()) if one is not None]
+    found = [one for one in inverse(frame, WristArm.of(*arm.sizes)) if one is not None]
     assert found
     for one in found:
         assert gap(arm.chain().fk(one), frame) < 1e-7
@@ -64,7 +65,7 @@ def test_a_straight_wrist_keeps_the_joint_that_is_free(case, held):
     frame = arm.fk((first, second, third, fourth, 0.0, sixth))
     straight = [
         one
-        for one in inverse(frame, arm.wrist_arm(), (0.0, 0.0, held))
+        for one in inverse(frame, WristArm.of(*arm.sizes), (0.0, 0.0, held))
         if one is not None and abs(math.sin(one[4])) < 1e-12
     ]
     for one in straight:
@@ -81,7 +82,7 @@ def test_next_to_a_straight_wrist_no_digits_are_lost(bent):
     frame = SIMPLE.fk(joints)
     worst = max(
         gap(rotation_of(SIMPLE.fk(one)), rotation_of(frame))
-        for one in inverse(frame, SIMPLE.wrist_arm())
+        for one in inverse(frame, WristArm.of(*SIMPLE.sizes))
     )
     assert worst < 2e-10 if bent < 1e-10 else worst < 1e-12
 
@@ -106,10 +107,10 @@ def test_the_names_say_where_base_elbow_and_wrist_are(joints):
         if branch.degenerate:
             continue
         _, second, third, _, fifth, _ = branch.joints
-        out = SIMPLE.a2_mm * math.cos(second) + SIMPLE.d4_mm * math.sin(second + third)
-        up = -SIMPLE.a2_mm * math.sin(second) + SIMPLE.d4_mm * math.cos(second + third)
+        out = UPPER * math.cos(second) + FORE * math.sin(second + third)
+        up = -UPPER * math.sin(second) + FORE * math.cos(second + third)
         # The elbow against the line from the shoulder to the wrist, seen outwards.
-        above = (-SIMPLE.a2_mm * math.sin(second)) * out - SIMPLE.a2_mm * math.cos(second) * up
+        above = (-UPPER * math.sin(second)) * out - UPPER * math.cos(second) * up
         assert ("base front" in branch.name) == (out > 0.0)
         assert ("elbow up" in branch.name) == (above * math.copysign(1.0, out) > 0.0)
         assert ("wrist plain" in branch.name) == (math.sin(fifth) > 0.0)
@@ -126,7 +127,7 @@ def test_degenerate_postures_say_what_they_lose():
 
     assert losses(SIMPLE, (0.3, -0.5, 1.0, 0.5, 0.0, 0.2)).startswith("joint 5 is straight")
     assert losses(SIMPLE, (0.3, -0.5, HALF, 0.5, 0.8, 0.2)).startswith("stretched")
-    centred = Puma(d2_mm=0.0, d4_mm=431.8)
+    centred = PUMA.sized(d2=0.0, d4=431.8)
     above = (0.3, -HALF - 0.5, HALF + 1.0, 0.5, 0.8, 0.2)
     assert "the base is free" in losses(centred, above)
     assert all(
@@ -138,7 +139,7 @@ def test_degenerate_postures_say_what_they_lose():
 
 def test_a_wrist_at_the_edge_of_the_base_is_told():
     # Links of one length, the upper arm 30 degrees before the vertical, the forearm 30 behind.
-    arm = Puma(d4_mm=431.8)
+    arm = PUMA.sized(d4=431.8)
     found = arm.ik_frame(arm.fk((0.3, math.radians(-60.0), math.radians(30.0), 0.5, 0.8, 0.2)))
     assert found
     assert all("front and back are one" in branch.degenerate for branch, _ in found)
@@ -157,7 +158,7 @@ def test_a_wrist_at_the_edge_of_the_base_is_told():
 )
 def test_a_wrist_out_of_reach_is_refused_with_a_frame_that_is_reached(arm, place):
     frame = transform(((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0)), place)
-    wrist = arm.wrist_arm()
+    wrist = WristArm.of(*arm.sizes)
     if any(inverse(frame, wrist)):
         assert all(miss.mm < 1e-9 and miss.rad < 1e-9 for _, miss in arm.ik_frame(frame))
         return

@@ -9,8 +9,10 @@ from hypothesis import strategies as st
 from systems_cases import gap, postures, same_joints
 
 from kinematics import Joints, Pose, preset
+from kinematics.errors import KinematicsError
 from kinematics.frames.transforms import position_of
-from kinematics.textbook.systems import SYSTEMS, Alpha2, MiniMover, RevoluteTransporter, system
+from kinematics.textbook.systems import ALPHA_2, REVOLUTE, SYSTEMS, system
+from kinematics.textbook.systems.mini_movers import arm_of, own_angles, relative_angles
 
 angles = st.floats(-math.pi, math.pi)
 lengths = st.floats(0.0, 500.0)
@@ -32,7 +34,7 @@ def test_equation_2_33_of_the_sphere(phi, theta, r):
 
 @given(angles, angles, angles)
 def test_equation_2_35_of_the_revolute_transporter(first, second, third):
-    one = RevoluteTransporter(200.0, 180.0, 140.0)
+    one = REVOLUTE.sized(200.0, 180.0, 140.0)
     lean = math.sin(second) * 180.0 + math.sin(second + third) * 140.0
     up = 200.0 + math.cos(second) * 180.0 + math.cos(second + third) * 140.0
     expected = (math.sin(first) * lean, -math.cos(first) * lean, up)
@@ -66,20 +68,20 @@ def test_free_joints_of_the_transporters_take_the_seed():
 
 
 def test_the_revolute_transporter_above_its_base():
-    one = RevoluteTransporter(200.0, 180.0, 140.0)
+    one = REVOLUTE.sized(200.0, 180.0, 140.0)
     found = one.ik((0.0, 0.0, 420.0), seed=(0.6, 0.0, 0.0))
     assert [b.name for b in found] == ["base free, elbow down", "base free, elbow up"]
     assert all(b.joints[0] == 0.6 and b.free == ("theta1",) for b in found)
     (top,) = one.ik((0.0, 0.0, 520.0))
     assert "base is free" in top.degenerate
     assert "stretched" in top.degenerate
-    (home,) = RevoluteTransporter(200.0, 150.0, 150.0).ik((0.0, 0.0, 200.0), seed=(0.6, 0.3, 0.0))
+    (home,) = REVOLUTE.sized(200.0, 150.0, 150.0).ik((0.0, 0.0, 200.0), seed=(0.6, 0.3, 0.0))
     assert home.joints == pytest.approx((0.6, 0.3, math.pi))
     assert home.free == ("theta1", "theta2")
 
 
 def test_elbow_up_is_above_the_line_from_shoulder_to_end_point():
-    one = RevoluteTransporter(200.0, 180.0, 140.0)
+    one = REVOLUTE.sized(200.0, 180.0, 140.0)
     for branch in one.ik((150.0, -120.0, 260.0)):
         lean = math.sin(branch.joints[1]) * 180.0
         height = math.cos(branch.joints[1]) * 180.0
@@ -89,13 +91,13 @@ def test_elbow_up_is_above_the_line_from_shoulder_to_end_point():
 
 
 def test_the_lectures_link_table_is_the_alpha_ii_s():
-    chain = Alpha2().chain()
+    chain = ALPHA_2.chain()
     rows = [(link.theta_rad, link.d_mm, link.a_mm, link.alpha_rad) for link in chain.links]
     assert rows == [(one.theta_rad, one.d_mm, one.a_mm, one.alpha_rad) for one in ALPHA_II.links]
 
 
 def test_the_alpha_ii_stands_straight_on_in_its_home_position():
-    one = Alpha2()
+    one = ALPHA_2
     home = (0.0, 0.0, 0.0, -math.pi / 2.0, 0.0)
     assert (
         gap(
@@ -111,15 +113,15 @@ def test_the_alpha_ii_stands_straight_on_in_its_home_position():
     )
 
 
-FIVE = [one for one in SYSTEMS.values() if isinstance(one, MiniMover | Alpha2)]
+FIVE = [one for one in SYSTEMS.values() if one.arm is not None]
 
 
 @pytest.mark.parametrize("one", FIVE, ids=lambda one: one.name)
 @given(data=st.data())
 def test_five_axis_systems_are_the_driver_s_arms(one, data):
     joints = data.draw(postures(one))
-    relative = Joints(one.relative(joints))
-    assert one.own(one.relative(joints)) == pytest.approx(joints)
+    relative = Joints(relative_angles(one, joints))
+    assert own_angles(one, relative_angles(one, joints)) == pytest.approx(joints)
     assert gap(one.fk(joints), one.arm.transform(relative)) < 1e-9
     pose = one.arm.fk(relative)
     assert one.arm == preset(one.name).arm
@@ -139,12 +141,17 @@ def test_a_tip_above_the_base_is_met_whatever_way_the_hand_leans(one, base, lean
     height = one.arm.base_height_mm
     # The hand leans by `lean` out of the vertical; the wrist stands where that puts the tip.
     pose = Pose(0.0, 0.0, height + 300.0, math.pi / 2.0 - lean, 0.3)
-    joints = one.own(
-        one.arm.branches(pose, Joints((base, 0.0, 0.0, 0.0, 0.0)))[0].joints.angles_rad
+    joints = own_angles(
+        one, one.arm.branches(pose, Joints((base, 0.0, 0.0, 0.0, 0.0)))[0].joints.angles_rad
     )
     (*first, _), *others = one.fk(joints)
     frame = ((*first, beside), *others)
-    found = one.ik_frame(frame, one.own((base, 0.0, 0.0, 0.0, 0.0)))
+    found = one.ik_frame(frame, own_angles(one, (base, 0.0, 0.0, 0.0, 0.0)))
     assert found
     assert all(miss.mm < 1e-6 and miss.rad < 1e-6 for _, miss in found)
     assert all(bool(branch.free) == (lean == 0.0) for branch, _ in found)
+
+
+def test_a_system_of_another_build_has_no_arm():
+    with pytest.raises(KinematicsError, match="puma is no arm of the Mini-mover's build"):
+        arm_of(SYSTEMS["puma"])

@@ -7,27 +7,29 @@ from hypothesis import given
 from hypothesis import strategies as st
 from systems_cases import gap, postures
 
+from kinematics.chains.links import JointKind
 from kinematics.errors import OutOfReach
 from kinematics.frames.orientations import RPY
 from kinematics.frames.transforms import position_of, rotation_of
 from kinematics.textbook.systems import (
-    ThreeLink,
-    TwoLinkType1,
-    TwoLinkType2,
-    TwoLinkType3,
-    TwoLinkType4,
-    TwoLinkType5,
+    THREE_LINK,
+    TWO_LINK_1,
+    TWO_LINK_2,
+    TWO_LINK_3,
+    TWO_LINK_4,
+    TWO_LINK_5,
 )
+from kinematics.textbook.systems.named import ENDLESS
 
 UNEVEN = (
-    TwoLinkType1(200.0, 150.0),
-    TwoLinkType1(90.0, 90.0),
-    TwoLinkType2(310.0, 120.0),
-    TwoLinkType3(200.0, (0.0, 300.0)),
-    TwoLinkType3(100.0, (50.0, 250.0)),
-    TwoLinkType4(150.0, (0.0, 300.0)),
-    TwoLinkType4(80.0, (100.0, 120.0)),
-    TwoLinkType5((10.0, 300.0), (20.0, 250.0)),
+    TWO_LINK_1.sized(200.0, 150.0),
+    TWO_LINK_1.sized(90.0, 90.0),
+    TWO_LINK_2.sized(310.0, 120.0),
+    TWO_LINK_3.sized(200.0, ranges=(ENDLESS, (0.0, 300.0))),
+    TWO_LINK_3.sized(100.0, ranges=(ENDLESS, (50.0, 250.0))),
+    TWO_LINK_4.sized(150.0, ranges=((0.0, 300.0), ENDLESS)),
+    TWO_LINK_4.sized(80.0, ranges=((100.0, 120.0), ENDLESS)),
+    TWO_LINK_5.sized(ranges=((10.0, 300.0), (20.0, 250.0))),
 )
 EACH = pytest.mark.parametrize("one", UNEVEN, ids=lambda one: one.name)
 C30, S30 = math.sqrt(3.0) / 2.0, 0.5
@@ -51,80 +53,70 @@ def test_the_orientation_transform_is_the_hand(one, data):
     assert gap(RPY(*one.orientation(*joints)).rotation(), rotation_of(one.fk(joints))) < 1e-12
 
 
-def test_type_1_as_section_7_prints_it():
-    one = TwoLinkType1(200.0, 150.0)
-    # C1 = C30, theta1 + theta2 = 90 degrees
-    assert (
-        gap(
-            one.fk((30 * DEG, 60 * DEG)),
-            (
-                (0.0, -1.0, 0.0, 200.0 * C30),
-                (1.0, 0.0, 0.0, 200.0 * S30 + 150.0),
-                (0.0, 0.0, 1.0, 0.0),
-                (0.0, 0.0, 0.0, 1.0),
-            ),
-        )
-        < 1e-12 * 350
-    )
+# Matrices as the notes print them, with their numbers: C30 and S30 are those of 30 degrees.
+PRINTED = {
+    "type 1, section 7": (  # theta1 + theta2 = 90 degrees
+        TWO_LINK_1.sized(200.0, 150.0),
+        (30 * DEG, 60 * DEG),
+        (
+            (0.0, -1.0, 0.0, 200.0 * C30),
+            (1.0, 0.0, 0.0, 200.0 * S30 + 150.0),
+            (0.0, 0.0, 1.0, 0.0),
+            (0.0, 0.0, 0.0, 1.0),
+        ),
+    ),
+    "type 3, section 7": (
+        TWO_LINK_3.sized(200.0),
+        (30 * DEG, 100.0),
+        (
+            (C30, 0.0, S30, 100.0 * S30),
+            (S30, 0.0, -C30, -100.0 * C30),
+            (0.0, 1.0, 0.0, 200.0),
+            (0.0, 0.0, 0.0, 1.0),
+        ),
+    ),
+    "type 4, section 8": (
+        TWO_LINK_4.sized(150.0),
+        (70.0, 30 * DEG),
+        (
+            (C30, -S30, 0.0, 150.0 * C30),
+            (0.0, 0.0, -1.0, 0.0),
+            (S30, C30, 0.0, 70.0 + 150.0 * S30),
+            (0.0, 0.0, 0.0, 1.0),
+        ),
+    ),
+    "type 5, section 8": (
+        TWO_LINK_5,
+        (70.0, 30.0),
+        (
+            (1.0, 0.0, 0.0, 0.0),
+            (0.0, 0.0, -1.0, -30.0),
+            (0.0, 1.0, 0.0, 70.0),
+            (0.0, 0.0, 0.0, 1.0),
+        ),
+    ),
+}
+
+
+@pytest.mark.parametrize(("one", "joints", "printed"), PRINTED.values(), ids=PRINTED)
+def test_the_hand_is_where_the_notes_print_it(one, joints, printed):
+    turns = any(kind is JointKind.REVOLUTE for kind in one.chain().kinds)
+    assert gap(one.fk(joints), printed) <= (1e-10 if turns else 0.0)
 
 
 def test_type_2_first_matrix_as_section_6_prints_it():
-    first, _ = TwoLinkType2(200.0, 150.0).a_matrices(30 * DEG, 0.0)
-    assert (
-        gap(
-            first,
-            (
-                (C30, 0.0, S30, 0.0),
-                (S30, 0.0, -C30, 0.0),
-                (0.0, 1.0, 0.0, 200.0),
-                (0.0, 0.0, 0.0, 1.0),
-            ),
-        )
-        < 1e-12
-    )
-
-
-def test_type_3_as_section_7_prints_it():
-    assert (
-        gap(
-            TwoLinkType3(200.0).fk((30 * DEG, 100.0)),
-            (
-                (C30, 0.0, S30, 100.0 * S30),
-                (S30, 0.0, -C30, -100.0 * C30),
-                (0.0, 1.0, 0.0, 200.0),
-                (0.0, 0.0, 0.0, 1.0),
-            ),
-        )
-        < 1e-10
-    )
-
-
-def test_type_4_as_section_8_prints_it():
-    assert (
-        gap(
-            TwoLinkType4(150.0).fk((70.0, 30 * DEG)),
-            (
-                (C30, -S30, 0.0, 150.0 * C30),
-                (0.0, 0.0, -1.0, 0.0),
-                (S30, C30, 0.0, 70.0 + 150.0 * S30),
-                (0.0, 0.0, 0.0, 1.0),
-            ),
-        )
-        < 1e-10
-    )
-
-
-def test_type_5_as_section_8_prints_it():
-    assert TwoLinkType5().fk((70.0, 30.0)) == (
-        (1.0, 0.0, 0.0, 0.0),
-        (0.0, 0.0, -1.0, -30.0),
-        (0.0, 1.0, 0.0, 70.0),
+    first, _ = TWO_LINK_2.sized(200.0, 150.0).chain().matrices((30 * DEG, 0.0))
+    printed = (
+        (C30, 0.0, S30, 0.0),
+        (S30, 0.0, -C30, 0.0),
+        (0.0, 1.0, 0.0, 200.0),
         (0.0, 0.0, 0.0, 1.0),
     )
+    assert gap(first, printed) < 1e-12
 
 
 def test_type_1_elbow_up_and_down_of_a_right_angled_triangle():
-    up, down = TwoLinkType1(300.0, 400.0).ik((300.0, 400.0))
+    up, down = TWO_LINK_1.sized(300.0, 400.0).ik((300.0, 400.0))
     assert (up.name, down.name) == ("elbow up", "elbow down")
     assert up.joints == pytest.approx((2.0 * math.atan2(4.0, 3.0), -math.pi / 2.0))
     assert down.joints == pytest.approx((0.0, math.pi / 2.0))
@@ -134,28 +126,28 @@ def test_type_1_elbow_up_and_down_of_a_right_angled_triangle():
 
 
 def test_type_1_degenerate_postures_are_named():
-    one = TwoLinkType1(200.0, 200.0)
+    one = TWO_LINK_1.sized(200.0, 200.0)
     (straight,) = one.ik((0.0, 400.0))
     assert straight.name == "elbow straight"
     assert straight.degenerate.startswith("stretched")
     (folded,) = one.ik((0.0, 0.0), seed=(1.25, 0.0))
     assert folded.free == ("theta1",)
     assert folded.joints == pytest.approx((1.25, math.pi))
-    (inner,) = TwoLinkType1(200.0, 150.0).ik((50.0, 0.0))
+    (inner,) = TWO_LINK_1.sized(200.0, 150.0).ik((50.0, 0.0))
     assert inner.degenerate.startswith("folded")
     assert inner.free == ()
 
 
 def test_a_tip_on_the_base_axis_leaves_the_base_free():
-    (branch,) = TwoLinkType2(200.0, 150.0).ik((0.0, 0.0, 350.0), seed=(0.7, 0.0))
+    (branch,) = TWO_LINK_2.sized(200.0, 150.0).ik((0.0, 0.0, 350.0), seed=(0.7, 0.0))
     assert branch.joints == pytest.approx((0.7, math.pi / 2.0))
     assert branch.free == ("theta1",)
-    (branch,) = TwoLinkType3(200.0).ik((0.0, 0.0), seed=(0.7, 0.0))
+    (branch,) = TWO_LINK_3.sized(200.0).ik((0.0, 0.0), seed=(0.7, 0.0))
     assert branch.joints == (0.7, 0.0)
 
 
 def test_type_4_level_arm_has_one_posture():
-    (branch,) = TwoLinkType4(150.0).ik((-150.0, 80.0))
+    (branch,) = TWO_LINK_4.sized(150.0).ik((-150.0, 80.0))
     assert branch.joints == pytest.approx((80.0, math.pi))
     assert "level" in branch.degenerate
 
@@ -171,12 +163,12 @@ def test_the_workspace_holds_exactly_what_a_branch_within_limits_reaches(one, da
         branches = one.ik(goal)
     except OutOfReach:
         branches = ()
-    assert one.workspace().holds(goal) == any(branch.within_limits for branch in branches)
+    assert one.holds(goal) == any(branch.within_limits for branch in branches)
 
 
 @EACH
 def test_the_workspace_is_told_with_its_measures(one):
-    space = one.workspace()
+    space = one.space(one)
     numbers = [*one.lengths().values(), *(high for _, high in one.chain().limits)]
     finite = [f"{number:g}" for number in numbers if math.isfinite(number)]
     total = f"{sum(one.lengths().values()):g}"
@@ -185,7 +177,7 @@ def test_the_workspace_is_told_with_its_measures(one):
 
 
 def test_the_three_link_arm_turns_its_hand_where_it_is_told():
-    one = ThreeLink(200.0, 150.0, 80.0)
+    one = THREE_LINK.sized(200.0, 150.0, 80.0)
     up, down = one.ik((150.0, 280.0, math.pi / 2.0))  # third joint at (150, 200)
     for branch in (up, down):
         first, second, third = branch.joints
@@ -198,7 +190,7 @@ def test_the_three_link_arm_turns_its_hand_where_it_is_told():
 
 
 def test_the_three_link_arm_folded_onto_its_base_still_turns_its_hand():
-    one = ThreeLink(150.0, 150.0, 80.0)
+    one = THREE_LINK.sized(150.0, 150.0, 80.0)
     (branch,) = one.ik((80.0, 0.0, 0.0), seed=(0.4, 0.0, 0.0))
     assert branch.free == ("theta1",)
     assert branch.joints[0] == pytest.approx(0.4)

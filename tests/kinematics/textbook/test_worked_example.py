@@ -10,6 +10,11 @@ from kinematics.chains.chain import Chain
 from kinematics.chains.links import DHLink, JointKind
 from kinematics.errors import KinematicsError, OutOfReach
 from kinematics.frames.transforms import compose
+from kinematics.textbook.symbolic_systems import (
+    symbolic_chain_example,
+    symbolic_sections,
+    symbolic_system_example,
+)
 from kinematics.textbook.systems import SYSTEMS, system
 from kinematics.textbook.worked_example import (
     example_posture,
@@ -17,9 +22,6 @@ from kinematics.textbook.worked_example import (
     number_text,
     plain,
     sections,
-    symbolic_chain_example,
-    symbolic_sections,
-    symbolic_system_example,
     work_chain,
     work_system,
 )

@@ -7,6 +7,7 @@ import sys
 
 import pytest
 import serial
+from chain_files import shown_links
 from cli_calls import write_arm_file
 from doctor_bench import NUMBER, plug
 from serial.tools import list_ports as pyserial
@@ -90,6 +91,7 @@ def test_arm_files_without_their_port_and_broken_ones_are_told(call, adapter):
     arm_file("/dev/ttyNOWHERE")
     arm_file("socket://127.0.0.1:4001", "network")
     write_arm_file("broken", "model = 7\n")
+    write_arm_file("links", shown_links())  # a model file is no arm
     seen = call("ports", "--json", code=0).json
     assert [(each["arm"], each["port"]) for each in seen["absent"]] == [
         ("bench", "/dev/ttyNOWHERE")

@@ -12,7 +12,7 @@ from armdrive.registry import DIALECTS
 from armdrive.registry.simulate import simulate
 from armdrive.tasks import Alert, Event, MoveAlong, MoveBy, Progress, ProtocolWarning, SwitchOn
 from firmware_protocol.canopen import Service, Statusword, service_of
-from firmware_protocol.frames import Frame, Unpacker
+from firmware_protocol.frames import Frame, Unpacker, pack
 from kinematics import Motors
 
 
@@ -30,6 +30,8 @@ class Rig:
         self.sent: list[tuple[float, Frame]] = []
         self.dead = False
         """Whether the host does nothing any more."""
+        self.loses: Callable[[Frame], bool] = lambda _: False
+        """Which of the driver's frames never reach the bus."""
         self.at_s: dict[float, Callable[[], object]] = {}
         self._unpacker = Unpacker()
         self._unread = bytearray()
@@ -147,8 +149,10 @@ class Rig:
             return
         said = self.controller.advance(self.now_s)
         if said:
-            self.sent += [(self.now_s, frame) for frame in self._unpacker.feed(said)]
-            self.link.write(said, self.now_s)
+            frames = list(self._unpacker.feed(said))
+            self.sent += [(self.now_s, frame) for frame in frames]
+            arriving = [pack(frame) for frame in frames if not self.loses(frame)]
+            self.link.write(b"".join(arriving), self.now_s)
 
 
 def steps(*counts: int) -> Motors:

@@ -5,15 +5,12 @@ import math
 import pytest
 from grbl_arm import PIECES, config
 
-from armdrive.dialects.controller import StopPart
-from armdrive.dialects.exchange import ScriptRunner
+from armdrive.dialects.controller import ScriptRunner, StopPart
 from armdrive.dialects.grbl.board import BoardState
 from armdrive.dialects.grbl.exchange import SPOILER, GrblExchange
-from armdrive.dialects.grbl.in_flight import InFlightLines
-from armdrive.dialects.grbl.outputs import GrblOutputs
-from armdrive.dialects.grbl.planner import Limits, MotionBounds, SegmentBuffer
+from armdrive.dialects.grbl.planner import InFlightLines, Limits, MotionBounds, SegmentBuffer
 from armdrive.dialects.grbl.settings import BoardAxes
-from armdrive.dialects.grbl.stops import GrblStops
+from armdrive.dialects.grbl.stops import GrblOutputs, GrblStops
 from armdrive.errors import Refused
 from armdrive.tasks import Alert, AlertKind, Done, ProtocolWarning, Registers, RequestRejected
 from firmware_protocol.grbl import Dialect, Host, Line, State, Variant
@@ -47,8 +44,7 @@ class Parts(ScriptRunner):
     def unasked(self, heard):
         self.exchange.take(heard)
 
-    def stopping(self, burst_s, parts=()):
-        raise NotImplementedError
+    usable_rate_hz = duration_s = stopping = None  # nobody asks for a motion
 
     def hear_line(self, *lines, at_s=0.0):
         """Hear lines that nothing waits for; return what the engine is told."""

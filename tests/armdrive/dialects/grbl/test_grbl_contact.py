@@ -9,7 +9,7 @@ from armdrive.arm import Arm
 from armdrive.connect.parts import assemble, connect_simulated
 from armdrive.errors import DeviceFault
 from armdrive.registry.simulate import simulate
-from armdrive.runtime.drive import SimulatedPace
+from armdrive.runtime.clock import SimulatedPace
 from armdrive.status import State
 
 FIRMWARES = ["grbl", "mega5x", "grblhal", "fluidnc"]

@@ -8,8 +8,7 @@ from grbl_arm import config
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from armdrive.dialects.grbl.in_flight import InFlightLines
-from armdrive.dialects.grbl.planner import Limits, SegmentBuffer, planned_s, way
+from armdrive.dialects.grbl.planner import InFlightLines, Limits, SegmentBuffer, planned_s, way
 from armdrive.dialects.grbl.settings import BoardAxes, Comparison, feed
 from armdrive.errors import ArmFileError
 from armdrive.registry.arm_files import parse_arm

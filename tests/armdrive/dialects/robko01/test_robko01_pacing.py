@@ -7,7 +7,15 @@ from amounts import amount
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from armdrive.dialects.robko01.settings import BOARDS, PaceMeter, Pacing, RobkoBoard, RobkoSettings
+from armdrive.dialects.robko01.settings import (
+    BOARDS,
+    SLACK_S,
+    TOLD_BY_S,
+    Pacing,
+    RobkoBoard,
+    RobkoSettings,
+)
+from armdrive.dialects.speed_table import PaceMeter
 from armdrive.errors import ArmFileError
 from armdrive.registry.arm_files import parse_arm
 from armdrive.sim.mechanics.profiles import UncoordinatedRack
@@ -75,8 +83,12 @@ def test_one_axis_alone_strays_from_nothing():
     assert Pacing(BOARDS["avr"]).strays_steps((0, 90, 0, 0, 0, 0), 125.0) == (0.0,) * 6
 
 
+def meter_of(doubt: float) -> PaceMeter:
+    return PaceMeter(doubt, TOLD_BY_S, SLACK_S, SLACK_S)
+
+
 def test_the_meter_believes_slowness_at_once_and_speed_bit_by_bit():
-    meter = PaceMeter(1.5)
+    meter = meter_of(1.5)
     assert meter.doubt == 1.5
     assert meter.learn(0.05, 0.2)  # too short to tell
     assert meter.doubt == 1.5
@@ -87,11 +99,11 @@ def test_the_meter_believes_slowness_at_once_and_speed_bit_by_bit():
     assert meter.learn(0.4, 0.4)
     assert 1.3 < meter.doubt < 1.4
     assert not meter.learn(0.4, 3.0)
-    assert not PaceMeter(1.0).learn(0.4, 0.01)
+    assert not meter_of(1.0).learn(0.4, 0.01)
 
 
 def test_short_motions_end_a_suspicion_but_raise_none():
-    meter = PaceMeter(1.5)
+    meter = meter_of(1.5)
     meter.learn(0.05, 0.5)
     assert meter.doubt == 1.5
     meter.learn(0.4, 4.0)

@@ -10,7 +10,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
 from armdrive.motion.jog.bounds import JogEnded, furthest
 from armdrive.motion.jog.course import JogCourse, JogProposal, Terms, Wish
-from armdrive.motion.segments import SpeedLimits
+from armdrive.motion.plan import SpeedLimits
 from armdrive.moves import Jog
 from armdrive.runtime.position import ArmCoordinates
 from kinematics import Joints, Pose

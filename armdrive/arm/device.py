@@ -1,0 +1,201 @@
+"""What an arm's controller has besides motors: inputs, outputs, and a program of its own."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from armdrive.abilities import OUTPUTS
+from armdrive.blocking import Wait
+from armdrive.connect.parts import Parts
+from armdrive.errors import BadRequest, InputTimeout, Refused, Stopped
+from armdrive.motion import device as program_memory
+from armdrive.motion import idle as idling
+from armdrive.motion import reference as referencing
+from armdrive.registry import pendant_of
+from armdrive.runtime.arm_state import Core
+from armdrive.runtime.clock import RealPace
+from armdrive.runtime.engine import Engine
+from armdrive.runtime.states import Event, after
+from armdrive.status import State, Trust
+from kinematics.errors import finite
+
+if TYPE_CHECKING:
+    from armdrive.dialects.pendant import PendantTools
+    from armdrive.registry.pendant import PendantProgram
+
+Lines = int | Iterable[int]
+"""One input or output, or several, counted from 1."""
+
+
+def output_bits(lines: Lines) -> int:
+    """Return the bits of outputs. Raises `BadRequest` for numbers that no output has."""
+    return _bits(lines, "outputs", OUTPUTS)
+
+
+def input_bits(core: Core, lines: Lines) -> int:
+    """Return the bits of an arm's inputs.
+
+    Raises `BadRequest` for numbers that it has not, and `Refused` where it has no inputs: whoever
+    waited for one would wait for ever.
+    """
+    most = core.controller.abilities.inputs
+    if not most:
+        raise Refused(
+            f"the controller of the {core.config.title} tells no inputs: nothing can be read there "
+            "or waited for"
+        )
+    return _bits(lines, f"the inputs of the {core.config.title}", most)
+
+
+def _bits(lines: Lines, what: str, most: int) -> int:
+    bits = 0
+    for number in [lines] if isinstance(lines, int) else lines:
+        whole = isinstance(number, int) and not isinstance(number, bool)
+        if not whole or not 1 <= number <= most:
+            raise BadRequest(f"{what} are counted from 1 to {most}, not {number!r}")
+        bits |= 1 << number - 1
+    return bits
+
+
+# Inputs and outputs of the arm's controller, one by one: read, waited for, switched.
+
+SIMULATED_S = 3600.0
+"""A wait without a deadline ends after so long on simulated time, where nobody could interrupt it.
+"""
+
+_ASLEEP = (State.DISCONNECTED, State.DISABLED, State.ERROR_STOP)
+"""The states in which nobody looks at an arm."""
+
+
+class InputsOutputs:
+    """The inputs and outputs of one arm. Nothing here moves it."""
+
+    def __init__(self, parts: Parts) -> None:
+        self._parts = parts
+        self._core = parts.core
+
+    async def set_outputs(self, bits: int) -> None:
+        """Write the output bits. Moves nothing."""
+        after(self._core.state, Event.MOVE)
+        await self._parts.runner.perform(idling.set_outputs(self._parts.wire, bits))
+
+    async def set_output(self, number: int, on: bool = True) -> None:
+        """Switch one output, counted from 1; see `Arm.set_output`."""
+        bit = output_bits(number)
+        bits = self._core.readings.outputs or 0
+        await self.set_outputs(bits | bit if on else bits & ~bit)
+
+    async def read_inputs(self) -> int:
+        """Read the input bits now."""
+        await self._parts.runner.perform(referencing.poll(self._parts.wire))
+        return self._core.readings.inputs or 0
+
+    async def wait_inputs(
+        self, *, high: Lines = (), low: Lines = (), within_s: float | None = None
+    ) -> int:
+        """Wait until inputs are high and low, and return them; see `Arm.wait_inputs`."""
+        want, shun = input_bits(self._core, high), input_bits(self._core, low)
+        patience_s = self._patience_s(within_s)
+        if want & shun or not want | shun:
+            raise BadRequest("name inputs that shall be high or low, none as both: high=1, low=2")
+        core, stops = self._core, self._parts.runner.stops
+        with self._parts.pace.lock:
+            if core.state in _ASLEEP:
+                after(core.state, Event.MOVE)
+            core.readings.awaiting += 1
+            seen = core.readings.sensed
+            absences = self._parts.engine.absences
+
+        def ended() -> bool:
+            if self._parts.runner.stops != stops or core.state in _ASLEEP:
+                return True
+            bits = core.readings.inputs or 0
+            return core.readings.sensed != seen and bits & want == want and not bits & shun
+
+        self._parts.pace.wake()
+        try:
+            met = await Wait(self._parts.pace, ended, patience_s)
+        finally:
+            with self._parts.pace.lock:
+                core.readings.awaiting -= 1
+        self._require_looking(self._parts.engine, stops)
+        self._parts.runner.require_present(absences)
+        if not met:
+            raise InputTimeout(
+                f"after {patience_s:g} s {_words(want, shun)} is not so: the inputs read "
+                f"{core.readings.inputs or 0:08b}, the last digit is input 1"
+            )
+        return core.readings.inputs or 0
+
+    def _require_looking(self, engine: Engine, stops: int) -> None:
+        """Raise what keeps anybody from seeing the inputs."""
+        if engine.broken is not None:
+            raise engine.broken
+        if self._parts.runner.stops != stops:
+            raise Stopped("a stop was asked for while the program waited for inputs")
+        if self._core.state in _ASLEEP:
+            after(self._core.state, Event.MOVE)
+
+    def _patience_s(self, within_s: float | None) -> float:
+        if within_s is None:
+            return math.inf if isinstance(self._parts.pace, RealPace) else SIMULATED_S
+        return max(finite("within_s", within_s), 0.0)
+
+
+def _words(want: int, shun: int) -> str:
+    named = [(want, "high"), (shun, "low")]
+    return " and ".join(
+        f"{name} {', '.join(str(bit + 1) for bit in range(bits.bit_length()) if bits >> bit & 1)}"
+        for bits, name in named
+        if bits
+    )
+
+
+# The program that an arm keeps in a memory of its own, for its pendant: read, and written.
+
+PATIENCE_S = 3600.0
+"""Every request in it has a deadline from its bytes: at 110 baud they add up to many minutes."""
+
+
+class PendantMemory:
+    """The program in one arm's own memory. Nothing here moves it."""
+
+    def __init__(self, parts: Parts) -> None:
+        self._parts = parts
+
+    async def read(self) -> PendantProgram:
+        """Read the program in the arm's own memory; see `Arm.read_pendant_program`."""
+        memory = self._memory()
+        body = program_memory.read_program(self._parts.wire)
+        rows = await self._parts.runner.perform(body, PATIENCE_S)
+        return memory.from_words(rows, self._origin())
+
+    async def write(
+        self,
+        program: PendantProgram,
+        *,
+        leave_others: bool = False,
+        told: program_memory.RowTold = program_memory.unheard,
+    ) -> int:
+        """Write a program into the arm's memory; see `Arm.write_pendant_program`."""
+        self._memory()
+        program.require_fitting(self._parts.core.controller.abilities.program_rows)
+        program.require_origin(self._origin())
+        body = program_memory.write_program(
+            self._parts.wire, program.words, leave_others=leave_others, told=told
+        )
+        return await self._parts.runner.perform(body, PATIENCE_S)
+
+    def _memory(self) -> PendantTools[PendantProgram]:
+        """Return how its memory is read; raises `Refused` for an arm that has none."""
+        memory = pendant_of(self._parts.config)
+        after(self._parts.core.state, Event.MOVE)
+        return memory
+
+    def _origin(self) -> tuple[int, ...] | None:
+        """Return what the registers have to be added to now; None where nobody knows it."""
+        if self._parts.core.belief.trust in (Trust.REFERENCED, Trust.RESTORED):
+            return tuple(self._parts.core.position.offset)
+        return None

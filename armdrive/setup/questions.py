@@ -1,0 +1,709 @@
+"""The questions that make an arm file, each declared once: words, check, place in the file.
+
+Rows are asked in their order. A row is asked for every name of its `each`, where its `when` holds
+after the answers so far.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from armdrive.config.preset import LENGTHS
+from armdrive.config.write import MEANINGS
+from armdrive.dialog.conversation import (
+    Question,
+    Reader,
+    WrongAnswer,
+    bounds,
+    choice,
+    groups,
+    number,
+    numbers,
+    several,
+    text,
+    whole,
+    yes_or_no,
+)
+from armdrive.errors import BadRequest
+from armdrive.registry import DIALECTS
+from armdrive.setup.draft import GRIPPER_MOTOR, Draft, ratio
+from armdrive.setup.templates import COUPLED, GRIPPERS, OUTPUT, SERVO, available
+from armdrive.storage.files import file_name
+from armdrive.text.toml_document import TomlEntry
+from armdrive.transports.address import is_can
+from armdrive.transports.can_address import CanAddress
+
+Fill = Callable[[Draft, str], str | None]
+"""Makes a default, as somebody would type it, from the answers and the row's own `each`."""
+
+Entries = tuple[TomlEntry, ...]
+
+
+def _always(_draft: Draft) -> bool:
+    return True
+
+
+def _once(_draft: Draft) -> Sequence[str]:
+    return ("",)
+
+
+def _no_choices(_draft: Draft) -> tuple[tuple[str, str], ...]:
+    return ()
+
+
+@dataclass(frozen=True, slots=True)
+class ArmRow:
+    """One row of the table: `{one}` in its key, words and place stands for each name of `each`.
+
+    `read` makes the check from the answers before; `when` says whether the question is asked.
+    `place` is the key of the arm file that the answer is written under; `{dialect}` in it is the
+    section of the controller. `put` makes the section's entries where the answer is not the value.
+    """
+
+    key: str
+    words: str
+    why: str
+    read: Callable[[Draft], Reader]
+    default: Fill | str | None = None
+    when: Callable[[Draft], bool] = _always
+    each: Callable[[Draft], Sequence[str]] = _once
+    choices: Callable[[Draft], tuple[tuple[str, str], ...]] = _no_choices
+    place: str = ""
+    put: Callable[[Draft, Any], Entries] | None = None
+
+    def questions(self, draft: Draft) -> Iterator[Question]:
+        """Give the questions that this row asks after these answers."""
+        for one in self.each(draft) if self.when(draft) else ():
+            default = self.default
+            yield Question(
+                self.key.replace("{one}", one),
+                self.words.replace("{one}", one.replace("_", " ")),
+                self.why,
+                self.read(draft),
+                default(draft, one) if callable(default) else default,
+                self.choices(draft),
+            )
+
+    def entries(self, draft: Draft) -> Iterator[tuple[str, Entries]]:
+        """Give what the answers to this row come to: a section of the file, and its entries."""
+        for one in self.each(draft) if self.place and self.when(draft) else ():
+            answer = draft.get(self.key.replace("{one}", one), ())
+            place = self.place.replace("{one}", one).replace("{dialect}", draft.dialect.name)
+            section, _, key = place.rpartition(".")
+            if answer == ():  # nothing was asked, or nothing was answered
+                continue
+            entry = TomlEntry(key, answer, MEANINGS.get(key, ""))
+            yield section, (entry,) if self.put is None else self.put(draft, answer)
+
+
+def fixed(reader: Reader) -> Callable[[Draft], Reader]:
+    """Return what makes the same check whatever was answered."""
+    return lambda _draft: reader
+
+
+def gate(opens: str) -> Fill:
+    """Return the default of "keep these?": yes, unless an answer behind the gate is given."""
+    return lambda draft, _one: (
+        "no" if any(k.startswith(opens) for k in draft.around.given) else "yes"
+    )
+
+
+def typed(values: Sequence[float]) -> str:
+    """Return numbers as somebody would type them on one line."""
+    return " ".join(f"{value:.6g}" for value in values)
+
+
+def _names(names: Sequence[str]) -> tuple[tuple[str, str], ...]:
+    """Return choices that need no explanation."""
+    return tuple((name, "") for name in names)
+
+
+# Questions about the arm itself: lengths or links, motors and gears, limits and speeds.
+
+LENGTH = fixed(number(-5000.0, 5000.0, "mm"))
+POSITIVE_LENGTH = fixed(number(0.1, 5000.0, "mm"))
+
+
+def _is_preset(draft: Draft) -> bool:
+    return draft.preset is not None and draft.measured
+
+
+def _corrects(what: str, draft: Draft) -> bool:
+    return draft.get(f"{what}.keep") is False
+
+
+def _lengths(draft: Draft) -> tuple[str, ...]:
+    return tuple(each.key for each in draft.template.links.lengths) if draft.template.links else ()
+
+
+def _length(draft: Draft, one: str) -> str | None:
+    links = draft.template.links
+    found = next((each.mm for each in links.lengths if each.key == one), None) if links else None
+    return None if found is None else f"{found:g}"
+
+
+def _preset_length(draft: Draft, one: str) -> str:
+    return f"{getattr(draft.preset and draft.preset.arm, one):g}"
+
+
+def _own_links(draft: Draft) -> bool:
+    return draft.preset is None and draft.template.links is None
+
+
+def _types_links(draft: Draft) -> bool:
+    return _own_links(draft) and draft.get("links.how") == "type"
+
+
+def _typed_rows(draft: Draft) -> bool:
+    """Tell whether rows of links are given beforehand."""
+    return any(
+        k.startswith("links.") for k in draft.around.given.keys() - {"links.how", "links.file"}
+    )
+
+
+def _joint_names(line: str) -> tuple[str, ...]:
+    names = tuple(line.replace(",", " ").split())
+    if len(names) not in (5, 6) or len(set(names)) != len(names):
+        raise WrongAnswer(f"five or six different names are needed, not {len(names)}: {line!r}")
+    for name in names:
+        if not name.isidentifier() or name in ("opening", "gripper"):
+            raise WrongAnswer(f"{name!r} cannot name a joint: one word such as wrist_pitch")
+    return names
+
+
+def _link_file(draft: Draft) -> Reader:
+    return draft.around.read_links
+
+
+def _published(draft: Draft) -> bool:
+    preset = draft.preset
+    return preset is not None and preset.verified and preset.transmission is not None
+
+
+def _asks_microsteps(draft: Draft) -> bool:
+    if draft.by_encoder:
+        return False
+    return _asks_gears(draft) or (draft.published_motors and draft.template.half_steps)
+
+
+def _asks_gears(draft: Draft) -> bool:
+    return draft.measured and not draft.published_motors
+
+
+def _gear(draft: Draft, one: str) -> str | None:
+    links = draft.template.links
+    return None if links is None else links.joints[draft.joints.index(one)].ratio
+
+
+def _known_limits(draft: Draft) -> bool:
+    return all(draft.limits_deg(joint) is not None for joint in draft.joints)
+
+
+def _limits(draft: Draft, one: str) -> str | None:
+    known = draft.limits_deg(one)
+    return None if known is None else typed(known)
+
+
+def _speed(draft: Draft, one: str) -> str:
+    return f"{draft.speed_deg_s(one) or 15.0:.4g}"
+
+
+_MOTORS = (
+    ("published", "the arm's own, with the numbers that are published"),
+    ("own", "other motors or gears: asked for one by one"),
+)
+
+
+# The first questions: the name, the template, the wire.
+
+
+def _name(line: str) -> str:
+    if not line or file_name(line) != line:
+        raise WrongAnswer(
+            f"{line!r} is no name for a file: use letters, digits, dots, dashes and underscores"
+        )
+    if line.endswith(".toml"):
+        raise WrongAnswer(f"the name without its ending: {line.removesuffix('.toml')}")
+    return line
+
+
+def _ports(draft: Draft) -> tuple[str, ...]:
+    return draft.around.buses if draft.dialect.can else draft.around.ports
+
+
+def _port(draft: Draft) -> Reader:
+    known = _ports(draft)
+
+    def read(line: str) -> str:
+        if line in ("", "none"):
+            return ""
+        if line.isdecimal() and known:
+            return known[int(number(1, len(known))(line)) - 1]
+        return _adapter(line) if draft.dialect.can else _serial_port(line)
+
+    return read
+
+
+def _serial_port(line: str) -> str:
+    written = any(mark in line for mark in ("/", "\\", "://")) or line.upper()[:3] == "COM"
+    if written or is_can(line):
+        return line
+    raise WrongAnswer(
+        f"{line!r} names no port: write it in full (/dev/ttyUSB0, COM3, socket://HOST:PORT), or "
+        "none for now"
+    )
+
+
+def _adapter(line: str) -> str:
+    try:
+        return str(CanAddress.parse(line))
+    except BadRequest:
+        raise WrongAnswer(
+            f"{line!r} names no CAN adapter, and these drives are on a CAN bus: write it as "
+            "can:slcan:/dev/ttyACM0?bitrate=500000 or can:socketcan:can0, or none for now"
+        ) from None
+
+
+def _port_entry(_draft: Draft, port: str) -> Entries:
+    return (TomlEntry("port", port, "" if port else "none yet: the arm is only simulated"),)
+
+
+def _kept_dtr(_draft: Draft, keep: bool) -> Entries:
+    if not keep:
+        return ()
+    return (
+        TomlEntry("raise_dtr", True, "the board resets when DTR rises ..."),
+        TomlEntry("keep_dtr_on_close", True, "... so it stays up between programs"),
+    )
+
+
+def _on_bus(draft: Draft) -> bool:
+    return draft.dialect.can
+
+
+def _on_line(draft: Draft) -> bool:
+    return not draft.dialect.can
+
+
+def _has_baud(draft: Draft) -> bool:
+    """Tell whether it has a rate of its own: a bus's is told with its port."""
+    return _on_line(draft) or "connection.baud" in draft.around.given
+
+
+def _resets(draft: Draft) -> bool:
+    return draft.dialect.abilities.resets_on_open and bool(draft.get("connection.port"))
+
+
+# The gripper, homing, postures, guards, and the directions of the motors.
+
+PULLED_OFF_DEG = 2.0
+"""How far inside its limits an arm is taken to stand after homing."""
+
+POSTURE = ("x", "y", "z", "pitch", "roll")
+
+
+def _posture(draft: Draft) -> Reader:
+    names = (*POSTURE, "yaw") if len(draft.joints) == 6 else POSTURE
+    read = numbers(names)
+
+    def posture(line: str) -> tuple[float, ...]:
+        return () if line in ("", "none") else tuple(read(line))
+
+    return posture
+
+
+def _model_arm_steps(draft: Draft) -> bool:
+    return draft.preset is None and draft.stepped
+
+
+def _has_fingers(draft: Draft) -> bool:
+    return draft.preset is None and draft.gripper != "none"
+
+
+def _asks_fingers(draft: Draft) -> bool:
+    return draft.stepped and draft.measured and not draft.published_motors
+
+
+def _homes(draft: Draft) -> bool:
+    return draft.dialect.abilities.own_homing and bool(draft.get("homing.own"))
+
+
+def _homed_at(draft: Draft, one: str) -> str:
+    upwards = draft.preset is not None or draft.direction(one) > 0
+    low, high = draft.range_of(one)
+    return f"{high - PULLED_OFF_DEG if upwards else low + PULLED_OFF_DEG:g}"
+
+
+def _motor_names(draft: Draft) -> tuple[str, ...]:
+    return (*draft.motors, GRIPPER_MOTOR) if draft.stepped else draft.motors
+
+
+def _homes_itself(draft: Draft, own: bool) -> Entries:
+    if not own or "homing" not in draft.device_fields:
+        return ()
+    return (TomlEntry("homing", True, "the board's own setting is checked against this"),)
+
+
+def _posture_entries(_draft: Draft, numbers: Sequence[float]) -> Entries:
+    keys = ("x_mm", "y_mm", "z_mm", "pitch_deg", "roll_deg", "yaw_deg")
+    return tuple(map(TomlEntry, keys, numbers))
+
+
+def _tolerance(draft: Draft, tolerance_mm: float) -> Entries:
+    if draft.preset is not None and tolerance_mm == draft.preset.guards.tolerance_mm:
+        return ()
+    comment = "how far below the table rounding may put a point"
+    return (TomlEntry("tolerance_mm", tolerance_mm, comment),)
+
+
+_DIRECTIONS = (
+    ("skip", "later: `armdrive config signs NAME` finds them"),
+    ("find", "now: each motor turns a little, and you say what you saw"),
+    ("known", "I know which ones count the other way"),
+)
+
+
+# A controller whose own section has such keys, which are read off its settings.
+
+
+def _has(key: str, gripper: str = "") -> Callable[[Draft], bool]:
+    return lambda draft: key in draft.device_fields and gripper in ("", draft.gripper)
+
+
+def _usual(key: str) -> Fill:
+    return lambda draft, _one: f"{draft.device_fields[key]}"
+
+
+def _axes(draft: Draft) -> Reader:
+    count = len(draft.motors) + draft.stepped
+
+    def read(line: str) -> str:
+        letters = line.replace(" ", "").upper()
+        if len(letters) != count or len(set(letters)) != count or not letters.isalpha():
+            raise WrongAnswer(f"{count} different letters are needed, one for each motor: {line!r}")
+        return letters
+
+    return read
+
+
+def _count(draft: Draft) -> int:
+    return len(draft.motors) + draft.stepped
+
+
+def _nodes(draft: Draft) -> Reader:
+    count, bus = _count(draft), draft.dialect.bus
+    node = whole(1, bus.most if bus is not None else count)
+
+    def read(line: str) -> tuple[int, ...]:
+        found = tuple(node(word) for word in line.replace(",", " ").split())
+        if len(found) != count or len(set(found)) != count:
+            raise WrongAnswer(f"{count} different numbers are needed, one a drive: {line!r}")
+        return found
+
+    return read
+
+
+ROWS = (
+    ArmRow(
+        "name", "What is the arm called?",
+        "The arm file is named so, and every command takes this name: armdrive status --arm NAME.",
+        fixed(_name),
+    ),
+    ArmRow(
+        "template", "Which template does it begin from?",
+        "A template brings a model, a dialect and defaults; every number can be changed below.",
+        lambda _draft: choice(tuple(available())),
+        choices=lambda _draft: tuple((key, row.title) for key, row in available().items()),
+    ),
+    ArmRow(
+        "title", "A title for people?", "Shown wherever the arm is named.",
+        fixed(text),
+        lambda draft, _one: draft.preset.title if draft.preset else draft.name, place="title",
+    ),
+    ArmRow(
+        "dialect", "Which dialect does its controller speak?",
+        "The language of the controller's firmware. Nothing is sent to find out.",
+        lambda _draft: choice(tuple(DIALECTS)),
+        lambda draft, _one: draft.template.dialect,
+        choices=lambda _draft: tuple((row.name, row.title) for row in DIALECTS.values()),
+    ),
+    ArmRow(
+        "connection.port", "Which port leads to it? (none: only simulated for now)",
+        "A serial port, or any pyserial URL such as socket://HOST:PORT. None is opened to look. "
+        "Unplug the arm and ask `armdrive ports` again to see which one is its.",
+        _port, "none",
+        choices=lambda draft: _names(_ports(draft)), when=_on_line,
+        place="connection.port", put=_port_entry,
+    ),
+    ArmRow(
+        "connection.port", "Which CAN adapter leads to its drives? (none: only simulated for now)",
+        "Written can:INTERFACE:CHANNEL, with the bus's bit rate behind it where the adapter is to "
+        "be told: can:slcan:/dev/ttyACM0?bitrate=500000, or can:socketcan:can0 of the kernel. None "
+        "is opened to look. `armdrive ports` lists them.",
+        _port, "none", choices=lambda draft: _names(_ports(draft)), when=_on_bus,
+        place="connection.port", put=_port_entry,
+    ),
+    ArmRow(
+        "connection.baud", "At how many baud?", "The dialect's own rate, unless you changed it.",
+        fixed(whole(50, 4_000_000)),
+        lambda draft, _one: str(draft.dialect.baud),
+        when=_has_baud, place="connection.baud",
+    ),
+    ArmRow(
+        "connection.keep_dtr", "Keep the board from resetting when its port is opened again?",
+        "Such a board resets when DTR rises, which loses the position and drops the motors. Kept "
+        "up between programs, it resets at the first opening alone.",
+        fixed(yes_or_no), "yes", when=_resets, place="connection.", put=_kept_dtr,
+    ),
+    ArmRow(
+        "measured", "Have you measured this arm's lengths and steps?",
+        "Nobody has published them. Without your numbers joints can be jogged, and Cartesian "
+        "motion is refused.",
+        fixed(yes_or_no), "no",
+        when=lambda draft: draft.preset is not None and not draft.preset.verified,
+    ),
+    ArmRow(
+        "lengths.keep", "Keep the published lengths?",
+        "Base height, upper arm, forearm, hand. Yours may differ by a millimetre or two.",
+        fixed(yes_or_no), gate("lengths."),
+        when=lambda draft: _is_preset(draft) and draft.preset.verified,  # type: ignore[union-attr]
+    ),
+    ArmRow(
+        "lengths.{one}", "Length {one}?", "Measured between axes, in mm.", POSITIVE_LENGTH,
+        _preset_length, each=lambda _draft: LENGTHS,
+        when=lambda draft: _is_preset(draft) and draft.get("lengths.keep", False) is False,
+        place="lengths.{one}",
+    ),
+    ArmRow(
+        "lengths.{one}", "Length {one}, in mm?",
+        "Measured on your arm, between axes: docs/config.md shows from where to where.",
+        LENGTH, _length, each=_lengths,
+    ),
+    ArmRow(
+        "links.how", "Is there a model file with the link table, or will you type it?",
+        "A model file is a TOML file; docs/model-file.md shows one.",
+        fixed(choice(("file", "type"))),
+        lambda draft, _one: "type" if _typed_rows(draft) else "file",
+        when=_own_links,
+    ),
+    ArmRow(
+        "links.file", "Where is the model file?", "Its path; its text is copied.", _link_file,
+        when=lambda draft: _own_links(draft) and draft.get("links.how") == "file",
+    ),
+    ArmRow(
+        "links.joints", "The joints' names, from the table to the hand?",
+        "Five or six single words; they are used as in `armdrive move --joint shoulder=40`.",
+        fixed(_joint_names), "base shoulder elbow wrist_pitch wrist_roll",
+        when=_types_links,
+    ),
+    ArmRow(
+        "links.{one}", "Row of {one}: theta/deg d/mm a/mm alpha/deg?",
+        "Standard Denavit-Hartenberg: theta is what the table's zero lies beyond the joint's.",
+        fixed(numbers(("theta", "d", "a", "alpha"))),
+        when=_types_links, each=lambda draft: draft.get("links.joints", ()),
+    ),
+    ArmRow(
+        "motors", "Which motors does it have?",
+        "Steps per turn of a joint are what turns angles into motor steps.",
+        fixed(choice(("published", "own"))),
+        lambda draft, _one: "own" if "full_steps" in draft.around.given else "published",
+        when=_published, choices=lambda _draft: _MOTORS,
+    ),
+    ArmRow(
+        "full_steps", "Full steps of a motor for one turn of its shaft?",
+        "200 for motors of 1.8 degrees, 400 for 0.9, 48 for 7.5. Of closed-loop drives that count "
+        "by their encoder: its counts, 16384 of the MKS drives; of CiA 402 drives the increments "
+        "that they are set to (object 608F), 10000 of many.",
+        fixed(whole(4, 1 << 20)),
+        lambda draft, _one: str(draft.encoder_counts or 200), when=_asks_gears,
+    ),
+    ArmRow(
+        "microsteps", "Microsteps for one full step?",
+        "As the drivers' switches or registers are set; 2 for half-steps.",
+        fixed(whole(1, 1024)),
+        lambda draft, _one: "2" if draft.published_motors else "16", when=_asks_microsteps,
+    ),
+    ArmRow(
+        "gear.{one}", "Gear of the {one} motor, turns of the motor for one of the joint?",
+        "20:1 of a gearbox, teeth as 60/16 (joint over motor), or both: 60/16 * 5.18:1.",
+        fixed(ratio), _gear, when=_asks_gears, each=lambda draft: draft.motors,
+    ),
+    ArmRow(
+        "limits.keep", "Keep the known limits of the joints?",
+        "Where the arm itself stops; nothing is planned beyond.", fixed(yes_or_no),
+        gate("limits."), when=lambda draft: bool(draft.joints) and _known_limits(draft),
+    ),
+    ArmRow(
+        "limits.{one}", "Limits of {one}, lowest and highest in degrees?",
+        "A few degrees before its mechanical stops.", fixed(bounds), _limits,
+        when=lambda draft: not _known_limits(draft) or _corrects("limits", draft),
+        each=lambda draft: draft.joints, place="limits_deg.{one}",
+    ),
+    ArmRow(
+        "speeds.keep", "Keep the known speeds of the joints?", "At full load, without lost steps.",
+        fixed(yes_or_no), gate("speeds."),
+        when=lambda draft: all(draft.speed_deg_s(joint) is not None for joint in draft.joints),
+    ),
+    ArmRow(
+        "speeds.{one}", "Highest speed of {one}, in degrees a second?",
+        "Begin low: a stepper that loses steps does not say so.",
+        fixed(number(0.01, 3600.0)), _speed,
+        when=lambda draft: draft.get("speeds.keep", False) is False,
+        each=lambda draft: draft.joints, place="speeds_deg_s.{one}",
+    ),
+    ArmRow(
+        "gripper.kind", "What moves the gripper?",
+        "A coupled stepper is the Mini-mover's: its cable passes over the elbow.",
+        lambda draft: choice(draft.grippers),
+        lambda draft, _one: draft.grippers[0],
+        when=lambda draft: len(draft.grippers) > 1,
+        choices=lambda draft: tuple((kind, GRIPPERS[kind]) for kind in draft.grippers),
+    ),
+    ArmRow(
+        "gripper.over", "Which motor does the gripper's cable follow?",
+        "Every step of that motor is added to the gripper's, so that the fingers stand still.",
+        lambda draft: choice(draft.motors),
+        lambda draft, _one: draft.motors[min(2, len(draft.motors) - 1)],
+        when=lambda draft: _model_arm_steps(draft) and draft.gripper == COUPLED,
+        choices=lambda draft: _names(draft.motors),
+    ),
+    ArmRow(
+        "fingers.mm_per_turn", "How many mm do the fingers open for one turn of their motor?",
+        "Of the motor's shaft. Turn it ten times and measure.",
+        fixed(number(0.01, 1000.0, "mm")), when=_asks_fingers,
+    ),
+    ArmRow(
+        "fingers.range", "Opening of the fingers, closed and widest, in mm?", "Between the tips.",
+        fixed(bounds), "0 76", when=_has_fingers, place="fingers.range_mm",
+    ),
+    ArmRow(
+        "fingers.speed", "How fast do the fingers open, in mm a second?", "Begin low.",
+        fixed(number(0.01, 1000.0)), "10", when=_has_fingers, place="fingers.speed_mm_s",
+    ),
+    ArmRow(
+        "homing.own", "Does the arm home by its own switches?",
+        "The controller then drives each motor to its switch when `armdrive home` asks for it.",
+        fixed(yes_or_no),
+        lambda draft, _one: "yes" if draft.template.homes else "no",
+        when=lambda draft: draft.dialect.abilities.own_homing,
+        place="{dialect}.", put=_homes_itself,
+    ),
+    ArmRow(
+        "homing.joints.{one}", "Where does {one} stand after homing, in degrees?",
+        "Measured on the arm, after the controller has pulled off its switch.",
+        fixed(number(-3600.0, 3600.0)), _homed_at, when=_homes,
+        each=lambda draft: draft.joints, place="homing.joints_deg.{one}",
+    ),
+    ArmRow(
+        "homing.opening", "How far open are the fingers after homing, in mm?",
+        "0 where they are closed.", fixed(number(0.0, 1000.0, "mm")), "0",
+        when=lambda draft: _homes(draft) and draft.stepped, place="homing.opening_mm",
+    ),
+    ArmRow(
+        "homing.groups", "Which motors home after which? (own: the controller's own order)",
+        "By number: 3; 2; 1 4 5 homes motor 3, then 2, then 1, 4 and 5 together. Lift what could "
+        "hit something first.",
+        lambda draft: groups(len(_motor_names(draft))), "own", when=_homes,
+        place="homing.groups",
+    ),
+    ArmRow(
+        "reference", "A posture that you can find again? x y z/mm pitch roll/deg (or none)",
+        "An arm without switches counts its steps from there: finger tips on a mark, hand straight "
+        "down. A sixth number is the yaw of an arm of six joints.",
+        _posture, "none", when=lambda draft: draft.preset is None,
+        place="reference.", put=_posture_entries,
+    ),
+    ArmRow(
+        "park", "Where does it park? x y z/mm pitch roll/deg (none: above the reference)",
+        "Where `armdrive move --park` goes. A sixth number is the yaw of an arm of six joints.",
+        _posture, "none", place="park.", put=_posture_entries,
+    ),
+    ArmRow(
+        "guards.tolerance_mm", "How far below the table may rounding put the tip, in mm?",
+        "No point of the arm is planned to go further below the table than this.",
+        fixed(number(0.0, 1000.0, "mm")),
+        lambda draft, _one: typed((draft.preset.guards.tolerance_mm if draft.preset else 1.0,)),
+        place="guards.", put=_tolerance,
+    ),
+    ArmRow(
+        "signs", "Which way do the motors turn?",
+        "Programs for these arms disagree on directions, so they are found on each arm.",
+        fixed(choice(("skip", "find", "known"))),
+        lambda draft, _one: "known" if "reversed.motors" in draft.around.given else "skip",
+        choices=lambda _draft: _DIRECTIONS,
+    ),
+    ArmRow(
+        "reversed.motors", "Which motors count the other way? (names with commas, or none)",
+        "The other way than the template has it.",
+        lambda draft: several(_motor_names(draft)), "none",
+        when=lambda draft: draft.get("signs") == "known",
+        choices=lambda draft: _names(_motor_names(draft)),
+    ),
+    ArmRow(
+        "reversed.joints", "Which joints are reversed as a whole? (names with commas, or none)",
+        "The wrist's roll, where its two motors are the other way round.",
+        lambda draft: several(draft.joints), "none",
+        when=lambda draft: draft.get("signs") == "known",
+        choices=lambda draft: _names(draft.joints),
+    ),
+    ArmRow(
+        "device.axes", "Which axis of the board drives each motor, in the arm's order?",
+        "One letter a motor. Where a plug sits on another socket, change the letters' order.",
+        _axes,
+        lambda draft, _one: str(draft.device_fields["axes"])[: len(draft.motors) + draft.stepped],
+        when=_has("axes"),
+        place="{dialect}.axes",
+    ),
+    ArmRow(
+        "device.ids", "Which node is the drive of each motor, in the arm's order?",
+        "Node numbers, 1 to 127, as the drives' own program or switches set them. `armdrive doctor "
+        "--can` shows who is on the bus.",
+        _nodes,
+        lambda draft, _one: " ".join(str(1 + each) for each in range(_count(draft))),
+        when=_has("master_id"),
+        place="{dialect}.ids",
+    ),
+    ArmRow(
+        "device.unit", "What is the board's mm: one motor step, or one degree?",
+        "Steps need no rounding: $100 and its fellows are then 1.",
+        fixed(choice(("steps", "degrees"))), "steps", when=_has("unit"),
+        choices=lambda _draft: (("steps", "one motor step"), ("degrees", "one degree")),
+        place="{dialect}.unit",
+    ),
+    ArmRow(
+        "device.servo", "Which word sets the gripper's servo?",
+        "M3 with a number S, or M67E0 for an analogue output of grblHAL.",
+        fixed(text), _usual("servo"), when=_has("servo", SERVO),
+        place="{dialect}.servo",
+    ),
+    ArmRow(
+        "device.servo_closed", "The servo's number with the fingers closed?",
+        "The S or Q of that word. Begin near the middle and go outwards in small steps.",
+        fixed(number(0.0, 100_000.0)), _usual("servo_closed"),
+        when=_has("servo_closed", SERVO),
+        place="{dialect}.servo_closed",
+    ),
+    ArmRow(
+        "device.servo_open", "The servo's number with the fingers open?",
+        "It may be below the one for closed fingers.",
+        fixed(number(0.0, 100_000.0)), _usual("servo_open"),
+        when=_has("servo_open", SERVO),
+        place="{dialect}.servo_open",
+    ),
+    ArmRow(
+        "device.gripper_output", "Which output bit switches the gripper?",
+        "0 is the first word of the section's outputs, flood by default.",
+        fixed(whole(0, 7)), _usual("gripper_output"),
+        when=_has("gripper_output", OUTPUT),
+        place="{dialect}.gripper_output",
+    ),
+    ArmRow(
+        "device.gripper_closes", "Does the gripper close when that output is on?",
+        "no: it opens then, and closes when the power fails.",
+        fixed(yes_or_no), "yes", when=_has("gripper_closes", OUTPUT),
+        place="{dialect}.gripper_closes",
+    ),
+)  # fmt: skip
+"""All questions, in the order in which they are asked."""

@@ -1,0 +1,500 @@
+"""What a Robko 01 and its host say to each other, as values checked when built, and their frames.
+
+A message has its operation and its payload, which takes one of four forms: nothing, one byte, the
+six axes, or any bytes. Everything here that is built raises `BadField` (a `LocalProtocolError`),
+everything that is read `RemoteProtocolError`.
+
+Operations and status: robko01/fw_arduino_lib src/OperationsCodes.h and src/SUPER.h.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import partial
+from typing import ClassVar, Self, TypeAlias, get_args
+
+from firmware_protocol.errors import BadField, RemoteProtocolError
+from firmware_protocol.fields import BYTE, an_instance, checks, numbered, row_of, whole_from
+from firmware_protocol.robko01.frames import PAYLOAD_MAX, Frame, Kind, frame_bytes
+
+AXES = 6
+AXIS_NAMES = ("base", "shoulder", "elbow", "left differential", "right differential", "gripper")
+WORD_MIN, WORD_MAX = -(1 << 15), (1 << 15) - 1
+_TURN = 1 << 16
+_TWELVE = struct.Struct(f"<{2 * AXES}h")
+
+
+class Op(IntEnum):
+    """What a request asks for; its answer carries the same number."""
+
+    PING = 1
+    STOP = 2
+    DISABLE = 3
+    ENABLE = 4
+    CLEAR = 5
+    MOVE_RELATIVE = 6
+    MOVE_ABSOLUTE = 7
+    OUTPUTS = 8
+    INPUTS = 9
+    IS_MOVING = 10
+    POSITION = 11
+    MOVE_SPEED = 12
+    SET_ROBOT_ID = 13
+    GET_ROBOT_ID = 14
+    SAVE_POSITION = 15
+    LOAD_POSITION = 16
+
+
+class Status(IntEnum):
+    """How a request fared."""
+
+    OK = 1
+    ERROR = 2
+    """Refused; a move is while the motors are disabled."""
+    BUSY = 3
+    """Refused: the arm is moving."""
+    TIMEOUT = 4
+
+
+_SIX_WORDS = row_of(whole_from(WORD_MIN, WORD_MAX), AXES, f"{AXES} whole numbers, one an axis")
+
+
+@dataclass(frozen=True, slots=True)
+@checks(positions_steps=_SIX_WORDS, speeds_steps_s=_SIX_WORDS)
+class Axes:
+    """A position in steps and a speed in steps a second for each axis, base to gripper.
+
+    In a move the position is where to go, or how far; in an answer where the axis is, and both
+    have wrapped to 16 bits. Raises `BadField`.
+    """
+
+    positions_steps: tuple[int, ...]
+    speeds_steps_s: tuple[int, ...] = (0,) * AXES
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> Axes:
+        """Read the 24 bytes: position, speed, position, speed, ..., low byte first."""
+        words = _TWELVE.unpack(data)
+        return cls(words[::2], words[1::2])
+
+    def to_bytes(self) -> bytes:
+        """Return the 24 bytes."""
+        pairs = zip(self.positions_steps, self.speeds_steps_s, strict=True)
+        return _TWELVE.pack(*(word for pair in pairs for word in pair))
+
+
+def wrap(position_steps: int) -> int:
+    """Return a position as the arm reports it: in 16 bits, wrapped."""
+    return (position_steps - WORD_MIN) % _TURN + WORD_MIN
+
+
+def unwrap(reported_steps: int, near_steps: int) -> int:
+    """Return the position nearest to a known one among those that are reported alike.
+
+    Right as long as the axis is less than 32768 steps from where it is believed to be.
+    """
+    return near_steps + wrap(reported_steps - near_steps)
+
+
+# The four forms of a payload, in requests and in answers alike.
+
+
+def _some_bytes(field: str, value: object) -> bytes:
+    if not isinstance(value, bytes) or len(value) > PAYLOAD_MAX:
+        raise BadField(field, value, f"at most {PAYLOAD_MAX} bytes")
+    return value
+
+
+def _require_length(op: Op, payload: bytes, length: int, belong: str) -> bytes:
+    if len(payload) != length:
+        raise RemoteProtocolError(f"{op.name} with {len(payload)} bytes where {belong}")
+    return payload
+
+
+@dataclass(frozen=True, slots=True)
+class _OfNothing:
+    """A message without a payload."""
+
+    op: ClassVar[Op]
+
+    @property
+    def payload(self) -> bytes:
+        """Nothing."""
+        return b""
+
+    @classmethod
+    def read(cls, payload: bytes) -> Self:
+        """Read the message; raises `RemoteProtocolError`."""
+        _require_length(cls.op, payload, 0, "none belong")
+        return cls()
+
+
+@dataclass(frozen=True, slots=True)
+@checks(value=BYTE)
+class _OfByte:
+    """A message whose payload is one byte."""
+
+    op: ClassVar[Op]
+    value: int
+
+    @property
+    def payload(self) -> bytes:
+        """The one byte."""
+        return bytes((self.value,))
+
+    @classmethod
+    def read(cls, payload: bytes) -> Self:
+        """Read the message; raises `RemoteProtocolError`."""
+        return cls(_require_length(cls.op, payload, 1, "one belongs")[0])
+
+
+@dataclass(frozen=True, slots=True)
+@checks(axes=an_instance(Axes, "an Axes"))
+class _OfAxes:
+    """A message about all six axes."""
+
+    op: ClassVar[Op]
+    axes: Axes
+
+    @property
+    def payload(self) -> bytes:
+        """The axes' 24 bytes."""
+        return self.axes.to_bytes()
+
+    @classmethod
+    def read(cls, payload: bytes) -> Self:
+        """Read the message; raises `RemoteProtocolError`."""
+        data = _require_length(cls.op, payload, _TWELVE.size, f"{_TWELVE.size} belong")
+        return cls(Axes.from_bytes(data))
+
+
+@dataclass(frozen=True, slots=True)
+@checks(payload=_some_bytes)
+class _OfBytes:
+    """A message of any bytes."""
+
+    op: ClassVar[Op]
+    payload: bytes = b""
+
+    @classmethod
+    def read(cls, payload: bytes) -> Self:
+        """Read the message."""
+        return cls(payload)
+
+
+# What a host asks.
+
+
+class Ping(_OfBytes):
+    """Ask for the same bytes back; on a retrofit it also feeds the watchdog."""
+
+    __slots__ = ()
+    op = Op.PING
+
+
+class Stop(_OfNothing):
+    """Ramp a move down. A `MoveSpeed` runs on: it is ended by one with all speeds zero."""
+
+    __slots__ = ()
+    op = Op.STOP
+
+
+class Disable(_OfNothing):
+    """Switch the motors' current off."""
+
+    __slots__ = ()
+    op = Op.DISABLE
+
+
+class Enable(_OfNothing):
+    """Switch the motors' current on."""
+
+    __slots__ = ()
+    op = Op.ENABLE
+
+
+class Clear(_OfNothing):
+    """Call the present position zero on every axis, in motion too."""
+
+    __slots__ = ()
+    op = Op.CLEAR
+
+
+class Inputs(_OfNothing):
+    """Ask for the digital inputs."""
+
+    __slots__ = ()
+    op = Op.INPUTS
+
+
+class IsMoving(_OfNothing):
+    """Ask which axes move. The answer can be none for 10 ms after a move was accepted."""
+
+    __slots__ = ()
+    op = Op.IS_MOVING
+
+
+class Position(_OfNothing):
+    """Ask for the position and the speed of every axis."""
+
+    __slots__ = ()
+    op = Op.POSITION
+
+
+class SavePosition(_OfNothing):
+    """Named by the firmware and not implemented: no answer comes."""
+
+    __slots__ = ()
+    op = Op.SAVE_POSITION
+
+
+class LoadPosition(_OfNothing):
+    """Named by the firmware and not implemented: no answer comes."""
+
+    __slots__ = ()
+    op = Op.LOAD_POSITION
+
+
+class MoveRelative(_OfAxes):
+    """Move every axis by a distance; each ends when it ends. Answered at once."""
+
+    __slots__ = ()
+    op = Op.MOVE_RELATIVE
+
+
+class MoveAbsolute(_OfAxes):
+    """Move every axis to a position, which is not wrapped: 16 bits is as far as it goes."""
+
+    __slots__ = ()
+    op = Op.MOVE_ABSOLUTE
+
+
+class MoveSpeed(_OfAxes):
+    """Run every axis at a speed until told otherwise; the positions mean nothing.
+
+    Nothing ends it when the host falls silent, and `Stop` does not either.
+    """
+
+    __slots__ = ()
+    op = Op.MOVE_SPEED
+
+
+class Outputs(_OfByte):
+    """Set the digital outputs, one a bit."""
+
+    __slots__ = ()
+    op = Op.OUTPUTS
+
+
+@dataclass(frozen=True, slots=True)
+@checks(robot_id=_some_bytes)
+class _OfRobotId:
+    """A message that carries the robot's name. The firmware answers with it and stores none."""
+
+    op: ClassVar[Op]
+    robot_id: bytes = b""
+
+    @property
+    def payload(self) -> bytes:
+        """The id, as it is."""
+        return self.robot_id
+
+    @classmethod
+    def read(cls, payload: bytes) -> Self:
+        """Read the message."""
+        return cls(payload)
+
+
+class SetRobotId(_OfRobotId):
+    """Name the robot. The firmware forgets it."""
+
+    __slots__ = ()
+    op = Op.SET_ROBOT_ID
+
+
+class GetRobotId(_OfRobotId):
+    """Ask for the robot's name, without bytes of one's own; the firmware would return those."""
+
+    __slots__ = ()
+    op = Op.GET_ROBOT_ID
+
+
+Request: TypeAlias = (
+    Ping
+    | Stop
+    | Disable
+    | Enable
+    | Clear
+    | MoveRelative
+    | MoveAbsolute
+    | Outputs
+    | Inputs
+    | IsMoving
+    | Position
+    | MoveSpeed
+    | SetRobotId
+    | GetRobotId
+    | SavePosition
+    | LoadPosition
+)
+
+
+# What the arm answers: a status, and a payload where the operation has one.
+
+VALUED = frozenset(
+    (Op.PING, Op.INPUTS, Op.IS_MOVING, Op.POSITION, Op.SET_ROBOT_ID, Op.GET_ROBOT_ID)
+)
+"""Operations whose answer, when it is OK, has a form of its own and never is an `Acknowledged`.
+
+`Op.OUTPUTS` is not among them: some firmware answers it with the byte, some with nothing.
+"""
+_ID_OPS = (Op.SET_ROBOT_ID, Op.GET_ROBOT_ID)
+
+
+@dataclass(frozen=True, slots=True)
+@checks(op=numbered(Op), status=numbered(Status))
+class Acknowledged:
+    """A status and nothing more."""
+
+    payload: ClassVar[bytes] = b""
+    op: Op
+    status: Status = Status.OK
+
+    def __post_init__(self) -> None:
+        if self.status is Status.OK and self.op in VALUED:
+            raise BadField(
+                "status", self.status, f"other than OK: {self.op.name} answers with a value"
+            )
+
+
+@dataclass(frozen=True, slots=True)
+@checks(op=numbered(Op), moving=BYTE)
+class Busy:
+    """Refused, because axes are moving: bit n of `moving` is axis n."""
+
+    status: ClassVar[Status] = Status.BUSY
+    op: Op
+    moving: int
+
+    @property
+    def payload(self) -> bytes:
+        """The mask."""
+        return bytes((self.moving,))
+
+
+class Pong(_OfBytes):
+    """The bytes of a `Ping`."""
+
+    __slots__ = ()
+    op, status = Op.PING, Status.OK
+
+
+class OutputsSet(_OfByte):
+    """The outputs as they are now. An `Acknowledged` says the same without the byte."""
+
+    __slots__ = ()
+    op, status = Op.OUTPUTS, Status.OK
+
+
+class InputsRead(_OfByte):
+    """The inputs, one a bit."""
+
+    __slots__ = ()
+    op, status = Op.INPUTS, Status.OK
+
+
+class Moving(_OfByte):
+    """Which axes move: bit n of `value` is axis n."""
+
+    __slots__ = ()
+    op, status = Op.IS_MOVING, Status.OK
+
+    @property
+    def axes(self) -> tuple[int, ...]:
+        """The numbers of the axes that move."""
+        return tuple(axis for axis in range(AXES) if self.value >> axis & 1)
+
+
+class Positions(_OfAxes):
+    """Where every axis is, wrapped to 16 bits (`unwrap`), and how fast it goes."""
+
+    __slots__ = ()
+    op, status = Op.POSITION, Status.OK
+
+
+@dataclass(frozen=True, slots=True)
+@checks(op=numbered(Op), robot_id=_some_bytes)
+class RobotId:
+    """The answer to `SetRobotId` or `GetRobotId`."""
+
+    status: ClassVar[Status] = Status.OK
+    op: Op
+    robot_id: bytes = b""
+
+    def __post_init__(self) -> None:
+        if self.op not in _ID_OPS:
+            raise BadField("op", self.op, "SET_ROBOT_ID or GET_ROBOT_ID")
+
+    @property
+    def payload(self) -> bytes:
+        """The id, as it is."""
+        return self.robot_id
+
+
+Answer: TypeAlias = (
+    Acknowledged | Busy | Pong | OutputsSet | InputsRead | Moving | Positions | RobotId
+)
+
+
+# Messages to frames and back, one table each way.
+
+_REQUESTS: dict[Op, type[Request]] = {kind.op: kind for kind in get_args(Request)}
+_VALUES: dict[Op, Callable[[bytes], Answer]] = {
+    **{kind.op: kind.read for kind in (Pong, OutputsSet, InputsRead, Moving, Positions)},
+    **{op: partial(RobotId, op) for op in _ID_OPS},
+}
+"""How the payload of an answer is read when its status is OK."""
+
+
+def encode_request(request: Request, *, counts_check: bool = False) -> bytes:
+    """Return the frame of a request."""
+    return frame_bytes(Kind.REQUEST, request.op, request.payload, counts_check=counts_check)
+
+
+def encode_answer(answer: Answer, *, counts_check: bool = False) -> bytes:
+    """Return the frame of an answer."""
+    rest = bytes((answer.status,)) + answer.payload
+    return frame_bytes(Kind.ANSWER, answer.op, rest, counts_check=counts_check)
+
+
+def decode_request(frame: Frame) -> Request:
+    """Read a request; raises `RemoteProtocolError`."""
+    if frame.kind is not Kind.REQUEST:
+        raise RemoteProtocolError("an answer, where requests belong")
+    return _REQUESTS[_named(frame)].read(frame.rest)
+
+
+def decode_answer(frame: Frame) -> Answer:
+    """Read an answer; raises `RemoteProtocolError`."""
+    if frame.kind is not Kind.ANSWER:
+        raise RemoteProtocolError("a request, where answers belong")
+    op = _named(frame)
+    number, payload = frame.rest[0], frame.rest[1:]
+    if number not in tuple(Status):
+        raise RemoteProtocolError(f"no status has the number {number}")
+    status = Status(number)
+    if status is Status.OK and op in _VALUES and (payload or op in VALUED):
+        return _VALUES[op](payload)
+    if status is Status.BUSY and payload:
+        return Busy(op, _require_length(op, payload, 1, "one belongs")[0])
+    _require_length(op, payload, 0, "none belong")
+    return Acknowledged(op, status)
+
+
+def _named(frame: Frame) -> Op:
+    if frame.op not in tuple(Op):
+        raise RemoteProtocolError(f"no operation has the number {frame.op}")
+    return Op(frame.op)

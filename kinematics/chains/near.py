@@ -1,0 +1,233 @@
+"""The posture of a link table near another: a small step away, or all along a curve of the tip.
+
+Units: mm and rad. Five joints take pitch and roll in proportion, each the shorter way round: a
+hand is the two angles, of any turn. Six turn the hand about one axis, the shorter way, which no
+angle's own degeneracy disturbs: a hand is the unit quaternion of its rotation.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from kinematics.chains.chain import Chain
+from kinematics.chains.generated import Generated, generated
+from kinematics.chains.goals import Goal, HandTask, goal_of, pose_of
+from kinematics.chains.inverse import Solution, descend
+from kinematics.chains.jacobians import length_of
+from kinematics.frames.orientations import Quaternion, quaternion_of
+from kinematics.frames.transforms import position_of, rotation_of, transform
+from kinematics.frames.vectors import Vector, dot
+from kinematics.geometry import Hand, NotFollowed, Point
+from kinematics.limits import LIMIT_TOLERANCE_RAD
+from kinematics.paths.curves import Line, hand_near, in_proportion, refuse_leap, straight_between
+from kinematics.spaces import Joints, Pose
+
+LARGEST_TURN_RAD = 0.1
+"""The furthest that a joint may turn between two waypoints, so that the hand's direction, which
+is no sum of joint angles here, stays within some thousandths of a rad of the line's."""
+
+
+@dataclass(frozen=True, slots=True)
+class ChainFollower:
+    """The posture near the one before; `chain` has limits widened to the start."""
+
+    chain: Chain
+    task: HandTask
+    first: Hand
+    posture = ""
+
+    @property
+    def centre(self) -> Vector:
+        """A point of the base axis, from which outwards is counted."""
+        return position_of(self.chain.base)
+
+    def hand(self, pose: Pose, near: Hand) -> Hand:
+        """Return how a pose holds the hand; refuses a yaw that is missing or cannot be taken."""
+        goal = goal_of(pose, self.task, self.centre)
+        if self.task is HandTask.WHOLE:
+            turn = _four(quaternion_of(rotation_of(goal.frame)))
+            opposite = sum(a * b for a, b in zip(near, turn, strict=True)) < 0.0
+            return tuple(-part for part in turn) if opposite else turn
+        return hand_near(pose, near)
+
+    def between(self, a: Hand, b: Hand, share: float) -> Hand:
+        """Return the hand at a share of the turn from one to another."""
+        if self.task is HandTask.WHOLE and share < 1.0:
+            return _turned(a, b, share)
+        return in_proportion(a, b, share)
+
+    def pose(self, tip: Point, hand: Hand) -> Pose:
+        """Return the pose of a tip and a hand."""
+        if self.task is HandTask.WHOLE:
+            frame = transform(Quaternion.of(*hand).rotation(), tip)
+            return pose_of(frame, self.task, self.centre)
+        return Pose(*tip, *hand)
+
+    def solve(self, tip: Point, hand: Hand, before: Joints) -> Joints:
+        """Return the posture near the one before; raises `NotFollowed`."""
+        goal = goal_of(self.pose(tip, hand), self.task, self.centre)
+        found = descend(self.chain, goal, before.angles_rad)
+        if not found.ok:
+            raise NotFollowed(_reason(found))
+        joints = Joints(found.joints, self.chain.joint_names)
+        refuse_leap(before, joints, LARGEST_TURN_RAD)
+        return joints
+
+
+def chain_line(chain: Chain, task: HandTask, start: Joints, origin: Pose, goal: Pose) -> Line:
+    """Return the line to a pose from a posture, whose own pose is `origin`."""
+    first: Hand = (origin.pitch_rad, origin.roll_rad)
+    if task is HandTask.WHOLE:
+        first = _four(quaternion_of(rotation_of(chain.fk(start.angles_rad))))
+    follower = ChainFollower(_widened(chain, start), task, first)
+    tip = origin.x_mm, origin.y_mm, origin.z_mm
+    return straight_between(follower, tip, first, goal)
+
+
+def _four(turn: Quaternion) -> Hand:
+    return turn.w, turn.x, turn.y, turn.z
+
+
+def _turned(a: Hand, b: Hand, share: float) -> Hand:
+    """Return the unit quaternion at a share of the turn about one axis (Shoemake, 1985).
+
+    The angle is that of half difference and half sum, which is exact for small turns.
+    """
+    apart = math.dist(a, b)
+    half = 2.0 * math.atan2(apart, math.hypot(*map(float.__add__, a, b)))
+    if half == 0.0:
+        return a
+    sine = math.sin(half)
+    first, second = math.sin((1.0 - share) * half) / sine, math.sin(share * half) / sine
+    return tuple(first * one + second * two for one, two in zip(a, b, strict=True))
+
+
+def _widened(chain: Chain, start: Joints) -> Chain:
+    """Return the chain with its limits widened to a posture beyond them."""
+    if not chain.violations(start.angles_rad):
+        return chain
+    pairs = zip(chain.limits, start, strict=True)
+    return chain.within((min(low, angle), max(high, angle)) for (low, high), angle in pairs)
+
+
+def _reason(found: Solution) -> str:
+    if found.at_limit:
+        return f"the {found.at_limit[0].replace('_', ' ')} would pass its limit"
+    return "no posture near the one before holds the hand there"
+
+
+# The posture of a chain a small step from one that is known, on bare floats and quickly, or none.
+#
+# Levenberg and Marquardt's steps (Marquardt, 1963) by their normal equations. A jog asks for this
+# many times in each leg, also for points that cannot be reached, and has no time for reasons:
+# `ik_near` gives those. Errors count mm in the arm's length.
+
+ROUNDS = 16
+MET = 1e-18
+"""A squared error that is none: some 1e-7 mm."""
+
+GENTLE, HARSH = 1e-12, 1.0
+"""Between what the damping stays, as a share of the largest diagonal entry."""
+
+EASIER, HARDER = 0.01, 30.0
+HOPELESS = 0.999
+"""A round that leaves more of the error than this, twice in a row, leads nowhere."""
+
+INSIDE_RAD = 0.05
+"""How far from a joint's limit the second look begins."""
+
+Rows = list[list[float]]
+
+
+def near_posture(chain: Chain, goal: Goal, start: Sequence[float]) -> tuple[float, ...] | None:
+    """Return the posture within the limits a small step from a start that meets a goal, or None.
+
+    A singular posture is often one with a joint at its limit, as a straight elbow is: no slope
+    leads out of it, so that a look from further inside comes second.
+    """
+    found = _descended(chain, goal, start)
+    if found is None:
+        inside = [
+            min(max(value, low + INSIDE_RAD), high - INSIDE_RAD)
+            for value, (low, high) in zip(start, chain.limits, strict=True)
+        ]
+        found = _descended(chain, goal, inside) if inside != list(start) else None
+    if found is None:
+        return None
+    bounded = chain.clamp(found)
+    excess = max(abs(a - b) for a, b in zip(bounded, found, strict=True))
+    return bounded if excess <= LIMIT_TOLERANCE_RAD else None  # more than rounding
+
+
+def _descended(chain: Chain, goal: Goal, start: Sequence[float]) -> Sequence[float] | None:
+    """Return where the steps from a start meet a goal, None where they do not."""
+    made, length, values = generated(chain), length_of(chain), list(start)
+    error, rows = _linear(made, goal, values, length)
+    cost, damping, stuck = _squared(error), 1e-6, 0
+    for _ in range(ROUNDS):
+        if cost < MET:
+            return values
+        step = _step(rows, error, damping)
+        moved = [a + b for a, b in zip(values, step, strict=True)]
+        next_error, next_rows = _linear(made, goal, moved, length)
+        next_cost = _squared(next_error)
+        stuck = stuck + 1 if next_cost > HOPELESS * cost else 0
+        if next_cost < cost:
+            values, error, rows, cost = moved, next_error, next_rows, next_cost
+            damping = max(damping * EASIER, GENTLE)
+        else:
+            damping = min(damping * HARDER, HARSH)
+        if stuck > 1:
+            return None
+    return values if cost < MET else None
+
+
+def _linear(
+    made: Generated, goal: Goal, values: Sequence[float], length: float
+) -> tuple[list[float], Rows]:
+    """Return the errors that are left, and how the joints reduce them."""
+    frame, jacobian = made.fk_and_jacobian(values)
+    errors = [(goal.frame[row][3] - frame[row][3]) / length for row in range(3)]
+    rows = [[entry / length for entry in jacobian[row]] for row in range(3)]
+    turning = list(zip(*jacobian[3:], strict=True))
+    for _, axis, miss in goal.turn(frame)[1]:
+        errors.append(miss)
+        rows.append([dot(column, axis) for column in turning])
+    return errors, rows
+
+
+def _step(rows: Rows, error: Sequence[float], damping: float) -> list[float]:
+    """Solve the damped normal equations, by elimination with the largest pivot there is."""
+    count = len(rows[0])
+    columns = list(zip(*rows, strict=True))
+    square = [
+        [sum([a * b for a, b in zip(one, other, strict=True)]) for other in columns]
+        for one in columns
+    ]
+    most = max([square[index][index] for index in range(count)])
+    table = []
+    for index, row in enumerate(square):
+        row[index] += damping * most
+        row.append(sum([a * b for a, b in zip(columns[index], error, strict=True)]))
+        table.append(row)
+    for index in range(count):
+        best = max(range(index, count), key=lambda at: abs(table[at][index]))
+        table[index], table[best] = table[best], table[index]
+        head = table[index]
+        for below in table[index + 1 :]:
+            share = below[index] / head[index]
+            for at in range(index, count + 1):
+                below[at] -= share * head[at]
+    step = [0.0] * count
+    for index in reversed(range(count)):
+        row = table[index]
+        known = sum([row[at] * step[at] for at in range(index + 1, count)])
+        step[index] = (row[count] - known) / row[index]
+    return step
+
+
+def _squared(values: Sequence[float]) -> float:
+    """Return the sum of squares."""
+    return sum([value * value for value in values])
