@@ -7,10 +7,58 @@ from firmware_protocol.mks.abilities import (
     Since,
     Version,
     abilities_of,
-    needed_for,
 )
-from firmware_protocol.mks.actions import (
+from firmware_protocol.mks.answers import (
+    BOARDS,
+    AngleErrorRead,
+    Answer,
+    EnabledRead,
+    EncoderRead,
+    HomingRead,
+    InputsRead,
+    PulsesRead,
+    RawEncoderRead,
+    Reading,
+    SettingRead,
+    SpeedRead,
+    StallRead,
+    StateRead,
+    Status,
+    VersionRead,
+)
+from firmware_protocol.mks.device import (
+    Asked,
+    Device,
+    DeviceEvent,
+    Ignored,
+)
+from firmware_protocol.mks.host import (
+    EVENTS_MAX,
+    Host,
+)
+from firmware_protocol.mks.replies import (
+    Answered,
+    Done,
+    Event,
+    Failed,
+    Foreign,
+    Garbled,
+    LimitStop,
+    Reported,
+    Started,
+    StoredForStart,
+    Stray,
+    Superseded,
+)
+from firmware_protocol.mks.requests import (
+    ACC_MAX,
+    COURSE_CODES,
+    CURRENT_MAX_MA,
+    MICROSTEPS_MAX,
     MOTION_CODES,
+    READ_CODES,
+    RUN_MAX_MS,
+    SETTING_CODES,
     Action,
     ArmSynchronous,
     Calibrate,
@@ -21,93 +69,11 @@ from firmware_protocol.mks.actions import (
     GoToZero,
     Home,
     Motion,
-    Restart,
-    SetZero,
-    Stop,
-)
-from firmware_protocol.mks.bus_settings import (
-    SetBitrate,
-    SetGroup,
-    SetId,
-    SetReplies,
-)
-from firmware_protocol.mks.device import (
-    Asked,
-    Device,
-    DeviceEvent,
-    Ignored,
-    Overlooked,
-)
-from firmware_protocol.mks.events import (
-    Answered,
-    Done,
-    Event,
-    Failed,
-    Foreign,
-    Garbled,
-    LimitStop,
-    Overrun,
-    Reported,
-    Started,
-    StoredForStart,
-    Stray,
-    Superseded,
-)
-from firmware_protocol.mks.guard_settings import (
-    SetArrival,
-    SetHoming,
-    SetPositionProtection,
-    SetStallProtection,
-    SilenceWatchdog,
-)
-from firmware_protocol.mks.host import (
-    EVENTS_MAX,
-    Host,
-)
-from firmware_protocol.mks.identity import (
-    BOARDS,
-    SettingRead,
-    VersionRead,
-)
-from firmware_protocol.mks.motor_settings import (
-    CURRENT_MAX_MA,
-    MICROSTEPS_MAX,
-    SetCurrent,
-    SetDirection,
-    SetHoldingCurrent,
-    SetMicrosteps,
-    SetMode,
-)
-from firmware_protocol.mks.moves import (
-    ACC_MAX,
-    RUN_MAX_MS,
     Move,
     MoveAbsoluteAxis,
     MoveAbsolutePulses,
     MoveRelativeAxis,
     MoveRelativePulses,
-    RunAtSpeed,
-    RunFor,
-)
-from firmware_protocol.mks.outcomes import (
-    COURSE_CODES,
-    Status,
-)
-from firmware_protocol.mks.readings import (
-    AngleErrorRead,
-    EnabledRead,
-    EncoderRead,
-    HomingRead,
-    InputsRead,
-    PulsesRead,
-    RawEncoderRead,
-    Reading,
-    SpeedRead,
-    StallRead,
-    StateRead,
-)
-from firmware_protocol.mks.reads import (
-    READ_CODES,
     Read,
     ReadAngleError,
     ReadEnabled,
@@ -122,10 +88,28 @@ from firmware_protocol.mks.reads import (
     ReadState,
     ReadVersion,
     ReportByItself,
-)
-from firmware_protocol.mks.settings import (
-    SETTING_CODES,
+    Request,
+    Restart,
+    RunAtSpeed,
+    RunFor,
+    SetArrival,
+    SetBitrate,
+    SetCurrent,
+    SetDirection,
+    SetGroup,
+    SetHoldingCurrent,
+    SetHoming,
+    SetId,
+    SetMicrosteps,
+    SetMode,
+    SetPositionProtection,
+    SetReplies,
+    SetStallProtection,
     Setting,
+    SetZero,
+    SilenceWatchdog,
+    Stop,
+    needed_for,
 )
 from firmware_protocol.mks.values import (
     ANGLE_ERROR_PER_TURN,
@@ -149,12 +133,13 @@ from firmware_protocol.mks.values import (
     true_rpm,
 )
 from firmware_protocol.mks.wire import (
-    Answer,
-    Request,
     as_setting,
     decode_answer,
     decode_request,
     encode,
+)
+from firmware_protocol.waiting import (
+    Overrun,
 )
 
 # a name a line would double the file
@@ -169,7 +154,7 @@ __all__ = [
     "Event", "Failed", "Foreign", "Garbled", "GoSynchronous", "GoToZero", "Home", "HomingRead",
     "HomingState", "Host", "Ignored", "InputsRead", "LimitStop", "Mode", "Motion", "MotorState",
     "Move", "MoveAbsoluteAxis", "MoveAbsolutePulses", "MoveRelativeAxis", "MoveRelativePulses",
-    "Outcome", "Overlooked", "Overrun", "PulsesRead", "RawEncoderRead", "Read",
+    "Outcome", "Overrun", "PulsesRead", "RawEncoderRead", "Read",
     "ReadAngleError", "ReadEnabled", "ReadEncoder", "ReadHoming", "ReadInputs", "ReadPulses",
     "ReadRawEncoder", "ReadSetting", "ReadSpeed", "ReadStall", "ReadState", "ReadVersion",
     "Reading", "ReplyMode", "ReportByItself", "Reported", "Request", "Restart", "RunAtSpeed",

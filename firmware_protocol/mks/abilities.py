@@ -1,4 +1,6 @@
-"""What each firmware of an MKS SERVO42D/57D on CAN can do: one table, and what a request needs.
+"""What each firmware of an MKS SERVO42D/57D on CAN can do: one table.
+
+Requests say themselves which ability they need.
 
 Versions are those of the README's version notes (makerbase-motor/MKS-SERVO42D-57D), where not
 marked otherwise. A drive tells its version from some firmware on; what does not answer
@@ -7,36 +9,11 @@ marked otherwise. A drive tells its version from some firmware on; what does not
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, auto
 from typing import TypeAlias
 
 from firmware_protocol.errors import BadField, whole
-from firmware_protocol.mks.actions import (
-    ArmSynchronous,
-    EmergencyStop,
-    GoSynchronous,
-    GoToZero,
-    Restart,
-    SetZero,
-)
-from firmware_protocol.mks.bus_settings import SetGroup, SetReplies
-from firmware_protocol.mks.guard_settings import (
-    SetArrival,
-    SetPositionProtection,
-    SilenceWatchdog,
-)
-from firmware_protocol.mks.motor_settings import SetCurrent, SetHoldingCurrent
-from firmware_protocol.mks.moves import MoveAbsolutePulses, RunFor
-from firmware_protocol.mks.reads import (
-    ReadInputs,
-    ReadRawEncoder,
-    ReadSetting,
-    ReadVersion,
-    ReportByItself,
-)
-from firmware_protocol.mks.wire import Request
 
 Version: TypeAlias = tuple[int, int, int]
 
@@ -108,31 +85,6 @@ SINCE: dict[Ability, Since] = {
 LATEST: Version = (1, 0, 9)
 """The newest firmware that this table knows of."""
 
-_NEEDS: tuple[tuple[Callable[[Request], bool], Ability], ...] = (
-    (lambda request: isinstance(request, SetZero), Ability.ZERO),
-    (lambda request: isinstance(request, SetGroup), Ability.GROUPS),
-    (lambda request: isinstance(request, ReadInputs), Ability.INPUTS),
-    (lambda request: isinstance(request, MoveAbsolutePulses), Ability.ABSOLUTE_PULSES),
-    (lambda request: isinstance(request, EmergencyStop), Ability.EMERGENCY_STOP),
-    (lambda request: isinstance(request, SetHoldingCurrent), Ability.HOLDING_CURRENT),
-    (lambda request: isinstance(request, SetReplies), Ability.CHOICE_OF_COMPLETION),
-    (lambda request: isinstance(request, Restart), Ability.RESTART),
-    (lambda request: isinstance(request, ReadSetting), Ability.READ_SETTINGS),
-    (lambda request: isinstance(request, ReadRawEncoder), Ability.RAW_ENCODER),
-    (lambda request: isinstance(request, SetPositionProtection), Ability.POSITION_PROTECTION),
-    (lambda request: isinstance(request, SetCurrent) and not request.keep, Ability.UNKEPT_CURRENT),
-    (lambda request: isinstance(request, RunFor), Ability.TIMED_RUN),
-    (
-        lambda request: isinstance(request, ArmSynchronous | GoSynchronous),
-        Ability.SYNCHRONOUS_START,
-    ),
-    (lambda request: isinstance(request, SetArrival), Ability.ARRIVAL_THRESHOLD),
-    (lambda request: isinstance(request, ReadVersion), Ability.VERSION),
-    (lambda request: isinstance(request, ReportByItself), Ability.REPORTS_BY_ITSELF),
-    (lambda request: isinstance(request, SilenceWatchdog), Ability.SILENCE_WATCHDOG),
-    (lambda request: isinstance(request, GoToZero), Ability.GO_TO_ZERO),
-)
-
 
 def abilities_of(version: Version) -> frozenset[Ability]:
     """Return what a firmware can do; one newer than `LATEST` what `LATEST` can."""
@@ -141,8 +93,3 @@ def abilities_of(version: Version) -> frozenset[Ability]:
     for part in version:
         whole("version", part, 0, 255)
     return frozenset(ability for ability, since in SINCE.items() if version >= since.version)
-
-
-def needed_for(request: Request) -> Ability | None:
-    """Return what a drive must be able to do to understand a request; None for what all can."""
-    return next((ability for fits, ability in _NEEDS if fits(request)), None)

@@ -306,9 +306,9 @@ MUTANTS = (
     Mutant(
         name="an MKS target has its bytes in the wrong order",
         promise="frames are as the firmware writes them",
-        path="firmware_protocol/mks/moves.py",
-        old='target = int.from_bytes(payload[3:], "big", signed=True)',
-        new='target = int.from_bytes(payload[3:], "little", signed=True)',
+        path="firmware_protocol/mks/forms.py",
+        old='lambda data: int.from_bytes(data, "big", signed=True)',
+        new='lambda data: int.from_bytes(data, "little", signed=True)',
         tests=tests_of(
             "tests/firmware_protocol/mks/test_mks_wire.py",
             "test_a_request_is_these_bytes",

@@ -55,7 +55,7 @@ from firmware_protocol.mks import (
     ramp_rpm_s,
 )
 from firmware_protocol.mks import Request as Message
-from firmware_protocol.mks.expecting import answer_code
+from firmware_protocol.mks.requests import answer_code
 from kinematics.spaces import Motors
 
 Script: TypeAlias = Generator[float, Event | None, Reply]

@@ -18,26 +18,30 @@ from firmware_protocol.mks import (
     NODE_MAX,
     SETTING_CODES,
     Answer,
+    ArmSynchronous,
     Code,
+    Enable,
+    EnabledRead,
+    EncoderRead,
+    GoSynchronous,
+    MoveAbsoluteAxis,
+    MoveAbsolutePulses,
+    MoveRelativeAxis,
+    MoveRelativePulses,
+    RawEncoderRead,
     ReadSetting,
     Request,
+    RunAtSpeed,
+    RunFor,
     SettingRead,
+    SetZero,
+    StateRead,
+    Status,
     as_setting,
     check_byte,
     decode_answer,
     decode_request,
 )
-from firmware_protocol.mks.actions import ArmSynchronous, Enable, GoSynchronous, SetZero
-from firmware_protocol.mks.moves import (
-    MoveAbsoluteAxis,
-    MoveAbsolutePulses,
-    MoveRelativeAxis,
-    MoveRelativePulses,
-    RunAtSpeed,
-    RunFor,
-)
-from firmware_protocol.mks.outcomes import Status
-from firmware_protocol.mks.readings import EnabledRead, EncoderRead, RawEncoderRead, StateRead
 
 
 def _pace(message: Any) -> str:

@@ -22,7 +22,7 @@ from firmware_protocol.mks import (
     Ignored,
     MoveAbsoluteAxis,
     Outcome,
-    Overlooked,
+    Overrun,
     ReadEncoder,
     ReadSetting,
     ReadState,
@@ -195,7 +195,7 @@ def test_a_flood_that_nobody_fetches_is_bounded_and_ends_with_the_newest():
     device = Device(1)
     device.receive_data(put(1, *[Home()] * 300))
     lost, *kept = events(device)
-    assert lost == Overlooked(44)
+    assert lost == Overrun(44)
     assert kept == [Asked(Home())] * 256
 
 
