@@ -6,46 +6,35 @@ from firmware_protocol.canopen.cob import (
     cob_id,
     service_of,
 )
-from firmware_protocol.canopen.datatypes import (
-    DataType,
-    Value,
-)
 from firmware_protocol.canopen.drive_device import (
     DriveDevice,
+    SetPoint,
+    SetPoints,
 )
-from firmware_protocol.canopen.drive_modes import (
-    OperationMode,
-    QuickStopOption,
-    mode_of,
-    supported_modes,
-    supported_word,
-)
-from firmware_protocol.canopen.drive_states import (
+from firmware_protocol.canopen.drives import (
     TRANSITIONS,
-    Happening,
-    Transition,
-    transition,
-    way,
-)
-from firmware_protocol.canopen.drive_words import (
     Command,
     ControlBit,
     Controlword,
     DriveState,
+    Happening,
+    OperationMode,
+    QuickStopOption,
     StatusBit,
     Statusword,
+    Transition,
+    mode_of,
+    supported_modes,
+    supported_word,
+    transition,
+    way,
 )
-from firmware_protocol.canopen.eds_read import (
+from firmware_protocol.canopen.eds import (
     read_eds,
 )
-from firmware_protocol.canopen.eds_write import (
-    write_eds,
-)
 from firmware_protocol.canopen.emcy import (
-    Emergency,
-)
-from firmware_protocol.canopen.emcy_codes import (
     ERROR_WORDS,
+    Emergency,
     ErrorRegister,
     error_words,
 )
@@ -56,72 +45,11 @@ from firmware_protocol.canopen.nmt import (
     HeartbeatWatch,
     Nmt,
     NmtCommand,
-    NodeState,
-)
-from firmware_protocol.canopen.nmt_node import (
     NmtNode,
+    NodeState,
+    Sync,
 )
 from firmware_protocol.canopen.objects import (
-    Access,
-    Dictionary,
-    ObjectEntry,
-)
-from firmware_protocol.canopen.pdo import (
-    Mapped,
-    Mapping,
-)
-from firmware_protocol.canopen.pdo_setup import (
-    EVERY_SYNC,
-    NO_REMOTE,
-    NOT_VALID,
-    ON_EVENT,
-    PDO_MAX,
-    Direction,
-    PdoSetup,
-    Write,
-)
-from firmware_protocol.canopen.sdo_client import (
-    Aborted,
-    Downloaded,
-    GarbledResponse,
-    SdoClient,
-    SdoEvent,
-    StrayResponse,
-    Uploaded,
-)
-from firmware_protocol.canopen.sdo_codes import (
-    ABORT_WORDS,
-    AbortCode,
-    abort_words,
-)
-from firmware_protocol.canopen.sdo_messages import (
-    Abort,
-    Place,
-)
-from firmware_protocol.canopen.sdo_server import (
-    Ask,
-    GivenUp,
-    IgnoredRequest,
-    ReadAsked,
-    SdoServer,
-    SdoServerEvent,
-    WriteAsked,
-)
-from firmware_protocol.canopen.set_point_device import (
-    SetPoint,
-    SetPoints,
-)
-from firmware_protocol.canopen.set_point_host import (
-    Disabled,
-    FollowingError,
-    Phase,
-    Reached,
-    SetPointEvent,
-    SetPointHost,
-    Stood,
-    Taken,
-)
-from firmware_protocol.canopen.standard import (
     CONSUMER_HEARTBEAT,
     CONTROLWORD,
     DEVICE_TYPE,
@@ -145,126 +73,83 @@ from firmware_protocol.canopen.standard import (
     STATUSWORD,
     SUPPORTED_MODES,
     TARGET_POSITION,
+    Access,
+    DataType,
+    Dictionary,
+    ObjectEntry,
+    Place,
+    Value,
 )
-from firmware_protocol.canopen.store import (
-    ObjectStore,
+from firmware_protocol.canopen.pdo import (
+    EVERY_SYNC,
+    NO_REMOTE,
+    NOT_VALID,
+    ON_EVENT,
+    PDO_MAX,
+    Direction,
+    Mapped,
+    Mapping,
+    PdoSetup,
+    Write,
 )
-from firmware_protocol.canopen.sync import (
-    Sync,
-)
-from firmware_protocol.canopen.waiting import (
+from firmware_protocol.canopen.sdo import (
     EVENTS_MAX,
+    Abort,
+    AbortCode,
+    abort_words,
+)
+from firmware_protocol.canopen.sdo_client import (
+    Aborted,
+    Downloaded,
+    GarbledResponse,
+    SdoClient,
+    SdoEvent,
+    StrayResponse,
+    Uploaded,
+)
+from firmware_protocol.canopen.sdo_server import (
+    Ask,
+    GivenUp,
+    IgnoredRequest,
+    ObjectStore,
+    ReadAsked,
+    SdoServer,
+    SdoServerEvent,
+    WriteAsked,
+)
+from firmware_protocol.canopen.set_point_host import (
+    Disabled,
+    FollowingError,
+    Phase,
+    Reached,
+    SetPointEvent,
+    SetPointHost,
+    Stood,
+    Taken,
+)
+from firmware_protocol.waiting import (
     Overrun,
 )
 
 # a name a line would double the file
 # fmt: off
 __all__ = [
-    "ABORT_WORDS",
-    "ALL_NODES",
-    "CONSUMER_HEARTBEAT",
-    "CONTROLWORD",
-    "DEVICE_TYPE",
-    "ERROR_CODE",
-    "ERROR_REGISTER",
-    "ERROR_WORDS",
-    "EVENTS_MAX",
-    "EVERY_SYNC",
-    "FAULT_REACTION_OPTION",
-    "FOLLOWING_ERROR",
-    "FOLLOWING_ERROR_TIMEOUT_MS",
-    "FOLLOWING_ERROR_WINDOW",
-    "HEARTBEAT_REACTION",
-    "MODE",
-    "MODE_SHOWN",
-    "NODE_MAX",
-    "NOT_VALID",
-    "NO_REMOTE",
-    "ON_EVENT",
-    "PDO_MAX",
-    "POSITION",
-    "PRODUCER_HEARTBEAT_MS",
-    "PROFILE_ACCELERATION",
-    "PROFILE_DECELERATION",
-    "PROFILE_SPEED",
-    "QUICK_STOP_DECELERATION",
-    "QUICK_STOP_OPTION",
-    "SPEAKS",
-    "STANDARD",
-    "STATUSWORD",
-    "SUPPORTED_MODES",
-    "TARGET_POSITION",
-    "TRANSITIONS",
-    "Abort",
-    "AbortCode",
-    "Aborted",
-    "Access",
-    "Ask",
-    "Command",
-    "ControlBit",
-    "Controlword",
-    "DataType",
-    "Dictionary",
-    "Direction",
-    "Disabled",
-    "Downloaded",
-    "DriveDevice",
-    "DriveState",
-    "Emergency",
-    "ErrorRegister",
-    "FollowingError",
-    "GarbledResponse",
-    "GivenUp",
-    "Happening",
-    "Heartbeat",
-    "HeartbeatWatch",
-    "IgnoredRequest",
-    "Mapped",
-    "Mapping",
-    "Nmt",
-    "NmtCommand",
-    "NmtNode",
-    "NodeState",
-    "ObjectEntry",
-    "ObjectStore",
-    "OperationMode",
-    "Overrun",
-    "PdoSetup",
-    "Phase",
-    "Place",
-    "QuickStopOption",
-    "Reached",
-    "ReadAsked",
-    "SdoClient",
-    "SdoEvent",
-    "SdoServer",
-    "SdoServerEvent",
-    "Service",
-    "SetPoint",
-    "SetPointEvent",
-    "SetPointHost",
-    "SetPoints",
-    "StatusBit",
-    "Statusword",
-    "Stood",
-    "StrayResponse",
-    "Sync",
-    "Taken",
-    "Transition",
-    "Uploaded",
-    "Value",
-    "Write",
-    "WriteAsked",
-    "abort_words",
-    "cob_id",
-    "error_words",
-    "mode_of",
-    "read_eds",
-    "service_of",
-    "supported_modes",
-    "supported_word",
-    "transition",
-    "way",
-    "write_eds",
+    "ALL_NODES", "CONSUMER_HEARTBEAT", "CONTROLWORD", "DEVICE_TYPE", "ERROR_CODE",
+    "ERROR_REGISTER", "ERROR_WORDS", "EVENTS_MAX", "EVERY_SYNC", "FAULT_REACTION_OPTION",
+    "FOLLOWING_ERROR", "FOLLOWING_ERROR_TIMEOUT_MS", "FOLLOWING_ERROR_WINDOW",
+    "HEARTBEAT_REACTION", "MODE", "MODE_SHOWN", "NODE_MAX", "NOT_VALID", "NO_REMOTE", "ON_EVENT",
+    "PDO_MAX", "POSITION", "PRODUCER_HEARTBEAT_MS", "PROFILE_ACCELERATION", "PROFILE_DECELERATION",
+    "PROFILE_SPEED", "QUICK_STOP_DECELERATION", "QUICK_STOP_OPTION", "SPEAKS", "STANDARD",
+    "STATUSWORD", "SUPPORTED_MODES", "TARGET_POSITION", "TRANSITIONS", "Abort", "AbortCode",
+    "Aborted", "Access", "Ask", "Command", "ControlBit", "Controlword", "DataType", "Dictionary",
+    "Direction", "Disabled", "Downloaded", "DriveDevice", "DriveState", "Emergency",
+    "ErrorRegister", "FollowingError", "GarbledResponse", "GivenUp", "Happening", "Heartbeat",
+    "HeartbeatWatch", "IgnoredRequest", "Mapped", "Mapping", "Nmt", "NmtCommand", "NmtNode",
+    "NodeState", "ObjectEntry", "ObjectStore", "OperationMode", "Overrun", "PdoSetup", "Phase",
+    "Place", "QuickStopOption", "Reached", "ReadAsked", "SdoClient", "SdoEvent", "SdoServer",
+    "SdoServerEvent", "Service", "SetPoint", "SetPointEvent", "SetPointHost", "SetPoints",
+    "StatusBit", "Statusword", "Stood", "StrayResponse", "Sync", "Taken", "Transition", "Uploaded",
+    "Value", "Write", "WriteAsked", "abort_words", "cob_id", "error_words", "mode_of", "read_eds",
+    "service_of", "supported_modes", "supported_word", "transition", "way",
 ]
 # fmt: on

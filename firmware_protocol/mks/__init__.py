@@ -1,13 +1,5 @@
 """The MKS SERVO42D/57D on CAN: the host's end of a bus of drives, and a drive's end."""
 
-from firmware_protocol.mks.abilities import (
-    LATEST,
-    SINCE,
-    Ability,
-    Since,
-    Version,
-    abilities_of,
-)
 from firmware_protocol.mks.answers import (
     BOARDS,
     AngleErrorRead,
@@ -116,10 +108,13 @@ from firmware_protocol.mks.values import (
     BROADCAST,
     COUNTS_PER_TURN,
     HARD_STOP_MAX_RPM,
+    LATEST,
     NODE_DEFAULT,
     NODE_MAX,
+    SINCE,
     SPEED_MAX_RPM,
     TARGET_MAX,
+    Ability,
     Bitrate,
     Code,
     HomingState,
@@ -127,6 +122,9 @@ from firmware_protocol.mks.values import (
     MotorState,
     Outcome,
     ReplyMode,
+    Since,
+    Version,
+    abilities_of,
     acc_of,
     check_byte,
     ramp_rpm_s,

@@ -11,7 +11,6 @@ from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
 from firmware_protocol.frames import Frame, Unpacker, pack
-from firmware_protocol.mks.abilities import LATEST, Ability, Version, abilities_of
 from firmware_protocol.mks.answers import Reading, SettingRead, Status
 from firmware_protocol.mks.requests import (
     COURSE_CODES,
@@ -26,7 +25,17 @@ from firmware_protocol.mks.requests import (
     answer_code,
     needed_for,
 )
-from firmware_protocol.mks.values import BROADCAST, NODE_DEFAULT, Bitrate, Outcome, ReplyMode
+from firmware_protocol.mks.values import (
+    BROADCAST,
+    LATEST,
+    NODE_DEFAULT,
+    Ability,
+    Bitrate,
+    Outcome,
+    ReplyMode,
+    Version,
+    abilities_of,
+)
 from firmware_protocol.mks.wire import decode_request, encode
 from firmware_protocol.waiting import Overrun, Waiting
 

@@ -13,8 +13,7 @@ from enum import Enum
 from typing import Annotated, Any, ClassVar, Self, TypeAlias, TypeVar, get_origin, get_type_hints
 
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
-from firmware_protocol.mks.abilities import Ability
-from firmware_protocol.mks.values import Code
+from firmware_protocol.mks.values import Ability, Code
 
 Choice = TypeVar("Choice", bound=Enum)
 

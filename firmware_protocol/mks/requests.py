@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar, Self, TypeAlias, get_args
 
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
-from firmware_protocol.mks.abilities import Ability
 from firmware_protocol.mks.forms import (
     Form,
     Message,
@@ -28,6 +27,7 @@ from firmware_protocol.mks.values import (
     NODE_MAX,
     SPEED_MAX_RPM,
     TARGET_MAX,
+    Ability,
     Bitrate,
     Code,
     Mode,

@@ -5,26 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
-from firmware_protocol.canopen.datatypes import DataType, Value
-from firmware_protocol.canopen.drive_modes import (
-    OperationMode,
-    QuickStopOption,
-    mode_of,
-    supported_modes,
-)
-from firmware_protocol.canopen.drive_words import (
+from firmware_protocol.canopen.drives import (
     ControlBit,
     Controlword,
     DriveState,
+    OperationMode,
+    QuickStopOption,
     StatusBit,
     Statusword,
+    mode_of,
+    supported_modes,
 )
-from firmware_protocol.canopen.emcy_codes import ErrorRegister, error_words
+from firmware_protocol.canopen.emcy import ErrorRegister, error_words
 from firmware_protocol.canopen.nmt import HeartbeatWatch
-from firmware_protocol.canopen.objects import Access, Dictionary, ObjectEntry
-from firmware_protocol.canopen.pdo_setup import NO_REMOTE, NOT_VALID
-from firmware_protocol.canopen.sdo_messages import Place
-from firmware_protocol.canopen.standard import (
+from firmware_protocol.canopen.objects import (
     CONSUMER_HEARTBEAT,
     CONTROLWORD,
     DEVICE_TYPE,
@@ -38,7 +32,14 @@ from firmware_protocol.canopen.standard import (
     STANDARD,
     STATUSWORD,
     SUPPORTED_MODES,
+    Access,
+    DataType,
+    Dictionary,
+    ObjectEntry,
+    Place,
+    Value,
 )
+from firmware_protocol.canopen.pdo import NO_REMOTE, NOT_VALID
 from firmware_protocol.errors import RemoteProtocolError
 
 # What words and numbers of the drive profile CiA 402 mean, in words.

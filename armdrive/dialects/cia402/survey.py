@@ -37,14 +37,16 @@ from armdrive.dialects.exchange import Script
 from armdrive.dialog.conversation import Finding, note, ok, problem
 from armdrive.transports.can_health import BusHealth
 from firmware_protocol.canopen.cob import NODE_MAX, Service, cob_id, is_for, service_of
-from firmware_protocol.canopen.datatypes import Value
-from firmware_protocol.canopen.drive_modes import OperationMode, mode_of, supported_modes
-from firmware_protocol.canopen.drive_words import DriveState, Statusword
-from firmware_protocol.canopen.emcy_codes import error_words
+from firmware_protocol.canopen.drives import (
+    DriveState,
+    OperationMode,
+    Statusword,
+    mode_of,
+    supported_modes,
+)
+from firmware_protocol.canopen.emcy import error_words
 from firmware_protocol.canopen.nmt import Heartbeat, NodeState
-from firmware_protocol.canopen.sdo_client import Aborted, GarbledResponse, SdoClient, Uploaded
-from firmware_protocol.canopen.sdo_messages import Place
-from firmware_protocol.canopen.standard import (
+from firmware_protocol.canopen.objects import (
     DEVICE_TYPE,
     ERROR_CODE,
     ERROR_REGISTER,
@@ -52,7 +54,10 @@ from firmware_protocol.canopen.standard import (
     POSITION,
     STATUSWORD,
     SUPPORTED_MODES,
+    Place,
+    Value,
 )
+from firmware_protocol.canopen.sdo_client import Aborted, GarbledResponse, SdoClient, Uploaded
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.frames import Frame, pack
 

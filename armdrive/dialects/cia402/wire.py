@@ -22,7 +22,7 @@ from armdrive.dialects.cia402.settings import CYCLIC, Cia402Settings
 from armdrive.dialects.exchange import ScriptIO
 from armdrive.tasks import Alert, AlertKind, ProtocolWarning, Registers
 from firmware_protocol import canopen
-from firmware_protocol.canopen.sdo_messages import Upload
+from firmware_protocol.canopen.sdo import Upload
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.frames import Frame, Unpacker, pack
 from kinematics.spaces import Motors

@@ -19,7 +19,7 @@ from armdrive.sim.device import Options
 from armdrive.sim.world.saved import MEND, Json, Saved
 from firmware_protocol import canopen
 from firmware_protocol.canopen import AbortCode, NmtCommand, NodeState, OperationMode, Place
-from firmware_protocol.canopen.pdo_device import PDO_PARAMETERS, DevicePdos
+from firmware_protocol.canopen.pdo import PDO_PARAMETERS, DevicePdos
 from firmware_protocol.errors import BadField, RemoteProtocolError
 from firmware_protocol.frames import Frame, pack
 

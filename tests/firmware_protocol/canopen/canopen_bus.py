@@ -2,9 +2,16 @@
 
 from collections import deque
 
-from firmware_protocol.canopen.sdo_client import Aborted, Downloaded, SdoClient, Uploaded
-from firmware_protocol.canopen.sdo_codes import AbortCode
-from firmware_protocol.canopen.sdo_server import ReadAsked, SdoServer, WriteAsked
+from firmware_protocol.canopen import (
+    AbortCode,
+    Aborted,
+    Downloaded,
+    ReadAsked,
+    SdoClient,
+    SdoServer,
+    Uploaded,
+    WriteAsked,
+)
 
 NODE = 5
 ENDINGS = (Uploaded, Downloaded, Aborted)

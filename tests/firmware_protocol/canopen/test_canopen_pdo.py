@@ -4,16 +4,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_protocol.canopen.datatypes import DataType
-from firmware_protocol.canopen.pdo import Mapped, Mapping
-from firmware_protocol.canopen.pdo_setup import ON_EVENT, Direction, PdoSetup
-from firmware_protocol.canopen.sdo_messages import Place
-from firmware_protocol.canopen.standard import (
+from firmware_protocol.canopen import (
     CONTROLWORD,
+    ON_EVENT,
     POSITION,
     STANDARD,
     STATUSWORD,
     TARGET_POSITION,
+    DataType,
+    Direction,
+    Mapped,
+    Mapping,
+    PdoSetup,
+    Place,
 )
 from firmware_protocol.errors import BadField, RemoteProtocolError
 

@@ -4,12 +4,16 @@ import math
 
 import pytest
 
-from firmware_protocol.canopen.datatypes import DataType
-from firmware_protocol.canopen.objects import Access, Dictionary, ObjectEntry
-from firmware_protocol.canopen.pdo_device import DevicePdos
-from firmware_protocol.canopen.pdo_setup import NOT_VALID
-from firmware_protocol.canopen.sdo_codes import AbortCode
-from firmware_protocol.canopen.sdo_messages import Place
+from firmware_protocol.canopen import (
+    NOT_VALID,
+    AbortCode,
+    Access,
+    DataType,
+    Dictionary,
+    ObjectEntry,
+    Place,
+)
+from firmware_protocol.canopen.pdo import DevicePdos
 from firmware_protocol.frames import Frame
 
 ORDER, STATE = Place(0x6040), Place(0x6041)

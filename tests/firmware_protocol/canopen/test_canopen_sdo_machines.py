@@ -3,23 +3,23 @@
 import pytest
 from canopen_bus import NODE, events
 
-from firmware_protocol.canopen.sdo_client import (
+from firmware_protocol.canopen import (
+    Abort,
+    AbortCode,
     Aborted,
     Downloaded,
     GarbledResponse,
-    SdoClient,
-    StrayResponse,
-    Uploaded,
-)
-from firmware_protocol.canopen.sdo_codes import AbortCode
-from firmware_protocol.canopen.sdo_messages import Abort, DownloadStarted, Place, SegmentTaken
-from firmware_protocol.canopen.sdo_server import (
     GivenUp,
     IgnoredRequest,
+    Place,
     ReadAsked,
+    SdoClient,
     SdoServer,
+    StrayResponse,
+    Uploaded,
     WriteAsked,
 )
+from firmware_protocol.canopen.sdo import DownloadStarted, SegmentTaken
 from firmware_protocol.errors import BadField, LocalProtocolError
 from firmware_protocol.frames import Frame
 

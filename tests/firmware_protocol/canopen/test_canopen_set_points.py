@@ -4,24 +4,23 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_protocol.canopen.drive_device import DriveDevice
-from firmware_protocol.canopen.drive_states import Happening, way
-from firmware_protocol.canopen.drive_words import (
+from firmware_protocol.canopen import (
     ControlBit,
     Controlword,
-    DriveState,
-    StatusBit,
-    Statusword,
-)
-from firmware_protocol.canopen.set_point_device import SetPoint
-from firmware_protocol.canopen.set_point_host import (
     Disabled,
+    DriveDevice,
+    DriveState,
     FollowingError,
+    Happening,
     Phase,
     Reached,
+    SetPoint,
     SetPointHost,
+    StatusBit,
+    Statusword,
     Stood,
     Taken,
+    way,
 )
 from firmware_protocol.errors import LocalProtocolError
 

@@ -48,9 +48,9 @@ from firmware_protocol.canopen import (
     Statusword,
     Sync,
     read_eds,
-    write_eds,
 )
 from firmware_protocol.frames import Frame
+from tests.firmware_protocol.eds_writer import write_eds
 
 BOOT_S = 0.5
 RPDO, TPDO = Place(0x1400, 1), Place(0x1800, 1)
