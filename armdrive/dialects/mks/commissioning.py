@@ -15,7 +15,7 @@ from armdrive.dialects.bus.motors import one_motor
 from armdrive.dialects.bus.tools import BusTools, CommissioningTools, DrivePlace, on_wire
 from armdrive.dialects.dialect import DeviceTools
 from armdrive.dialects.mks.compare import value_words
-from armdrive.dialects.mks.identify import Asking, answer_of, is_shared
+from armdrive.dialects.mks.identify import is_shared
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.survey import (
     Known,
@@ -24,10 +24,9 @@ from armdrive.dialects.mks.survey import (
     is_request,
     known,
     scripts,
-    setting_of,
     survey_drives,
 )
-from armdrive.dialects.mks.wire import TRIES, MksWire
+from armdrive.dialects.mks.wire import TRIES, Asking, MksWire
 from armdrive.dialects.mks.words import TALK, MksEar
 from armdrive.dialog.conversation import (
     About,
@@ -44,6 +43,7 @@ from firmware_protocol.mks import (
     NODE_MAX,
     TARGET_MAX,
     Ability,
+    Answered,
     Bitrate,
     Calibrate,
     Code,
@@ -110,7 +110,8 @@ def _calibrated(wire: MksWire, node: int) -> Asking[bool]:
         if isinstance(heard, Done | Failed) and isinstance(heard.request, Calibrate):
             wire.host.settle(node)
             return isinstance(heard, Done)
-        if answer_of(heard) == StateRead(MotorState.STOPPED) and wire.now_s > began_s + BEGUN_S:
+        stands = isinstance(heard, Answered) and heard.answer == StateRead(MotorState.STOPPED)
+        if stands and wire.now_s > began_s + BEGUN_S:
             end_s = min(end_s, wire.now_s + CALIBRATION_LOOK_S)  # the word that ends it may follow
         if heard is None and wire.now_s >= look_s:
             look_s = wire.now_s + CALIBRATION_LOOK_S
@@ -141,7 +142,7 @@ def write(wire: MksWire, node: int, setting: Setting, able: frozenset[Ability]) 
             if taken is not None:
                 return taken
             continue
-        is_set = yield from setting_of(wire, node, setting.code)
+        is_set = yield from wire.setting(node, setting.code)
         if is_set == setting or (is_set is None and taken):
             return True
     return False

@@ -8,8 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from armdrive.dialects.mks.inquiry import setting_in
-from armdrive.dialects.mks.wire import MksWire, Script
+from armdrive.dialects.mks.wire import MksWire, Script, Told, meant
 from armdrive.errors import Refused
 from armdrive.tasks import DeviceSettings, Difference, Done, RequestRejected
 from firmware_protocol.errors import RemoteProtocolError
@@ -17,9 +16,7 @@ from firmware_protocol.frames import Frame
 from firmware_protocol.mks import (
     SETTING_CODES,
     Ability,
-    Answered,
     Code,
-    Event,
     Mode,
     ReadSetting,
     ReplyMode,
@@ -72,15 +69,14 @@ class MksComparing:
         return tuple(rows)
 
     def _differing(
-        self, found: Mapping[int, Event], wanted: Setting, must: bool
+        self, found: Mapping[int, Told], wanted: Setting, must: bool
     ) -> list[Difference]:
         differences = []
         for node in self._wire.nodes:
-            heard = found[node]
-            read = heard.answer if isinstance(heard, Answered) else None
+            read = found[node]
             if not isinstance(read, SettingRead) or read.value is None:
                 continue  # it is not told
-            is_set = setting_in(heard)
+            is_set = meant(read)
             if is_set != wanted:
                 differences.append(
                     Difference(

@@ -62,8 +62,7 @@ class MksHoming:
         def stop() -> Doing:
             """Stop them dead: they obey no ramp while they home."""
             nonlocal braking
-            self._stops.say(nodes, hard=True)
-            braking = Braking(wire, self._stops, nodes, hard=True)
+            braking = self._stops.brake(nodes, hard=True)
             yield from ()
 
         stages: Stages = {Phase.HOMING: lambda: searching, Phase.STOPPING: lambda: braking}

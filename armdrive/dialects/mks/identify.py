@@ -8,18 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import TypeAlias, TypeVar
 
-from armdrive.dialects.exchange import Script
-from armdrive.dialects.mks.wire import MksWire
+from armdrive.dialects.mks.wire import Asking, MksWire
 from firmware_protocol.mks import (
-    Answered,
     Code,
-    Event,
     Read,
     ReadAngleError,
     ReadEncoder,
-    Reading,
     ReadRawEncoder,
     ReadSetting,
     ReadVersion,
@@ -27,12 +22,6 @@ from firmware_protocol.mks import (
     Version,
     VersionRead,
 )
-
-T = TypeVar("T")
-Asking: TypeAlias = Script[Event, T]
-Told: TypeAlias = Reading | SettingRead | None
-"""What a question was answered; None where it was not."""
-
 
 # Which firmware a drive has. Before 1.0.8 none tells: it is concluded from what it answers.
 
@@ -60,31 +49,20 @@ UNTOLD = Firmware()
 
 def firmware_of(wire: MksWire, nodes: Collection[int]) -> Asking[dict[int, Firmware]]:
     """Find out which firmware each of some drives has."""
-    told = yield from wire.ask(dict.fromkeys(nodes, ReadVersion()))
+    told = yield from wire.read(ReadVersion(), nodes)
     found = {}
     for node in nodes:
-        read = answer_of(told.get(node))
+        read = told.get(node)
         if not isinstance(read, VersionRead):
-            mode = yield from _setting(wire, node, Code.MODE)
+            mode = yield from wire.reading(node, ReadSetting(Code.MODE))
             found[node] = UNTOLD if mode is None else Firmware((1, 0, 6))
         elif read.version is None:
-            watchdog = yield from _setting(wire, node, Code.WATCHDOG)
-            has_one = watchdog is not None and watchdog.value is not None
+            watchdog = yield from wire.reading(node, ReadSetting(Code.WATCHDOG))
+            has_one = isinstance(watchdog, SettingRead) and watchdog.value is not None
             found[node] = Firmware((1, 0, 9) if has_one else (1, 0, 8), read=read)
         else:
             found[node] = Firmware(read.version, told=True, read=read)
     return found
-
-
-def _setting(wire: MksWire, node: int, code: Code) -> Asking[SettingRead | None]:
-    heard = yield from wire.ask({node: ReadSetting(code)})
-    found = answer_of(heard.get(node))
-    return found if isinstance(found, SettingRead) else None
-
-
-def answer_of(heard: Event | None) -> Told:
-    """Return what a question was answered; None where it was not."""
-    return heard.answer if isinstance(heard, Answered) else None
 
 
 # Whether two drives have one id. Both answer each question then, and are told apart where they
@@ -105,7 +83,7 @@ def is_shared(wire: MksWire, node: int) -> Asking[bool]:
     for message in TELLTALES:
         wire.surplus.clear()
         for _ in range(TIMES):
-            yield from wire.ask({node: message}, tries=1)
+            yield from wire.reading(node, message, tries=1)
             yield from wire.pause(wire.now_s + LINGER_S)
         if wire.surplus.owed:
             yield from wire.pause(wire.now_s + LATE_S)

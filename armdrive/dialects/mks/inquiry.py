@@ -2,34 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Generator, Mapping
+from collections.abc import Collection, Mapping
+from typing import TypeAlias
 
 from armdrive.dialects.bus.observer import Finding, ObservedDrive, Verdict
 from armdrive.dialects.mks.stops import restarted_words
-from armdrive.dialects.mks.wire import MksWire
+from armdrive.dialects.mks.wire import Asking, MksWire
 from armdrive.tasks import Alert, AlertKind
-from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.mks import (
     Ability,
-    Answered,
     Code,
     EnabledRead,
-    Event,
     Mode,
     MotorState,
     ReadEnabled,
-    ReadSetting,
     ReadStall,
     ReadState,
     SetMode,
-    Setting,
-    SettingRead,
     StallRead,
     StateRead,
-    as_setting,
 )
 
-Words = Generator[float, Event | None, str]
+Words: TypeAlias = Asking[str]
 
 
 class MksInquiry:
@@ -38,34 +32,20 @@ class MksInquiry:
     def __init__(self, wire: MksWire) -> None:
         self._wire = wire
 
-    def states(
-        self, nodes: Collection[int] | None = None
-    ) -> Generator[float, Event | None, Mapping[int, MotorState]]:
+    def states(self, nodes: Collection[int] | None = None) -> Asking[Mapping[int, MotorState]]:
         """Ask drives what they do."""
         found = yield from self._wire.read(ReadState(), nodes)
-        return {
-            node: heard.answer.state
-            for node, heard in found.items()
-            if isinstance(heard, Answered) and isinstance(heard.answer, StateRead)
-        }
+        return {node: told.state for node, told in found.items() if isinstance(told, StateRead)}
 
-    def stalled(self, nodes: Collection[int]) -> Generator[float, Event | None, list[int]]:
+    def stalled(self, nodes: Collection[int]) -> Asking[list[int]]:
         """Return those of some drives whose protection has let the shaft go."""
         found = yield from self._wire.read(ReadStall(), nodes)
-        return [
-            node
-            for node, heard in found.items()
-            if isinstance(heard, Answered) and heard.answer == StallRead(on=True)
-        ]
+        return [node for node, told in found.items() if told == StallRead(on=True)]
 
-    def off(self, nodes: Collection[int]) -> Generator[float, Event | None, list[int]]:
+    def off(self, nodes: Collection[int]) -> Asking[list[int]]:
         """Return those of some drives whose motors have no current."""
         found = yield from self._wire.read(ReadEnabled(), nodes)
-        return [
-            node
-            for node, heard in found.items()
-            if isinstance(heard, Answered) and heard.answer == EnabledRead(on=False)
-        ]
+        return [node for node, told in found.items() if told == EnabledRead(on=False)]
 
     def stall_words(self, node: int) -> str:
         """Say that a drive's protection has acted."""
@@ -78,8 +58,7 @@ class MksInquiry:
         """Say that a drive is in a mode in which the bus cannot move it; empty where it is not."""
         if not self._wire.can(Ability.READ_SETTINGS):
             return ""
-        found = yield from self._wire.read(ReadSetting(Code.MODE), (node,))
-        mode = setting_in(found.get(node))
+        mode = yield from self._wire.setting(node, Code.MODE)
         if not isinstance(mode, SetMode) or mode.mode.on_bus:
             return ""
         return (
@@ -88,7 +67,7 @@ class MksInquiry:
             "`armdrive doctor --mend`)"
         )
 
-    def hindered(self, node: int) -> Generator[float, Event | None, Alert | None]:
+    def hindered(self, node: int) -> Asking[Alert | None]:
         """Find what keeps a drive from moving: a stall, no current, or a mode; None for nothing."""
         if (yield from self.stalled((node,))):
             return Alert(AlertKind.SWITCHED_OFF, self.stall_words(node))
@@ -98,7 +77,7 @@ class MksInquiry:
         mode = yield from self.mode_words(node)
         return Alert(AlertKind.ASTRAY, mode) if mode else None
 
-    def explain(self, verdict: Verdict) -> Generator[float, Event | None, Alert]:
+    def explain(self, verdict: Verdict) -> Asking[Alert]:
         """Find out why a drive is where it should not be, and what that means for the arm."""
         drive = self._wire.drive(verdict.node)
         if verdict.finding is Finding.RESTARTED:
@@ -108,22 +87,13 @@ class MksInquiry:
         hindered = yield from self.hindered(drive.node)
         return hindered or Alert(AlertKind.ASTRAY, _off_words(drive, verdict))
 
-    def found_at_rest(self, drive: ObservedDrive) -> Generator[float, Event | None, Alert]:
+    def found_at_rest(self, drive: ObservedDrive) -> Asking[Alert]:
         """Find out why a drive that was not sent anywhere is elsewhere."""
         now_s, count = self._wire.now_s, drive.count or 0
         anew = drive.counts_from_zero(now_s, now_s)
         finding = Finding.RESTARTED if anew else Finding.ELSEWHERE
         verdict = Verdict(drive.node, finding, count, drive.goal)
         return (yield from self.explain(verdict))
-
-
-def setting_in(heard: Event | None) -> Setting | None:
-    """Return a setting that was read; None where it was not told, or is none that is known."""
-    read = heard.answer if isinstance(heard, Answered) else None
-    try:
-        return as_setting(read) if isinstance(read, SettingRead) else None
-    except RemoteProtocolError:
-        return None
 
 
 def _off_words(drive: ObservedDrive, verdict: Verdict) -> str:

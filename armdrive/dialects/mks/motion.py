@@ -7,7 +7,7 @@ stands elsewhere has lost its last order, which is said again, or cannot go on.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from typing import TypeAlias
 
 from armdrive.dialects.bus.group import Act, Phase, Signal, Stage, lead
@@ -17,7 +17,7 @@ from armdrive.dialects.bus.way import KEPT_S
 from armdrive.dialects.mks.inquiry import MksInquiry
 from armdrive.dialects.mks.steering import Steering, Trip, way_from_here
 from armdrive.dialects.mks.stops import STOP_POLL_S, Braking, MksStops
-from armdrive.dialects.mks.wire import TRIES, Hindrance, MksWire, Script
+from armdrive.dialects.mks.wire import TRIES, Asking, Hindrance, MksWire, Script
 from armdrive.tasks import (
     Alert,
     AlertKind,
@@ -29,7 +29,7 @@ from armdrive.tasks import (
     RequestRejected,
     Timeout,
 )
-from firmware_protocol.mks import Event, MotorState, ReadEncoder, ReadState
+from firmware_protocol.mks import MotorState, ReadEncoder, ReadState
 
 FRESH_S = 0.3
 """Where a drive stands was read no longer ago than this before it is moved."""
@@ -40,7 +40,7 @@ SHORT_LOOKS = 3
 PATIENCE_S = 1.0
 """So much later than it should a motion may end."""
 
-Doing: TypeAlias = Generator[float, Event | None, None]
+Doing: TypeAlias = Asking[None]
 
 
 class MksMotion:
@@ -147,19 +147,14 @@ class Leading:
         """Stop the drives; where they rest is judged, since nobody else looks for that."""
         self._reply = self.steering.refused or Halted()
         self._judged = True
-        self._brake(self.wire.under_way, hard=self.wire.stop_hard)
+        hard = self.wire.stop_hard
+        self.braking = self.stops.brake(self.wire.under_way, hard=hard, judged=True)
         yield from ()
-
-    def _brake(self, nodes: tuple[int, ...], *, hard: bool = False) -> None:
-        for node in nodes:
-            self.wire.drive(node).stop(self.wire.now_s)
-        self.stops.say(nodes, hard=hard)
-        self.braking = Braking(self.wire, self.stops, nodes, hard=hard, judged=self._judged)
 
     def _explain(self) -> Doing:
         """Stop the drives, then find out what is wrong with one, and say it."""
-        trouble, nodes = self.trouble, self.wire.under_way
-        self._brake(nodes)
+        trouble = self.trouble
+        self.braking = self.stops.brake(self.wire.under_way, judged=self._judged)
         if isinstance(trouble, Verdict) and trouble.finding in (Finding.MUTE, Finding.SILENT):
             trouble = yield from self._unheard(trouble)
         if isinstance(trouble, Verdict):
@@ -168,7 +163,7 @@ class Leading:
             self.wire.tell(trouble)
             self._reply = RequestRejected(trouble.text)
 
-    def _unheard(self, verdict: Verdict) -> Generator[float, Event | None, Verdict | None]:
+    def _unheard(self, verdict: Verdict) -> Asking[Verdict | None]:
         """Look for drives that fell silent; return what is wrong with one that is back.
 
         The others are stopped, and it is said who is missing.

@@ -11,18 +11,9 @@ from dataclasses import dataclass, field
 
 from armdrive.dialects.bus.tools import Answers, Heard, numbers, of_lost, of_nobody
 from armdrive.dialects.exchange import ScriptLoop
-from armdrive.dialects.mks.identify import (
-    UNTOLD,
-    Asking,
-    Firmware,
-    Told,
-    answer_of,
-    firmware_of,
-    is_shared,
-)
-from armdrive.dialects.mks.inquiry import setting_in
+from armdrive.dialects.mks.identify import UNTOLD, Firmware, firmware_of, is_shared
 from armdrive.dialects.mks.settings import MksSettings
-from armdrive.dialects.mks.wire import TRIES, MksWire
+from armdrive.dialects.mks.wire import TRIES, Asking, MksWire
 from armdrive.dialog.conversation import Finding, note, ok, problem
 from armdrive.transports.can_health import BusHealth
 from firmware_protocol.errors import ProtocolError
@@ -39,11 +30,9 @@ from firmware_protocol.mks import (
     Event,
     Mode,
     MotorState,
-    Read,
     ReadAngleError,
     ReadEnabled,
     ReadEncoder,
-    ReadSetting,
     ReadStall,
     ReadState,
     SetMode,
@@ -130,36 +119,29 @@ class Known:
         return found if isinstance(found, SetMode) else None
 
 
-def reading(
-    wire: MksWire, node: int, request: Read | ReadSetting, tries: int = TRIES
-) -> Asking[Told]:
-    """Ask a drive something, again where it does not answer; None where it never does."""
-    return answer_of((yield from wire.ask({node: request}, tries=tries)).get(node))
-
-
 def answers(wire: MksWire, node: int) -> Asking[bool]:
     """Tell whether anybody answers to an id."""
-    return (yield from reading(wire, node, ReadEncoder())) is not None
+    return (yield from wire.reading(node, ReadEncoder())) is not None
 
 
 def known(wire: MksWire, node: int) -> Asking[Known | None]:
     """Ask a drive for everything that matters; None where nobody has the id."""
-    missed, counts = 0, (yield from reading(wire, node, ReadEncoder(), 1))
+    missed, counts = 0, (yield from wire.reading(node, ReadEncoder(), tries=1))
     while counts is None:
         missed += 1
         if missed == TRIES:
             return None
-        counts = yield from reading(wire, node, ReadEncoder(), 1)
+        counts = yield from wire.reading(node, ReadEncoder(), tries=1)
     firmware = (yield from firmware_of(wire, (node,)))[node]
     settings: dict[Code, Setting] = {}
     for code in _SETTINGS if Ability.READ_SETTINGS in abilities_of(firmware.version) else ():
-        found = yield from setting_of(wire, node, code)
+        found = yield from wire.setting(node, code)
         if found is not None:
             settings[code] = found
-    error = yield from reading(wire, node, ReadAngleError())
-    enabled = yield from reading(wire, node, ReadEnabled())
-    stalled = yield from reading(wire, node, ReadStall())
-    state = yield from reading(wire, node, ReadState())
+    error = yield from wire.reading(node, ReadAngleError())
+    enabled = yield from wire.reading(node, ReadEnabled())
+    stalled = yield from wire.reading(node, ReadStall())
+    state = yield from wire.reading(node, ReadState())
     return Known(
         node,
         firmware,
@@ -175,11 +157,6 @@ def known(wire: MksWire, node: int) -> Asking[Known | None]:
 
 
 _SETTINGS = (Code.MODE, Code.CURRENT, Code.MICROSTEPS, Code.REPLIES, Code.WATCHDOG)
-
-
-def setting_of(wire: MksWire, node: int, code: Code) -> Asking[Setting | None]:
-    """Read one setting of a drive; None where it does not tell it."""
-    return setting_in((yield from wire.ask({node: ReadSetting(code)})).get(node))
 
 
 ASK_S = 0.02
