@@ -23,7 +23,7 @@ from armdrive.setup.commissioning import CommissioningOutcome, Practice, one, wa
 from armdrive.setup.dialog_runner import DialogClock, DialogRunner, carry_out
 from armdrive.setup.finding import is_command
 from armdrive.setup.plan import CommissioningPlan, plan_of
-from armdrive.sim.mks.device import SimMks
+from armdrive.sim.mks.kind import SimMks
 from armdrive.sim.serving.loop import make_server, run_device
 from firmware_protocol.errors import ProtocolError
 from firmware_protocol.frames import Frame, Unpacker

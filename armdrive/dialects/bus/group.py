@@ -12,9 +12,22 @@ from enum import Enum
 from types import MappingProxyType
 from typing import Any, Protocol, TypeAlias, TypeVar
 
+from armdrive import tasks
 from armdrive.dialects.exchange import ScriptIO
 
 H = TypeVar("H")
+BUS_REQUESTS = (
+    tasks.MoveBy,
+    tasks.MoveAlong,
+    tasks.HomeDevice,
+    tasks.ReadPosition,
+    tasks.ReadSettings,
+    tasks.MendSetting,
+    tasks.SwitchOn,
+    tasks.DropCurrent,
+    tasks.ClearFault,
+)
+"""What drives on a bus carry out."""
 
 
 class Phase(Enum):

@@ -116,7 +116,7 @@ def _remedy(place: Place) -> str:
 
 @dataclass(slots=True, eq=False)
 class Cia402Contact:
-    """Finds every drive, sets it up and has it tell where it is.
+    """Finds every drive, sets it up and has it tell where it is; has it hold or not; leaves faults.
 
     A quick stop is by `quick_slope`.
     """
@@ -125,6 +125,8 @@ class Cia402Contact:
     exchange: Cia402Exchange
     transfers: ObjectTransfers
     group: DriveGroup
+    states: DriveStates
+    beats: HeartbeatProducer
     settings: Cia402Settings
     quick_slope: float
 
@@ -262,28 +264,7 @@ class Cia402Contact:
             f"{missing[0]} answers, but sends no PDO upon SYNC: something else may have set it up"
         )
 
-
-def _turns(now: SdoResult, before: SdoResult) -> bool:
-    """Tell whether a drive holds its motor and turns; an arm may sag, that is seen later."""
-    state = canopen.Statusword(now.values.get(canopen.STATUSWORD, 0) & 0xFFFF).state
-    way = now.values.get(canopen.POSITION, 0) - before.values.get(canopen.POSITION, 0)
-    return state is not None and state.holds and abs(way) > now.drive.tremble
-
-
-@dataclass(slots=True, eq=False)
-class Cia402Power:
-    """Has drives hold or not, and mind this program's heartbeat while they do; leaves faults.
-
-    Reads where they are, too.
-    """
-
-    io: ScriptIO[Heard]
-    exchange: Cia402Exchange
-    transfers: ObjectTransfers
-    group: DriveGroup
-    states: DriveStates
-    beats: HeartbeatProducer
-    settings: Cia402Settings
+    # -- current, and faults; drives that hold mind this program's heartbeat -----------------------
 
     def read(self) -> Script[Reply]:
         """Read every position; a drive that holds, and is not where it should be, is told of."""
@@ -375,6 +356,13 @@ class Cia402Power:
         yield from self.transfers.verify((write,), "without which it would not stop")
 
 
+def _turns(now: SdoResult, before: SdoResult) -> bool:
+    """Tell whether a drive holds its motor and turns; an arm may sag, that is seen later."""
+    state = canopen.Statusword(now.values.get(canopen.STATUSWORD, 0) & 0xFFFF).state
+    way = now.values.get(canopen.POSITION, 0) - before.values.get(canopen.POSITION, 0)
+    return state is not None and state.holds and abs(way) > now.drive.tremble
+
+
 # How drives are set up, compared with the arm file; and the lines that mend it.
 #
 # A line is a drive's node number, an object, its type and its value: `3: 608F:01 u32 10000`.
@@ -412,42 +400,34 @@ def wanted(settings: Cia402Settings) -> tuple[tuple[Write, str, bool], ...]:
     )
 
 
-@dataclass(slots=True, eq=False)
-class DriveComparison:
-    """Reads settings, compares and mends them."""
-
-    io: ScriptIO[Heard]
-    transfers: ObjectTransfers
-    group: DriveGroup
-    settings: Cia402Settings
-
-    def compare(self) -> Script[Reply]:
-        """Read what the arm depends on; what a drive does not have is not compared."""
-        rows = wanted(self.settings)
-        places = (write.place for write, _, _ in rows)
-        results = yield from self.transfers.obtain(self.transfers.of_each(*places))
-        differences = tuple(
-            Difference(
-                f"{name} ({write.place}) of {result.drive}",
-                str(found),
-                str(write.value),
-                mending_line(result.drive.node, write),
-                must,
-            )
-            for write, name, must in rows
-            for result in results.values()
-            if (found := result.values.get(write.place)) not in (None, write.value)
+def compare(transfers: ObjectTransfers, settings: Cia402Settings) -> Script[Reply]:
+    """Read what the arm depends on; what a drive does not have is not compared."""
+    rows = wanted(settings)
+    places = (write.place for write, _, _ in rows)
+    results = yield from transfers.obtain(transfers.of_each(*places))
+    differences = tuple(
+        Difference(
+            f"{name} ({write.place}) of {result.drive}",
+            str(found),
+            str(write.value),
+            mending_line(result.drive.node, write),
+            must,
         )
-        return DeviceSettings(differences)
+        for write, name, must in rows
+        for result in results.values()
+        if (found := result.values.get(write.place)) not in (None, write.value)
+    )
+    return DeviceSettings(differences)
 
-    def mend(self, line: str) -> Script[Reply]:
-        """Write one object."""
-        node, write = parsed_line(line)
-        if node not in self.group.by_node:
-            raise Refused(f"`{line}`: no drive of this arm has the node number {node}")
-        self.io.said = line
-        yield from self.transfers.carry_out({node: (write,)})
-        return Done()
+
+def mend(transfers: ObjectTransfers, line: str) -> Script[Reply]:
+    """Write one object."""
+    node, write = parsed_line(line)
+    if node not in transfers.group.by_node:
+        raise Refused(f"`{line}`: no drive of this arm has the node number {node}")
+    transfers.io.said = line
+    yield from transfers.carry_out({node: (write,)})
+    return Done()
 
 
 def mending_line(node: int, write: Write) -> str:

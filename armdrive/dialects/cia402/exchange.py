@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TypeAlias, TypeVar
 
+from armdrive.dialects.bus.motors import absent_words
 from armdrive.dialects.cia402.wire import FAULTS, Cia402Bus, Cia402Drive, DriveGroup, Heard
 from armdrive.dialects.exchange import ScriptIO
 from armdrive.tasks import Alert, AlertKind, Progress, Reply, RequestRejected, Timeout, never
@@ -190,13 +191,7 @@ class Cia402Exchange:
         self.group.contacted = False
         if len(drives) == len(self.group.drives):
             return self.silence()
-        named = ", ".join(map(str, drives))
-        verb = "does" if len(drives) == 1 else "do"
-        words = (
-            f"{named} {verb} not answer, while others on the bus do: check that it has power, "
-            "that its CAN plug sits, and that its node number and bit rate are those of the arm "
-            "file (`armdrive doctor --can`)"
-        )
+        words = f"{absent_words(tuple(drives), 'node number')} (`armdrive doctor --can`)"
         return RequestRejected(words, moved=moved, silent=moved)
 
 

@@ -141,6 +141,11 @@ class Leading:
         """Whether somebody wants it ended."""
         return self.wire.stop_asked or self.let_go()
 
+    def blame(self, trouble: Verdict | Alert | None) -> bool:
+        """Take note of what is wrong; tell whether anything is."""
+        self.trouble = trouble
+        return trouble is not None
+
     # -- acts ---------------------------------------------------------------------------------
 
     def _stop(self) -> Doing:
@@ -224,12 +229,34 @@ class Leading:
         yield from self.stops.hold(self.braking)
 
 
+class Looks:
+    """Every drive is asked where it is at intervals, which also feeds its watchdog."""
+
+    def __init__(self, wire: MksWire, at_s: float = -math.inf) -> None:
+        self._wire = wire
+        self.at_s = at_s
+        """When all were asked last."""
+
+    @property
+    def due_s(self) -> float:
+        """When they are asked next."""
+        return self.at_s + self._wire.settings.poll_s
+
+    def look(self, now_s: float) -> bool:
+        """Ask them if it is time to; tell whether they were asked."""
+        if now_s < self.due_s:
+            return False
+        self.at_s = now_s
+        ask_all(self._wire)
+        return True
+
+
 class Moving:
     """The drives are steered, and looked at."""
 
     def __init__(self, leading: Leading, trip: Trip) -> None:
         self._leading, self._wire, self._trip = leading, leading.wire, trip
-        self._looked_s = -math.inf
+        self._looks = Looks(leading.wire)
         self._looked_at_s = 0.0
         self._compared = True
 
@@ -246,8 +273,7 @@ class Moving:
             return Signal.BACK
         if observer.unheard_s(now_s) > HELD_UP_S:
             return Signal.HELD_UP
-        leading.trouble = self._limit() or observer.judge() or self._beside(now_s)
-        if leading.trouble is not None:
+        if leading.blame(self._limit() or observer.judge() or self._beside(now_s)):
             return Signal.TROUBLE
         if now_s >= observer.denied_s:
             return Signal.DENIED
@@ -258,15 +284,13 @@ class Moving:
         wire, trip = self._wire, self._trip
         if now_s >= trip.due_s - 1e-9:
             self._leading.steering.steer(trip)
-        if now_s >= self._looked_s + wire.settings.poll_s:
-            self._looked_s, self._looked_at_s = now_s, trip.at_s(now_s)
-            self._compared = False
-            ask_all(wire)
+        if self._looks.look(now_s):
+            self._looked_at_s, self._compared = trip.at_s(now_s), False
         for node in wire.observer.wants(now_s):
             self._say_again(wire.drive(node))
         for node in wire.observer.doubted:
             wire.put(node, ReadEncoder())
-        return min(trip.due_s, self._looked_s + wire.settings.poll_s, wire.observer.due_s)
+        return min(trip.due_s, self._looks.due_s, wire.observer.due_s)
 
     def _say_again(self, drive: ObservedDrive) -> None:
         """Say its order again to a drive that has not answered, though others have.
@@ -287,7 +311,7 @@ class Moving:
     def _beside(self, now_s: float) -> Verdict | None:
         """Weigh where all were at the last look, once all have told."""
         drives = self._wire.drives
-        if self._compared or any(drive.read_s < self._looked_s for drive in drives):
+        if self._compared or any(drive.read_s < self._looks.at_s for drive in drives):
             return None
         self._compared = True
         way, period_s = self._trip.way, self._wire.settings.segment_s
@@ -302,7 +326,7 @@ class HeldUp:
 
     def __init__(self, leading: Leading) -> None:
         self._leading, self._wire = leading, leading.wire
-        self._looked_s = leading.wire.now_s
+        self._looks = Looks(leading.wire, leading.wire.now_s)
 
     def signal(self, now_s: float) -> Signal | None:
         """Return what has become of it."""
@@ -311,17 +335,14 @@ class HeldUp:
             return Signal.STOP
         if math.isfinite(observer.returned_s):
             return Signal.BACK
-        self._leading.trouble = observer.unheard()
-        if self._leading.trouble is not None:
+        if self._leading.blame(observer.unheard()):
             return Signal.TROUBLE
         return None if observer.unheard_s(now_s) else Signal.HEARD
 
     def speak(self, now_s: float) -> float:
         """Ask every drive where it is."""
-        if now_s >= self._looked_s + self._wire.settings.poll_s:
-            self._looked_s = now_s
-            ask_all(self._wire)
-        return self._looked_s + self._wire.settings.poll_s
+        self._looks.look(now_s)
+        return self._looks.due_s
 
 
 class Returning:
@@ -347,14 +368,12 @@ class Returning:
             return Signal.STOP
         if math.isfinite(wire.observer.returned_s):  # it was held up once more
             self._begin()
-        leading.trouble = wire.observer.unheard()
-        if leading.trouble is not None:
+        if leading.blame(wire.observer.unheard()):
             return Signal.TROUBLE
         read = all(drive.read_s >= self._asked_s for drive in wire.drives)
         if not read or wire.observer.doubtful:
             return None
-        leading.trouble = found_astray(leading)
-        if leading.trouble is not None:
+        if leading.blame(found_astray(leading)):
             return Signal.TROUBLE
         if leading.trip is None or leading.trip.sent_all:
             return Signal.SENT
@@ -384,7 +403,7 @@ class Waiting:
 
     def __init__(self, leading: Leading, trip: Trip) -> None:
         self._leading, self._wire, self._trip = leading, leading.wire, trip
-        self._looked_s = -math.inf
+        self._looks = Looks(leading.wire)
         self._there = {drive.node for drive in leading.wire.drives if drive.is_near}
 
     def signal(self, now_s: float) -> Signal | None:  # noqa: ARG002
@@ -392,19 +411,16 @@ class Waiting:
         leading, wire = self._leading, self._wire
         if leading.stop_asked:
             return Signal.STOP
-        leading.trouble = found_astray(leading) or wire.observer.unheard() or self._turned()
-        if leading.trouble is not None:
+        if leading.blame(found_astray(leading) or wire.observer.unheard() or self._turned()):
             return Signal.TROUBLE
         return None if self._trip.held_back() else Signal.RESUMED
 
     def speak(self, now_s: float) -> float:
         """Ask every drive where it is."""
-        if now_s >= self._looked_s + self._wire.settings.poll_s:
-            self._looked_s = now_s
-            ask_all(self._wire)
+        self._looks.look(now_s)
         for node in self._wire.observer.doubted:
             self._wire.put(node, ReadEncoder())
-        return self._looked_s + self._wire.settings.poll_s
+        return self._looks.due_s
 
     def _turned(self) -> Verdict | None:
         for drive in self._wire.drives:
@@ -437,8 +453,7 @@ class Arriving:
             return Signal.TROUBLE
         if math.isfinite(observer.returned_s):
             return Signal.BACK
-        leading.trouble = self._astray(now_s) or observer.unheard()
-        if leading.trouble is not None:
+        if leading.blame(self._astray(now_s) or observer.unheard()):
             return Signal.TROUBLE
         if now_s >= observer.denied_s:
             return Signal.DENIED

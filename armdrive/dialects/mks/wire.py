@@ -10,7 +10,7 @@ from collections.abc import Collection, Generator, Iterable, Mapping
 from typing import TypeAlias, TypeVar
 
 from armdrive.dialects.bus.ledger import LateReplies, SurplusAnswers
-from armdrive.dialects.bus.motors import ALL_SILENT
+from armdrive.dialects.bus.motors import ALL_SILENT, absent_words
 from armdrive.dialects.bus.observer import Bounds, ObservedDrive, Observer
 from armdrive.dialects.exchange import Script as ExchangeScript
 from armdrive.dialects.exchange import ScriptIO
@@ -345,12 +345,7 @@ class MksWire(ScriptIO[Event]):
 
     def absent_words(self, missing: Collection[int]) -> str:
         """Say which drives do not answer, and what to look at."""
-        named = ", ".join(str(self.drive(node)) for node in missing)
-        verb = "does" if len(missing) == 1 else "do"
-        return (
-            f"{named} {verb} not answer, while others on the bus do: check that it has power, "
-            "that its CAN plug sits, and that its id and bit rate are those of the arm file"
-        )
+        return absent_words([self.drive(node) for node in missing], "id")
 
     def can(self, ability: Ability) -> bool:
         """Tell whether all drives can do something."""

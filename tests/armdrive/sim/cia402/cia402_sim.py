@@ -8,7 +8,7 @@ from typing import Any
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection, HomingSettings
 from armdrive.registry.simulate import simulate
-from armdrive.sim.cia402.device import SimCia402
+from armdrive.sim.cia402.kind import SimCia402
 from armdrive.sim.cia402.objects import dictionary
 from armdrive.sim.simulated_arm import SimulatedArm
 from firmware_protocol.canopen import (

@@ -8,7 +8,7 @@ from typing import Any
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection, HomingSettings
 from armdrive.registry.simulate import simulate
-from armdrive.sim.mks.device import SimMks
+from armdrive.sim.mks.kind import SimMks
 from armdrive.sim.simulated_arm import SimulatedArm
 from firmware_protocol.mks import (
     Answered,
