@@ -14,47 +14,8 @@ from armdrive.registry import DIALECTS
 from armdrive.sim.mechanics.shafts import ShaftPoint
 from armdrive.sim.mks.motion import RPM, slope, state_of
 from armdrive.tasks import Alert, Event, Progress, ProtocolWarning, SwitchOn
+from firmware_protocol import mks
 from firmware_protocol.frames import Frame, Unpacker, pack
-from firmware_protocol.mks import (
-    ANGLE_ERROR_PER_TURN,
-    COUNTS_PER_TURN,
-    Ability,
-    AngleErrorRead,
-    ArmSynchronous,
-    Asked,
-    ClearStall,
-    Code,
-    Device,
-    EmergencyStop,
-    Enable,
-    EnabledRead,
-    EncoderRead,
-    GoSynchronous,
-    Home,
-    HomingRead,
-    HomingState,
-    Mode,
-    MoveAbsoluteAxis,
-    Outcome,
-    ReadAngleError,
-    ReadEnabled,
-    ReadEncoder,
-    ReadHoming,
-    ReadSetting,
-    ReadStall,
-    ReadState,
-    ReadVersion,
-    ReplyMode,
-    SetMicrosteps,
-    SetMode,
-    SetReplies,
-    SettingRead,
-    SilenceWatchdog,
-    StallRead,
-    StateRead,
-    Stop,
-    VersionRead,
-)
 from kinematics import Motors, preset
 
 WIRE_S = 0.0003
@@ -75,25 +36,25 @@ class Node:
     """A drive that does as the manual says; its faults are fields."""
 
     def __init__(self, node: int, firmware=LATEST, at: int = 0) -> None:
-        self.device = Device(node, firmware)
+        self.device = mks.Device(node, firmware)
         self.firmware = firmware
         self.motor = MksSetPoint(at)
         self.settings = {
-            Code.MODE: SetMode(Mode.BUS_FOC),
-            Code.MICROSTEPS: SetMicrosteps(16),
-            Code.REPLIES: SetReplies(ReplyMode.FULL),
-            Code.WATCHDOG: SilenceWatchdog(0),
+            mks.Code.MODE: mks.SetMode(mks.Mode.BUS_FOC),
+            mks.Code.MICROSTEPS: mks.SetMicrosteps(16),
+            mks.Code.REPLIES: mks.SetReplies(mks.ReplyMode.FULL),
+            mks.Code.WATCHDOG: mks.SilenceWatchdog(0),
         }
         self.enabled = False
         self.stalled = self.mute = self.blocked = self.never_done = self.armed = False
         self.slipped = 0
-        self.stored: Asked | None = None
-        self.moving: Asked | None = None
-        self.homing = HomingState.DONE
+        self.stored: mks.Asked | None = None
+        self.moving: mks.Asked | None = None
+        self.homing = mks.HomingState.DONE
         self.homes_in_s = 0.2
         self.home_at_s = math.inf
         self.heard_s = 0.0
-        self.orders: list[tuple[float, MoveAbsoluteAxis]] = []
+        self.orders: list[tuple[float, mks.MoveAbsoluteAxis]] = []
 
     def at(self, now_s: float) -> int:
         return self.motor.at(now_s) + self.slipped
@@ -102,110 +63,110 @@ class Node:
         self.device.receive_data(data)
         said = b""
         while (event := self.device.next_event()) is not None:
-            if isinstance(event, Asked) and not self.mute:
+            if isinstance(event, mks.Asked) and not self.mute:
                 said += self.carry_out(event, now_s)
         return said
 
     def advance(self, now_s: float) -> bytes:
         """Return what it says by itself: the ends of motions."""
-        watchdog_s = self.settings[Code.WATCHDOG].timeout_ms / 1000.0
+        watchdog_s = self.settings[mks.Code.WATCHDOG].timeout_ms / 1000.0
         if watchdog_s and now_s > self.heard_s + watchdog_s and self.motor.moving(now_s):
             self.motor.run(0, 252, self.heard_s + watchdog_s)
         if self.home_at_s <= now_s:
-            self.home_at_s, self.homing = math.inf, HomingState.DONE
+            self.home_at_s, self.homing = math.inf, mks.HomingState.DONE
             self.motor.hold(0)
         asked = self.moving
         if asked is None or self.motor.moving(now_s):
             return b""
         self.moving = None
         done = not (self.never_done or self.mute)
-        return self.device.tell(asked, Outcome.DONE) if done else b""
+        return self.device.tell(asked, mks.Outcome.DONE) if done else b""
 
     def next_s(self) -> float:
         return min(self.motor.end_s if self.moving else math.inf, self.home_at_s)
 
-    def carry_out(self, asked: Asked, now_s: float) -> bytes:
+    def carry_out(self, asked: mks.Asked, now_s: float) -> bytes:
         self.heard_s = now_s
         tell = lambda outcome: self.device.tell(asked, outcome)  # noqa: E731
         match asked.request:
-            case ReadEncoder():
-                return self.device.answer(asked, EncoderRead(self.at(now_s)))
-            case ReadAngleError():
-                error = round(-self.slipped * ANGLE_ERROR_PER_TURN / COUNTS_PER_TURN)
-                return self.device.answer(asked, AngleErrorRead(error))
-            case ReadState():
-                state = StateRead(state_of(self.motor, now_s))
+            case mks.ReadEncoder():
+                return self.device.answer(asked, mks.EncoderRead(self.at(now_s)))
+            case mks.ReadAngleError():
+                error = round(-self.slipped * mks.ANGLE_ERROR_PER_TURN / mks.COUNTS_PER_TURN)
+                return self.device.answer(asked, mks.AngleErrorRead(error))
+            case mks.ReadState():
+                state = mks.StateRead(state_of(self.motor, now_s))
                 return self.device.answer(asked, state)
-            case ReadEnabled():
-                return self.device.answer(asked, EnabledRead(self.enabled))
-            case ReadStall():
-                return self.device.answer(asked, StallRead(self.stalled))
-            case ReadHoming():
-                return self.device.answer(asked, HomingRead(HomingState.DONE, self.homing))
-            case ReadVersion():
-                version = VersionRead(calibrated=True, board=2, firmware=bytes(self.firmware))
+            case mks.ReadEnabled():
+                return self.device.answer(asked, mks.EnabledRead(self.enabled))
+            case mks.ReadStall():
+                return self.device.answer(asked, mks.StallRead(self.stalled))
+            case mks.ReadHoming():
+                return self.device.answer(asked, mks.HomingRead(mks.HomingState.DONE, self.homing))
+            case mks.ReadVersion():
+                version = mks.VersionRead(calibrated=True, board=2, firmware=bytes(self.firmware))
                 return self.device.answer(asked, version)
-            case ReadSetting(code):
+            case mks.ReadSetting(code):
                 found = self.settings.get(code)
                 value = None if found is None else found.payload
-                return self.device.answer(asked, SettingRead(code, value))
-            case Enable(on):
+                return self.device.answer(asked, mks.SettingRead(code, value))
+            case mks.Enable(on):
                 if not self.works:
-                    return tell(Outcome.FAILED)
+                    return tell(mks.Outcome.FAILED)
                 self.enabled = on
-                return tell(Outcome.DONE)
-            case ClearStall():
+                return tell(mks.Outcome.DONE)
+            case mks.ClearStall():
                 self.stalled = False
-                return tell(Outcome.DONE)
-            case ArmSynchronous(on):
+                return tell(mks.Outcome.DONE)
+            case mks.ArmSynchronous(on):
                 self.armed = on
-                return tell(Outcome.DONE)
-            case GoSynchronous():
+                return tell(mks.Outcome.DONE)
+            case mks.GoSynchronous():
                 stored, self.stored = self.stored, None
                 return b"" if stored is None else self.begin(stored, now_s)
-            case MoveAbsoluteAxis():
+            case mks.MoveAbsoluteAxis():
                 return self.move(asked, now_s)
-            case Stop(_, acc):
+            case mks.Stop(_, acc):
                 self.motor.run(0, acc, now_s)
                 self.moving = asked
-                return tell(Outcome.STARTED)
-            case EmergencyStop():
+                return tell(mks.Outcome.STARTED)
+            case mks.EmergencyStop():
                 self.motor.run(0, 0, now_s)
                 self.moving = None
-                return tell(Outcome.DONE)
-            case Home():
-                self.home_at_s, self.homing = now_s + self.homes_in_s, HomingState.UNDER_WAY
-                return tell(Outcome.STARTED)
+                return tell(mks.Outcome.DONE)
+            case mks.Home():
+                self.home_at_s, self.homing = now_s + self.homes_in_s, mks.HomingState.UNDER_WAY
+                return tell(mks.Outcome.STARTED)
             case setting:
                 self.settings[setting.code] = setting
-                return tell(Outcome.DONE)
+                return tell(mks.Outcome.DONE)
 
     @property
     def works(self) -> bool:
-        return self.settings[Code.MODE].mode.on_bus
+        return self.settings[mks.Code.MODE].mode.on_bus
 
-    def move(self, asked: Asked, now_s: float) -> bytes:
+    def move(self, asked: mks.Asked, now_s: float) -> bytes:
         self.orders.append((now_s, asked.request))
-        retargets = Ability.RETARGET in self.device.abilities
+        retargets = mks.Ability.RETARGET in self.device.abilities
         if self.stalled or not (self.enabled and self.works):
-            return self.device.tell(asked, Outcome.FAILED)
+            return self.device.tell(asked, mks.Outcome.FAILED)
         if self.motor.moving(now_s) and not retargets:
-            return self.device.tell(asked, Outcome.FAILED)
+            return self.device.tell(asked, mks.Outcome.FAILED)
         if self.armed:
             self.stored = asked
-            return self.device.tell(asked, Outcome.STORED)
+            return self.device.tell(asked, mks.Outcome.STORED)
         return self.begin(asked, now_s)
 
-    def begin(self, asked: Asked, now_s: float) -> bytes:
+    def begin(self, asked: mks.Asked, now_s: float) -> bytes:
         superseded = self.moving
         said = b""
-        if superseded is not None and isinstance(superseded.request, MoveAbsoluteAxis):
-            said = self.device.tell(superseded, Outcome.FAILED)
+        if superseded is not None and isinstance(superseded.request, mks.MoveAbsoluteAxis):
+            said = self.device.tell(superseded, mks.Outcome.FAILED)
         order = asked.request
         if not self.blocked:
             self.motor.move_to(order.counts, order.speed_rpm, order.acc, now_s)
         self.moving = asked
-        return said + self.device.tell(asked, Outcome.STARTED)
+        return said + self.device.tell(asked, mks.Outcome.STARTED)
 
     def reset(self) -> None:
         """Lose the power for a moment."""

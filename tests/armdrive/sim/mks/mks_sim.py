@@ -10,16 +10,7 @@ from armdrive.config.sections import Connection, HomingSettings
 from armdrive.registry.simulate import simulate
 from armdrive.sim.mks.kind import SimMks
 from armdrive.sim.simulated_arm import SimulatedArm
-from firmware_protocol.mks import (
-    Answered,
-    EncoderRead,
-    Event,
-    Host,
-    ReadEncoder,
-    ReadState,
-    Request,
-    StateRead,
-)
+from firmware_protocol import mks
 from kinematics import preset
 
 IDS = (1, 2, 3, 4, 5, 6)
@@ -52,15 +43,15 @@ class Bench:
         self.device: SimMks = self.twin.device
         self.world = self.twin.world
         self.link = self.twin.link
-        self.host = Host(ids)
+        self.host = mks.Host(ids)
         self.now_s = 0.0
-        self.heard: list[tuple[float, Event]] = []
+        self.heard: list[tuple[float, mks.Event]] = []
 
-    def send(self, node: int, request: Request) -> None:
+    def send(self, node: int, request: mks.Request) -> None:
         """Put a request on the bus."""
         self.link.write(self.host.send(node, request), self.now_s)
 
-    def run(self, seconds: float = LONG_S) -> list[Event]:
+    def run(self, seconds: float = LONG_S) -> list[mks.Event]:
         """Let time pass; return what was heard meanwhile."""
         end_s, before = self.now_s + seconds, len(self.heard)
         while self.link.next_s() <= end_s:
@@ -70,23 +61,23 @@ class Bench:
         self._read()
         return [event for _, event in self.heard[before:]]
 
-    def ask(self, node: int, request: Request, seconds: float = LONG_S) -> list[Event]:
+    def ask(self, node: int, request: mks.Request, seconds: float = LONG_S) -> list[mks.Event]:
         """Put a request on the bus and return what is heard soon after."""
         self.send(node, request)
         return self.run(seconds)
 
     def counts(self, node: int) -> int:
         """Ask a drive where it is."""
-        (event,) = self.ask(node, ReadEncoder())
-        assert isinstance(event, Answered)
-        assert isinstance(event.answer, EncoderRead)
+        (event,) = self.ask(node, mks.ReadEncoder())
+        assert isinstance(event, mks.Answered)
+        assert isinstance(event.answer, mks.EncoderRead)
         return event.answer.counts
 
     def state(self, node: int) -> Any:
         """Ask a drive what it does."""
-        (event,) = self.ask(node, ReadState())
-        assert isinstance(event, Answered)
-        assert isinstance(event.answer, StateRead)
+        (event,) = self.ask(node, mks.ReadState())
+        assert isinstance(event, mks.Answered)
+        assert isinstance(event.answer, mks.StateRead)
         return event.answer.state
 
     def time_of(self, kind: type) -> float:
@@ -99,6 +90,6 @@ class Bench:
             self.heard.append((self.now_s, event))
 
 
-def outcomes(events: list[Event]) -> list[type]:
+def outcomes(events: list[mks.Event]) -> list[type]:
     """Return what kind each event is."""
     return [type(event) for event in events]
