@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+
+from driver_bench import DriverBench
 
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
@@ -13,7 +14,6 @@ from armdrive.dialects.mks.settings import MksSettings
 from armdrive.registry import DIALECTS
 from armdrive.sim.mechanics.shafts import ShaftPoint
 from armdrive.sim.mks.motion import RPM, slope, state_of
-from armdrive.tasks import Alert, Event, Progress, ProtocolWarning, SwitchOn
 from firmware_protocol import mks
 from firmware_protocol.frames import Frame, Unpacker, pack
 from kinematics import Motors, preset
@@ -174,32 +174,21 @@ class Node:
         self.enabled, self.moving = False, None
 
 
-@dataclass
-class MksBench:
+class MksBench(DriverBench):
     """A controller and its drives on simulated time; frames take a while."""
 
-    firmware: tuple[int, int, int] = LATEST
-    settings: dict = field(default_factory=dict)
-    starts: tuple[int, ...] = (0,) * 6
-
-    def __post_init__(self) -> None:
-        device = MksSettings(**self.settings)
+    def __init__(self, firmware=LATEST, settings=None, starts=(0,) * 6) -> None:
+        device = MksSettings(**(settings or {}))
         config = ArmConfig(
             "bench", "bench", preset("minimover5-mks"), Connection("grbl"), device=device
         )
         self.nodes = [
-            Node(node, self.firmware, at) for node, at in zip(device.ids, self.starts, strict=False)
+            Node(node, firmware, at) for node, at in zip(device.ids, starts, strict=False)
         ]
-        self.controller = MksController(DIALECTS["mks"].abilities, config)
-        self.now_s = 0.0
+        super().__init__(MksController(DIALECTS["mks"].abilities, config))
         self.to: list[tuple[float, bytes]] = []
         self.back: list[tuple[float, bytes]] = []
-        self.heard: list[Event] = []
-        self.sent: list[tuple[float, Frame]] = []
         self.loses: Callable[[Frame, bool], bool] = lambda frame, host: False
-        self.dead = False
-        """Whether the host says nothing any more."""
-        self.at_s: dict[float, Callable[[], object]] = {}
 
     @property
     def positions(self) -> Motors:
@@ -208,53 +197,9 @@ class MksBench:
     def node(self, number: int) -> Node:
         return self.nodes[number - 1]
 
-    def do(self, request, longest_s: float = 20.0):
-        """Carry out a request, and return its reply."""
-        self.begin(request)
-        return self.finish(longest_s)
-
-    def begin(self, request) -> None:
-        self.controller.begin(request, self.now_s)
-        self._speak()
-
-    def finish(self, longest_s: float = 20.0):
-        end_s = self.now_s + longest_s
-        while self.now_s < end_s:
-            if (reply := self._reply()) is not None:
-                return reply
-            self._step(end_s)
-        raise AssertionError("no reply")
-
-    def run(self, time_s: float) -> None:
-        """Let time pass."""
-        end_s = self.now_s + time_s
-        while self.now_s < end_s:
-            self._step(end_s)
-
-    def ready(self) -> MksBench:
-        """Switch the drives on."""
-        reply = self.do(SwitchOn())
-        assert str(reply) == "done", reply
-        return self
-
-    def alerts(self) -> list[Alert]:
-        return [event for event in self.heard if isinstance(event, Alert)]
-
-    def _reply(self):
-        while (event := self.controller.next_event()) is not None:
-            self.heard.append(event)
-            if not isinstance(event, Alert | ProtocolWarning | Progress):
-                return event
-        return None
-
     def _step(self, end_s: float) -> None:
-        times = [self.controller.next_s() if not self.dead else math.inf]
-        times += [at_s for at_s, _ in (*self.to, *self.back)]
-        times += [node.next_s() for node in self.nodes]
-        times += list(self.at_s)
-        self.now_s = max(self.now_s, min(end_s, *times))
-        for at_s in [at_s for at_s in self.at_s if at_s <= self.now_s]:
-            self.at_s.pop(at_s)()
+        on_the_way = [at_s for at_s, _ in (*self.to, *self.back)]
+        self._pass_to(end_s, [*on_the_way, *(node.next_s() for node in self.nodes)])
         for data in _due(self.to, self.now_s):
             for node in self.nodes:
                 self._answer(node.hear(data, self.now_s))

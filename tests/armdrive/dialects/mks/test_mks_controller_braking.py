@@ -78,7 +78,7 @@ def test_a_motor_that_slows_more_than_the_others_does_not_pass_its_end(ways):
     for _ in range(2000):
         bench.run(0.001)
         most = max(most, bench.positions[1])
-        if (reply := bench._reply()) is not None:
+        if (reply := bench.reply()) is not None:
             break
     assert isinstance(reply, Done)
     assert most <= end + 2

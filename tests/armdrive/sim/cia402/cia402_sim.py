@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
+from functools import partial
 from typing import Any
 
+from bus_sim import LONG_S, BusSim, bus_arm
+
 from armdrive.config.arm import ArmConfig
-from armdrive.config.sections import Connection, HomingSettings
-from armdrive.registry.simulate import simulate
-from armdrive.sim.cia402.kind import SimCia402
 from armdrive.sim.cia402.objects import dictionary
-from armdrive.sim.simulated_arm import SimulatedArm
 from firmware_protocol import canopen
 from firmware_protocol.frames import Frame, Unpacker, pack
-from kinematics import preset
 
-IDS = (1, 2, 3, 4, 5, 6)
 TURN = 10_000
 MASTER = 127
-SHORT_S = 0.01
-"""Longer than any answer takes."""
+arm_config = partial(bus_arm, "cia402")
 PERIOD_S = 0.01
 OBJECTS = dictionary()
 ORDER = canopen.Mapping.of_objects(
@@ -37,14 +32,6 @@ PP, HOMING, CSP = (
 )
 
 
-def arm_config(homing: HomingSettings | None = None, **cia402: Any) -> ArmConfig:
-    """Return an arm on six drives; `cia402` is what its file's section says."""
-    device = SimpleNamespace(**({"ids": IDS} | cia402))
-    wire = Connection(dialect="cia402", port="", baud=500_000)
-    model = preset("minimover5-cia402")
-    return ArmConfig("bench", model.title, model, wire, device=device, homing=homing)
-
-
 def setups(
     node: int, transmission: int = canopen.EVERY_SYNC
 ) -> tuple[canopen.PdoSetup, canopen.PdoSetup]:
@@ -55,19 +42,13 @@ def setups(
     )
 
 
-class Bench:
+class Bench(BusSim[Frame]):
     """The twin of an arm, and a master at the other end of its bus."""
 
     def __init__(
         self, *, config: ArmConfig | None = None, saved: object = None, **settings: Any
     ) -> None:
-        self.twin: SimulatedArm = simulate(config or arm_config(), saved, **settings)
-        assert isinstance(self.twin.device, SimCia402)
-        self.device: SimCia402 = self.twin.device
-        self.world = self.twin.world
-        self.link = self.twin.link
-        self.now_s = 0.0
-        self.heard: list[tuple[float, Frame]] = []
+        super().__init__(config or arm_config(), saved, **settings)
         self._clients = {node: canopen.SdoClient(node) for node in range(1, 127)}
         self._unpacker = Unpacker()
 
@@ -77,17 +58,7 @@ class Bench:
         """Put a frame on the bus."""
         self.link.write(pack(frame), self.now_s)
 
-    def run(self, seconds: float = SHORT_S) -> list[Frame]:
-        """Let time pass; return what was heard meanwhile."""
-        end_s, before = self.now_s + seconds, len(self.heard)
-        while self.link.next_s() <= end_s:
-            self.now_s = max(self.now_s, self.link.next_s())
-            self._read()
-        self.now_s = end_s
-        self._read()
-        return [frame for _, frame in self.heard[before:]]
-
-    def tell(self, frame: Frame, seconds: float = SHORT_S) -> list[Frame]:
+    def tell(self, frame: Frame, seconds: float = LONG_S) -> list[Frame]:
         """Put a frame on the bus and return what is heard soon after."""
         self.send(frame)
         return self.run(seconds)

@@ -6,11 +6,11 @@ import json
 import math
 
 import pytest
+from bus_sim import IDS
 from cia402_sim import (
     CSP,
     ENABLE,
     HOMING,
-    IDS,
     PERIOD_S,
     PP,
     QUICK_STOP,

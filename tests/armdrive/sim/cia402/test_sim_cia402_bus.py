@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import pytest
+from bus_sim import IDS
 from cia402_sim import (
     CSP,
     ENABLE,
-    IDS,
     MASTER,
     ORDER,
     PP,

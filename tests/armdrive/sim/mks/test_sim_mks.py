@@ -6,7 +6,8 @@ import json
 import math
 
 import pytest
-from mks_sim import IDS, TURN, Bench, arm_config
+from bus_sim import IDS
+from mks_sim import TURN, Bench, arm_config
 from mks_sim import outcomes as said
 
 from armdrive.config.sections import HomingSettings

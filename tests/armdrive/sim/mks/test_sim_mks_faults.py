@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from mks_sim import IDS, TURN, Bench
+from bus_sim import IDS
+from mks_sim import TURN, Bench
 from mks_sim import outcomes as said
 
 from armdrive.errors import BadRequest, LinkLost

@@ -2,63 +2,43 @@
 
 from __future__ import annotations
 
-import io
 import json
-import os
 import sys
-import threading
 from pathlib import Path
 
 import can
 import pytest
 from cli_calls import Caller
 from mks_sim import TURN, arm_config
-from waiting import LONG_S, until
+from served import ServedDevice
+from waiting import LONG_S
 
 from armdrive.registry.simulate import simulate_device
 from armdrive.sim.device import DrivesOnBus
 from armdrive.sim.faults.table import FAULTS
 from armdrive.sim.mks.kind import KIND
-from armdrive.sim.serving.loop import make_server, run_device
+from armdrive.sim.serving.loop import make_server
 from firmware_protocol import mks
 from firmware_protocol.frames import Frame
 
 needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 
 
-class Served:
+class ServedDrives(ServedDevice):
     """The arm in a thread, its console on a pipe, and python-can at the other end."""
 
     def __init__(self, path) -> None:
-        self.server = make_server(slcan=path)
-        self.device = simulate_device(arm_config())
-        self.out = io.StringIO()
-        ear, self._mouth = os.pipe()
-        self._thread = threading.Thread(
-            target=run_device, args=(self.device, self.server, ear, self.out), daemon=True
-        )
-        self._thread.start()
+        super().__init__(make_server(slcan=path), simulate_device(arm_config()))
 
     def open(self) -> can.BusABC:
         return can.Bus(
             interface="slcan", channel=self.server.address, bitrate=500_000, sleep_after_open=0.0
         )
 
-    def tell(self, line: str) -> str:
-        count = self.out.getvalue().count("\n")
-        os.write(self._mouth, line.encode() + b"\n")
-        until(lambda: self.out.getvalue().count("\n") > count)
-        return self.out.getvalue().splitlines()[-1]
-
-    def end(self) -> None:
-        os.write(self._mouth, b"quit\n")
-        self._thread.join(LONG_S)
-        os.close(self._mouth)
-
 
 @pytest.fixture
 def served(tmp_path):
-    running = Served(tmp_path / "can0")
+    running = ServedDrives(tmp_path / "can0")
     yield running
     running.end()
 
