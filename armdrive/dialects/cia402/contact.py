@@ -16,10 +16,12 @@ from armdrive.dialects.cia402.exchange import (
     Cia402Exchange,
     DriveStates,
     Hindered,
+    ObjectTransfers,
+    Results,
     Script,
+    SdoResult,
 )
 from armdrive.dialects.cia402.settings import Cia402Settings
-from armdrive.dialects.cia402.transfers import ObjectTransfers, Results, SdoResult
 from armdrive.dialects.cia402.wire import (
     FAULTS,
     SERIAL_NUMBER,

@@ -27,12 +27,12 @@ from armdrive.dialects.cia402.exchange import (
     Cia402Exchange,
     DriveStates,
     Hindered,
+    ObjectTransfers,
     Script,
 )
 from armdrive.dialects.cia402.leading import MotionLead
 from armdrive.dialects.cia402.motion import Cia402Homing, CyclicMotion, ProfileMotion
 from armdrive.dialects.cia402.settings import TOP_HZ, Cia402Settings, DriveLimits
-from armdrive.dialects.cia402.transfers import ObjectTransfers
 from armdrive.dialects.cia402.wire import (
     Cia402Bus,
     DriveGroup,

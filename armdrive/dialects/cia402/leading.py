@@ -20,10 +20,10 @@ from armdrive.dialects.cia402.exchange import (
     Cia402Exchange,
     DriveStates,
     Hindered,
+    ObjectTransfers,
     Script,
 )
 from armdrive.dialects.cia402.settings import Cia402Settings
-from armdrive.dialects.cia402.transfers import ObjectTransfers
 from armdrive.dialects.cia402.wire import Cia402Drive, DriveGroup, Heard, HeartbeatProducer, beside
 from armdrive.dialects.exchange import ScriptIO
 from armdrive.tasks import Alert, AlertKind, Done, Halted, Reply, RequestRejected, Timeout

@@ -15,7 +15,7 @@ from armdrive.dialects.bus.motors import one_motor
 from armdrive.dialects.bus.tools import BusTools, CommissioningTools, DrivePlace, on_wire
 from armdrive.dialects.dialect import DeviceTools
 from armdrive.dialects.mks.compare import value_words, wanted_settings
-from armdrive.dialects.mks.identify import is_shared
+from armdrive.dialects.mks.inquiry import is_shared
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.survey import (
     Known,

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 
-from armdrive.dialects.mks.identify import firmware_of, shared_words
-from armdrive.dialects.mks.inquiry import MksInquiry, Words
+from armdrive.dialects.mks.inquiry import MksInquiry, Words, firmware_of, shared_words
 from armdrive.dialects.mks.stops import MksStops, pressing_words
 from armdrive.dialects.mks.wire import TRIES, Asking, Hindrance, MksWire, Script, meant
 from armdrive.tasks import Done, ProtocolWarning, RequestRejected

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 from armdrive.dialects.bus.tools import Answers, Heard, numbers, of_lost, of_nobody
 from armdrive.dialects.exchange import ScriptLoop
-from armdrive.dialects.mks.identify import UNTOLD, Firmware, firmware_of, is_shared
+from armdrive.dialects.mks.inquiry import UNTOLD, Firmware, firmware_of, is_shared
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.wire import TRIES, Asking, MksWire
 from armdrive.dialog.conversation import Finding, note, ok, problem
