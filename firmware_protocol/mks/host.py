@@ -59,11 +59,6 @@ class Host:
         """How many received bytes are held."""
         return self._unpacker.buffered
 
-    @property
-    def skipped_bytes(self) -> int:
-        """How many received bytes belonged to no record of a frame."""
-        return self._unpacker.skipped
-
     def add(self, node: int) -> None:
         """Speak to one more drive."""
         whole("node", node, 1, NODE_MAX)

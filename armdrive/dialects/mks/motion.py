@@ -119,11 +119,11 @@ class Leading:
             Phase.ARRIVING: lambda: Arriving(self),
             Phase.STOPPING: lambda: self.braking,
         }
-        acts = {
+        acts: dict[Act, Callable[[], Doing | None]] = {
             Act.STOP: self._stop,
             Act.EXPLAIN: self._explain,
             Act.REPEAT: self._repeat,
-            Act.HOLD: self._hold,
+            Act.HOLD: lambda: self.stops.hold(self.braking),
         }
         if self.trip is not None:
             trip = self.trip
@@ -148,13 +148,12 @@ class Leading:
 
     # -- acts ---------------------------------------------------------------------------------
 
-    def _stop(self) -> Doing:
+    def _stop(self) -> None:
         """Stop the drives; where they rest is judged, since nobody else looks for that."""
         self._reply = self.steering.refused or Halted()
         self._judged = True
         hard = self.wire.stop_hard
         self.braking = self.stops.brake(self.wire.under_way, hard=hard, judged=True)
-        yield from ()
 
     def _explain(self) -> Doing:
         """Stop the drives, then find out what is wrong with one, and say it."""
@@ -215,7 +214,7 @@ class Leading:
                 self.wire.repeat(drive)
         self.short.clear()
 
-    def _take_up(self, trip: Trip) -> Doing:
+    def _take_up(self, trip: Trip) -> None:
         """Go on from where the drives were found; what is driven twice is not left out."""
         wire = self.wire
         early_s = max(trip.time_s - KEPT_S, 0.0)
@@ -223,10 +222,6 @@ class Leading:
         trip.resume(trip.way.nearest_s(counts, early_s, trip.sent_s), wire.now_s)
         for drive in wire.drives:
             drive.anchor(wire.now_s)
-        yield from ()
-
-    def _hold(self) -> Doing:
-        yield from self.stops.hold(self.braking)
 
 
 class Looks:

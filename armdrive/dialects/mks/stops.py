@@ -228,7 +228,7 @@ class MksStops:
         braking = Braking(self._wire, self, nodes, insisting=False)
         if nodes:
             stages = {Phase.STOPPING: lambda: braking}
-            yield from lead(self._wire, Phase.STOPPING, stages, {Act.HOLD: _nothing})
+            yield from lead(self._wire, Phase.STOPPING, stages, {Act.HOLD: lambda: None})
         return braking.left
 
     def _pushes(self, node: int, off: int) -> bool:
@@ -247,10 +247,6 @@ class MksStops:
             return replace(absence, moved=True, silent=True)
         words = f"{self._wire.drive(min(left))} was told to stop, and does not come to rest"
         return RequestRejected(words)
-
-
-def _nothing() -> Asking[None]:
-    yield from ()
 
 
 def shared_acc(acc: int, share: float) -> int:
