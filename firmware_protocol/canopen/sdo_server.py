@@ -227,25 +227,28 @@ class ObjectStore:
     def __init__(self, dictionary: Dictionary, node: int) -> None:
         self._dictionary = dictionary
         self._node = checked_node(node)
-        self._values: dict[Place, bytes] = {}
+        self._values: dict[Place, Value] = {}
         self.restore()
 
     def restore(self) -> None:
         """Begin anew with what the dictionary says of each object."""
-        initial = ((entry, entry.initial(self._node)) for entry in self._dictionary)
-        self._values = {
-            entry.place: entry.type.pack(value) for entry, value in initial if value is not None
-        }
+        initial = ((entry.place, entry.initial(self._node)) for entry in self._dictionary)
+        self._values = {place: value for place, value in initial if value is not None}
 
     def value(self, place: Place) -> Value | None:
         """Return what an object holds, None where nothing yet. Raises `BadField` if unknown."""
-        entry = self._entry(place)
-        data = self._values.get(place)
-        return None if data is None else entry.type.unpack(data)
+        self._entry(place)
+        return self._values.get(place)
+
+    def number(self, place: Place, default: int = 0) -> int:
+        """Return the whole number that an object holds; the default where there is none."""
+        value = self._values.get(place)
+        return default if value is None else int(value)
 
     def set(self, place: Place, value: Value) -> None:
         """Set an object from inside the device, whatever its access. Raises `BadField`."""
-        self._values[place] = self._entry(place).type.pack(value)
+        kind = self._entry(place).type
+        self._values[place] = kind.unpack(kind.pack(value))  # as it would come by the bus
 
     def read(self, place: Place) -> bytes | AbortCode:
         """Return what a client is told, or why it is not."""
@@ -254,7 +257,8 @@ class ObjectStore:
             return self._missing(place)
         if not entry.access.readable:
             return AbortCode.WRITE_ONLY
-        return self._values.get(place, AbortCode.NO_DATA)
+        value = self._values.get(place)
+        return AbortCode.NO_DATA if value is None else entry.type.pack(value)
 
     def write(self, place: Place, data: bytes, *, exact: bool = True) -> AbortCode | None:
         """Take what a client writes; returns why not, or None. Unasked-for bytes are cut off."""
@@ -269,7 +273,7 @@ class ObjectStore:
         if size is not None and len(data) > size and exact:
             return AbortCode.TOO_LONG
         try:
-            self._values[place] = entry.type.pack(entry.type.unpack(data, exact=exact))
+            self.set(place, entry.type.unpack(data, exact=exact))
         except (BadField, RemoteProtocolError):  # text that is none
             return AbortCode.VALUE
         return None

@@ -46,7 +46,7 @@ class Cia402Node:
         self.objects = DriveObjects(dictionary, number, serial=motor.index + 1)
         self.motion = Cia402Motion(motor, self.objects, quirks)
         self.states = Cia402States(motor, self.motion, self.objects, self.say_emcy)
-        self.pdos = DevicePdos(dictionary, self.objects.whole, self.read, self._act, self._say)
+        self.pdos = DevicePdos(dictionary, self.objects.number_of, self.read, self._act, self._say)
         self._forget_talk()
         self.nmt.booted()  # it has said so long ago
 
@@ -127,7 +127,7 @@ class Cia402Node:
             if isinstance(event, canopen.ReadAsked):
                 if event.place in READINGS:
                     self.objects.keep(event.place, self.read(event.place, now_s))
-                said.append(self.objects.stored().answer(self.sdo, event))
+                said.append(self.objects.store.answer(self.sdo, event))
             elif isinstance(event, canopen.WriteAsked):
                 said.append(self._write(event, now_s))
         for each in said:
@@ -142,7 +142,7 @@ class Cia402Node:
         refused: AbortCode | None = None
         if entry is not None and entry.access.writable and isinstance(value, int):
             refused = self._refusal(ask.place, value)
-        refused = refused or self.objects.write(ask.place, ask.data, exact=ask.exact)
+        refused = refused or self.objects.store.write(ask.place, ask.data, exact=ask.exact)
         if refused is not None:
             return self.sdo.refuse(ask, refused)
         accepted = self.sdo.accept(ask)
