@@ -248,7 +248,10 @@ class ObjectStore:
     def set(self, place: Place, value: Value) -> None:
         """Set an object from inside the device, whatever its access. Raises `BadField`."""
         kind = self._entry(place).type
-        self._values[place] = kind.unpack(kind.pack(value))  # as it would come by the bus
+        if (limits := kind.limits) is not None:  # PDOs bring these again and again
+            self._values[place] = whole(kind.name, value, *limits)
+        else:
+            self._values[place] = kind.unpack(kind.pack(value))  # as it would come by the bus
 
     def read(self, place: Place) -> bytes | AbortCode:
         """Return what a client is told, or why it is not."""
