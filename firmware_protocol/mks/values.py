@@ -21,6 +21,8 @@ NODE_DEFAULT = 1
 """Every drive's id as it is shipped."""
 COUNTS_PER_TURN = 0x4000
 """Encoder counts in a turn: the unit of the axis commands, F4 and F5."""
+COUNTS_S_PER_RPM = COUNTS_PER_TURN / 60.0
+"""Counts a second of one rpm."""
 ANGLE_ERROR_PER_TURN = 51200
 SPEED_MAX_RPM = 3000
 HARD_STOP_MAX_RPM = 1000
@@ -174,6 +176,11 @@ def ramp_rpm_s(acc: int) -> float:
     """
     whole("acc", acc, 0, 255)
     return 20_000 / (256 - acc) if acc else math.inf
+
+
+def slope_of(acc: int) -> float:
+    """Return a ramp in counts a second squared; infinity for 0, which has none."""
+    return ramp_rpm_s(acc) * COUNTS_S_PER_RPM
 
 
 def acc_of(most_rpm_s: float) -> int:

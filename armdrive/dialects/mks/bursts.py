@@ -15,9 +15,10 @@ from armdrive.dialects.mks.inquiry import MksInquiry
 from armdrive.dialects.mks.motion import MksMotion
 from armdrive.dialects.mks.steering import beyond
 from armdrive.dialects.mks.stops import MksStops, shared_acc
-from armdrive.dialects.mks.wire import COUNTS_S_PER_RPM, Asking, MksWire, Script, slope_of
+from armdrive.dialects.mks.wire import Asking, MksWire, Script
 from armdrive.tasks import Done, Halted, RequestRejected, never
 from firmware_protocol.mks import (
+    COUNTS_S_PER_RPM,
     SPEED_MAX_RPM,
     Ability,
     ArmSynchronous,
@@ -26,6 +27,7 @@ from firmware_protocol.mks import (
     MoveAbsoluteAxis,
     Started,
     StoredForStart,
+    slope_of,
 )
 from firmware_protocol.mks import Done as Taken
 from kinematics.spaces import Motors

@@ -28,7 +28,7 @@ from armdrive.dialects.mks.motion import MksMotion
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.steering import CATCH_UP, CATCH_UP_RPM, catch_up_rpm
 from armdrive.dialects.mks.stops import STOP_POLL_S, MksStops
-from armdrive.dialects.mks.wire import COUNTS_S_PER_RPM, MksWire, Script, slope_of
+from armdrive.dialects.mks.wire import MksWire, Script
 from armdrive.errors import Refused
 from armdrive.tasks import (
     Done,
@@ -44,7 +44,7 @@ from armdrive.tasks import (
     SwitchOn,
 )
 from firmware_protocol.frames import Unpacker
-from firmware_protocol.mks import SPEED_MAX_RPM, Ability, Event
+from firmware_protocol.mks import COUNTS_S_PER_RPM, SPEED_MAX_RPM, Ability, Event, slope_of
 from kinematics.spaces import Motors
 
 STEERED = 3

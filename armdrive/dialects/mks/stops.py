@@ -13,11 +13,12 @@ from dataclasses import replace
 
 from armdrive.dialects.bus.group import Act, Phase, Signal, lead
 from armdrive.dialects.bus.observer import MUTE_LOOKS, ObservedDrive
-from armdrive.dialects.mks.wire import COUNTS_S_PER_RPM, Asking, Hindrance, MksWire
+from armdrive.dialects.mks.wire import Asking, Hindrance, MksWire
 from armdrive.tasks import Alert, AlertKind, Progress, RequestRejected, Timeout
 from firmware_protocol.mks import (
     ANGLE_ERROR_PER_TURN,
     COUNTS_PER_TURN,
+    COUNTS_S_PER_RPM,
     HARD_STOP_MAX_RPM,
     TARGET_MAX,
     Ability,

@@ -20,6 +20,7 @@ from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.mks import (
     BROADCAST,
     COUNTS_PER_TURN,
+    COUNTS_S_PER_RPM,
     LATEST,
     MOTION_CODES,
     Ability,
@@ -57,7 +58,7 @@ from firmware_protocol.mks import (
     Superseded,
     abilities_of,
     as_setting,
-    ramp_rpm_s,
+    slope_of,
 )
 from firmware_protocol.mks import Request as Message
 from firmware_protocol.mks.requests import answer_code
@@ -71,19 +72,12 @@ Hindrance: TypeAlias = Asking[Timeout | RequestRejected | None]
 Told: TypeAlias = Reading | SettingRead
 """What a drive answers to a question."""
 
-COUNTS_S_PER_RPM = COUNTS_PER_TURN / 60.0
-"""Counts a second of one rpm."""
 GIVE = COUNTS_PER_TURN // 32
 """Counts by which a loaded shaft may give, without its loop losing it."""
 TRIES = 3
 """How often something that may be said twice is said."""
 PATIENT_S = 0.25
 """How much longer than any other the last answer to that is waited for: computers are busy."""
-
-
-def slope_of(acc: int) -> float:
-    """Return a ramp in counts a second squared; infinity for 0, which has none."""
-    return ramp_rpm_s(acc) * COUNTS_S_PER_RPM
 
 
 class MksWire(ScriptIO[Event]):

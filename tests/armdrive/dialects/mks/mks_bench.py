@@ -13,7 +13,7 @@ from armdrive.dialects.mks.controller import MksController
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.registry import DIALECTS
 from armdrive.sim.mechanics.shafts import ShaftPoint
-from armdrive.sim.mks.motion import RPM, slope, state_of
+from armdrive.sim.mks.motion import state_of
 from firmware_protocol import mks
 from firmware_protocol.frames import Frame, Unpacker, pack
 from kinematics import Motors, preset
@@ -26,10 +26,10 @@ class MksSetPoint(ShaftPoint):
     """A set-point in the drive's own measures."""
 
     def move_to(self, goal: int, rpm: float, acc: int, now_s: float) -> None:
-        self.go_to(goal, rpm * RPM, slope(acc), now_s)
+        self.go_to(goal, rpm * mks.COUNTS_S_PER_RPM, mks.slope_of(acc), now_s)
 
     def run(self, rpm: float, acc: int, now_s: float) -> None:
-        self.go_at(rpm * RPM, slope(acc), now_s)
+        self.go_at(rpm * mks.COUNTS_S_PER_RPM, mks.slope_of(acc), now_s)
 
 
 class Node:

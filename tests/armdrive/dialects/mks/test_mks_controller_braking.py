@@ -10,8 +10,8 @@ from test_mks_controller_motion import along
 
 from armdrive.dialects.bus.way import Course
 from armdrive.dialects.mks.steering import ramp_to
-from armdrive.dialects.mks.wire import COUNTS_S_PER_RPM, slope_of
 from armdrive.tasks import Done, MoveBy
+from firmware_protocol.mks import COUNTS_S_PER_RPM, slope_of
 from kinematics import Motors
 
 CONFIGURED = 252
