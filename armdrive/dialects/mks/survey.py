@@ -6,7 +6,7 @@ program is heard to command drives.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from armdrive.dialects.bus.tools import Answers, Heard, numbers, of_lost, of_nobody
@@ -14,9 +14,9 @@ from armdrive.dialects.exchange import ScriptLoop
 from armdrive.dialects.mks.inquiry import UNTOLD, Firmware, firmware_of, is_shared
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.wire import TRIES, Asking, MksWire
+from armdrive.dialects.mks.words import read_answer, read_request
 from armdrive.dialog.conversation import Finding, note, ok, problem
 from armdrive.transports.can_health import BusHealth
-from firmware_protocol.errors import ProtocolError
 from firmware_protocol.frames import Frame
 from firmware_protocol.mks import (
     BOARDS,
@@ -42,8 +42,6 @@ from firmware_protocol.mks import (
     StateRead,
     VersionRead,
     abilities_of,
-    decode_answer,
-    decode_request,
 )
 
 ANSWER_S = 0.12
@@ -205,20 +203,12 @@ def survey_drives(wire: MksWire, ids: Sequence[int], _heard: Heard) -> Asking[An
 
 def is_answer(frame: Frame) -> bool:
     """Tell whether a frame can be read as a drive's answer."""
-    return _reads(decode_answer, frame)
+    return read_answer(frame) is not None
 
 
 def is_request(frame: Frame, _master: int | None = None) -> bool:
     """Tell whether a frame can be read as a request to a drive."""
-    return _reads(decode_request, frame)
-
-
-def _reads(decode: Callable[[Frame], object], frame: Frame) -> bool:
-    try:
-        decode(frame)
-    except (ProtocolError, ValueError):
-        return False
-    return True
+    return read_request(frame) is not None
 
 
 # What a survey has found, as findings and as plain data.
