@@ -10,13 +10,13 @@ import random
 
 from armdrive.errors import ArmError
 from armdrive.motion.reference import PROMPT_S
-from armdrive.sim.device import HasPendant, HasSwitches, Resettable
+from armdrive.sim.device import DrivesOnBus, HasPendant, HasSwitches, Resettable
 from kinematics import Motors
 
 from .asking import DEVICE, HOST, Fault, ask, motor
 from .faults_can import ON_A_BUS
 from .stage import STATE, Stage, suspend
-from .unled import half_told
+from .unled import half_heard, half_told
 from .untold import fail_power, seen_by_s
 
 
@@ -56,10 +56,20 @@ def _delay(stage: Stage) -> str:
     return ask(stage, f"delay {by_s} next {side}", strays=side == HOST and by_s > 0.4)
 
 
+SPOILS = 0.03
+"""A line to an adapter that spoils so many of its characters spoils every other frame of a bus: a
+stop may reach nobody, one drive alone or all, however often it is said."""
+
+
 def _noise(stage: Stage) -> str:
     kind, share = stage.draw.choice(("drop", "corrupt")), stage.draw.choice((0.005, 0.03, 0.1))
     side = stage.draw.choice((HOST, DEVICE))
     for_s = stage.draw.choice((0.5, 1.0, 3.0))
+    if side == HOST and share >= SPOILS and isinstance(stage.twin.device, DrivesOnBus):
+        if stage.watch.promised:
+            stage.promise_silence("the line spoilt a stop")
+        stage.unheard_until_s = stage.now_s + for_s
+        stage.watch.unled = half_heard(stage, for_s)
     words = f"{kind} {share} {side} --for {for_s}"
     return ask(stage, words, strays=side == HOST and _unchecked(stage))
 

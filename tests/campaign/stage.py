@@ -298,10 +298,15 @@ class Stage:
         return self.world.body.transmission.to_joints(self.look())
 
     def promise(self, what: str, time_s: float, distance_mm: float) -> None:
-        """Note a promise from now on; while nobody hears the driver, that of silence."""
+        """Note a promise from now on; while nobody hears the driver, that of silence.
+
+        Where drives hear it one without the other, the motion is not the planned one any more.
+        """
         self.look()
         if self.arm is not None and self.unheard:
-            bound = self.arm.core.stop_bound()
+            core = self.arm.core
+            joints = core.position.coordinates.joints
+            bound = core.stops.bound(core.controller, joints, lost=False, slowed=True)
             time_s = max(time_s, bound.silent_time_s)
             distance_mm = max(distance_mm, bound.silent_distance_mm)
         self.watch.promise(Bound(what, self.now_s, self.world.tip, time_s, distance_mm))

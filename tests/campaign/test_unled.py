@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 
+from .faults import FAULTS
 from .physical import Command
 from .stage import Stage
 from .unled import Unled, half_told, unled
@@ -59,3 +60,17 @@ def test_a_program_that_dies_between_the_orders_of_drives_is_excused_for_as_long
     assert excuse.joints == {"elbow", "wrist_pitch", "wrist_roll"}
     assert excuse.known_s == stage.arm.status.silent_time_s
     assert half_told(Stage("grbl", random.Random(1), 0)) is None
+
+
+def test_a_line_that_spoils_every_other_frame_excuses_what_several_drives_turn_together():
+    noise = next(fault for fault in FAULTS if fault.name == "a noisy line")
+    seen = {}
+    for seed in range(40):
+        stage = Stage("cia402", random.Random(seed), 0)
+        stage.connect(allow_restored=False, automatic=False, recorded=False)
+        words = noise.begin(stage)
+        spoils = "host" in words and "0.005" not in words
+        excused = stage.watch.unled is not None and stage.unheard
+        assert excused is spoils, words
+        seen[spoils] = words
+    assert set(seen) == {True, False}

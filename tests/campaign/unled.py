@@ -68,9 +68,19 @@ def half_told(stage: Stage) -> Unled | None:
     """
     if not isinstance(stage.config.device, MksSettings) or stage.arm is None:
         return None
+    return half_heard(stage, 0.0)
+
+
+def half_heard(stage: Stage, for_s: float) -> Unled | None:
+    """Return the excuse of drives each of which may miss what it is told for so long.
+
+    None while no program is connected: then none of them turns.
+    """
+    if stage.arm is None:
+        return None
     rows = zip(stage.world.joints.names, stage.world.body.transmission.inverse, strict=False)
     shared = frozenset(name for name, row in rows if sum(map(bool, row)) > 1)
-    ends_s = stage.arm.status.silent_time_s
+    ends_s = for_s + stage.arm.status.silent_time_s
     return Unled(shared, stage.now_s + ends_s, ends_s)
 
 

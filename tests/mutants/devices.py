@@ -497,11 +497,22 @@ MUTANTS = (
         name="CiA 402 drives leap to where a late program should be",
         promise="a host that is late slows down and does not leap",
         path="armdrive/dialects/cia402/motion.py",
-        old="        self.time_s += self._rate * period_s\n",
-        new="        self.time_s += 3.0 * self._rate * period_s\n",
+        old="        self.time_s += 0.0 if stand else self._rate * period_s\n",
+        new="        self.time_s += 0.0 if stand else 3.0 * self._rate * period_s\n",
         tests=tests_of(
             "tests/armdrive/dialects/cia402/test_cia402_motion.py",
             "test_a_host_that_is_late_slows_down_and_does_not_leap",
+        ),
+    ),
+    Mutant(
+        name="CiA 402 drives that miss their targets are sent on",
+        promise="a drive that misses its targets does not leap over all that it has missed",
+        path="armdrive/dialects/cia402/motion.py",
+        old="        return misses and unseen_s < SETTLE_S\n",
+        new="        return False\n",
+        tests=tests_of(
+            "tests/armdrive/dialects/cia402/test_cia402_motion.py",
+            "test_a_drive_that_misses_its_targets_is_sent_no_farther_and_makes_up_for_few",
         ),
     ),
     Mutant(

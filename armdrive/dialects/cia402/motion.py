@@ -73,21 +73,23 @@ class CyclicTrip:
     def _driven(self) -> bool:
         return self.time_s >= self.way.end_s + self.window_s
 
-    def go_on(self, period_s: float, *, wait: bool = False) -> tuple[int, ...]:
+    def go_on(self, period_s: float, *, wait: bool = False, stand: bool = False) -> tuple[int, ...]:
         """Let a period of it pass; return where the motors shall be then.
 
-        Who has to `wait` for a drive is slowed down on the way, and goes on from there.
+        A trip that has to `wait` for a drive slows down on its way, and goes on from there. One
+        that has to `stand` goes no farther in this period, and at half its speed behind it: a drive
+        that missed targets makes up for them meanwhile.
         """
         if self._rate >= 1.0:
             self._full_s = max(self._ease_s(), period_s)
         self.eased = self.eased or self._request.let_go()
         held, self._held = self._held, self._request.held_back()
         slowed = not held and self._rate < 1.0
-        self._stays = self._held and (self._stays or wait or slowed)
+        self._stays = self._held and (self._stays or wait or stand or slowed)
         if not self.eased:
             self._draw(period_s)
-        self._rate = self._next_rate(period_s, wait)
-        self.time_s += self._rate * period_s
+        self._rate = self._rate / 2.0 if stand else self._next_rate(period_s, wait)
+        self.time_s += 0.0 if stand else self._rate * period_s
         self.way.pass_by(self.time_s, self.window_s)
         motors = range(len(self.way.end))
         return tuple(round(self.way.averaged(i, self.time_s, self.window_s)) for i in motors)
@@ -121,6 +123,10 @@ drives can interpolate, and the period is caught up with in four turns."""
 HELD_TURNS = 3
 """While a drive has told nothing for so many turns, all are slowed down, and stop in the end. Of
 ten frames a bad bus loses one: it loses three in a row once in 1000 turns."""
+LOST_TURNS = 5
+"""A drive that has not been seen to turn for so many turns is sent no farther, though nothing was
+heard of it. It is more than `HELD_TURNS`: a computer that holds everything back for 30 ms loses
+nothing."""
 PROGRESS_S = 0.05
 """How often positions are reported on the way: twenty times a second, as a screen shows them."""
 
@@ -138,6 +144,8 @@ class CyclicMotion:
     hz: float = 0.0
     """How fast the busiest motor turns now."""
     shown_s: float = -math.inf
+    began_s: float = -math.inf
+    """When the latest trip began."""
 
     def drive(self, request: MoveAlong) -> Script[Reply]:
         """Give the drives targets along segments, until all is driven or something ends it."""
@@ -145,7 +153,7 @@ class CyclicMotion:
         way = Way(Motors(drive.shaft.goal for drive in self.lead.group.drives))
         window_s = self.lead.settings.smoothing_ms / 1000.0
         trip = CyclicTrip(request, way, window_s, self._ease_s)
-        self.hz, self.shown_s = 0.0, self.lead.io.now_s
+        self.hz, self.shown_s, self.began_s = 0.0, self.lead.io.now_s, self.lead.io.now_s
         try:
             reply = yield from self.lead.carry_out(
                 Phase.MOVING,
@@ -164,7 +172,8 @@ class CyclicMotion:
         drives, now_s = lead.group.drives, lead.io.now_s
         waits = any(drive.missed >= HELD_TURNS for drive in drives)
         self.underruns += waits + (now_s > lead.due_s + cycle_s)
-        targets = trip.go_on(cycle_s, wait=waits)
+        stands = any(self._misses_targets(drive) for drive in drives)
+        targets = trip.go_on(cycle_s, wait=waits, stand=stands)
         if words := beyond_words(zip(drives, targets, strict=True)):
             lead.refused = f"{words}: home it near its zero"
             return now_s
@@ -175,6 +184,21 @@ class CyclicMotion:
             self.lead.exchange.command(drive, ENABLE, self.MODE, target)  # or one might run on
         self.lead.io.said = self.lead.group.targets
         return max(lead.due_s + cycle_s, now_s + HASTE * cycle_s)
+
+    def _misses_targets(self, drive: Cia402Drive) -> bool:
+        """Tell whether a drive seems to get no targets: it is short of them, and does not turn.
+
+        It goes to the next one that it gets in a single leap: the less far it was sent, the shorter
+        that is. One that stands for longer than it may take to settle is blocked, which is for the
+        observer to find.
+        """
+        shaft, cycle_s = drive.shaft, self.limits.cycle_s
+        if shaft.is_near or math.isinf(drive.still_s):
+            return False
+        seen_s = shaft.read_s - max(drive.still_s, self.began_s)
+        unseen_s = self.lead.io.now_s - max(drive.still_s, self.began_s)
+        misses = seen_s > (HELD_TURNS - 0.5) * cycle_s or unseen_s > LOST_TURNS * cycle_s
+        return misses and unseen_s < SETTLE_S
 
     def _judge(self, trip: CyclicTrip) -> Signal | None:
         """Return whether all targets have been given."""

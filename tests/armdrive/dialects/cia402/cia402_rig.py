@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from driver_bench import DriverBench
@@ -14,7 +14,7 @@ from armdrive.registry import DIALECTS
 from armdrive.registry.simulate import simulate
 from armdrive.tasks import Alert, MoveAlong, MoveBy
 from firmware_protocol.canopen import Service, Statusword, service_of
-from firmware_protocol.frames import Frame, Unpacker
+from firmware_protocol.frames import Frame, Unpacker, pack
 from kinematics import Motors
 
 
@@ -27,6 +27,8 @@ class Rig(DriverBench):
         self.twin = simulate(self.config, **options)
         self.device, self.link = self.twin.device, self.twin.link
         super().__init__(Cia402Controller(DIALECTS["cia402"].abilities, self.config))
+        self.loses: Callable[[Frame], bool] = lambda _: False
+        """Which of the driver's frames never reach the bus."""
         self._unpacker = Unpacker()
         self._unread = bytearray()
 
@@ -99,8 +101,10 @@ class Rig(DriverBench):
             return
         said = self.controller.advance(self.now_s)
         if said:
-            self.sent += [(self.now_s, frame) for frame in self._unpacker.feed(said)]
-            self.link.write(said, self.now_s)
+            frames = list(self._unpacker.feed(said))
+            self.sent += [(self.now_s, frame) for frame in frames]
+            arriving = [pack(frame) for frame in frames if not self.loses(frame)]
+            self.link.write(b"".join(arriving), self.now_s)
 
 
 def steps(*counts: int) -> Motors:

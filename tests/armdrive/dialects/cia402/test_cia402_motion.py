@@ -123,6 +123,34 @@ def test_a_drive_that_is_not_heard_for_a_moment_is_waited_for_on_the_way():
     assert rig.controller.underruns
 
 
+@pytest.mark.parametrize(
+    ("lost", "turns"),
+    [
+        pytest.param(lambda frame: frame.can_id == 0x201, 5, id="one drive's targets"),
+        pytest.param(lambda frame: frame.can_id == 0x80, 7, id="every SYNC"),
+    ],
+)
+@pytest.mark.parametrize("lasts_s", [0.03, 0.08, 0.15])
+def test_a_drive_that_misses_its_targets_is_sent_no_farther_and_makes_up_for_few(
+    lost, turns, lasts_s
+):
+    rig = Rig().ready()
+    before = rig.positions
+    rig.begin(MoveAlong(iter(LINE * 4), 0.3))
+    rig.run(0.2)
+    rig.loses = lost
+    rig.at_s[rig.now_s + lasts_s] = lambda: setattr(rig, "loses", lambda _: False)
+    there, ways = rig.positions, []
+    for _ in range(80):
+        rig.run(PERIOD_S)
+        ways.append((rig.positions - there).largest)
+        there = rig.positions
+    assert max(ways) <= turns * 20_000 * PERIOD_S + 1
+    assert all(sum(ways[i : i + 20]) <= 1.2 * 20_000 * 20 * PERIOD_S for i in range(60))
+    assert rig.finish() == Done()
+    assert rig.positions == before + steps(48_000, -24_000)
+
+
 @pytest.mark.parametrize("fault", ["alone", "mute"])
 @pytest.mark.parametrize("lasts_s", [0.04, 0.08, 0.12, 0.15, 0.18, 0.25])
 def test_drives_that_were_out_of_reach_for_a_moment_do_not_leap_far(fault, lasts_s):
