@@ -307,12 +307,10 @@ TRANSITIONS: tuple[Transition, ...] = (
     Transition(11, _ENABLED, Command.QUICK_STOP, _QUICK),
     Transition(12, _QUICK, Command.DISABLE_VOLTAGE, _DISABLED),
     Transition(12, _QUICK, Happening.QUICK_STOPPED, _DISABLED),
-    Transition(13, _NOT_READY, Happening.FAULT, _REACTION),
-    Transition(13, _DISABLED, Happening.FAULT, _REACTION),
-    Transition(13, _READY, Happening.FAULT, _REACTION),
-    Transition(13, _ON, Happening.FAULT, _REACTION),
-    Transition(13, _ENABLED, Happening.FAULT, _REACTION),
-    Transition(13, _QUICK, Happening.FAULT, _REACTION),
+    *(
+        Transition(13, state, Happening.FAULT, _REACTION)
+        for state in (_NOT_READY, _DISABLED, _READY, _ON, _ENABLED, _QUICK)
+    ),
     Transition(14, _REACTION, Happening.REACTED, _FAULT),
     Transition(15, _FAULT, Command.FAULT_RESET, _DISABLED),
     Transition(16, _QUICK, Command.ENABLE_OPERATION, _ENABLED),  # not every drive has it

@@ -323,79 +323,69 @@ QUICK_STOP_DECELERATION = Place(0x6085)
 FOLLOWING_ERROR = Place(0x60F4)
 SUPPORTED_MODES = Place(0x6502)
 
-_ROWS: tuple[tuple[Place, str, DataType, Access, str, int | None], ...] = (
-    (DEVICE_TYPE, "Device type", _U32, _CONST, "", 0x0004_0192),
-    (ERROR_REGISTER, "Error register", _U8, _RO, "", 0),
-    (Place(0x1003, 0), "Number of errors", _U8, _RW, "", 0),
-    (Place(0x1003, 1), "Standard error field", _U32, _RO, "", None),
-    (Place(0x1016, 0), "Highest sub-index of consumer heartbeats", _U8, _CONST, "", 1),
-    (CONSUMER_HEARTBEAT, "Consumer heartbeat time", _U32, _RW, "", 0),
-    (PRODUCER_HEARTBEAT_MS, "Producer heartbeat time", _U16, _RW, "ms", 0),
-    (Place(0x1018, 0), "Highest sub-index of the identity", _U8, _CONST, "", 4),
-    (Place(0x1018, 1), "Vendor-ID", _U32, _CONST, "", 0),
-    (Place(0x1018, 2), "Product code", _U32, _CONST, "", 0),
-    (Place(0x1018, 3), "Revision number", _U32, _CONST, "", 0),
-    (Place(0x1018, 4), "Serial number", _U32, _CONST, "", 0),
-    (HEARTBEAT_REACTION, "Abort connection option code", _I16, _RW, "", 1),
-    (ERROR_CODE, "Error code", _U16, _RO, "", 0),
-    (CONTROLWORD, "Controlword", _U16, _RWW, "", 0),
-    (STATUSWORD, "Statusword", _U16, _RO, "", 0),
-    (QUICK_STOP_OPTION, "Quick stop option code", _I16, _RW, "", 2),
-    (FAULT_REACTION_OPTION, "Fault reaction option code", _I16, _RW, "", 2),
-    (MODE, "Modes of operation", _I8, _RWW, "", 0),
-    (MODE_SHOWN, "Modes of operation display", _I8, _RO, "", 0),
-    (POSITION, "Position actual value", _I32, _RO, "inc", 0),
-    (FOLLOWING_ERROR_WINDOW, "Following error window", _U32, _RW, "inc", None),
-    (FOLLOWING_ERROR_TIMEOUT_MS, "Following error time out", _U16, _RW, "ms", None),
-    (TARGET_POSITION, "Target position", _I32, _RWW, "inc", 0),
-    (Place(0x607D, 0), "Highest sub-index of the software limits", _U8, _CONST, "", 2),
-    (Place(0x607D, 1), "Min position limit", _I32, _RW, "inc", None),
-    (Place(0x607D, 2), "Max position limit", _I32, _RW, "inc", None),
-    (PROFILE_SPEED, "Profile velocity", _U32, _RWW, "inc/s", None),
-    (PROFILE_ACCELERATION, "Profile acceleration", _U32, _RWW, "inc/s2", None),
-    (PROFILE_DECELERATION, "Profile deceleration", _U32, _RWW, "inc/s2", None),
-    (QUICK_STOP_DECELERATION, "Quick stop deceleration", _U32, _RWW, "inc/s2", None),
-    (Place(0x6098), "Homing method", _I8, _RW, "", 0),
-    (Place(0x6099, 0), "Highest sub-index of the homing speeds", _U8, _CONST, "", 2),
-    (Place(0x6099, 1), "Speed during search for switch", _U32, _RW, "inc/s", None),
-    (Place(0x6099, 2), "Speed during search for zero", _U32, _RW, "inc/s", None),
-    (Place(0x609A), "Homing acceleration", _U32, _RW, "inc/s2", None),
-    (Place(0x60C2, 0), "Highest sub-index of the interpolation time", _U8, _CONST, "", 2),
-    (Place(0x60C2, 1), "Interpolation time period value", _U8, _RW, "", 1),
-    (Place(0x60C2, 2), "Interpolation time index", _I8, _RW, "power of ten s", -3),
-    (FOLLOWING_ERROR, "Following error actual value", _I32, _RO, "inc", 0),
-    (SUPPORTED_MODES, "Supported drive modes", _U32, _RO, "", 0),
-)
-_RECORDS = {
-    0x1003: "Pre-defined error field",
-    0x1016: "Consumer heartbeat time",
-    0x1018: "Identity object",
-    0x607D: "Software position limit",
-    0x6099: "Homing speeds",
-    0x60C2: "Interpolation time period",
-}
-_MAPPED = frozenset(
-    (
-        ERROR_REGISTER,
-        ERROR_CODE,
-        CONTROLWORD,
-        STATUSWORD,
-        MODE,
-        MODE_SHOWN,
-        POSITION,
-        TARGET_POSITION,
-        PROFILE_SPEED,
-        PROFILE_ACCELERATION,
-        PROFILE_DECELERATION,
-        FOLLOWING_ERROR,
-    )
-)
-
 STANDARD = Dictionary(
     (
-        ObjectEntry(place, name, kind, access, unit, default, mappable=place in _MAPPED)
-        for place, name, kind, access, unit, default in _ROWS
+        ObjectEntry(DEVICE_TYPE, "Device type", _U32, _CONST, "", 0x0004_0192),
+        ObjectEntry(ERROR_REGISTER, "Error register", _U8, _RO, "", 0, mappable=True),
+        ObjectEntry(Place(0x1003, 0), "Number of errors", _U8, _RW, "", 0),
+        ObjectEntry(Place(0x1003, 1), "Standard error field", _U32, _RO),
+        ObjectEntry(
+            Place(0x1016, 0), "Highest sub-index of consumer heartbeats", _U8, _CONST, "", 1
+        ),
+        ObjectEntry(CONSUMER_HEARTBEAT, "Consumer heartbeat time", _U32, _RW, "", 0),
+        ObjectEntry(PRODUCER_HEARTBEAT_MS, "Producer heartbeat time", _U16, _RW, "ms", 0),
+        ObjectEntry(Place(0x1018, 0), "Highest sub-index of the identity", _U8, _CONST, "", 4),
+        ObjectEntry(Place(0x1018, 1), "Vendor-ID", _U32, _CONST, "", 0),
+        ObjectEntry(Place(0x1018, 2), "Product code", _U32, _CONST, "", 0),
+        ObjectEntry(Place(0x1018, 3), "Revision number", _U32, _CONST, "", 0),
+        ObjectEntry(Place(0x1018, 4), "Serial number", _U32, _CONST, "", 0),
+        ObjectEntry(HEARTBEAT_REACTION, "Abort connection option code", _I16, _RW, "", 1),
+        ObjectEntry(ERROR_CODE, "Error code", _U16, _RO, "", 0, mappable=True),
+        ObjectEntry(CONTROLWORD, "Controlword", _U16, _RWW, "", 0, mappable=True),
+        ObjectEntry(STATUSWORD, "Statusword", _U16, _RO, "", 0, mappable=True),
+        ObjectEntry(QUICK_STOP_OPTION, "Quick stop option code", _I16, _RW, "", 2),
+        ObjectEntry(FAULT_REACTION_OPTION, "Fault reaction option code", _I16, _RW, "", 2),
+        ObjectEntry(MODE, "Modes of operation", _I8, _RWW, "", 0, mappable=True),
+        ObjectEntry(MODE_SHOWN, "Modes of operation display", _I8, _RO, "", 0, mappable=True),
+        ObjectEntry(POSITION, "Position actual value", _I32, _RO, "inc", 0, mappable=True),
+        ObjectEntry(FOLLOWING_ERROR_WINDOW, "Following error window", _U32, _RW, "inc"),
+        ObjectEntry(FOLLOWING_ERROR_TIMEOUT_MS, "Following error time out", _U16, _RW, "ms"),
+        ObjectEntry(TARGET_POSITION, "Target position", _I32, _RWW, "inc", 0, mappable=True),
+        ObjectEntry(
+            Place(0x607D, 0), "Highest sub-index of the software limits", _U8, _CONST, "", 2
+        ),
+        ObjectEntry(Place(0x607D, 1), "Min position limit", _I32, _RW, "inc"),
+        ObjectEntry(Place(0x607D, 2), "Max position limit", _I32, _RW, "inc"),
+        ObjectEntry(PROFILE_SPEED, "Profile velocity", _U32, _RWW, "inc/s", None, mappable=True),
+        ObjectEntry(
+            PROFILE_ACCELERATION, "Profile acceleration", _U32, _RWW, "inc/s2", None, mappable=True
+        ),
+        ObjectEntry(
+            PROFILE_DECELERATION, "Profile deceleration", _U32, _RWW, "inc/s2", None, mappable=True
+        ),
+        ObjectEntry(QUICK_STOP_DECELERATION, "Quick stop deceleration", _U32, _RWW, "inc/s2"),
+        ObjectEntry(Place(0x6098), "Homing method", _I8, _RW, "", 0),
+        ObjectEntry(Place(0x6099, 0), "Highest sub-index of the homing speeds", _U8, _CONST, "", 2),
+        ObjectEntry(Place(0x6099, 1), "Speed during search for switch", _U32, _RW, "inc/s"),
+        ObjectEntry(Place(0x6099, 2), "Speed during search for zero", _U32, _RW, "inc/s"),
+        ObjectEntry(Place(0x609A), "Homing acceleration", _U32, _RW, "inc/s2"),
+        ObjectEntry(
+            Place(0x60C2, 0), "Highest sub-index of the interpolation time", _U8, _CONST, "", 2
+        ),
+        ObjectEntry(Place(0x60C2, 1), "Interpolation time period value", _U8, _RW, "", 1),
+        ObjectEntry(Place(0x60C2, 2), "Interpolation time index", _I8, _RW, "power of ten s", -3),
+        ObjectEntry(
+            FOLLOWING_ERROR, "Following error actual value", _I32, _RO, "inc", 0, mappable=True
+        ),
+        ObjectEntry(SUPPORTED_MODES, "Supported drive modes", _U32, _RO, "", 0),
     ),
-    _RECORDS,
+    {
+        0x1003: "Pre-defined error field",
+        0x1016: "Consumer heartbeat time",
+        0x1018: "Identity object",
+        0x607D: "Software position limit",
+        0x6099: "Homing speeds",
+        0x60C2: "Interpolation time period",
+    },
 )
 """What a drive of CiA 402 has, as far as arms use it; an EDS file tells what one really has."""
