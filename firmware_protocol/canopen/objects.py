@@ -297,11 +297,15 @@ _I8, _I16, _I32 = DataType.I8, DataType.I16, DataType.I32
 _RO, _RW, _CONST = Access.RO, Access.RW, Access.CONST
 _RWW = Access.RWW
 
+# the names of places that drivers and simulated drives use
 DEVICE_TYPE = Place(0x1000)
 ERROR_REGISTER = Place(0x1001)
+ERROR_COUNT, LAST_ERROR = Place(0x1003, 0), Place(0x1003, 1)
+DEVICE_NAME = Place(0x1008)
 CONSUMER_HEARTBEAT = Place(0x1016, 1)
 """Whose silence the drive minds, and from when on: `nmt.HeartbeatWatch`."""
 PRODUCER_HEARTBEAT_MS = Place(0x1017)
+VENDOR, PRODUCT, REVISION, SERIAL_NUMBER = (Place(0x1018, sub) for sub in (1, 2, 3, 4))
 HEARTBEAT_REACTION = Place(0x6007)
 """What it does then (abort connection option code): 0 nothing, 1 fault, 2 disable, 3 quick stop."""
 ERROR_CODE = Place(0x603F)
@@ -312,33 +316,47 @@ FAULT_REACTION_OPTION = Place(0x605E)
 """What it does upon a fault: 0 lets the motor turn freely, so that an arm sags; 2 brakes first."""
 MODE = Place(0x6060)
 MODE_SHOWN = Place(0x6061)
+POSITION_DEMAND = Place(0x6062)
 POSITION = Place(0x6064)
 FOLLOWING_ERROR_WINDOW = Place(0x6065)
 FOLLOWING_ERROR_TIMEOUT_MS = Place(0x6066)
+POSITION_WINDOW = Place(0x6067)
+VELOCITY = Place(0x606C)
 TARGET_POSITION = Place(0x607A)
+HOME_OFFSET = Place(0x607C)
+LEAST_POSITION, MOST_POSITION = Place(0x607D, 1), Place(0x607D, 2)
+MOST_MOTOR_SPEED = Place(0x6080)
 PROFILE_SPEED = Place(0x6081)
 PROFILE_ACCELERATION = Place(0x6083)
 PROFILE_DECELERATION = Place(0x6084)
 QUICK_STOP_DECELERATION = Place(0x6085)
+ENCODER_INCREMENTS = Place(0x608F, 1)
+HOMING_METHOD = Place(0x6098)
+HOMING_SPEED, HOMING_CREEP = Place(0x6099, 1), Place(0x6099, 2)
+"""How fast a drive searches for its switch, and how fast it leaves it."""
+HOMING_ACCELERATION = Place(0x609A)
+PERIOD, PERIOD_POWER = Place(0x60C2, 1), Place(0x60C2, 2)
+"""Over how long cyclic targets are interpolated: a number of units, and the power of ten of one."""
 FOLLOWING_ERROR = Place(0x60F4)
+DIGITAL_INPUTS = Place(0x60FD)
 SUPPORTED_MODES = Place(0x6502)
 
 STANDARD = Dictionary(
     (
         ObjectEntry(DEVICE_TYPE, "Device type", _U32, _CONST, "", 0x0004_0192),
         ObjectEntry(ERROR_REGISTER, "Error register", _U8, _RO, "", 0, mappable=True),
-        ObjectEntry(Place(0x1003, 0), "Number of errors", _U8, _RW, "", 0),
-        ObjectEntry(Place(0x1003, 1), "Standard error field", _U32, _RO),
+        ObjectEntry(ERROR_COUNT, "Number of errors", _U8, _RW, "", 0),
+        ObjectEntry(LAST_ERROR, "Standard error field", _U32, _RO),
         ObjectEntry(
             Place(0x1016, 0), "Highest sub-index of consumer heartbeats", _U8, _CONST, "", 1
         ),
         ObjectEntry(CONSUMER_HEARTBEAT, "Consumer heartbeat time", _U32, _RW, "", 0),
         ObjectEntry(PRODUCER_HEARTBEAT_MS, "Producer heartbeat time", _U16, _RW, "ms", 0),
         ObjectEntry(Place(0x1018, 0), "Highest sub-index of the identity", _U8, _CONST, "", 4),
-        ObjectEntry(Place(0x1018, 1), "Vendor-ID", _U32, _CONST, "", 0),
-        ObjectEntry(Place(0x1018, 2), "Product code", _U32, _CONST, "", 0),
-        ObjectEntry(Place(0x1018, 3), "Revision number", _U32, _CONST, "", 0),
-        ObjectEntry(Place(0x1018, 4), "Serial number", _U32, _CONST, "", 0),
+        ObjectEntry(VENDOR, "Vendor-ID", _U32, _CONST, "", 0),
+        ObjectEntry(PRODUCT, "Product code", _U32, _CONST, "", 0),
+        ObjectEntry(REVISION, "Revision number", _U32, _CONST, "", 0),
+        ObjectEntry(SERIAL_NUMBER, "Serial number", _U32, _CONST, "", 0),
         ObjectEntry(HEARTBEAT_REACTION, "Abort connection option code", _I16, _RW, "", 1),
         ObjectEntry(ERROR_CODE, "Error code", _U16, _RO, "", 0, mappable=True),
         ObjectEntry(CONTROLWORD, "Controlword", _U16, _RWW, "", 0, mappable=True),
@@ -354,8 +372,8 @@ STANDARD = Dictionary(
         ObjectEntry(
             Place(0x607D, 0), "Highest sub-index of the software limits", _U8, _CONST, "", 2
         ),
-        ObjectEntry(Place(0x607D, 1), "Min position limit", _I32, _RW, "inc"),
-        ObjectEntry(Place(0x607D, 2), "Max position limit", _I32, _RW, "inc"),
+        ObjectEntry(LEAST_POSITION, "Min position limit", _I32, _RW, "inc"),
+        ObjectEntry(MOST_POSITION, "Max position limit", _I32, _RW, "inc"),
         ObjectEntry(PROFILE_SPEED, "Profile velocity", _U32, _RWW, "inc/s", None, mappable=True),
         ObjectEntry(
             PROFILE_ACCELERATION, "Profile acceleration", _U32, _RWW, "inc/s2", None, mappable=True
@@ -364,16 +382,16 @@ STANDARD = Dictionary(
             PROFILE_DECELERATION, "Profile deceleration", _U32, _RWW, "inc/s2", None, mappable=True
         ),
         ObjectEntry(QUICK_STOP_DECELERATION, "Quick stop deceleration", _U32, _RWW, "inc/s2"),
-        ObjectEntry(Place(0x6098), "Homing method", _I8, _RW, "", 0),
+        ObjectEntry(HOMING_METHOD, "Homing method", _I8, _RW, "", 0),
         ObjectEntry(Place(0x6099, 0), "Highest sub-index of the homing speeds", _U8, _CONST, "", 2),
-        ObjectEntry(Place(0x6099, 1), "Speed during search for switch", _U32, _RW, "inc/s"),
-        ObjectEntry(Place(0x6099, 2), "Speed during search for zero", _U32, _RW, "inc/s"),
-        ObjectEntry(Place(0x609A), "Homing acceleration", _U32, _RW, "inc/s2"),
+        ObjectEntry(HOMING_SPEED, "Speed during search for switch", _U32, _RW, "inc/s"),
+        ObjectEntry(HOMING_CREEP, "Speed during search for zero", _U32, _RW, "inc/s"),
+        ObjectEntry(HOMING_ACCELERATION, "Homing acceleration", _U32, _RW, "inc/s2"),
         ObjectEntry(
             Place(0x60C2, 0), "Highest sub-index of the interpolation time", _U8, _CONST, "", 2
         ),
-        ObjectEntry(Place(0x60C2, 1), "Interpolation time period value", _U8, _RW, "", 1),
-        ObjectEntry(Place(0x60C2, 2), "Interpolation time index", _I8, _RW, "power of ten s", -3),
+        ObjectEntry(PERIOD, "Interpolation time period value", _U8, _RW, "", 1),
+        ObjectEntry(PERIOD_POWER, "Interpolation time index", _I8, _RW, "power of ten s", -3),
         ObjectEntry(
             FOLLOWING_ERROR, "Following error actual value", _I32, _RO, "inc", 0, mappable=True
         ),

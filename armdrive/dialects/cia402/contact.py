@@ -24,7 +24,6 @@ from armdrive.dialects.cia402.exchange import (
 from armdrive.dialects.cia402.settings import Cia402Settings
 from armdrive.dialects.cia402.wire import (
     FAULTS,
-    SERIAL_NUMBER,
     Cia402Drive,
     DriveGroup,
     Heard,
@@ -58,7 +57,6 @@ SAFETY = (
 """What has to be as it was written, or nothing may be switched on."""
 BRAKE = Write(canopen.FAULT_REACTION_OPTION, DataType.I16, 2)
 """Has a drive in fault brake before it lets its motor go."""
-PERIOD, PERIOD_UNIT = Place(0x60C2, 1), Place(0x60C2, 2)
 MILLISECONDS = -3
 _OTHER_PDOS = (
     (0x1401, Service.RPDO2),
@@ -78,8 +76,8 @@ def needed(node: int, quick_slope: float, cycle_ms: int | None) -> tuple[Write, 
     """
     received, transmitted = setups(node)
     cyclic = (
-        Write(PERIOD, DataType.U8, cycle_ms or 0),
-        Write(PERIOD_UNIT, DataType.I8, MILLISECONDS),
+        Write(canopen.PERIOD, DataType.U8, cycle_ms or 0),
+        Write(canopen.PERIOD_POWER, DataType.I8, MILLISECONDS),
     )
     return (
         *received.writes,
@@ -111,7 +109,7 @@ def watch(settings: Cia402Settings, *, on: bool) -> Write:
 
 
 def _remedy(place: Place) -> str:
-    if place in (PERIOD, PERIOD_UNIT):
+    if place in (canopen.PERIOD, canopen.PERIOD_POWER):
         return '. With strategy = "profile" it is not needed'
     return ". Nothing is driven without it: newer firmware of the drive may have it"
 
@@ -152,7 +150,7 @@ class Cia402Contact:
         """Ask every drive what it is."""
         self.io.said = "SDO 1000"
         results = yield from self._find(
-            SERIAL_NUMBER,
+            canopen.SERIAL_NUMBER,
             canopen.DEVICE_TYPE,
             canopen.SUPPORTED_MODES,
             canopen.PRODUCER_HEARTBEAT_MS,

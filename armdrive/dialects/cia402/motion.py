@@ -342,7 +342,6 @@ class ProfileMotion:
 #
 # The drive itself counts from its home offset where it has found that. Nothing here sets a zero.
 
-METHOD, TOWARDS, AWAY = canopen.Place(0x6098), canopen.Place(0x6099, 1), canopen.Place(0x6099, 2)
 GO = canopen.Controlword.of(canopen.Command.ENABLE_OPERATION, canopen.ControlBit.NEW_SET_POINT)
 BEYOND = 1.1
 """A search ends after this share of a motor's whole range: there is no switch on its way."""
@@ -398,8 +397,9 @@ class Cia402Homing:
         methods, jobs = self.lead.settings.homing_methods, []
         if methods:
             method = methods[self.lead.group.drives.index(drive)]
-            jobs.append(canopen.Write(METHOD, canopen.DataType.I8, method))
-        for place, speed in zip((TOWARDS, AWAY), self.lead.settings.homing_speeds, strict=True):
+            jobs.append(canopen.Write(canopen.HOMING_METHOD, canopen.DataType.I8, method))
+        places = (canopen.HOMING_SPEED, canopen.HOMING_CREEP)
+        for place, speed in zip(places, self.lead.settings.homing_speeds, strict=True):
             if speed:
                 jobs.append(canopen.Write(place, canopen.DataType.U32, speed))
         return tuple(jobs)

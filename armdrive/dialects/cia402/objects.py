@@ -21,6 +21,7 @@ from firmware_protocol.canopen.nmt import HeartbeatWatch
 from firmware_protocol.canopen.objects import (
     CONSUMER_HEARTBEAT,
     CONTROLWORD,
+    DEVICE_NAME,
     DEVICE_TYPE,
     ERROR_CODE,
     ERROR_REGISTER,
@@ -191,9 +192,6 @@ def reaction_words(value: int) -> str:
     return f"{value}, {_REACTIONS.get(value, 'not known')}"
 
 
-NAME = Place(0x1008)
-"""The manufacturer's name of a device."""
-
 _U8, _U16, _U32, _I32 = DataType.U8, DataType.U16, DataType.U32, DataType.I32
 _TEXT = DataType.VISIBLE_STRING
 _MORE = Dictionary(
@@ -202,7 +200,7 @@ _MORE = Dictionary(
         (Place(0x1002), "Manufacturer status register", _U32, ""),
         (Place(0x1005), "COB-ID of SYNC", _U32, ""),
         (Place(0x1006), "Communication cycle period", _U32, "us"),
-        (NAME, "Manufacturer device name", _TEXT, ""),
+        (DEVICE_NAME, "Manufacturer device name", _TEXT, ""),
         (Place(0x1009), "Manufacturer hardware version", _TEXT, ""),
         (Place(0x100A), "Manufacturer software version", _TEXT, ""),
         (Place(0x1014), "COB-ID of EMCY", _U32, ""),

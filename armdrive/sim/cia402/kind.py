@@ -10,7 +10,7 @@ from armdrive.sim.bus.box import DrivesBox
 from armdrive.sim.bus.device import SimDrives
 from armdrive.sim.bus.node import motors_of, node_ids, options_of
 from armdrive.sim.cia402.node import Cia402Node
-from armdrive.sim.cia402.objects import ENCODER_INCREMENTS, MOST_MOTOR_SPEED, dictionary, without
+from armdrive.sim.cia402.objects import dictionary, without
 from armdrive.sim.cia402.quirks import QUIRKS
 from armdrive.sim.device import Option, Options
 from armdrive.sim.mechanics.shafts import ShaftDrive
@@ -114,7 +114,10 @@ def _modes(options: Options) -> frozenset[OperationMode]:
 
 def _top_rate(objects: Dictionary) -> float:
     """Return the increments a second that a drive makes up for: as fast as its motor turns."""
-    speed, increments = objects.find(MOST_MOTOR_SPEED), objects.find(ENCODER_INCREMENTS)
+    speed, increments = (
+        objects.find(canopen.MOST_MOTOR_SPEED),
+        objects.find(canopen.ENCODER_INCREMENTS),
+    )
     if speed is None or increments is None:
         raise BadRequest("a drive without 6080 and 608F turns nothing: it cannot lack them")
     return int(speed.default or 0) * int(increments.default or 0) / 60.0

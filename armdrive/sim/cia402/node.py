@@ -11,7 +11,6 @@ from typing import TypeVar
 
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.bus.node import NodeMotor, NodePort
-from armdrive.sim.cia402 import objects as places
 from armdrive.sim.cia402.motion import METHODS, Cia402Motion, Homing
 from armdrive.sim.cia402.objects import DriveObjects
 from armdrive.sim.cia402.states import PDO_TOO_SHORT, Cia402States
@@ -429,20 +428,20 @@ OBJECTS: Mapping[Place, ObjectRow] = MappingProxyType({
     canopen.PROFILE_ACCELERATION: ObjectRow(_ABOVE_ZERO),
     canopen.PROFILE_DECELERATION: ObjectRow(_ABOVE_ZERO),
     canopen.QUICK_STOP_DECELERATION: ObjectRow(_ABOVE_ZERO),
-    places.HOMING_METHOD: ObjectRow(METHODS),
-    places.PERIOD: ObjectRow(range(1, 256)),
-    places.PERIOD_POWER: ObjectRow(range(-4, 1)),
-    places.ERROR_COUNT: ObjectRow(range(1)),
+    canopen.HOMING_METHOD: ObjectRow(METHODS),
+    canopen.PERIOD: ObjectRow(range(1, 256)),
+    canopen.PERIOD_POWER: ObjectRow(range(-4, 1)),
+    canopen.ERROR_COUNT: ObjectRow(range(1)),
     canopen.STATUSWORD: ObjectRow(tells=lambda node, now_s: node.states.statusword(
         now_s, withheld=node.port.withheld).value),
     canopen.MODE_SHOWN: ObjectRow(tells=lambda node, _: node.states.mode),
     canopen.POSITION: ObjectRow(tells=lambda node, _: _wrapped(node.motor.counts)),
     canopen.FOLLOWING_ERROR: ObjectRow(
         tells=lambda node, now_s: _wrapped(node.motion.behind(now_s))),
-    places.POSITION_DEMAND: ObjectRow(tells=lambda node, now_s: _wrapped(
+    canopen.POSITION_DEMAND: ObjectRow(tells=lambda node, now_s: _wrapped(
         node.motor.point.demand(now_s) - node.motor.zero)),
-    places.VELOCITY: ObjectRow(tells=lambda node, now_s: round(node.motor.point.rate(now_s))),
-    places.DIGITAL_INPUTS: ObjectRow(
+    canopen.VELOCITY: ObjectRow(tells=lambda node, now_s: round(node.motor.point.rate(now_s))),
+    canopen.DIGITAL_INPUTS: ObjectRow(
         tells=lambda node, _: node.motor.switch.pressed << _UPPER_SWITCH),
 })
 # fmt: on

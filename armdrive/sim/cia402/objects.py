@@ -1,4 +1,4 @@
-"""The objects of a simulated CiA 402 drive: its EDS, what they hold, and places beyond STANDARD."""
+"""The objects of a simulated CiA 402 drive: its EDS, and what they hold."""
 
 from __future__ import annotations
 
@@ -9,28 +9,18 @@ from importlib.resources import files
 
 from armdrive.errors import StateFileError
 from armdrive.sim.world.saved import MEND, Json, Saved
-from firmware_protocol.canopen import Dictionary, ObjectStore, Place, read_eds
+from firmware_protocol.canopen import (
+    SERIAL_NUMBER,
+    Dictionary,
+    ObjectStore,
+    Place,
+    read_eds,
+)
 from firmware_protocol.errors import ProtocolError
 
 EDS = "cia402.eds"
 COMMUNICATION = range(0x1000, 0x2000)
 """Indices of what a reset of the communication brings back."""
-
-DEVICE_NAME = Place(0x1008)
-ERROR_COUNT, LAST_ERROR = Place(0x1003, 0), Place(0x1003, 1)
-SERIAL_NUMBER = Place(0x1018, 4)
-POSITION_DEMAND = Place(0x6062)
-POSITION_WINDOW = Place(0x6067)
-VELOCITY = Place(0x606C)
-HOME_OFFSET = Place(0x607C)
-LEAST_POSITION, MOST_POSITION = Place(0x607D, 1), Place(0x607D, 2)
-MOST_MOTOR_SPEED = Place(0x6080)
-ENCODER_INCREMENTS = Place(0x608F, 1)
-HOMING_METHOD = Place(0x6098)
-HOMING_SPEED, HOMING_CREEP = Place(0x6099, 1), Place(0x6099, 2)
-HOMING_ACCELERATION = Place(0x609A)
-PERIOD, PERIOD_POWER = Place(0x60C2, 1), Place(0x60C2, 2)
-DIGITAL_INPUTS = Place(0x60FD)
 
 
 @cache

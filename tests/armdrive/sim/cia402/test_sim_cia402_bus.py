@@ -17,7 +17,7 @@ from cia402_sim import (
 )
 
 from armdrive.errors import BadRequest
-from armdrive.sim.cia402.objects import DEVICE_NAME, SERIAL_NUMBER, dictionary, eds_text
+from armdrive.sim.cia402.objects import dictionary, eds_text
 from firmware_protocol import canopen
 from firmware_protocol.frames import Frame
 from tests.firmware_protocol.eds_writer import write_eds
@@ -57,8 +57,8 @@ class TestObjects:
 
     def test_a_drive_says_what_it_is(self, bench):
         assert bench.read(3, canopen.DEVICE_TYPE) & 0xFFFF == 402
-        assert bench.read(3, DEVICE_NAME) == "Simulated CiA 402 servo drive"  # in segments
-        assert bench.read(3, SERIAL_NUMBER) == 3
+        assert bench.read(3, canopen.DEVICE_NAME) == "Simulated CiA 402 servo drive"  # in segments
+        assert bench.read(3, canopen.SERIAL_NUMBER) == 3
         assert bench.read(3, canopen.SUPPORTED_MODES) == 0b1010_0001
         assert bench.read(3, canopen.Place(0x2345)) == canopen.AbortCode.NO_OBJECT
         assert bench.write(3, canopen.POSITION, 5) == canopen.AbortCode.READ_ONLY
