@@ -108,11 +108,13 @@ from firmware_protocol.canopen.pdo import (
     NOT_VALID,
     ON_EVENT,
     PDO_MAX,
+    PDO_SERVICES,
     Direction,
     Mapped,
     Mapping,
     PdoSetup,
     Write,
+    switched_off,
 )
 from firmware_protocol.canopen.sdo import (
     EVENTS_MAX,
@@ -162,8 +164,8 @@ __all__ = [
     "FOLLOWING_ERROR_TIMEOUT_MS", "FOLLOWING_ERROR_WINDOW", "HEARTBEAT_REACTION", "HOME_OFFSET",
     "HOMING_ACCELERATION", "HOMING_CREEP", "HOMING_METHOD", "HOMING_SPEED", "LAST_ERROR",
     "LEAST_POSITION", "MODE", "MODE_SHOWN", "MOST_MOTOR_SPEED", "MOST_POSITION", "NODE_MAX",
-    "NOT_VALID", "NO_REMOTE", "ON_EVENT", "PDO_MAX", "PERIOD", "PERIOD_POWER", "POSITION",
-    "POSITION_DEMAND", "POSITION_WINDOW", "PRODUCER_HEARTBEAT_MS", "PRODUCT",
+    "NOT_VALID", "NO_REMOTE", "ON_EVENT", "PDO_MAX", "PDO_SERVICES", "PERIOD", "PERIOD_POWER",
+    "POSITION", "POSITION_DEMAND", "POSITION_WINDOW", "PRODUCER_HEARTBEAT_MS", "PRODUCT",
     "PROFILE_ACCELERATION", "PROFILE_DECELERATION", "PROFILE_SPEED", "QUICK_STOP_DECELERATION",
     "QUICK_STOP_OPTION", "REVISION", "SERIAL_NUMBER", "SPEAKS", "STANDARD", "STATUSWORD",
     "SUPPORTED_MODES", "TARGET_POSITION", "TRANSITIONS", "VELOCITY", "VENDOR", "Abort",
@@ -176,6 +178,6 @@ __all__ = [
     "SdoServerEvent", "Service", "SetPoint", "SetPointEvent", "SetPointHost", "SetPoints",
     "StatusBit", "Statusword", "Stood", "StrayResponse", "Sync", "Taken", "Transition", "Uploaded",
     "Value", "Write", "WriteAsked", "abort_words", "cob_id", "error_words", "mode_of", "read_eds",
-    "service_of", "supported_modes", "supported_word", "transition", "way",
+    "service_of", "supported_modes", "supported_word", "switched_off", "transition", "way",
 ]
 # fmt: on

@@ -134,10 +134,11 @@ PARAMETERS = {Direction.RECEIVED: (0x1400, 0x1600), Direction.TRANSMITTED: (0x18
 """Where the objects of communication and of mapping begin."""
 PDO_PARAMETERS = range(0x1400, 0x1C00)
 """Indices of all of them."""
-_IDS = {
+PDO_SERVICES = {
     Direction.RECEIVED: (Service.RPDO1, Service.RPDO2, Service.RPDO3, Service.RPDO4),
     Direction.TRANSMITTED: (Service.TPDO1, Service.TPDO2, Service.TPDO3, Service.TPDO4),
 }
+"""Those that have COB-IDs of their own."""
 _COB, _TRANSMISSION, _INHIBIT, _EVENT = 1, 2, 3, 5  # sub-indices
 
 
@@ -153,6 +154,12 @@ class Write:
     def data(self) -> bytes:
         """The bytes to download."""
         return self.type.pack(self.value)
+
+
+def switched_off(direction: Direction, number: int, node: int) -> Write:
+    """Return what has one of the first four PDOs of a direction not exist."""
+    cob = cob_id(PDO_SERVICES[direction][number - 1], node) | NOT_VALID
+    return Write(Place(PARAMETERS[direction][0] + number - 1, _COB), DataType.U32, cob)
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,7 +195,7 @@ class PdoSetup:
                 whole(name, getattr(self, name), 0, 0xFFFF)
         if self.inhibit_100us is not None and self.direction is Direction.RECEIVED:
             raise BadField("inhibit_100us", self.inhibit_100us, "None, where the device receives")
-        if self.can_id is None and self.number > len(_IDS[self.direction]):
+        if self.can_id is None and self.number > len(PDO_SERVICES[self.direction]):
             raise BadField("can_id", self.can_id, "given, for a PDO behind the fourth")
         if self.can_id is not None:
             whole("can_id", self.can_id, 1, STANDARD_ID_MAX)
@@ -198,7 +205,7 @@ class PdoSetup:
         """The id of its frames."""
         if self.can_id is not None:
             return self.can_id
-        return cob_id(_IDS[self.direction][self.number - 1], self.node)
+        return cob_id(PDO_SERVICES[self.direction][self.number - 1], self.node)
 
     @property
     def writes(self) -> tuple[Write, ...]:
@@ -407,7 +414,7 @@ class DevicePdos:
 
     def _described(self, direction: Direction) -> Iterator[DevicePdo]:
         """Give those of a direction that the objects describe, and that this drive can have."""
-        for number in range(len(_IDS[direction])):
+        for number in range(len(PDO_SERVICES[direction])):
             communication, mapping = (base + number for base in PARAMETERS[direction])
             cob, transmission, inhibit, event = (
                 self._value(Place(communication, sub))

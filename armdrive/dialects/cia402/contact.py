@@ -35,7 +35,7 @@ from armdrive.dialects.exchange import ScriptIO
 from armdrive.errors import Refused
 from armdrive.tasks import DeviceSettings, Difference, Done, ProtocolWarning, Reply, RequestRejected
 from firmware_protocol import canopen
-from firmware_protocol.canopen import DataType, DriveState, NmtCommand, Place, Service, Write
+from firmware_protocol.canopen import DataType, DriveState, NmtCommand, Place, Write
 
 PROFILE_NUMBER = 402
 CALM_S = 1.0
@@ -58,14 +58,6 @@ SAFETY = (
 BRAKE = Write(canopen.FAULT_REACTION_OPTION, DataType.I16, 2)
 """Has a drive in fault brake before it lets its motor go."""
 MILLISECONDS = -3
-_OTHER_PDOS = (
-    (0x1401, Service.RPDO2),
-    (0x1402, Service.RPDO3),
-    (0x1403, Service.RPDO4),
-    (0x1801, Service.TPDO2),
-    (0x1802, Service.TPDO3),
-    (0x1803, Service.TPDO4),
-)
 _PROFILE_OBJECTS = 0x6000
 
 
@@ -96,8 +88,9 @@ def wished(settings: Cia402Settings, node: int) -> tuple[Write, ...]:
         Write(canopen.FOLLOWING_ERROR_TIMEOUT_MS, DataType.U16, settings.following_ms),
         Write(canopen.PRODUCER_HEARTBEAT_MS, DataType.U16, settings.drive_beat_ms),
         *(
-            Write(Place(index, 1), DataType.U32, canopen.cob_id(service, node) | canopen.NOT_VALID)
-            for index, service in _OTHER_PDOS
+            canopen.switched_off(direction, number, node)
+            for direction in canopen.Direction
+            for number in (2, 3, 4)
         ),
     )
 

@@ -36,6 +36,7 @@ from firmware_protocol.canopen.objects import (
     Place,
     Value,
 )
+from firmware_protocol.canopen.pdo import PDO_SERVICES, Direction
 from firmware_protocol.canopen.pdo import Mapping as PdoMapping
 from firmware_protocol.canopen.sdo import (
     Abort,
@@ -53,8 +54,7 @@ from firmware_protocol.canopen.sdo import (
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.frames import Frame, pack
 
-RECEIVED = (Service.RPDO1, Service.RPDO2, Service.RPDO3, Service.RPDO4)
-TRANSMITTED = (Service.TPDO1, Service.TPDO2, Service.TPDO3, Service.TPDO4)
+RECEIVED, TRANSMITTED = (PDO_SERVICES[direction] for direction in Direction)
 OF_MASTER = frozenset((Service.NMT, Service.SYNC, Service.TIME, Service.SDO_REQUEST, *RECEIVED))
 """What a master says; the rest is said by nodes."""
 _PDO_PLACES: tuple[tuple[Service, tuple[Place, ...]], ...] = (
