@@ -1,1 +1,5 @@
-"""cia402."""
+"""Simulated CiA 402 drives: objects and frames (`node`), states, and motion.
+
+`objects` holds what the EDS file describes; `kind` makes the arm; `quirks` lists what the standard
+leaves open.
+"""

@@ -1,1 +1,4 @@
-"""mks."""
+"""Simulated MKS drives: what each does with a request (`node`), how it moves (`motion`).
+
+`kind` makes the arm; `quirks` lists what is not plain or not known of real drives.
+"""
