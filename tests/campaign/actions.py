@@ -287,7 +287,10 @@ def pause(stage: Stage) -> Typed | None:
 
     def then(arm: Arm, handle: Handle[Moved], command: Command) -> None:
         arm.pause()
-        arm.sleep(1.0)
+        for _ in range(10):
+            if handle.done:  # it was short: what befalls the arm from now on is not its fault
+                break
+            arm.sleep(0.1)
         stage.watch.let_go_on()
         arm.speed_override = share
         arm.resume()
