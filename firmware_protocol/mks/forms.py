@@ -124,7 +124,7 @@ def _layout_of(message: type[Message]) -> _Layout:
 
 
 class Message:
-    """A request or a reading, whose code belongs to no other kind of its side.
+    """A request or a reading: a code, and a payload that follows from the forms of its fields.
 
     A subclass is a frozen dataclass. It is given its `code`, what a drive `needs` to understand it
     where not every firmware does, and the `order` in which its fields are written where that is
