@@ -10,7 +10,6 @@ from can_strategies import Strategy
 from feel_benches import DenseMemoryBench
 
 from armdrive.dialects.cia402.wire import Cia402Bus
-from armdrive.dialects.mks.wire import COUNTS_S_PER_RPM
 from firmware_protocol.canopen import (
     PROFILE_ACCELERATION,
     PROFILE_DECELERATION,
@@ -21,7 +20,7 @@ from firmware_protocol.canopen import (
     DataType,
     OperationMode,
 )
-from firmware_protocol.mks import Host, MoveAbsoluteAxis
+from firmware_protocol.mks import COUNTS_S_PER_RPM, Host, MoveAbsoluteAxis
 from kinematics import Motors
 
 ACC = 252

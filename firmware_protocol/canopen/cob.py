@@ -6,6 +6,7 @@ id = base of the service + node, 1 to 127; NMT, SYNC and TIME belong to no node
 from __future__ import annotations
 
 from enum import Enum
+from typing import Self
 
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
 from firmware_protocol.frames import DATA_MAX, Frame
@@ -15,46 +16,39 @@ NODE_MAX = 0x7F
 
 
 class Service(Enum):
-    """What a frame is for. A PDO is named by the device: it transmits the T, receives the R."""
+    """What a frame is for, and its id: `common`, or one to which the node's number is added.
 
-    NMT = "nmt"
-    SYNC = "sync"
-    TIME = "time"
-    EMCY = "emcy"
-    TPDO1 = "tpdo1"
-    RPDO1 = "rpdo1"
-    TPDO2 = "tpdo2"
-    RPDO2 = "rpdo2"
-    TPDO3 = "tpdo3"
-    RPDO3 = "rpdo3"
-    TPDO4 = "tpdo4"
-    RPDO4 = "rpdo4"
-    SDO_RESPONSE = "sdo response"
-    SDO_REQUEST = "sdo request"
-    HEARTBEAT = "heartbeat"
+    A PDO is named by the device: it transmits the T, receives the R.
+    """
+
+    base: int
+    common: bool
+
+    def __new__(cls, words: str, base: int, common: bool = False) -> Self:
+        """Make one that is known by its words."""
+        one = object.__new__(cls)
+        one._value_, one.base, one.common = words, base, common
+        return one
+
+    NMT = "nmt", 0x000, True
+    SYNC = "sync", 0x080, True
+    TIME = "time", 0x100, True
+    EMCY = "emcy", 0x080
+    TPDO1 = "tpdo1", 0x180
+    RPDO1 = "rpdo1", 0x200
+    TPDO2 = "tpdo2", 0x280
+    RPDO2 = "rpdo2", 0x300
+    TPDO3 = "tpdo3", 0x380
+    RPDO3 = "rpdo3", 0x400
+    TPDO4 = "tpdo4", 0x480
+    RPDO4 = "rpdo4", 0x500
+    SDO_RESPONSE = "sdo response", 0x580
+    SDO_REQUEST = "sdo request", 0x600
+    HEARTBEAT = "heartbeat", 0x700
 
 
-COMMON = {Service.NMT: 0x000, Service.SYNC: 0x080, Service.TIME: 0x100}
-"""The ids of what belongs to no node."""
-
-BASES = {
-    Service.EMCY: 0x080,
-    Service.TPDO1: 0x180,
-    Service.RPDO1: 0x200,
-    Service.TPDO2: 0x280,
-    Service.RPDO2: 0x300,
-    Service.TPDO3: 0x380,
-    Service.RPDO3: 0x400,
-    Service.TPDO4: 0x480,
-    Service.RPDO4: 0x500,
-    Service.SDO_RESPONSE: 0x580,
-    Service.SDO_REQUEST: 0x600,
-    Service.HEARTBEAT: 0x700,
-}
-"""What the number of a node is added to."""
-
-_BY_COMMON = {can_id: service for service, can_id in COMMON.items()}
-_BY_BASE = {base: service for service, base in BASES.items()}
+_BY_COMMON = {service.base: service for service in Service if service.common}
+_BY_BASE = {service.base: service for service in Service if not service.common}
 
 
 def checked_node(node: object) -> int:
@@ -64,12 +58,9 @@ def checked_node(node: object) -> int:
 
 def cob_id(service: Service, node: int = 0) -> int:
     """Return the id of a service; `node` is 0 for what belongs to none. Raises `BadField`."""
-    if service in COMMON:
-        whole("node", node, 0, 0)
-        return COMMON[service]
-    if service not in BASES:
+    if not isinstance(service, Service):
         raise BadField("service", service, "a Service")
-    return BASES[service] + checked_node(node)
+    return service.base + (whole("node", node, 0, 0) if service.common else checked_node(node))
 
 
 def service_of(can_id: int) -> tuple[Service, int] | None:

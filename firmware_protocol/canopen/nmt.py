@@ -1,4 +1,4 @@
-"""NMT: what a master orders nodes to become, and how a node says what it is (heartbeat, boot-up).
+"""NMT and SYNC: what a master orders nodes to become, and how a node says what it is.
 
 Deadlines are the callers': there is no clock here. How long a heartbeat may be missing is told to
 the device by an entry of object 1016, to be chosen there what happens then (6007).
@@ -9,14 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntEnum
 
-from firmware_protocol.canopen.cob import (
-    NODE_MAX,
-    Service,
-    checked_node,
-    cob_id,
-    opened,
-    sized,
-)
+from firmware_protocol.canopen.cob import NODE_MAX, Service, checked_node, cob_id, opened, sized
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
 from firmware_protocol.frames import Frame
 
@@ -143,3 +136,93 @@ class HeartbeatWatch:
         whole("value", value, 0, 0xFFFF_FFFF)
         node, silence_ms = value >> 16 & 0xFF, value & HEARTBEAT_MAX_MS
         return cls(node, silence_ms) if 1 <= node <= NODE_MAX and silence_ms else None
+
+
+# A device's end of NMT: one table of its states, and what it says of them.
+
+_ORDERED = {
+    NmtCommand.START: NodeState.OPERATIONAL,
+    NmtCommand.STOP: NodeState.STOPPED,
+    NmtCommand.PRE_OPERATIONAL: NodeState.PRE_OPERATIONAL,
+    NmtCommand.RESET_NODE: NodeState.BOOTING,
+    NmtCommand.RESET_COMMUNICATION: NodeState.BOOTING,
+}
+
+
+class NmtNode:
+    """The NMT state of a device. It boots until its owner says `booted`, then obeys.
+
+    An order reaches a node in any state but `BOOTING`; a reset brings it back there.
+    """
+
+    def __init__(self, node: int) -> None:
+        self._node = checked_node(node)
+        self._state = NodeState.BOOTING
+
+    @property
+    def state(self) -> NodeState:
+        """What the node is."""
+        return self._state
+
+    @property
+    def heartbeat(self) -> Heartbeat:
+        """What it says of itself now; its period is its owner's business."""
+        return Heartbeat(self._node, self._state)
+
+    def takes(self, service: str) -> bool:
+        """Whether it takes part in a service: `sdo`, `pdo`, `sync`, `emcy`, as it is now."""
+        return service in SPEAKS[self._state]
+
+    def booted(self) -> Frame:
+        """Say that it has begun: it is pre-operational; returns the boot-up message."""
+        self._state = NodeState.PRE_OPERATIONAL
+        return Heartbeat(self._node, NodeState.BOOTING).frame
+
+    def receive_frame(self, frame: Frame) -> NmtCommand | None:
+        """Obey an order; returns it, or None where the frame is none for this node."""
+        try:
+            order = Nmt.read(frame)
+        except RemoteProtocolError:
+            return None
+        if order.node not in (ALL_NODES, self._node) or self._state is NodeState.BOOTING:
+            return None
+        self._state = _ORDERED[order.command]
+        return order.command
+
+
+# SYNC: the beat by which devices take over what PDOs brought them, and answer with theirs.
+
+COUNTER_MAX = 240
+"""Where the counter of SYNC begins anew at 1, at the latest (object 1019)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sync:
+    """One beat; with a counter where object 1019 asks for one."""
+
+    counter: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.counter is not None:
+            whole("counter", self.counter, 1, COUNTER_MAX)
+
+    @property
+    def frame(self) -> Frame:
+        """The frame of it."""
+        return Frame(cob_id(Service.SYNC), b"" if self.counter is None else bytes((self.counter,)))
+
+    def after(self, overflow: int = COUNTER_MAX) -> Sync:
+        """Return the next beat; a counter begins anew at 1 behind `overflow`, 2 to 240."""
+        if self.counter is None:
+            return self
+        return Sync(self.counter % whole("overflow", overflow, 2, COUNTER_MAX) + 1)
+
+    @classmethod
+    def read(cls, frame: Frame) -> Sync:
+        """Read a frame; raises `RemoteProtocolError`."""
+        opened(frame, Service.SYNC)
+        data = sized(frame, 0, 1)
+        try:
+            return cls(data[0] if data else None)
+        except BadField as error:  # of what came, not of what we chose
+            raise RemoteProtocolError(f"SYNC: {error}") from None

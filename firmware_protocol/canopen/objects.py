@@ -1,15 +1,159 @@
-"""Objects of a device as data: index, sub-index, name, type, access, unit, what it is at first."""
+"""The objects of a device: their places, types and values, and those that drives have."""
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from enum import Enum
+from enum import Enum, IntEnum
+from typing import TypeAlias
 
 from firmware_protocol.canopen.cob import checked_node
-from firmware_protocol.canopen.datatypes import DataType, Value
-from firmware_protocol.canopen.sdo_messages import Place
-from firmware_protocol.errors import BadField, LocalProtocolError, whole
+from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError, whole
+
+Value: TypeAlias = bool | int | float | str | bytes
+"""What an object holds: a bool, whole number, float, ASCII text, or bytes of no known meaning."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """An object of a dictionary: index and sub-index."""
+
+    index: int
+    sub: int = 0
+
+    def __post_init__(self) -> None:
+        whole("index", self.index, 0, 0xFFFF)
+        whole("sub", self.sub, 0, 0xFF)
+
+    def __str__(self) -> str:
+        """Write it as manuals do: `6040:00`."""
+        return f"{self.index:04X}:{self.sub:02X}"
+
+    @property
+    def packed(self) -> bytes:
+        """The three bytes of it."""
+        return self.index.to_bytes(2, "little") + bytes((self.sub,))
+
+
+class DataType(IntEnum):
+    """A type, by its number in an object dictionary and in an EDS file."""
+
+    BOOLEAN = 0x01
+    I8 = 0x02
+    I16 = 0x03
+    I32 = 0x04
+    U8 = 0x05
+    U16 = 0x06
+    U32 = 0x07
+    REAL32 = 0x08
+    VISIBLE_STRING = 0x09
+    OCTET_STRING = 0x0A
+    UNICODE_STRING = 0x0B
+    TIME_OF_DAY = 0x0C
+    TIME_DIFFERENCE = 0x0D
+    DOMAIN = 0x0F
+    I24 = 0x10
+    REAL64 = 0x11
+    I40 = 0x12
+    I48 = 0x13
+    I56 = 0x14
+    I64 = 0x15
+    U24 = 0x16
+    U40 = 0x18
+    U48 = 0x19
+    U56 = 0x1A
+    U64 = 0x1B
+
+    @property
+    def size(self) -> int | None:
+        """How many bytes a value has; None where that differs from value to value."""
+        return _SIZES.get(self)
+
+    @property
+    def bits(self) -> int | None:
+        """How many bits a value has in a PDO; None where it cannot be mapped."""
+        return 1 if self is DataType.BOOLEAN else None if self.size is None else 8 * self.size
+
+    @property
+    def signed(self) -> bool:
+        """Whether it is a whole number with a sign."""
+        return self in _SIGNED
+
+    @property
+    def limits(self) -> tuple[int, int] | None:
+        """The least and the greatest whole number; None for what is none."""
+        return _LIMITS.get(self)
+
+    def pack(self, value: Value) -> bytes:
+        """Return the bytes of a value; raises `BadField` for one of another type or too large."""
+        if (limits := self.limits) is not None:
+            number = whole(self.name, value, *limits)
+            return number.to_bytes(_SIZES[self], "little", signed=self.signed)
+        if self is DataType.BOOLEAN and isinstance(value, bool):
+            return bytes((value,))
+        if self in _REALS and isinstance(value, int | float) and not isinstance(value, bool):
+            return self._pack_real(value)
+        if self is DataType.VISIBLE_STRING and isinstance(value, str) and value.isascii():
+            return value.encode("ascii")
+        if self not in _TYPED and isinstance(value, bytes):
+            return value
+        raise BadField(self.name, value, _ALLOWED.get(self, "bytes"))
+
+    def unpack(self, data: bytes, *, exact: bool = True) -> Value:
+        """Return the value of bytes; raises `RemoteProtocolError`.
+
+        Where the length is not `exact`, as in an SDO frame that did not tell it, bytes behind the
+        value are left out.
+        """
+        size = self.size
+        if size is not None and (len(data) != size if exact else len(data) < size):
+            raise RemoteProtocolError(f"{len(data)} bytes where {self.name} has {size}")
+        data = data[:size]
+        if self.limits is not None:
+            return int.from_bytes(data, "little", signed=self.signed)
+        if self is DataType.BOOLEAN:
+            return bool(data[0])
+        if self in _REALS:
+            (real,) = struct.unpack(_REALS[self], data)
+            return float(real)
+        if self is DataType.VISIBLE_STRING:
+            return data.rstrip(b"\0").decode("ascii", "replace")
+        return data
+
+    def _pack_real(self, value: float) -> bytes:
+        try:
+            return struct.pack(_REALS[self], value)
+        except (OverflowError, struct.error):
+            raise BadField(self.name, value, "a number that it can hold") from None
+
+
+# the name of a whole number tells its sign and its bits
+_WHOLE = {kind: int(kind.name[1:]) // 8 for kind in DataType if kind.name[1:].isdigit()}
+_SIGNED = frozenset(kind for kind in _WHOLE if kind.name.startswith("I"))
+_LIMITS = {
+    kind: (-(1 << 8 * size - 1), (1 << 8 * size - 1) - 1)
+    if kind in _SIGNED
+    else (0, (1 << 8 * size) - 1)
+    for kind, size in _WHOLE.items()
+}
+_REALS = {DataType.REAL32: "<f", DataType.REAL64: "<d"}
+_SIZES = {
+    **_WHOLE,
+    DataType.BOOLEAN: 1,
+    DataType.REAL32: 4,
+    DataType.REAL64: 8,
+}
+_TYPED = frozenset((*_SIZES, DataType.VISIBLE_STRING))
+_ALLOWED = {
+    DataType.BOOLEAN: "True or False",
+    DataType.REAL32: "a number",
+    DataType.REAL64: "a number",
+    DataType.VISIBLE_STRING: "ASCII text",
+}
+
+
+# Objects of a device as data: index, sub-index, name, type, access, unit, what it is at first.
 
 
 class Access(Enum):
@@ -141,3 +285,125 @@ class Dictionary:
         if len(found) != 1:
             raise LocalProtocolError(f"{len(found)} objects are called {name!r}")
         return found[0]
+
+
+# The objects of CiA 301 and CiA 402 that arms on such drives need.
+#
+# Position units are the drive's (`inc` where no factor is set: increments of its encoder).
+# Sources: CiA 301, object dictionary; CiA 402-2 and -3 (IEC 61800-7-201), objects of the profile.
+
+_U8, _U16, _U32 = DataType.U8, DataType.U16, DataType.U32
+_I8, _I16, _I32 = DataType.I8, DataType.I16, DataType.I32
+_RO, _RW, _CONST = Access.RO, Access.RW, Access.CONST
+_RWW = Access.RWW
+
+# the names of places that drivers and simulated drives use
+DEVICE_TYPE = Place(0x1000)
+ERROR_REGISTER = Place(0x1001)
+ERROR_COUNT, LAST_ERROR = Place(0x1003, 0), Place(0x1003, 1)
+DEVICE_NAME = Place(0x1008)
+CONSUMER_HEARTBEAT = Place(0x1016, 1)
+"""Whose silence the drive minds, and from when on: `nmt.HeartbeatWatch`."""
+PRODUCER_HEARTBEAT_MS = Place(0x1017)
+VENDOR, PRODUCT, REVISION, SERIAL_NUMBER = (Place(0x1018, sub) for sub in (1, 2, 3, 4))
+HEARTBEAT_REACTION = Place(0x6007)
+"""What it does then (abort connection option code): 0 nothing, 1 fault, 2 disable, 3 quick stop."""
+ERROR_CODE = Place(0x603F)
+CONTROLWORD = Place(0x6040)
+STATUSWORD = Place(0x6041)
+QUICK_STOP_OPTION = Place(0x605A)
+FAULT_REACTION_OPTION = Place(0x605E)
+"""What it does upon a fault: 0 lets the motor turn freely, so that an arm sags; 2 brakes first."""
+MODE = Place(0x6060)
+MODE_SHOWN = Place(0x6061)
+POSITION_DEMAND = Place(0x6062)
+POSITION = Place(0x6064)
+FOLLOWING_ERROR_WINDOW = Place(0x6065)
+FOLLOWING_ERROR_TIMEOUT_MS = Place(0x6066)
+POSITION_WINDOW = Place(0x6067)
+VELOCITY = Place(0x606C)
+TARGET_POSITION = Place(0x607A)
+HOME_OFFSET = Place(0x607C)
+LEAST_POSITION, MOST_POSITION = Place(0x607D, 1), Place(0x607D, 2)
+MOST_MOTOR_SPEED = Place(0x6080)
+PROFILE_SPEED = Place(0x6081)
+PROFILE_ACCELERATION = Place(0x6083)
+PROFILE_DECELERATION = Place(0x6084)
+QUICK_STOP_DECELERATION = Place(0x6085)
+ENCODER_INCREMENTS = Place(0x608F, 1)
+HOMING_METHOD = Place(0x6098)
+HOMING_SPEED, HOMING_CREEP = Place(0x6099, 1), Place(0x6099, 2)
+"""How fast a drive searches for its switch, and how fast it leaves it."""
+HOMING_ACCELERATION = Place(0x609A)
+PERIOD, PERIOD_POWER = Place(0x60C2, 1), Place(0x60C2, 2)
+"""Over how long cyclic targets are interpolated: a number of units, and the power of ten of one."""
+FOLLOWING_ERROR = Place(0x60F4)
+DIGITAL_INPUTS = Place(0x60FD)
+SUPPORTED_MODES = Place(0x6502)
+
+STANDARD = Dictionary(
+    (
+        ObjectEntry(DEVICE_TYPE, "Device type", _U32, _CONST, "", 0x0004_0192),
+        ObjectEntry(ERROR_REGISTER, "Error register", _U8, _RO, "", 0, mappable=True),
+        ObjectEntry(ERROR_COUNT, "Number of errors", _U8, _RW, "", 0),
+        ObjectEntry(LAST_ERROR, "Standard error field", _U32, _RO),
+        ObjectEntry(
+            Place(0x1016, 0), "Highest sub-index of consumer heartbeats", _U8, _CONST, "", 1
+        ),
+        ObjectEntry(CONSUMER_HEARTBEAT, "Consumer heartbeat time", _U32, _RW, "", 0),
+        ObjectEntry(PRODUCER_HEARTBEAT_MS, "Producer heartbeat time", _U16, _RW, "ms", 0),
+        ObjectEntry(Place(0x1018, 0), "Highest sub-index of the identity", _U8, _CONST, "", 4),
+        ObjectEntry(VENDOR, "Vendor-ID", _U32, _CONST, "", 0),
+        ObjectEntry(PRODUCT, "Product code", _U32, _CONST, "", 0),
+        ObjectEntry(REVISION, "Revision number", _U32, _CONST, "", 0),
+        ObjectEntry(SERIAL_NUMBER, "Serial number", _U32, _CONST, "", 0),
+        ObjectEntry(HEARTBEAT_REACTION, "Abort connection option code", _I16, _RW, "", 1),
+        ObjectEntry(ERROR_CODE, "Error code", _U16, _RO, "", 0, mappable=True),
+        ObjectEntry(CONTROLWORD, "Controlword", _U16, _RWW, "", 0, mappable=True),
+        ObjectEntry(STATUSWORD, "Statusword", _U16, _RO, "", 0, mappable=True),
+        ObjectEntry(QUICK_STOP_OPTION, "Quick stop option code", _I16, _RW, "", 2),
+        ObjectEntry(FAULT_REACTION_OPTION, "Fault reaction option code", _I16, _RW, "", 2),
+        ObjectEntry(MODE, "Modes of operation", _I8, _RWW, "", 0, mappable=True),
+        ObjectEntry(MODE_SHOWN, "Modes of operation display", _I8, _RO, "", 0, mappable=True),
+        ObjectEntry(POSITION, "Position actual value", _I32, _RO, "inc", 0, mappable=True),
+        ObjectEntry(FOLLOWING_ERROR_WINDOW, "Following error window", _U32, _RW, "inc"),
+        ObjectEntry(FOLLOWING_ERROR_TIMEOUT_MS, "Following error time out", _U16, _RW, "ms"),
+        ObjectEntry(TARGET_POSITION, "Target position", _I32, _RWW, "inc", 0, mappable=True),
+        ObjectEntry(
+            Place(0x607D, 0), "Highest sub-index of the software limits", _U8, _CONST, "", 2
+        ),
+        ObjectEntry(LEAST_POSITION, "Min position limit", _I32, _RW, "inc"),
+        ObjectEntry(MOST_POSITION, "Max position limit", _I32, _RW, "inc"),
+        ObjectEntry(PROFILE_SPEED, "Profile velocity", _U32, _RWW, "inc/s", None, mappable=True),
+        ObjectEntry(
+            PROFILE_ACCELERATION, "Profile acceleration", _U32, _RWW, "inc/s2", None, mappable=True
+        ),
+        ObjectEntry(
+            PROFILE_DECELERATION, "Profile deceleration", _U32, _RWW, "inc/s2", None, mappable=True
+        ),
+        ObjectEntry(QUICK_STOP_DECELERATION, "Quick stop deceleration", _U32, _RWW, "inc/s2"),
+        ObjectEntry(HOMING_METHOD, "Homing method", _I8, _RW, "", 0),
+        ObjectEntry(Place(0x6099, 0), "Highest sub-index of the homing speeds", _U8, _CONST, "", 2),
+        ObjectEntry(HOMING_SPEED, "Speed during search for switch", _U32, _RW, "inc/s"),
+        ObjectEntry(HOMING_CREEP, "Speed during search for zero", _U32, _RW, "inc/s"),
+        ObjectEntry(HOMING_ACCELERATION, "Homing acceleration", _U32, _RW, "inc/s2"),
+        ObjectEntry(
+            Place(0x60C2, 0), "Highest sub-index of the interpolation time", _U8, _CONST, "", 2
+        ),
+        ObjectEntry(PERIOD, "Interpolation time period value", _U8, _RW, "", 1),
+        ObjectEntry(PERIOD_POWER, "Interpolation time index", _I8, _RW, "power of ten s", -3),
+        ObjectEntry(
+            FOLLOWING_ERROR, "Following error actual value", _I32, _RO, "inc", 0, mappable=True
+        ),
+        ObjectEntry(SUPPORTED_MODES, "Supported drive modes", _U32, _RO, "", 0),
+    ),
+    {
+        0x1003: "Pre-defined error field",
+        0x1016: "Consumer heartbeat time",
+        0x1018: "Identity object",
+        0x607D: "Software position limit",
+        0x6099: "Homing speeds",
+        0x60C2: "Interpolation time period",
+    },
+)
+"""What a drive of CiA 402 has, as far as arms use it; an EDS file tells what one really has."""

@@ -14,27 +14,32 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from firmware_protocol.canopen.cob import Service, cob_id, is_for
-from firmware_protocol.canopen.sdo_codes import AbortCode, abort_words
-from firmware_protocol.canopen.sdo_frames import decode_response, encode
-from firmware_protocol.canopen.sdo_messages import (
+from firmware_protocol.canopen.objects import Place
+from firmware_protocol.canopen.sdo import (
+    EVENTS_MAX,
     EXPEDITED_MAX,
+    SIZE_MAX,
     Abort,
+    AbortCode,
     Content,
     DownloadStarted,
     NextSegment,
-    Place,
+    Receiving,
     Request,
     Response,
     Segment,
     SegmentTaken,
+    Sending,
     StartDownload,
     StartUpload,
     Upload,
+    abort_words,
+    decode_response,
+    encode,
 )
-from firmware_protocol.canopen.sdo_segments import SIZE_MAX, Receiving, Sending
-from firmware_protocol.canopen.waiting import Overrun, Waiting
 from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError, whole
 from firmware_protocol.frames import Frame
+from firmware_protocol.waiting import Overrun, Waiting
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +111,7 @@ class SdoClient:
         self._response_id = cob_id(Service.SDO_RESPONSE, node)
         self._size_max = whole("size_max", size_max, EXPEDITED_MAX, 1 << 24)
         self._current: _Reading | _Writing | None = None
-        self._events: Waiting[SdoEvent] = Waiting()
+        self._events: Waiting[SdoEvent] = Waiting(EVENTS_MAX)
 
     @property
     def busy(self) -> Place | None:

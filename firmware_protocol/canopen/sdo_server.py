@@ -10,28 +10,34 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from firmware_protocol.canopen.cob import Service, cob_id, is_for
-from firmware_protocol.canopen.sdo_codes import AbortCode
-from firmware_protocol.canopen.sdo_frames import SDO_SIZE, decode_request, encode, place_of
-from firmware_protocol.canopen.sdo_messages import (
+from firmware_protocol.canopen.cob import Service, checked_node, cob_id, is_for
+from firmware_protocol.canopen.objects import Dictionary, ObjectEntry, Place, Value
+from firmware_protocol.canopen.sdo import (
+    EVENTS_MAX,
     EXPEDITED_MAX,
+    SDO_SIZE,
+    SIZE_MAX,
     Abort,
+    AbortCode,
     Content,
     DownloadStarted,
     NextSegment,
-    Place,
+    Receiving,
     Request,
     Response,
     Segment,
     SegmentTaken,
+    Sending,
     StartDownload,
     StartUpload,
     Upload,
+    decode_request,
+    encode,
+    place_of,
 )
-from firmware_protocol.canopen.sdo_segments import SIZE_MAX, Receiving, Sending
-from firmware_protocol.canopen.waiting import Overrun, Waiting
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
 from firmware_protocol.frames import Frame
+from firmware_protocol.waiting import Overrun, Waiting
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +101,7 @@ class SdoServer:
         self._response_id = cob_id(Service.SDO_RESPONSE, node)
         self._size_max = whole("size_max", size_max, EXPEDITED_MAX, 1 << 24)
         self._current: _Asked | _Telling | _Taking | None = None
-        self._events: Waiting[SdoServerEvent] = Waiting()
+        self._events: Waiting[SdoServerEvent] = Waiting(EVENTS_MAX)
 
     @property
     def asked(self) -> Ask | None:
@@ -210,3 +216,87 @@ def _place(current: _Asked | _Telling | _Taking | None) -> Place:
     if current is None:
         return Place(0)
     return current.ask.place if isinstance(current, _Asked) else current.place
+
+
+# What a device's objects hold, read and written by the rules of its dictionary.
+
+
+class ObjectStore:
+    """The values of a device. What has no value yet is told to be so, not made up."""
+
+    def __init__(self, dictionary: Dictionary, node: int) -> None:
+        self._dictionary = dictionary
+        self._node = checked_node(node)
+        self._values: dict[Place, Value] = {}
+        self.restore()
+
+    def restore(self) -> None:
+        """Begin anew with what the dictionary says of each object."""
+        initial = ((entry.place, entry.initial(self._node)) for entry in self._dictionary)
+        self._values = {place: value for place, value in initial if value is not None}
+
+    def value(self, place: Place) -> Value | None:
+        """Return what an object holds, None where nothing yet. Raises `BadField` if unknown."""
+        self._entry(place)
+        return self._values.get(place)
+
+    def number(self, place: Place, default: int = 0) -> int:
+        """Return the whole number that an object holds; the default where there is none."""
+        value = self._values.get(place)
+        return default if value is None else int(value)
+
+    def set(self, place: Place, value: Value) -> None:
+        """Set an object from inside the device, whatever its access. Raises `BadField`."""
+        kind = self._entry(place).type
+        if (limits := kind.limits) is not None:  # PDOs bring these again and again
+            self._values[place] = whole(kind.name, value, *limits)
+        else:
+            self._values[place] = kind.unpack(kind.pack(value))  # as it would come by the bus
+
+    def read(self, place: Place) -> bytes | AbortCode:
+        """Return what a client is told, or why it is not."""
+        entry = self._dictionary.find(place)
+        if entry is None:
+            return self._missing(place)
+        if not entry.access.readable:
+            return AbortCode.WRITE_ONLY
+        value = self._values.get(place)
+        return AbortCode.NO_DATA if value is None else entry.type.pack(value)
+
+    def write(self, place: Place, data: bytes, *, exact: bool = True) -> AbortCode | None:
+        """Take what a client writes; returns why not, or None. Unasked-for bytes are cut off."""
+        entry = self._dictionary.find(place)
+        if entry is None:
+            return self._missing(place)
+        if not entry.access.writable:
+            return AbortCode.READ_ONLY
+        size = entry.type.size
+        if size is not None and len(data) < size:
+            return AbortCode.TOO_SHORT
+        if size is not None and len(data) > size and exact:
+            return AbortCode.TOO_LONG
+        try:
+            self.set(place, entry.type.unpack(data, exact=exact))
+        except (BadField, RemoteProtocolError):  # text that is none
+            return AbortCode.VALUE
+        return None
+
+    def answer(self, server: SdoServer, ask: Ask) -> Frame | None:
+        """Answer what a server was asked; returns the frame, None where nobody awaits it."""
+        if isinstance(ask, ReadAsked):
+            told = self.read(ask.place)
+            if isinstance(told, AbortCode):
+                return server.refuse(ask, told)
+            return server.supply(ask, told)
+        refusal = self.write(ask.place, ask.data, exact=ask.exact)
+        return server.accept(ask) if refusal is None else server.refuse(ask, refusal)
+
+    def _entry(self, place: Place) -> ObjectEntry:
+        entry = self._dictionary.find(place)
+        if entry is None:
+            raise BadField("place", str(place), "an object of this dictionary")
+        return entry
+
+    def _missing(self, place: Place) -> AbortCode:
+        known = place.index in self._dictionary.indices
+        return AbortCode.NO_SUB_INDEX if known else AbortCode.NO_OBJECT

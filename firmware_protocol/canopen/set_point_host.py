@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TypeAlias
 
-from firmware_protocol.canopen.drive_words import (
+from firmware_protocol.canopen.drives import (
     NO_CONTROL,
     Command,
     ControlBit,

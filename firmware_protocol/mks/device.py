@@ -6,26 +6,38 @@ request does to a motor, and that motions need a mode on the bus, is its owner's
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass
 from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
 from firmware_protocol.frames import Frame, Unpacker, pack
-from firmware_protocol.mks.abilities import LATEST, Ability, Version, abilities_of, needed_for
-from firmware_protocol.mks.bus_settings import SetBitrate, SetGroup, SetId, SetReplies
-from firmware_protocol.mks.identity import SettingRead
-from firmware_protocol.mks.outcomes import COURSE_CODES, Status
-from firmware_protocol.mks.readings import Reading
-from firmware_protocol.mks.reads import Read, ReadSetting, ReportByItself
+from firmware_protocol.mks.answers import Reading, SettingRead, Status
+from firmware_protocol.mks.requests import (
+    COURSE_CODES,
+    Read,
+    ReadSetting,
+    ReportByItself,
+    Request,
+    SetBitrate,
+    SetGroup,
+    SetId,
+    SetReplies,
+    answer_code,
+    needed_for,
+)
 from firmware_protocol.mks.values import (
     BROADCAST,
+    LATEST,
     NODE_DEFAULT,
+    Ability,
     Bitrate,
     Outcome,
     ReplyMode,
+    Version,
+    abilities_of,
 )
-from firmware_protocol.mks.wire import Request, decode_request, encode
+from firmware_protocol.mks.wire import decode_request, encode
+from firmware_protocol.waiting import Overrun, Waiting
 
 WAITING_MAX = 256
 """How many frames wait to be fetched, the newest."""
@@ -50,14 +62,7 @@ class Ignored:
     reason: str
 
 
-@dataclass(frozen=True, slots=True)
-class Overlooked:
-    """So many frames were not fetched in time, the oldest; they are lost."""
-
-    count: int
-
-
-DeviceEvent: TypeAlias = Asked | Ignored | Overlooked
+DeviceEvent: TypeAlias = Asked | Ignored | Overrun
 
 
 class Device:
@@ -87,8 +92,7 @@ class Device:
         self._firmware = ".".join(map(str, firmware))
         self._new_id_answers = new_id_answers
         self._unpacker = Unpacker()
-        self._waiting: deque[tuple[Frame, bool]] = deque()
-        self._lost = 0
+        self._waiting: Waiting[tuple[Frame, bool]] = Waiting(WAITING_MAX)
 
     @property
     def node(self) -> int:
@@ -132,12 +136,10 @@ class Device:
 
     def next_event(self) -> DeviceEvent | None:
         """Return what was received so far, one event at a time, then None."""
-        if self._lost:
-            lost, self._lost = self._lost, 0
-            return Overlooked(lost)
-        if not self._waiting:
-            return None
-        frame, alone = self._waiting.popleft()
+        waiting = self._waiting.next()
+        if waiting is None or isinstance(waiting, Overrun):
+            return waiting
+        frame, alone = waiting
         try:
             request = decode_request(frame)
         except RemoteProtocolError as error:
@@ -170,14 +172,9 @@ class Device:
     def answer(self, asked: Asked, reading: Reading | SettingRead) -> bytes:
         """Return the bytes of the answer to a read; none where it was put to several drives."""
         request = asked.request
-        of_setting = isinstance(request, ReadSetting)
-        wanted = request.setting if isinstance(request, ReadSetting) else request.code
-        reads = isinstance(request, Read | ReadSetting)
-        if (
-            not reads
-            or reading.code is not wanted
-            or of_setting != isinstance(reading, SettingRead)
-        ):
+        kind = SettingRead if isinstance(request, ReadSetting) else Reading
+        reads = isinstance(request, Read | ReadSetting) and isinstance(reading, kind)
+        if not reads or reading.code is not answer_code(request):
             raise LocalProtocolError(
                 f"a {type(reading).__name__} is no answer to {type(request).__name__}"
             )
@@ -191,16 +188,11 @@ class Device:
         """Forget everything received, as without current."""
         self._unpacker = Unpacker()
         self._waiting.clear()
-        self._lost = 0
 
     def _take(self, frame: Frame) -> None:
         ours = frame.can_id in (BROADCAST, self._node, self._group)
-        if not ours or frame.extended or frame.remote:
-            return
-        if len(self._waiting) == WAITING_MAX:
-            self._waiting.popleft()
-            self._lost += 1
-        self._waiting.append((frame, frame.can_id == self._node))
+        if ours and not frame.extended and not frame.remote:
+            self._waiting.put((frame, frame.can_id == self._node))
 
     def _speaks_to(self, asked: Asked) -> bool:
         return asked.alone or Ability.SILENT_BROADCAST not in self._abilities

@@ -10,18 +10,23 @@ What is broadcast, or sent to a group, has no answer. Nothing that is on the bus
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Iterable
 
 from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError, whole
 from firmware_protocol.frames import Frame, Unpacker, pack
-from firmware_protocol.mks.actions import GoSynchronous, Motion
-from firmware_protocol.mks.bus_settings import SetGroup, SetId
-from firmware_protocol.mks.events import Event, Foreign, Garbled, Overrun, Stray
-from firmware_protocol.mks.expecting import Expecting
-from firmware_protocol.mks.reads import Read, ReadSetting
+from firmware_protocol.mks.replies import Event, Expecting, Foreign, Garbled, Stray
+from firmware_protocol.mks.requests import (
+    GoSynchronous,
+    Motion,
+    Read,
+    ReadSetting,
+    Request,
+    SetGroup,
+    SetId,
+)
 from firmware_protocol.mks.values import BROADCAST, NODE_MAX, Code
-from firmware_protocol.mks.wire import Request, decode_answer, encode
+from firmware_protocol.mks.wire import decode_answer, encode
+from firmware_protocol.waiting import Waiting
 
 EVENTS_MAX = 256
 """How many events wait to be fetched, the newest."""
@@ -37,8 +42,7 @@ class Host:
     def __init__(self, nodes: Iterable[int], groups: Iterable[int] = ()) -> None:
         self._drives: dict[int, Expecting] = {}
         self._unpacker = Unpacker()
-        self._events: deque[Event] = deque()
-        self._lost = 0
+        self._events: Waiting[Event] = Waiting(EVENTS_MAX)
         for node in nodes:
             self.add(node)
         self._groups = frozenset(whole("groups", group, 1, NODE_MAX) for group in groups)
@@ -54,11 +58,6 @@ class Host:
     def buffered(self) -> int:
         """How many received bytes are held."""
         return self._unpacker.buffered
-
-    @property
-    def skipped_bytes(self) -> int:
-        """How many received bytes belonged to no record of a frame."""
-        return self._unpacker.skipped
 
     def add(self, node: int) -> None:
         """Speak to one more drive."""
@@ -101,19 +100,16 @@ class Host:
     def receive_data(self, data: bytes) -> None:
         """Take bytes from the bus, in any portions."""
         for frame in self._unpacker.feed(data):
-            self._put(self._hear(frame))
+            self._events.put(self._hear(frame))
 
     def silence(self) -> None:
         """Say that nothing has come for longer than a record pauses."""
         for frame in self._unpacker.silence():
-            self._put(self._hear(frame))
+            self._events.put(self._hear(frame))
 
     def next_event(self) -> Event | None:
         """Return what was received so far, one event at a time, then None."""
-        if self._lost:
-            lost, self._lost = self._lost, 0
-            return Overrun(lost)
-        return self._events.popleft() if self._events else None
+        return self._events.next()
 
     def forget(self, node: int, request: Request | None = None) -> None:
         """Wait no longer for the first answer to a request to a drive, or for anything of it."""
@@ -164,9 +160,3 @@ class Host:
             if drive.awaited(Code.NODE) == SetId(node):
                 return drive.hear(event.answer)
         return event
-
-    def _put(self, event: Event) -> None:
-        if len(self._events) == EVENTS_MAX:
-            self._events.popleft()
-            self._lost += 1
-        self._events.append(event)

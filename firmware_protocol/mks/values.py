@@ -9,7 +9,9 @@ so find the sign by a small move.
 from __future__ import annotations
 
 import math
-from enum import Enum, IntEnum
+from dataclasses import dataclass
+from enum import Enum, IntEnum, auto
+from typing import TypeAlias
 
 from firmware_protocol.errors import BadField, whole
 
@@ -19,6 +21,8 @@ NODE_DEFAULT = 1
 """Every drive's id as it is shipped."""
 COUNTS_PER_TURN = 0x4000
 """Encoder counts in a turn: the unit of the axis commands, F4 and F5."""
+COUNTS_S_PER_RPM = COUNTS_PER_TURN / 60.0
+"""Counts a second of one rpm."""
 ANGLE_ERROR_PER_TURN = 51200
 SPEED_MAX_RPM = 3000
 HARD_STOP_MAX_RPM = 1000
@@ -174,6 +178,11 @@ def ramp_rpm_s(acc: int) -> float:
     return 20_000 / (256 - acc) if acc else math.inf
 
 
+def slope_of(acc: int) -> float:
+    """Return a ramp in counts a second squared; infinity for 0, which has none."""
+    return ramp_rpm_s(acc) * COUNTS_S_PER_RPM
+
+
 def acc_of(most_rpm_s: float) -> int:
     """Return the steepest `acc` whose ramp is no steeper than so many rpm a second.
 
@@ -187,3 +196,91 @@ def acc_of(most_rpm_s: float) -> int:
 def true_rpm(speed_rpm: float, microsteps: int) -> float:
     """Return how fast the shaft turns: a speed is one in rpm with 16, 32 or 64 microsteps alone."""
     return speed_rpm if microsteps in (16, 32, 64) else speed_rpm * 16 / microsteps
+
+
+# What each firmware of an MKS SERVO42D/57D on CAN can do: one table.
+#
+# Requests say themselves which ability they need.
+#
+# Versions are those of the README's version notes (makerbase-motor/MKS-SERVO42D-57D), where not
+# marked otherwise. A drive tells its version from some firmware on; what does not answer
+# `ReadVersion` is older, or not there.
+
+Version: TypeAlias = tuple[int, int, int]
+
+
+class Ability(Enum):
+    """Something that not every firmware can do."""
+
+    ZERO = auto()
+    GROUPS = auto()
+    SILENT_BROADCAST = auto()
+    """What is sent to all, or to a group, is not answered; before, all would answer at once."""
+    INPUTS = auto()
+    ABSOLUTE_PULSES = auto()
+    EMERGENCY_STOP = auto()
+    HOLDING_CURRENT = auto()
+    CHOICE_OF_COMPLETION = auto()
+    """8C has two bytes, and replies without those at the end of a motion."""
+    RETARGET = auto()
+    """An F5 replaces the one that is under way."""
+    RESTART = auto()
+    READ_SETTINGS = auto()
+    RAW_ENCODER = auto()
+    POSITION_PROTECTION = auto()
+    UNKEPT_CURRENT = auto()
+    TIMED_RUN = auto()
+    HOMING_BY_COMMAND_READ = auto()
+    SYNCHRONOUS_START = auto()
+    ARRIVAL_THRESHOLD = auto()
+    VERSION = auto()
+    REPORTS_BY_ITSELF = auto()
+    SILENCE_WATCHDOG = auto()
+    GO_TO_ZERO = auto()
+
+
+@dataclass(frozen=True, slots=True)
+class Since:
+    """From which version on; `verified` where the version notes name it."""
+
+    version: Version
+    verified: bool = True
+
+
+SINCE: dict[Ability, Since] = {
+    Ability.ZERO: Since((1, 0, 1)),
+    Ability.GROUPS: Since((1, 0, 1)),
+    Ability.SILENT_BROADCAST: Since((1, 0, 2)),
+    Ability.INPUTS: Since((1, 0, 3)),
+    Ability.ABSOLUTE_PULSES: Since((1, 0, 4)),
+    Ability.EMERGENCY_STOP: Since((1, 0, 4)),
+    Ability.HOLDING_CURRENT: Since((1, 0, 4)),
+    Ability.CHOICE_OF_COMPLETION: Since((1, 0, 4)),
+    Ability.RETARGET: Since((1, 0, 5)),
+    Ability.RESTART: Since((1, 0, 5)),
+    Ability.READ_SETTINGS: Since((1, 0, 6)),
+    Ability.RAW_ENCODER: Since((1, 0, 6)),
+    Ability.POSITION_PROTECTION: Since((1, 0, 6)),
+    Ability.UNKEPT_CURRENT: Since((1, 0, 7)),
+    Ability.TIMED_RUN: Since((1, 0, 7)),
+    Ability.HOMING_BY_COMMAND_READ: Since((1, 0, 7)),
+    Ability.SYNCHRONOUS_START: Since((1, 0, 8)),
+    Ability.ARRIVAL_THRESHOLD: Since((1, 0, 8)),
+    # in the manual 1.0.9, not in that of 1.0.6, and in no version note
+    Ability.VERSION: Since((1, 0, 8), verified=False),
+    Ability.REPORTS_BY_ITSELF: Since((1, 0, 9)),
+    Ability.SILENCE_WATCHDOG: Since((1, 0, 9)),
+    Ability.GO_TO_ZERO: Since((1, 0, 9)),
+}
+
+LATEST: Version = (1, 0, 9)
+"""The newest firmware that this table knows of."""
+
+
+def abilities_of(version: Version) -> frozenset[Ability]:
+    """Return what a firmware can do; one newer than `LATEST` what `LATEST` can."""
+    if not isinstance(version, tuple) or len(version) != 3:
+        raise BadField("version", version, "three whole numbers")
+    for part in version:
+        whole("version", part, 0, 255)
+    return frozenset(ability for ability, since in SINCE.items() if version >= since.version)

@@ -6,42 +6,29 @@ A drive's answer has the id of the request, so a frame alone does not say which 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TypeAlias, TypeVar
+from typing import TypeVar
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
 from firmware_protocol.frames import DATA_MAX, Frame
-from firmware_protocol.mks.actions import (
-    Action,
-    ArmSynchronous,
+from firmware_protocol.mks.answers import READINGS, Answer, Reading, SettingRead, Status
+from firmware_protocol.mks.requests import (
+    ACTIONS,
+    MOVES,
+    READS,
+    SETTINGS,
     Calibrate,
-    ClearStall,
-    EmergencyStop,
-    Enable,
-    GoSynchronous,
     GoToZero,
     Home,
-    Motion,
-    Restart,
-    SetZero,
-    Stop,
-)
-from firmware_protocol.mks.identity import SettingRead
-from firmware_protocol.mks.moves import (
-    MoveAbsoluteAxis,
-    MoveAbsolutePulses,
-    MoveRelativeAxis,
-    MoveRelativePulses,
+    ReadSetting,
+    ReportByItself,
+    Request,
     RunAtSpeed,
     RunFor,
+    Setting,
+    Stop,
 )
-from firmware_protocol.mks.outcomes import Status
-from firmware_protocol.mks.readings import READINGS, Reading
-from firmware_protocol.mks.reads import READS, Read, ReadSetting, ReportByItself
-from firmware_protocol.mks.settings import SETTINGS, Setting
 from firmware_protocol.mks.values import Code, check_byte
 
-Request: TypeAlias = Read | ReadSetting | ReportByItself | Motion | Action | Setting
-Answer: TypeAlias = Reading | SettingRead | Status
 _Message = TypeVar("_Message")
 
 
@@ -130,15 +117,13 @@ def _home(payload: bytes) -> Request:
     return GoToZero() if payload == b"\1" else Home.read(b"" if payload == b"\0" else payload)
 
 
-_MOVES = (MoveRelativeAxis, MoveAbsoluteAxis, MoveRelativePulses, MoveAbsolutePulses)
-_ACTIONS = (EmergencyStop, Enable, ArmSynchronous, GoSynchronous, SetZero, ClearStall, Restart)
 _SETTINGS: dict[Code, Callable[[bytes], Setting]] = {each.code: each.read for each in SETTINGS}
 _READINGS: dict[Code, Callable[[bytes], Reading]] = {each.code: each.read for each in READINGS}
 _REQUESTS: dict[Code, Callable[[bytes], Request]] = {
     **_SETTINGS,
-    **{each.code: each.read for each in READS},
-    **{each.code: each.read for each in (*_ACTIONS, Calibrate, ReadSetting, ReportByItself)},
-    **{each.code: _move(each.code, each.read) for each in _MOVES},
+    **{each.code: each.read for each in (*READS, ReadSetting, ReportByItself)},
+    **{each.code: each.read for each in (*ACTIONS, Calibrate)},
+    **{each.code: _move(each.code, each.read) for each in MOVES},
     Code.SPEED_MODE: _run,
     Code.HOME: _home,
 }

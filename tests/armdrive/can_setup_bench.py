@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import io
-import os
-import threading
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from waiting import LONG_S, until
+from served import ServedDevice
 
 from armdrive.config.arm import ArmConfig, ConfigSource
 from armdrive.config.sections import Connection
@@ -23,8 +20,8 @@ from armdrive.setup.commissioning import CommissioningOutcome, Practice, one, wa
 from armdrive.setup.dialog_runner import DialogClock, DialogRunner, carry_out
 from armdrive.setup.finding import is_command
 from armdrive.setup.plan import CommissioningPlan, plan_of
-from armdrive.sim.mks.device import SimMks
-from armdrive.sim.serving.loop import make_server, run_device
+from armdrive.sim.mks.kind import SimMks
+from armdrive.sim.serving.loop import make_server
 from firmware_protocol.errors import ProtocolError
 from firmware_protocol.frames import Frame, Unpacker
 from firmware_protocol.mks import Code, Request, decode_request
@@ -174,30 +171,11 @@ def _request(frame: Frame) -> Request:
         raise AssertionError(f"{frame} is no request: {error}") from None
 
 
-class ServedBus:
+class ServedBus(ServedDevice):
     """New or commissioned drives in real time behind one or two adapters on pseudo-terminals."""
 
     def __init__(self, folder: Any, **settings: Any) -> None:
-        self.server = make_server(slcan=folder / "can0", beside=folder / "can1")
-        self.device = simulate_device(arm(), settings=settings)
-        self.port = self.server.can_address
-        self.beside = self.server.second.can_address
-        self.out = io.StringIO()
-        ear, self._mouth = os.pipe()
-        self._thread = threading.Thread(
-            target=run_device, args=(self.device, self.server, ear, self.out), daemon=True
-        )
-        self._thread.start()
-
-    def tell(self, line: str) -> str:
-        """Give a command of the console, and return its answer."""
-        count = self.out.getvalue().count("\n")
-        os.write(self._mouth, line.encode() + b"\n")
-        until(lambda: self.out.getvalue().count("\n") > count)
-        return self.out.getvalue().splitlines()[-1]
-
-    def end(self) -> None:
-        """End the simulation."""
-        os.write(self._mouth, b"quit\n")
-        self._thread.join(LONG_S)
-        os.close(self._mouth)
+        server = make_server(slcan=folder / "can0", beside=folder / "can1")
+        self.port = server.can_address
+        self.beside = server.second.can_address
+        super().__init__(server, simulate_device(arm(), settings=settings))

@@ -13,11 +13,41 @@ from waiting import LONG_S, until
 
 from armdrive.connect.target import simulated_config
 from armdrive.registry.simulate import simulate_device
+from armdrive.sim.device import SimDevice
 from armdrive.sim.serving.loop import make_server, run_device
 
 
-class Served:
-    """One device in real time, steered by the lines of its console."""
+class ServedDevice:
+    """One device in a thread in real time, steered by the lines of its console."""
+
+    def __init__(self, server: Any, device: SimDevice) -> None:
+        self.server, self.device = server, device
+        self.out = io.StringIO()
+        ear, self._mouth = os.pipe()
+        self._thread = threading.Thread(
+            target=run_device, args=(self.device, self.server, ear, self.out), daemon=True
+        )
+        self._thread.start()
+
+    def tell(self, line: str) -> str:
+        """Give a command of the console and return the last line of its answer."""
+        return self._answer(line)[-1]
+
+    def _answer(self, line: str) -> list[str]:
+        count = self.out.getvalue().count("\n")
+        os.write(self._mouth, line.encode() + b"\n")
+        until(lambda: self.out.getvalue().count("\n") > count)
+        return self.out.getvalue().splitlines()[count:]
+
+    def end(self) -> None:
+        """End the simulation."""
+        os.write(self._mouth, b"quit\n")
+        self._thread.join(LONG_S)
+        os.close(self._mouth)
+
+
+class Served(ServedDevice):
+    """The simulated arm of a dialect, as any driver reaches it."""
 
     def __init__(
         self,
@@ -27,15 +57,9 @@ class Served:
         tcp: str | None = None,
         udp: str | None = None,
     ) -> None:
-        self.server = make_server(pty=pty, tcp=tcp, udp=udp)
         self._scheme = "socket" if udp is None else "udp"
-        self.device = simulate_device(simulated_config(dialect))
-        self.out = io.StringIO()
-        ear, self._mouth = os.pipe()
-        self._thread = threading.Thread(
-            target=run_device, args=(self.device, self.server, ear, self.out), daemon=True
-        )
-        self._thread.start()
+        device = simulate_device(simulated_config(dialect))
+        super().__init__(make_server(pty=pty, tcp=tcp, udp=udp), device)
 
     @property
     def port(self) -> str:
@@ -44,11 +68,8 @@ class Served:
         return address if address.startswith("/") else f"{self._scheme}://{address}"
 
     def tell(self, line: str) -> str:
-        """Give a command of the console and return its answer."""
-        count = self.out.getvalue().count("\n")
-        os.write(self._mouth, line.encode() + b"\n")
-        until(lambda: self.out.getvalue().count("\n") > count)
-        return self.out.getvalue().splitlines()[count]
+        """Give a command of the console and return the first line of its answer."""
+        return self._answer(line)[0]
 
     def look(self) -> tuple[float, dict[str, Any]]:
         """Return the time on the device's own clock, and its physical state then."""
@@ -59,6 +80,4 @@ class Served:
         return self
 
     def __exit__(self, *error: object) -> None:
-        os.write(self._mouth, b"quit\n")
-        self._thread.join(LONG_S)
-        os.close(self._mouth)
+        self.end()

@@ -2,72 +2,7 @@
 
 from hypothesis import strategies as st
 
-from firmware_protocol.mks import (
-    MOTION_CODES,
-    READ_CODES,
-    SETTING_CODES,
-    AngleErrorRead,
-    ArmSynchronous,
-    Bitrate,
-    Calibrate,
-    ClearStall,
-    EmergencyStop,
-    Enable,
-    EnabledRead,
-    EncoderRead,
-    GoSynchronous,
-    GoToZero,
-    Home,
-    HomingRead,
-    HomingState,
-    InputsRead,
-    Mode,
-    MotorState,
-    MoveAbsoluteAxis,
-    MoveAbsolutePulses,
-    MoveRelativeAxis,
-    MoveRelativePulses,
-    PulsesRead,
-    RawEncoderRead,
-    ReadAngleError,
-    ReadEnabled,
-    ReadEncoder,
-    ReadHoming,
-    ReadInputs,
-    ReadPulses,
-    ReadRawEncoder,
-    ReadSetting,
-    ReadSpeed,
-    ReadStall,
-    ReadState,
-    ReadVersion,
-    ReplyMode,
-    ReportByItself,
-    Restart,
-    RunAtSpeed,
-    RunFor,
-    SetArrival,
-    SetBitrate,
-    SetCurrent,
-    SetDirection,
-    SetGroup,
-    SetHoldingCurrent,
-    SetHoming,
-    SetId,
-    SetMicrosteps,
-    SetMode,
-    SetPositionProtection,
-    SetReplies,
-    SetStallProtection,
-    SettingRead,
-    SetZero,
-    SilenceWatchdog,
-    SpeedRead,
-    StallRead,
-    StateRead,
-    Stop,
-    VersionRead,
-)
+from firmware_protocol import mks
 
 NODES = st.integers(1, 0x7FF)
 SPEED, ACC, BOOLS = st.integers(1, 3000), st.integers(0, 255), st.booleans()
@@ -79,60 +14,64 @@ INT32 = st.integers(-(1 << 31), (1 << 31) - 1)
 MOVES = st.one_of(
     *[
         st.builds(kind, TARGET, SPEED, ACC)
-        for kind in (MoveRelativeAxis, MoveAbsoluteAxis, MoveAbsolutePulses)
+        for kind in (mks.MoveRelativeAxis, mks.MoveAbsoluteAxis, mks.MoveAbsolutePulses)
     ],
-    st.builds(MoveRelativePulses, st.integers(-0xFFFFFF, 0xFFFFFF), SPEED, ACC),
+    st.builds(mks.MoveRelativePulses, st.integers(-0xFFFFFF, 0xFFFFFF), SPEED, ACC),
 )
 MOTIONS = st.one_of(
     MOVES,
-    st.builds(RunAtSpeed, SIGNED_SPEED, ACC),
-    st.builds(RunFor, SIGNED_SPEED, ACC, st.integers(1, 0xFFFFFF).map(lambda ticks: ticks * 10)),
-    st.builds(Stop, st.sampled_from(sorted(MOTION_CODES)), ACC),
-    st.sampled_from([Home(), GoToZero(), Calibrate()]),
+    st.builds(mks.RunAtSpeed, SIGNED_SPEED, ACC),
+    st.builds(
+        mks.RunFor, SIGNED_SPEED, ACC, st.integers(1, 0xFFFFFF).map(lambda ticks: ticks * 10)
+    ),
+    st.builds(mks.Stop, st.sampled_from(sorted(mks.MOTION_CODES)), ACC),
+    st.sampled_from([mks.Home(), mks.GoToZero(), mks.Calibrate()]),
 )
 SETTINGS = st.one_of(
-    st.builds(SetMode, st.sampled_from(Mode)),
-    st.builds(SetCurrent, st.integers(1, 5200), BOOLS),
-    st.builds(SetHoldingCurrent, st.sampled_from(range(10, 100, 10))),
-    st.builds(SetMicrosteps, st.integers(1, 256)),
-    st.builds(SetDirection, BOOLS),
-    st.builds(SetStallProtection, BOOLS),
-    st.builds(SetPositionProtection, BOOLS, WORD, WORD),
-    st.builds(SetHoming, BOOLS, BOOLS, st.integers(0, 3000), BOOLS, st.integers(0, 2)),
-    st.builds(SetArrival, BOOLS, WORD),
-    st.builds(SilenceWatchdog, st.integers(0, 0xFFFFFFFF)),
-    st.builds(SetBitrate, st.sampled_from(Bitrate)),
-    st.builds(SetId, NODES),
-    st.builds(SetGroup, NODES),
-    st.builds(SetReplies, st.sampled_from(ReplyMode)),
+    st.builds(mks.SetMode, st.sampled_from(mks.Mode)),
+    st.builds(mks.SetCurrent, st.integers(1, 5200), BOOLS),
+    st.builds(mks.SetHoldingCurrent, st.sampled_from(range(10, 100, 10))),
+    st.builds(mks.SetMicrosteps, st.integers(1, 256)),
+    st.builds(mks.SetDirection, BOOLS),
+    st.builds(mks.SetStallProtection, BOOLS),
+    st.builds(mks.SetPositionProtection, BOOLS, WORD, WORD),
+    st.builds(mks.SetHoming, BOOLS, BOOLS, st.integers(0, 3000), BOOLS, st.integers(0, 2)),
+    st.builds(mks.SetArrival, BOOLS, WORD),
+    st.builds(mks.SilenceWatchdog, st.integers(0, 0xFFFFFFFF)),
+    st.builds(mks.SetBitrate, st.sampled_from(mks.Bitrate)),
+    st.builds(mks.SetId, NODES),
+    st.builds(mks.SetGroup, NODES),
+    st.builds(mks.SetReplies, st.sampled_from(mks.ReplyMode)),
 )
 PLAIN_READS = {
-    ReadEncoder: st.builds(EncoderRead, INT48),
-    ReadRawEncoder: st.builds(RawEncoderRead, INT48),
-    ReadSpeed: st.builds(SpeedRead, st.integers(-32768, 32767)),
-    ReadPulses: st.builds(PulsesRead, INT32),
-    ReadInputs: st.builds(InputsRead, st.integers(0, 255)),
-    ReadAngleError: st.builds(AngleErrorRead, INT32),
-    ReadEnabled: st.builds(EnabledRead, BOOLS),
-    ReadHoming: st.builds(
-        HomingRead, st.sampled_from(HomingState), st.none() | st.sampled_from(HomingState)
+    mks.ReadEncoder: st.builds(mks.EncoderRead, INT48),
+    mks.ReadRawEncoder: st.builds(mks.RawEncoderRead, INT48),
+    mks.ReadSpeed: st.builds(mks.SpeedRead, st.integers(-32768, 32767)),
+    mks.ReadPulses: st.builds(mks.PulsesRead, INT32),
+    mks.ReadInputs: st.builds(mks.InputsRead, st.integers(0, 255)),
+    mks.ReadAngleError: st.builds(mks.AngleErrorRead, INT32),
+    mks.ReadEnabled: st.builds(mks.EnabledRead, BOOLS),
+    mks.ReadHoming: st.builds(
+        mks.HomingRead,
+        st.sampled_from(mks.HomingState),
+        st.none() | st.sampled_from(mks.HomingState),
     ),
-    ReadStall: st.builds(StallRead, BOOLS),
-    ReadVersion: st.builds(
-        VersionRead, BOOLS, st.integers(0, 15), st.binary(min_size=2, max_size=3)
+    mks.ReadStall: st.builds(mks.StallRead, BOOLS),
+    mks.ReadVersion: st.builds(
+        mks.VersionRead, BOOLS, st.integers(0, 15), st.binary(min_size=2, max_size=3)
     ),
-    ReadState: st.builds(StateRead, st.sampled_from(MotorState)),
+    mks.ReadState: st.builds(mks.StateRead, st.sampled_from(mks.MotorState)),
 }
 READS = st.sampled_from([kind() for kind in PLAIN_READS])
-READ_SETTINGS = st.builds(ReadSetting, st.sampled_from(sorted(SETTING_CODES)))
-REPORTS = st.builds(ReportByItself, st.sampled_from(sorted(READ_CODES)), WORD)
+READ_SETTINGS = st.builds(mks.ReadSetting, st.sampled_from(sorted(mks.SETTING_CODES)))
+REPORTS = st.builds(mks.ReportByItself, st.sampled_from(sorted(mks.READ_CODES)), WORD)
 ACTIONS = st.one_of(
-    st.builds(Enable, BOOLS),
-    st.builds(ArmSynchronous, BOOLS),
-    st.sampled_from([EmergencyStop(), SetZero(), ClearStall(), Restart()]),
+    st.builds(mks.Enable, BOOLS),
+    st.builds(mks.ArmSynchronous, BOOLS),
+    st.sampled_from([mks.EmergencyStop(), mks.SetZero(), mks.ClearStall(), mks.Restart()]),
 )
 REQUESTS = st.one_of(
-    MOTIONS, SETTINGS, READS, READ_SETTINGS, REPORTS, ACTIONS, st.just(GoSynchronous())
+    MOTIONS, SETTINGS, READS, READ_SETTINGS, REPORTS, ACTIONS, st.just(mks.GoSynchronous())
 )
 READINGS = st.one_of(*PLAIN_READS.values())
 
@@ -140,12 +79,12 @@ READINGS = st.one_of(*PLAIN_READS.values())
 def setting_reads(code):
     """Draw what a drive may tell of a setting."""
     values = st.binary(min_size=1, max_size=6).filter(lambda value: value != b"\xff\xff")
-    return st.builds(SettingRead, st.just(code), st.none() | values)
+    return st.builds(mks.SettingRead, st.just(code), st.none() | values)
 
 
 def readings_for(read):
     """Draw an answer to a read."""
-    if isinstance(read, ReadSetting):
+    if isinstance(read, mks.ReadSetting):
         return setting_reads(read.setting)
     return PLAIN_READS[type(read)]
 

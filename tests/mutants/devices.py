@@ -306,9 +306,9 @@ MUTANTS = (
     Mutant(
         name="an MKS target has its bytes in the wrong order",
         promise="frames are as the firmware writes them",
-        path="firmware_protocol/mks/moves.py",
-        old='target = int.from_bytes(payload[3:], "big", signed=True)',
-        new='target = int.from_bytes(payload[3:], "little", signed=True)',
+        path="firmware_protocol/mks/forms.py",
+        old='lambda data: int.from_bytes(data, "big", signed=True)',
+        new='lambda data: int.from_bytes(data, "little", signed=True)',
         tests=tests_of(
             "tests/firmware_protocol/mks/test_mks_wire.py",
             "test_a_request_is_these_bytes",
@@ -431,8 +431,8 @@ MUTANTS = (
         name="a PDO has another drive's id",
         promise="each drive hears its own targets",
         path="firmware_protocol/canopen/cob.py",
-        old="    Service.RPDO1: 0x200,\n",
-        new="    Service.RPDO1: 0x280,\n",
+        old='    RPDO1 = "rpdo1", 0x200\n',
+        new='    RPDO1 = "rpdo1", 0x280\n',
         tests=tests_of(
             "tests/firmware_protocol/canopen/test_canopen_messages.py",
             "test_an_id_belongs_to_one_service_and_node",
@@ -441,7 +441,7 @@ MUTANTS = (
     Mutant(
         name="a CANopen number has its bytes in the wrong order",
         promise="values are as CiA 301 writes them",
-        path="firmware_protocol/canopen/datatypes.py",
+        path="firmware_protocol/canopen/objects.py",
         old='return number.to_bytes(_SIZES[self], "little", signed=self.signed)',
         new='return number.to_bytes(_SIZES[self], "big", signed=self.signed)',
         tests=tests_of(
@@ -452,7 +452,7 @@ MUTANTS = (
     Mutant(
         name="a controlword enables nothing",
         promise="controlwords are as CiA 402 writes them",
-        path="firmware_protocol/canopen/drive_words.py",
+        path="firmware_protocol/canopen/drives.py",
         old="    ENABLE_OPERATION = (0x8F, 0x0F, 0x0F)",
         new="    ENABLE_OPERATION = (0x8F, 0x0F, 0x07)",
         tests=tests_of(
@@ -463,7 +463,7 @@ MUTANTS = (
     Mutant(
         name="a fault is read as ready",
         promise="statuswords are as CiA 402 writes them",
-        path="firmware_protocol/canopen/drive_words.py",
+        path="firmware_protocol/canopen/drives.py",
         old="    FAULT = (0x4F, 0x08)",
         new="    FAULT = (0x4F, 0x48)",
         tests=tests_of(

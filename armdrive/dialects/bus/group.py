@@ -12,9 +12,22 @@ from enum import Enum
 from types import MappingProxyType
 from typing import Any, Protocol, TypeAlias, TypeVar
 
+from armdrive import tasks
 from armdrive.dialects.exchange import ScriptIO
 
 H = TypeVar("H")
+BUS_REQUESTS = (
+    tasks.MoveBy,
+    tasks.MoveAlong,
+    tasks.HomeDevice,
+    tasks.ReadPosition,
+    tasks.ReadSettings,
+    tasks.MendSetting,
+    tasks.SwitchOn,
+    tasks.DropCurrent,
+    tasks.ClearFault,
+)
+"""What drives on a bus carry out."""
 
 
 class Phase(Enum):
@@ -117,7 +130,8 @@ class Stage(Protocol):
 
 
 Stages: TypeAlias = Mapping[Phase, Callable[[], Stage]]
-Acts: TypeAlias = Mapping[Act, Callable[[], Generator[float, Any, None]]]
+Acts: TypeAlias = Mapping[Act, Callable[[], Generator[float, Any, None] | None]]
+"""What is done for an act; where that takes time, the script of it."""
 
 
 def lead(
@@ -135,8 +149,9 @@ def lead(
                 heard = yield io.now_s
             continue
         following, act = row
-        if act is not Act.NOTHING:
-            yield from acts[act]()
+        doing = None if act is Act.NOTHING else acts[act]()
+        if doing is not None:
+            yield from doing
         if following not in (phase, Phase.ENDED):
             stage = stages[following]()
         phase = following

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import GripperSettings
 from armdrive.errors import ArmFileError, Refused
+from armdrive.text.toml import within
 from armdrive.transports.address import is_can
 from kinematics.transmission import MotorSpec, Transmission
 
@@ -17,6 +18,27 @@ ALL_SILENT = (
     "each of its two ends, and that ids and bit rate are those of the arm file"
 )
 """What a person does about a bus on which no drive answers."""
+
+
+HOST_S = 0.03
+"""What an operating system, an adapter and a bus with other traffic may add to a frame's way."""
+
+
+def absent_words(drives: Sequence[object], number: str) -> str:
+    """Say which drives do not answer, and what to look at; `number` is what tells them apart."""
+    named, verb = ", ".join(map(str, drives)), "does" if len(drives) == 1 else "do"
+    return (
+        f"{named} {verb} not answer, while others on the bus do: check that it has power, that its "
+        f"CAN plug sits, and that its {number} and bit rate are those of the arm file"
+    )
+
+
+def check_ids(section: str, ids: Sequence[int], most: int, number: str) -> None:
+    """Raise `ArmFileError` unless the drives of an arm have numbers of their own."""
+    for index, node in enumerate(ids):
+        within(f"{section}.ids[{index}]", node, 1, most)
+    if not ids or len(set(ids)) != len(ids):
+        raise ArmFileError(f"{section}.ids gives each motor {number} of its own, not {list(ids)}")
 
 
 @dataclass(frozen=True, slots=True)

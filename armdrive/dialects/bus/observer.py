@@ -41,12 +41,13 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
 from armdrive.dialects.bus.ledger import ANSWERED_S, LOOK_S, Ledger, Rejections
 from armdrive.dialects.bus.way import Course, Interval, Way
+from kinematics.spaces import Motors
 
 LATE_S = 0.1
 """What a drive was told so long ago it may still follow: orders and looks come at most so late on a
@@ -540,6 +541,20 @@ class Observer:
         slowest = min(found, key=lambda motor: max(found[motor]))
         best = min(max(sum(shares) / WEAK_LOOKS for shares in found.values()), 1.0)
         return slowest if max(found[slowest]) < WEAK * best else None
+
+
+def unwrapped(
+    drives: Iterable[ObservedDrive], registers: Motors, near: Motors, now_s: float
+) -> Motors:
+    """Take drives that were found to tremble about where they were left for being there still.
+
+    A closed loop holds within some counts. What is expected of a drive is its own count from then
+    on. Nothing wraps: an arm does not turn so far.
+    """
+    return Motors(
+        drive.found_near(there, now_s) if count == drive.goal else count
+        for drive, count, there in zip(drives, registers, near, strict=True)
+    )
 
 
 def _ran(speed: float, for_s: float) -> float:

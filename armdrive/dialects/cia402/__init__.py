@@ -1,8 +1,25 @@
-"""What an arm on CiA 402 drives can do, and how it is used where no arm file says otherwise."""
+"""Driving CiA 402 drives on a CANopen bus.
+
+Read in this order, after `dialects.bus`:
+
+    controller   requests of an arm: which collaborator carries out each
+    wire         frames out, events in, and what is known of each drive
+    exchange     turns by SYNC, looks, ways between states, objects by SDO
+    contact      finding the drives, setting them up, switching them on and off, clearing faults
+    leading      what all motions share: beginning, returning, arriving, stopping
+    motion       cyclic targets, bursts by profile, homing
+
+The rest is for people: `settings` for the arm file, `survey` for a bus, `words` and `objects` for
+what passes on it.
+
+Here is the row of the registry: what such an arm can do, and how it is used where no arm file says
+otherwise.
+"""
 
 from __future__ import annotations
 
-from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
+from armdrive.abilities import Torque, Traffic
+from armdrive.dialects.bus import row
 from armdrive.dialects.dialect import DeviceTools, Dialect, Language, Part
 
 _TOOLS: Part[DeviceTools] = Part("armdrive.dialects.cia402.survey", "TOOLS")
@@ -11,36 +28,16 @@ ENTRY = Dialect(
     name="cia402",
     title="CiA 402 drives",
     preset="minimover5-cia402",
-    baud=500_000,
+    baud=row.BITS_S,
     raise_dtr=False,
-    quick_stop="The switch of the motors' supply is the quicker stop: the arm sags then.",
+    quick_stop=row.QUICK_STOP,
     torque=Torque(
         disable="sags: every drive switches its motor off",
         estop="is held: the drives brake on their quick-stop ramps and hold",
         power_loss="sags, and most drives count from zero afterwards",
         closed_port="is held: the drives miss the heartbeat, brake if they move, and hold",
     ),
-    abilities=Abilities(
-        motors=6,
-        coordinated=True,
-        abort=Abort.RAMP,
-        queued_segments=3,
-        speed_mode_with_watchdog=False,
-        reports_while_moving=True,
-        own_homing=True,
-        resets_on_open=False,
-        check_bytes=True,
-        current=Switching.BOTH,
-        grip_switch=False,
-        pendant=False,
-        jog_burst_s=0.15,
-        planned_burst_s=0.3,
-        traffic=Traffic(line_chars=80, answer_chars=74),
-        register_bits=32,
-        ramp_s=0.15,
-        jerk_s=0.05,
-        beats=True,
-    ),
+    abilities=row.abilities(Traffic(line_chars=80, answer_chars=74), register_bits=32, beats=True),
     driver=Part("armdrive.dialects.cia402.controller", "DRIVER"),
     tools=_TOOLS,
     language=Language(

@@ -16,13 +16,14 @@ from armdrive.dialects.cia402.exchange import (
     Cia402Exchange,
     DriveStates,
     Hindered,
+    ObjectTransfers,
+    Results,
     Script,
+    SdoResult,
 )
 from armdrive.dialects.cia402.settings import Cia402Settings
-from armdrive.dialects.cia402.transfers import ObjectTransfers, Results, SdoResult
 from armdrive.dialects.cia402.wire import (
     FAULTS,
-    SERIAL_NUMBER,
     Cia402Drive,
     DriveGroup,
     Heard,
@@ -34,7 +35,7 @@ from armdrive.dialects.exchange import ScriptIO
 from armdrive.errors import Refused
 from armdrive.tasks import DeviceSettings, Difference, Done, ProtocolWarning, Reply, RequestRejected
 from firmware_protocol import canopen
-from firmware_protocol.canopen import DataType, DriveState, NmtCommand, Place, Service, Write
+from firmware_protocol.canopen import DataType, DriveState, NmtCommand, Place, Write
 
 PROFILE_NUMBER = 402
 CALM_S = 1.0
@@ -56,16 +57,7 @@ SAFETY = (
 """What has to be as it was written, or nothing may be switched on."""
 BRAKE = Write(canopen.FAULT_REACTION_OPTION, DataType.I16, 2)
 """Has a drive in fault brake before it lets its motor go."""
-PERIOD, PERIOD_UNIT = Place(0x60C2, 1), Place(0x60C2, 2)
 MILLISECONDS = -3
-_OTHER_PDOS = (
-    (0x1401, Service.RPDO2),
-    (0x1402, Service.RPDO3),
-    (0x1403, Service.RPDO4),
-    (0x1801, Service.TPDO2),
-    (0x1802, Service.TPDO3),
-    (0x1803, Service.TPDO4),
-)
 _PROFILE_OBJECTS = 0x6000
 
 
@@ -76,8 +68,8 @@ def needed(node: int, quick_slope: float, cycle_ms: int | None) -> tuple[Write, 
     """
     received, transmitted = setups(node)
     cyclic = (
-        Write(PERIOD, DataType.U8, cycle_ms or 0),
-        Write(PERIOD_UNIT, DataType.I8, MILLISECONDS),
+        Write(canopen.PERIOD, DataType.U8, cycle_ms or 0),
+        Write(canopen.PERIOD_POWER, DataType.I8, MILLISECONDS),
     )
     return (
         *received.writes,
@@ -96,8 +88,9 @@ def wished(settings: Cia402Settings, node: int) -> tuple[Write, ...]:
         Write(canopen.FOLLOWING_ERROR_TIMEOUT_MS, DataType.U16, settings.following_ms),
         Write(canopen.PRODUCER_HEARTBEAT_MS, DataType.U16, settings.drive_beat_ms),
         *(
-            Write(Place(index, 1), DataType.U32, canopen.cob_id(service, node) | canopen.NOT_VALID)
-            for index, service in _OTHER_PDOS
+            canopen.switched_off(direction, number, node)
+            for direction in canopen.Direction
+            for number in (2, 3, 4)
         ),
     )
 
@@ -109,14 +102,14 @@ def watch(settings: Cia402Settings, *, on: bool) -> Write:
 
 
 def _remedy(place: Place) -> str:
-    if place in (PERIOD, PERIOD_UNIT):
+    if place in (canopen.PERIOD, canopen.PERIOD_POWER):
         return '. With strategy = "profile" it is not needed'
     return ". Nothing is driven without it: newer firmware of the drive may have it"
 
 
 @dataclass(slots=True, eq=False)
 class Cia402Contact:
-    """Finds every drive, sets it up and has it tell where it is.
+    """Finds every drive, sets it up and has it tell where it is; has it hold or not; leaves faults.
 
     A quick stop is by `quick_slope`.
     """
@@ -125,6 +118,8 @@ class Cia402Contact:
     exchange: Cia402Exchange
     transfers: ObjectTransfers
     group: DriveGroup
+    states: DriveStates
+    beats: HeartbeatProducer
     settings: Cia402Settings
     quick_slope: float
 
@@ -148,7 +143,7 @@ class Cia402Contact:
         """Ask every drive what it is."""
         self.io.said = "SDO 1000"
         results = yield from self._find(
-            SERIAL_NUMBER,
+            canopen.SERIAL_NUMBER,
             canopen.DEVICE_TYPE,
             canopen.SUPPORTED_MODES,
             canopen.PRODUCER_HEARTBEAT_MS,
@@ -262,28 +257,7 @@ class Cia402Contact:
             f"{missing[0]} answers, but sends no PDO upon SYNC: something else may have set it up"
         )
 
-
-def _turns(now: SdoResult, before: SdoResult) -> bool:
-    """Tell whether a drive holds its motor and turns; an arm may sag, that is seen later."""
-    state = canopen.Statusword(now.values.get(canopen.STATUSWORD, 0) & 0xFFFF).state
-    way = now.values.get(canopen.POSITION, 0) - before.values.get(canopen.POSITION, 0)
-    return state is not None and state.holds and abs(way) > now.drive.tremble
-
-
-@dataclass(slots=True, eq=False)
-class Cia402Power:
-    """Has drives hold or not, and mind this program's heartbeat while they do; leaves faults.
-
-    Reads where they are, too.
-    """
-
-    io: ScriptIO[Heard]
-    exchange: Cia402Exchange
-    transfers: ObjectTransfers
-    group: DriveGroup
-    states: DriveStates
-    beats: HeartbeatProducer
-    settings: Cia402Settings
+    # -- current, and faults; drives that hold mind this program's heartbeat -----------------------
 
     def read(self) -> Script[Reply]:
         """Read every position; a drive that holds, and is not where it should be, is told of."""
@@ -375,6 +349,13 @@ class Cia402Power:
         yield from self.transfers.verify((write,), "without which it would not stop")
 
 
+def _turns(now: SdoResult, before: SdoResult) -> bool:
+    """Tell whether a drive holds its motor and turns; an arm may sag, that is seen later."""
+    state = canopen.Statusword(now.values.get(canopen.STATUSWORD, 0) & 0xFFFF).state
+    way = now.values.get(canopen.POSITION, 0) - before.values.get(canopen.POSITION, 0)
+    return state is not None and state.holds and abs(way) > now.drive.tremble
+
+
 # How drives are set up, compared with the arm file; and the lines that mend it.
 #
 # A line is a drive's node number, an object, its type and its value: `3: 608F:01 u32 10000`.
@@ -412,42 +393,34 @@ def wanted(settings: Cia402Settings) -> tuple[tuple[Write, str, bool], ...]:
     )
 
 
-@dataclass(slots=True, eq=False)
-class DriveComparison:
-    """Reads settings, compares and mends them."""
-
-    io: ScriptIO[Heard]
-    transfers: ObjectTransfers
-    group: DriveGroup
-    settings: Cia402Settings
-
-    def compare(self) -> Script[Reply]:
-        """Read what the arm depends on; what a drive does not have is not compared."""
-        rows = wanted(self.settings)
-        places = (write.place for write, _, _ in rows)
-        results = yield from self.transfers.obtain(self.transfers.of_each(*places))
-        differences = tuple(
-            Difference(
-                f"{name} ({write.place}) of {result.drive}",
-                str(found),
-                str(write.value),
-                mending_line(result.drive.node, write),
-                must,
-            )
-            for write, name, must in rows
-            for result in results.values()
-            if (found := result.values.get(write.place)) not in (None, write.value)
+def compare(transfers: ObjectTransfers, settings: Cia402Settings) -> Script[Reply]:
+    """Read what the arm depends on; what a drive does not have is not compared."""
+    rows = wanted(settings)
+    places = (write.place for write, _, _ in rows)
+    results = yield from transfers.obtain(transfers.of_each(*places))
+    differences = tuple(
+        Difference(
+            f"{name} ({write.place}) of {result.drive}",
+            str(found),
+            str(write.value),
+            mending_line(result.drive.node, write),
+            must,
         )
-        return DeviceSettings(differences)
+        for write, name, must in rows
+        for result in results.values()
+        if (found := result.values.get(write.place)) not in (None, write.value)
+    )
+    return DeviceSettings(differences)
 
-    def mend(self, line: str) -> Script[Reply]:
-        """Write one object."""
-        node, write = parsed_line(line)
-        if node not in self.group.by_node:
-            raise Refused(f"`{line}`: no drive of this arm has the node number {node}")
-        self.io.said = line
-        yield from self.transfers.carry_out({node: (write,)})
-        return Done()
+
+def mend(transfers: ObjectTransfers, line: str) -> Script[Reply]:
+    """Write one object."""
+    node, write = parsed_line(line)
+    if node not in transfers.group.by_node:
+        raise Refused(f"`{line}`: no drive of this arm has the node number {node}")
+    transfers.io.said = line
+    yield from transfers.carry_out({node: (write,)})
+    return Done()
 
 
 def mending_line(node: int, write: Write) -> str:

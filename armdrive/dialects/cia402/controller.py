@@ -18,19 +18,21 @@ from dataclasses import replace
 
 from armdrive.abilities import Abilities, segment_s
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.bus.motors import ALL_SILENT, bus_motors
-from armdrive.dialects.cia402.contact import Cia402Contact, Cia402Power, DriveComparison
+from armdrive.dialects.bus.group import BUS_REQUESTS
+from armdrive.dialects.bus.motors import ALL_SILENT, HOST_S, bus_motors
+from armdrive.dialects.bus.observer import unwrapped
+from armdrive.dialects.cia402.contact import Cia402Contact, compare, mend
 from armdrive.dialects.cia402.exchange import (
     BEATS_LOST,
     Cia402Exchange,
     DriveStates,
     Hindered,
+    ObjectTransfers,
     Script,
 )
 from armdrive.dialects.cia402.leading import MotionLead
 from armdrive.dialects.cia402.motion import Cia402Homing, CyclicMotion, ProfileMotion
 from armdrive.dialects.cia402.settings import TOP_HZ, Cia402Settings, DriveLimits
-from armdrive.dialects.cia402.transfers import ObjectTransfers
 from armdrive.dialects.cia402.wire import (
     Cia402Bus,
     DriveGroup,
@@ -41,7 +43,6 @@ from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
 from armdrive.dialects.dialect import Driver
 from armdrive.errors import Refused
 from armdrive.tasks import (
-    ClearFault,
     DropCurrent,
     HomeDevice,
     MendSetting,
@@ -57,8 +58,6 @@ from firmware_protocol.canopen import Emergency
 from firmware_protocol.frames import Unpacker
 from kinematics.spaces import Motors
 
-HOST_S = 0.03
-"""What an operating system, an adapter and a bus with other traffic may add to a frame's way."""
 LEAST_HZ = 1.0
 AHEAD = 3
 """So many segments are known ahead: the drives hold the last target alone."""
@@ -92,15 +91,11 @@ class Cia402Controller(ScriptRunner[Heard]):
         states = DriveStates(exchange, group)
         lead = MotionLead(self.io, exchange, transfers, group, states, beats, settings)
         self._contact = Cia402Contact(
-            self.io, exchange, transfers, group, settings, limits.quick_hz_s
+            self.io, exchange, transfers, group, states, beats, settings, limits.quick_hz_s
         )
-        self._power = Cia402Power(self.io, exchange, transfers, group, states, beats, settings)
-        self._cyclic = CyclicMotion(self.io, exchange, group, lead, settings, limits)
-        self._profile = ProfileMotion(self.io, exchange, transfers, group, lead, limits)
-        self._homing = Cia402Homing(
-            self.io, exchange, transfers, group, states, lead, settings, limits
-        )
-        self._comparison = DriveComparison(self.io, transfers, group, settings)
+        self._cyclic = CyclicMotion(lead, limits)
+        self._profile = ProfileMotion(lead, limits)
+        self._homing = Cia402Homing(lead, limits)
         self._silent_s = BEATS_LOST * settings.drive_beat_ms / 1000.0
         self.abilities = replace(self.abilities, queued_segments=AHEAD * group.is_cyclic)
 
@@ -112,7 +107,7 @@ class Cia402Controller(ScriptRunner[Heard]):
         Nothing that was asked before is waited for any more, and what was found to be wrong
         meanwhile is told.
         """
-        if not isinstance(request, _KNOWN):
+        if not isinstance(request, BUS_REQUESTS):
             raise Refused(f"CiA 402 drives know no {type(request).__name__}")
         self.give_up()
         self._exchange.began_s = self.io.now_s
@@ -134,19 +129,19 @@ class Cia402Controller(ScriptRunner[Heard]):
             case MoveAlong():
                 return self._cyclic.drive(request)
             case ReadPosition():
-                return self._power.read()
+                return self._contact.read()
             case ReadSettings():
-                return self._comparison.compare()
+                return compare(self._transfers, self.settings)
             case MendSetting(line):
-                return self._comparison.mend(line)
+                return mend(self._transfers, line)
             case SwitchOn():
-                return self._power.switch_on()
+                return self._contact.switch_on()
             case DropCurrent():
-                return self._power.switch_off()
+                return self._contact.switch_off()
             case HomeDevice(groups):
                 return self._homing.home(groups)
             case _:
-                return self._power.clear()
+                return self._contact.clear()
 
     def unasked(self, heard: Heard) -> None:
         """Note what comes; while no script is at work, tell what is wrong."""
@@ -200,7 +195,7 @@ class Cia402Controller(ScriptRunner[Heard]):
 
     def farewell(self) -> bytes:
         """Have drives that stand mind the heartbeat no more: they hold, and none of them alarms."""
-        return b"" if self.busy else self._power.farewell()
+        return b"" if self.busy else self._contact.farewell()
 
     # -- numbers ------------------------------------------------------------------------------
 
@@ -245,20 +240,10 @@ class Cia402Controller(ScriptRunner[Heard]):
         return tuple(BESIDE if count else 0.0 for count in steps)
 
     def unwrap(self, registers: Motors, near: Motors) -> Motors:
-        """Take a drive that was found to tremble about where it was left for being there still.
-
-        A closed loop holds within some increments. Positions of 32 bits do not wrap on an arm.
-        """
-        return Motors(
-            drive.shaft.found_near(there, self.io.now_s) if count == drive.shaft.goal else count
-            for drive, count, there in zip(self.group.drives, registers, near, strict=True)
+        """Take a drive that was found within reach of where it was left for being there still."""
+        return unwrapped(
+            [drive.shaft for drive in self.group.drives], registers, near, self.io.now_s
         )
-
-
-_KNOWN = (
-    MoveBy, MoveAlong, ReadPosition, ReadSettings, MendSetting, SwitchOn, DropCurrent, HomeDevice,
-    ClearFault,
-)  # fmt: skip
 
 
 DRIVER = Driver(Cia402Settings, Cia402Controller, Unpacker)

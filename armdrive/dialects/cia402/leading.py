@@ -9,7 +9,7 @@ A stop is every drive's own quick stop; when all stand they are taken back from 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from armdrive.dialects.bus.group import Act, Phase, Signal, Stages, lead
@@ -20,10 +20,10 @@ from armdrive.dialects.cia402.exchange import (
     Cia402Exchange,
     DriveStates,
     Hindered,
+    ObjectTransfers,
     Script,
 )
 from armdrive.dialects.cia402.settings import Cia402Settings
-from armdrive.dialects.cia402.transfers import ObjectTransfers
 from armdrive.dialects.cia402.wire import Cia402Drive, DriveGroup, Heard, HeartbeatProducer, beside
 from armdrive.dialects.exchange import ScriptIO
 from armdrive.tasks import Alert, AlertKind, Done, Halted, Reply, RequestRejected, Timeout
@@ -145,7 +145,8 @@ class MotionLead:
             Phase.STOPPING: braking.begin,
         }
         acts = {
-            **dict.fromkeys((Act.STOP, Act.STOP_DEAD, Act.EXPLAIN), _nothing),
+            # the stage of stopping says the stop
+            **dict.fromkeys((Act.STOP, Act.STOP_DEAD, Act.EXPLAIN), lambda: None),
             Act.TAKE_UP: self._ask_states,
             Act.HOLD: lambda: self._hold(braking),
         }
@@ -403,11 +404,6 @@ class Braking:
         for drive in self._left:
             return RequestRejected(f"{drive} was told to stop, and does not come to rest")
         return None
-
-
-def _nothing() -> Generator[float, Heard | None, None]:
-    """Do nothing between two phases: the stage of stopping says the stop."""
-    yield from ()
 
 
 def _departed(drive: Cia402Drive) -> Alert | None:

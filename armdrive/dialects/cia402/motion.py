@@ -15,16 +15,12 @@ from armdrive.dialects.bus.way import Way
 from armdrive.dialects.cia402.exchange import (
     ENABLE,
     RESPONSE_S,
-    Cia402Exchange,
-    DriveStates,
     Hindered,
     Script,
 )
 from armdrive.dialects.cia402.leading import REST_TURNS, SETTLE_S, MotionLead
-from armdrive.dialects.cia402.settings import TOP_HZ, Cia402Settings, DriveLimits
-from armdrive.dialects.cia402.transfers import ObjectTransfers
-from armdrive.dialects.cia402.wire import TARGET_MAX, Cia402Drive, DriveGroup, Heard, beside
-from armdrive.dialects.exchange import ScriptIO
+from armdrive.dialects.cia402.settings import TOP_HZ, DriveLimits
+from armdrive.dialects.cia402.wire import TARGET_MAX, Cia402Drive, beside
 from armdrive.tasks import Alert, AlertKind, Done, Halted, MoveAlong, MoveBy, Reply
 from firmware_protocol import canopen
 from kinematics.spaces import Motors
@@ -141,11 +137,7 @@ class CyclicMotion:
 
     MODE = canopen.OperationMode.CYCLIC_POSITION
 
-    io: ScriptIO[Heard]
-    exchange: Cia402Exchange
-    group: DriveGroup
     lead: MotionLead
-    settings: Cia402Settings
     limits: DriveLimits
     underruns: int = 0
     """How often it was late, or had nothing to drive although more was to come."""
@@ -158,10 +150,10 @@ class CyclicMotion:
     def drive(self, request: MoveAlong) -> Script[Reply]:
         """Give the drives targets along segments, until all is driven or something ends it."""
         yield from self.lead.prepare(self.MODE)
-        way = Way(Motors(drive.shaft.goal for drive in self.group.drives))
-        window_s = self.settings.smoothing_ms / 1000.0
+        way = Way(Motors(drive.shaft.goal for drive in self.lead.group.drives))
+        window_s = self.lead.settings.smoothing_ms / 1000.0
         trip = CyclicTrip(request, way, window_s, self._ease_s)
-        self.hz, self.shown_s, self.began_s = 0.0, self.io.now_s, self.io.now_s
+        self.hz, self.shown_s, self.began_s = 0.0, self.lead.io.now_s, self.lead.io.now_s
         try:
             reply = yield from self.lead.carry_out(
                 Phase.MOVING,
@@ -176,12 +168,8 @@ class CyclicMotion:
 
     def _give_targets(self, trip: CyclicTrip) -> float:
         """Give every drive its next target; slow down while one of them is not heard."""
-        lead, drives, now_s, cycle_s = (
-            self.lead,
-            self.group.drives,
-            self.io.now_s,
-            self.limits.cycle_s,
-        )
+        lead, cycle_s = self.lead, self.limits.cycle_s
+        drives, now_s = lead.group.drives, lead.io.now_s
         waits = any(drive.missed >= HELD_TURNS for drive in drives)
         self.underruns += waits + (now_s > lead.due_s + cycle_s)
         stands = any(self._misses_targets(drive) for drive in drives)
@@ -193,8 +181,8 @@ class CyclicMotion:
         self.hz = max(abs(target - drive.shaft.goal) for target, drive in ways) / cycle_s
         for drive, target in zip(drives, targets, strict=True):
             drive.shaft.order(target, self.limits.fastest_hz, math.inf, now_s)
-            self.exchange.command(drive, ENABLE, self.MODE, target)  # or one might run on
-        self.io.said = self.group.targets
+            self.lead.exchange.command(drive, ENABLE, self.MODE, target)  # or one might run on
+        self.lead.io.said = self.lead.group.targets
         return max(lead.due_s + cycle_s, now_s + HASTE * cycle_s)
 
     def _misses_targets(self, drive: Cia402Drive) -> bool:
@@ -208,7 +196,7 @@ class CyclicMotion:
         if shaft.is_near or math.isinf(drive.still_s):
             return False
         seen_s = shaft.read_s - max(drive.still_s, self.began_s)
-        unseen_s = self.io.now_s - max(drive.still_s, self.began_s)
+        unseen_s = self.lead.io.now_s - max(drive.still_s, self.began_s)
         misses = seen_s > (HELD_TURNS - 0.5) * cycle_s or unseen_s > LOST_TURNS * cycle_s
         return misses and unseen_s < SETTLE_S
 
@@ -216,14 +204,14 @@ class CyclicMotion:
         """Return whether all targets have been given."""
         if self.lead.refused:
             return Signal.REFUSED
-        if self.io.now_s >= self.shown_s + PROGRESS_S:
-            self.shown_s = self.io.now_s
-            self.exchange.progress()
+        if self.lead.io.now_s >= self.shown_s + PROGRESS_S:
+            self.shown_s = self.lead.io.now_s
+            self.lead.exchange.progress()
         return Signal.SENT if trip.over else None
 
     def _ease_s(self) -> float:
         """Return how long it takes to slow down from the present speed."""
-        return self.settings.ramp_s * min(self.hz / self.limits.fastest_hz, 1.0)
+        return self.lead.settings.ramp_s * min(self.hz / self.limits.fastest_hz, 1.0)
 
 
 def beyond_words(targets: Iterable[tuple[Cia402Drive, int]]) -> str:
@@ -264,10 +252,6 @@ class ProfileMotion:
 
     MODE = canopen.OperationMode.PROFILE_POSITION
 
-    io: ScriptIO[Heard]
-    exchange: Cia402Exchange
-    transfers: ObjectTransfers
-    group: DriveGroup
     lead: MotionLead
     limits: DriveLimits
     points: Mapping[Cia402Drive, SetPoint] = field(default_factory=dict)
@@ -279,7 +263,7 @@ class ProfileMotion:
         yield from self.lead.prepare(self.MODE)
         self.points = {
             drive: self._point(drive.shaft.goal + count, abs(count) / steps.largest, rate_hz)
-            for drive, count in zip(self.group.drives, steps, strict=True)
+            for drive, count in zip(self.lead.group.drives, steps, strict=True)
             if count
         }
         if not self.points:
@@ -288,17 +272,17 @@ class ProfileMotion:
         if words := beyond_words(goals):
             raise Hindered(words)
         ramps = {drive.node: point.writes for drive, point in self.points.items()}
-        yield from self.transfers.carry_out(ramps)
-        if self.io.stop_asked or let_go():
+        yield from self.lead.transfers.carry_out(ramps)
+        if self.lead.io.stop_asked or let_go():
             return Halted()
         yield from self._hand_over()
-        if self.io.stop_asked:
+        if self.lead.io.stop_asked:
             return Halted()
         for drive, point in self.points.items():
-            drive.shaft.order(point.goal, point.speed, point.slope, self.io.now_s)
+            drive.shaft.order(point.goal, point.speed, point.slope, self.lead.io.now_s)
         self.under_way = tuple(self.points)
         lasts_s = self.limits.lasts_s(steps.largest, rate_hz)
-        self.given_up_s = self.exchange.listened.s + 2.0 * lasts_s + SETTLE_S
+        self.given_up_s = self.lead.exchange.listened.s + 2.0 * lasts_s + SETTLE_S
         return (
             yield from self.lead.carry_out(Phase.MOVING, self._tell_goals, self._judge, self.MODE)
         )
@@ -309,33 +293,33 @@ class ProfileMotion:
 
     def _hand_over(self) -> Script[None]:
         """Wait until every drive has room for its set-point."""
-        given_up_s = self.exchange.listened.s + RESPONSE_S
+        given_up_s = self.lead.exchange.listened.s + RESPONSE_S
         for point in self.points.values():
             point.host.begin()
         self._hear()
         while any(point.host.phase is not canopen.Phase.ASKING for point in self.points.values()):
-            if self.exchange.listened.s >= given_up_s:
+            if self.lead.exchange.listened.s >= given_up_s:
                 raise Hindered("drives have no room for a set-point: reset them")
-            yield from self.exchange.turn()
+            yield from self.lead.exchange.turn()
             self._hear()
 
     def _tell_goals(self) -> float:
         """Have the drives go to their set-points."""
-        for drive in self.group.drives:
+        for drive in self.lead.group.drives:
             point = self.points.get(drive)
             word = ENABLE if point is None else point.host.controlword
-            self.exchange.command(drive, word, self.MODE, drive.shaft.goal)
-        self.io.said = self.group.targets
+            self.lead.exchange.command(drive, word, self.MODE, drive.shaft.goal)
+        self.lead.io.said = self.lead.group.targets
         return self.lead.cycle_ends_s
 
     def _judge(self) -> Signal | None:
         """Return whether all say that they have reached their set-points."""
         reached = self._hear()
         self.under_way = [drive for drive in self.under_way if drive not in reached]
-        self.exchange.progress()
+        self.lead.exchange.progress()
         if not self.under_way:
             return Signal.SENT
-        if self.exchange.listened.s <= self.given_up_s:
+        if self.lead.exchange.listened.s <= self.given_up_s:
             return None
         for drive in self.under_way:
             if not drive.shaft.is_near:
@@ -358,7 +342,6 @@ class ProfileMotion:
 #
 # The drive itself counts from its home offset where it has found that. Nothing here sets a zero.
 
-METHOD, TOWARDS, AWAY = canopen.Place(0x6098), canopen.Place(0x6099, 1), canopen.Place(0x6099, 2)
 GO = canopen.Controlword.of(canopen.Command.ENABLE_OPERATION, canopen.ControlBit.NEW_SET_POINT)
 BEYOND = 1.1
 """A search ends after this share of a motor's whole range: there is no switch on its way."""
@@ -378,13 +361,7 @@ class Cia402Homing:
 
     MODE = canopen.OperationMode.HOMING
 
-    io: ScriptIO[Heard]
-    exchange: Cia402Exchange
-    transfers: ObjectTransfers
-    group: DriveGroup
-    states: DriveStates
     lead: MotionLead
-    settings: Cia402Settings
     limits: DriveLimits
     left: dict[Cia402Drive, bool] = field(default_factory=dict)
     start: dict[Cia402Drive, int] = field(default_factory=dict)
@@ -393,8 +370,8 @@ class Cia402Homing:
 
     def home(self, groups: tuple[tuple[int, ...], ...]) -> Script[Reply]:
         """Home group after group; all drives, one after the other, where none is named."""
-        yield from self.lead.prepare(self.group.resting_mode)
-        drives = self.group.drives
+        yield from self.lead.prepare(self.lead.group.resting_mode)
+        drives = self.lead.group.drives
         for group in groups or tuple((motor,) for motor in range(len(drives))):
             reply = yield from self._home_group([drives[motor] for motor in group])
             if not isinstance(reply, Done):
@@ -402,27 +379,27 @@ class Cia402Homing:
         return Done()
 
     def _home_group(self, group: Sequence[Cia402Drive]) -> Script[Reply]:
-        yield from self.transfers.carry_out({drive.node: self._jobs(drive) for drive in group})
-        yield from self.states.take_mode(group, self.MODE)
-        self.io.said = "HOME"
+        yield from self.lead.transfers.carry_out({drive.node: self._jobs(drive) for drive in group})
+        yield from self.lead.states.take_mode(group, self.MODE)
+        self.lead.io.said = "HOME"
         self.start = {drive: drive.seen for drive in group}
         self.left = {drive: drive.word is None or _at_home(drive) for drive in group}
-        self.turns, self.given_up_s = 0, self.exchange.listened.s + self.settings.homing_s
+        self.turns, self.given_up_s = 0, self.lead.exchange.listened.s + self.lead.settings.homing_s
         reply = yield from self.lead.carry_out(Phase.HOMING, self._search, self._judge, None)
         if isinstance(reply, Done):
             for drive in group:
                 drive.rest()
-            yield from self.states.take_mode(group, self.group.resting_mode)
+            yield from self.lead.states.take_mode(group, self.lead.group.resting_mode)
         return reply
 
     def _jobs(self, drive: Cia402Drive) -> tuple[canopen.Write, ...]:
         """Return what tells a drive how to search, as far as the arm file says so."""
-        methods, jobs = self.settings.homing_methods, []
+        methods, jobs = self.lead.settings.homing_methods, []
         if methods:
-            jobs.append(
-                canopen.Write(METHOD, canopen.DataType.I8, methods[self.group.drives.index(drive)])
-            )
-        for place, speed in zip((TOWARDS, AWAY), self.settings.homing_speeds, strict=True):
+            method = methods[self.lead.group.drives.index(drive)]
+            jobs.append(canopen.Write(canopen.HOMING_METHOD, canopen.DataType.I8, method))
+        places = (canopen.HOMING_SPEED, canopen.HOMING_CREEP)
+        for place, speed in zip(places, self.lead.settings.homing_speeds, strict=True):
             if speed:
                 jobs.append(canopen.Write(place, canopen.DataType.U32, speed))
         return tuple(jobs)
@@ -430,7 +407,7 @@ class Cia402Homing:
     def _search(self) -> float:
         """Have the drives of the group search; the others are in their resting mode."""
         for drive in self.start:
-            self.exchange.command(drive, GO, self.MODE, drive.seen)
+            self.lead.exchange.command(drive, GO, self.MODE, drive.seen)
         self.turns += 1
         return self.lead.cycle_ends_s
 
@@ -438,9 +415,9 @@ class Cia402Homing:
         """Return whether all are home."""
         lead = self.lead
         if self.turns % PROGRESS_TURNS == 0:
-            self.exchange.progress()
+            self.lead.exchange.progress()
         lead.refused = self._looked_at()
-        if not lead.refused and self.exchange.listened.s > self.given_up_s:
+        if not lead.refused and self.lead.exchange.listened.s > self.given_up_s:
             lead.refused = f"{next(iter(self.left))} found no switch"
         if lead.refused:
             return Signal.TROUBLE
@@ -458,7 +435,7 @@ class Cia402Homing:
                 return f"{drive} did not find its switch or stop"
             if not _at_home(drive):
                 self.left[drive] = False
-                whole = self.limits.ranges[self.group.drives.index(drive)]
+                whole = self.limits.ranges[self.lead.group.drives.index(drive)]
                 if abs(drive.seen - self.start[drive]) > BEYOND * whole + 1:
                     return f"{drive} found no switch within its joints' limits"
             elif self.turns > 1 and (not shown or self.turns > SHOWN_TURNS):

@@ -5,28 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
-from firmware_protocol.canopen.datatypes import DataType, Value
-from firmware_protocol.canopen.drive_modes import (
-    OperationMode,
-    QuickStopOption,
-    mode_of,
-    supported_modes,
-)
-from firmware_protocol.canopen.drive_words import (
+from firmware_protocol.canopen.drives import (
     ControlBit,
     Controlword,
     DriveState,
+    OperationMode,
+    QuickStopOption,
     StatusBit,
     Statusword,
+    mode_of,
+    supported_modes,
 )
-from firmware_protocol.canopen.emcy_codes import ErrorRegister, error_words
+from firmware_protocol.canopen.emcy import ErrorRegister, error_words
 from firmware_protocol.canopen.nmt import HeartbeatWatch
-from firmware_protocol.canopen.objects import Access, Dictionary, ObjectEntry
-from firmware_protocol.canopen.pdo_setup import NO_REMOTE, NOT_VALID
-from firmware_protocol.canopen.sdo_messages import Place
-from firmware_protocol.canopen.standard import (
+from firmware_protocol.canopen.objects import (
     CONSUMER_HEARTBEAT,
     CONTROLWORD,
+    DEVICE_NAME,
     DEVICE_TYPE,
     ERROR_CODE,
     ERROR_REGISTER,
@@ -38,7 +33,14 @@ from firmware_protocol.canopen.standard import (
     STANDARD,
     STATUSWORD,
     SUPPORTED_MODES,
+    Access,
+    DataType,
+    Dictionary,
+    ObjectEntry,
+    Place,
+    Value,
 )
+from firmware_protocol.canopen.pdo import NO_REMOTE, NOT_VALID
 from firmware_protocol.errors import RemoteProtocolError
 
 # What words and numbers of the drive profile CiA 402 mean, in words.
@@ -190,9 +192,6 @@ def reaction_words(value: int) -> str:
     return f"{value}, {_REACTIONS.get(value, 'not known')}"
 
 
-NAME = Place(0x1008)
-"""The manufacturer's name of a device."""
-
 _U8, _U16, _U32, _I32 = DataType.U8, DataType.U16, DataType.U32, DataType.I32
 _TEXT = DataType.VISIBLE_STRING
 _MORE = Dictionary(
@@ -201,7 +200,7 @@ _MORE = Dictionary(
         (Place(0x1002), "Manufacturer status register", _U32, ""),
         (Place(0x1005), "COB-ID of SYNC", _U32, ""),
         (Place(0x1006), "Communication cycle period", _U32, "us"),
-        (NAME, "Manufacturer device name", _TEXT, ""),
+        (DEVICE_NAME, "Manufacturer device name", _TEXT, ""),
         (Place(0x1009), "Manufacturer hardware version", _TEXT, ""),
         (Place(0x100A), "Manufacturer software version", _TEXT, ""),
         (Place(0x1014), "COB-ID of EMCY", _U32, ""),

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from armdrive.dialects.bus.motors import BusMotors
+from armdrive.dialects.bus.motors import BusMotors, check_ids
 from armdrive.dialects.bus.observer import Bounds
 from armdrive.dialects.bus.way import trapezoid_s
 from armdrive.errors import ArmFileError
@@ -67,12 +67,7 @@ class Cia402Settings:
     homing_s: float = 60.0
 
     def __post_init__(self) -> None:
-        for index, node in enumerate(self.ids):
-            within(f"cia402.ids[{index}]", node, 1, NODE_MAX)
-        if not self.ids or len(set(self.ids)) != len(self.ids):
-            raise ArmFileError(
-                f"cia402.ids gives each motor a node number of its own, not {list(self.ids)}"
-            )
+        check_ids("cia402", self.ids, NODE_MAX, "a node number")
         for name, (low, high) in _BOUNDS.items():
             within(f"cia402.{name}", getattr(self, name), low, high)
         if self.master_id in self.ids:

@@ -22,7 +22,6 @@ from armdrive.dialects.bus.tools import (
 )
 from armdrive.dialects.cia402.objects import (
     DRIVES,
-    NAME,
     device_words,
     entry_of,
     mode_words,
@@ -37,22 +36,32 @@ from armdrive.dialects.exchange import Script
 from armdrive.dialog.conversation import Finding, note, ok, problem
 from armdrive.transports.can_health import BusHealth
 from firmware_protocol.canopen.cob import NODE_MAX, Service, cob_id, is_for, service_of
-from firmware_protocol.canopen.datatypes import Value
-from firmware_protocol.canopen.drive_modes import OperationMode, mode_of, supported_modes
-from firmware_protocol.canopen.drive_words import DriveState, Statusword
-from firmware_protocol.canopen.emcy_codes import error_words
+from firmware_protocol.canopen.drives import (
+    DriveState,
+    OperationMode,
+    Statusword,
+    mode_of,
+    supported_modes,
+)
+from firmware_protocol.canopen.emcy import error_words
 from firmware_protocol.canopen.nmt import Heartbeat, NodeState
-from firmware_protocol.canopen.sdo_client import Aborted, GarbledResponse, SdoClient, Uploaded
-from firmware_protocol.canopen.sdo_messages import Place
-from firmware_protocol.canopen.standard import (
+from firmware_protocol.canopen.objects import (
+    DEVICE_NAME,
     DEVICE_TYPE,
     ERROR_CODE,
     ERROR_REGISTER,
     MODE_SHOWN,
     POSITION,
+    PRODUCT,
+    REVISION,
+    SERIAL_NUMBER,
     STATUSWORD,
     SUPPORTED_MODES,
+    VENDOR,
+    Place,
+    Value,
 )
+from firmware_protocol.canopen.sdo_client import Aborted, GarbledResponse, SdoClient, Uploaded
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.frames import Frame, pack
 
@@ -69,13 +78,12 @@ ROUNDS, TRIES = 2, 3
 LONGEST = 256
 """Bytes of an object that are read at most, a name being the longest."""
 
-VENDOR, PRODUCT, REVISION, SERIAL = (Place(0x1018, sub) for sub in (1, 2, 3, 4))
 QUESTIONS = (
-    DEVICE_TYPE, NAME, VENDOR, PRODUCT, REVISION, SERIAL,
+    DEVICE_TYPE, DEVICE_NAME, VENDOR, PRODUCT, REVISION, SERIAL_NUMBER,
     SUPPORTED_MODES, STATUSWORD, MODE_SHOWN, POSITION, ERROR_REGISTER, ERROR_CODE,
 )  # fmt: skip
 """What a node is asked that is there."""
-_TELLTALES = (SERIAL, POSITION, STATUSWORD)
+_TELLTALES = (SERIAL_NUMBER, POSITION, STATUSWORD)
 """Objects that are hardly ever alike in two drives."""
 
 
@@ -102,7 +110,7 @@ class SurveyedNode:
     @property
     def name(self) -> str:
         """What its maker calls it; empty where it does not tell."""
-        value = self.objects.get(NAME)
+        value = self.objects.get(DEVICE_NAME)
         return value if isinstance(value, str) else ""
 
     @property
@@ -326,7 +334,7 @@ def view(node: SurveyedNode) -> dict[str, object]:
         "profile": node.profile,
         "device": _type_words(node) if node.answers else "",
         "name": node.name,
-        "identity": [node.number_of(each) for each in (VENDOR, PRODUCT, REVISION, SERIAL)],
+        "identity": [node.number_of(each) for each in (VENDOR, PRODUCT, REVISION, SERIAL_NUMBER)],
         "nmt": None if node.state is None else node.state.name.lower(),
         "state": None if state is None else state.name.lower(),
         "mode": node.number_of(MODE_SHOWN),
@@ -357,7 +365,7 @@ def _self_words(node: SurveyedNode) -> list[str]:
     for word, place in identity:
         if (number := node.number_of(place)) is not None:
             words.append(f"{word} {number:08X}")
-    if serial := node.number_of(SERIAL):
+    if serial := node.number_of(SERIAL_NUMBER):
         words.append(f"serial number {serial}")
     if node.state is not None:
         words.append(node.state.name.lower().replace("_", "-"))

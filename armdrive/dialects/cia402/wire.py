@@ -22,7 +22,7 @@ from armdrive.dialects.cia402.settings import CYCLIC, Cia402Settings
 from armdrive.dialects.exchange import ScriptIO
 from armdrive.tasks import Alert, AlertKind, ProtocolWarning, Registers
 from firmware_protocol import canopen
-from firmware_protocol.canopen.sdo_messages import Upload
+from firmware_protocol.canopen.sdo import Upload
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.frames import Frame, Unpacker, pack
 from kinematics.spaces import Motors
@@ -221,7 +221,6 @@ class HeartbeatProducer:
 
 
 FAULTS = (canopen.DriveState.FAULT, canopen.DriveState.FAULT_REACTION)
-SERIAL_NUMBER = canopen.Place(0x1018, 4)
 
 
 @dataclass(slots=True, eq=False)
@@ -407,10 +406,10 @@ class DriveGroup:
                 node, canopen.Uploaded() | canopen.Downloaded() | canopen.Aborted() as event
             ):
                 self.answers[node] = event
-                if isinstance(event, canopen.Uploaded) and event.place == SERIAL_NUMBER:
+                if isinstance(event, canopen.Uploaded) and event.place == canopen.SERIAL_NUMBER:
                     self._serials[node] = event.data
             case SdoAnswered(node, canopen.StrayResponse(Upload(place, content))) if (
-                place == SERIAL_NUMBER
+                place == canopen.SERIAL_NUMBER
             ):
                 if self._serials.get(node, content.data) != content.data:  # not what comes twice
                     self.shared.add(node)

@@ -22,25 +22,10 @@ from armdrive.dialects.cia402.objects import (
 )
 from armdrive.dialects.words import Describer, Message, Sentences, Weight, wording
 from firmware_protocol.canopen.cob import Service, opened, service_of
-from firmware_protocol.canopen.datatypes import Value
-from firmware_protocol.canopen.drive_modes import mode_of
+from firmware_protocol.canopen.drives import mode_of
 from firmware_protocol.canopen.emcy import MAKERS_BYTES, Emergency
-from firmware_protocol.canopen.nmt import Heartbeat, Nmt, NmtCommand, NodeState
-from firmware_protocol.canopen.pdo import Mapping as PdoMapping
-from firmware_protocol.canopen.sdo_frames import decode_request, decode_response
-from firmware_protocol.canopen.sdo_messages import (
-    Abort,
-    Content,
-    DownloadStarted,
-    NextSegment,
-    Place,
-    Segment,
-    SegmentTaken,
-    StartDownload,
-    StartUpload,
-    Upload,
-)
-from firmware_protocol.canopen.standard import (
+from firmware_protocol.canopen.nmt import Heartbeat, Nmt, NmtCommand, NodeState, Sync
+from firmware_protocol.canopen.objects import (
     CONTROLWORD,
     MODE,
     MODE_SHOWN,
@@ -48,13 +33,28 @@ from firmware_protocol.canopen.standard import (
     STANDARD,
     STATUSWORD,
     TARGET_POSITION,
+    Place,
+    Value,
 )
-from firmware_protocol.canopen.sync import Sync
+from firmware_protocol.canopen.pdo import PDO_SERVICES, Direction
+from firmware_protocol.canopen.pdo import Mapping as PdoMapping
+from firmware_protocol.canopen.sdo import (
+    Abort,
+    Content,
+    DownloadStarted,
+    NextSegment,
+    Segment,
+    SegmentTaken,
+    StartDownload,
+    StartUpload,
+    Upload,
+    decode_request,
+    decode_response,
+)
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.frames import Frame, pack
 
-RECEIVED = (Service.RPDO1, Service.RPDO2, Service.RPDO3, Service.RPDO4)
-TRANSMITTED = (Service.TPDO1, Service.TPDO2, Service.TPDO3, Service.TPDO4)
+RECEIVED, TRANSMITTED = (PDO_SERVICES[direction] for direction in Direction)
 OF_MASTER = frozenset((Service.NMT, Service.SYNC, Service.TIME, Service.SDO_REQUEST, *RECEIVED))
 """What a master says; the rest is said by nodes."""
 _PDO_PLACES: tuple[tuple[Service, tuple[Place, ...]], ...] = (

@@ -8,16 +8,17 @@ started by one frame; else each drive begins when its order has come.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Mapping
 from itertools import pairwise
 
 from armdrive.dialects.mks.inquiry import MksInquiry
 from armdrive.dialects.mks.motion import MksMotion
 from armdrive.dialects.mks.steering import beyond
 from armdrive.dialects.mks.stops import MksStops, shared_acc
-from armdrive.dialects.mks.wire import COUNTS_S_PER_RPM, MksWire, Script, slope_of
+from armdrive.dialects.mks.wire import Asking, MksWire, Script
 from armdrive.tasks import Done, Halted, RequestRejected, never
 from firmware_protocol.mks import (
+    COUNTS_S_PER_RPM,
     SPEED_MAX_RPM,
     Ability,
     ArmSynchronous,
@@ -26,6 +27,7 @@ from firmware_protocol.mks import (
     MoveAbsoluteAxis,
     Started,
     StoredForStart,
+    slope_of,
 )
 from firmware_protocol.mks import Done as Taken
 from kinematics.spaces import Motors
@@ -84,7 +86,7 @@ class MksBursts:
 
     def _together(
         self, orders: Mapping[int, MoveAbsoluteAxis], let_go: Callable[[], bool]
-    ) -> Generator[float, Event | None, Halted | RequestRejected | None]:
+    ) -> Asking[Halted | RequestRejected | None]:
         """Store each drive's order, and start them all by one frame; said twice."""
         wire = self._wire
         arming = dict.fromkeys(orders, ArmSynchronous(on=True))
@@ -107,7 +109,7 @@ class MksBursts:
 
     def _disarm(
         self, orders: Mapping[int, MoveAbsoluteAxis], stored: Mapping[int, Event], ready: bool
-    ) -> Generator[float, Event | None, Halted | RequestRejected]:
+    ) -> Asking[Halted | RequestRejected]:
         """Take back what was stored; a drive that began at once is stopped."""
         wire = self._wire
         began = [node for node in orders if isinstance(stored.get(node), Started)]

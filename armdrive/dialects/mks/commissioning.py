@@ -14,8 +14,8 @@ from armdrive.config.arm import ArmConfig
 from armdrive.dialects.bus.motors import one_motor
 from armdrive.dialects.bus.tools import BusTools, CommissioningTools, DrivePlace, on_wire
 from armdrive.dialects.dialect import DeviceTools
-from armdrive.dialects.mks.compare import value_words
-from armdrive.dialects.mks.identify import Asking, answer_of, is_shared
+from armdrive.dialects.mks.compare import value_words, wanted_settings
+from armdrive.dialects.mks.inquiry import is_shared
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.survey import (
     Known,
@@ -24,10 +24,9 @@ from armdrive.dialects.mks.survey import (
     is_request,
     known,
     scripts,
-    setting_of,
     survey_drives,
 )
-from armdrive.dialects.mks.wire import TRIES, MksWire
+from armdrive.dialects.mks.wire import TRIES, Asking, MksWire
 from armdrive.dialects.mks.words import TALK, MksEar
 from armdrive.dialog.conversation import (
     About,
@@ -44,6 +43,7 @@ from firmware_protocol.mks import (
     NODE_MAX,
     TARGET_MAX,
     Ability,
+    Answered,
     Bitrate,
     Calibrate,
     Code,
@@ -53,13 +53,9 @@ from firmware_protocol.mks import (
     Mode,
     MotorState,
     ReadState,
-    ReplyMode,
     Request,
     SetCurrent,
     SetId,
-    SetMicrosteps,
-    SetMode,
-    SetReplies,
     Setting,
     SetZero,
     SilenceWatchdog,
@@ -110,7 +106,8 @@ def _calibrated(wire: MksWire, node: int) -> Asking[bool]:
         if isinstance(heard, Done | Failed) and isinstance(heard.request, Calibrate):
             wire.host.settle(node)
             return isinstance(heard, Done)
-        if answer_of(heard) == StateRead(MotorState.STOPPED) and wire.now_s > began_s + BEGUN_S:
+        stands = isinstance(heard, Answered) and heard.answer == StateRead(MotorState.STOPPED)
+        if stands and wire.now_s > began_s + BEGUN_S:
             end_s = min(end_s, wire.now_s + CALIBRATION_LOOK_S)  # the word that ends it may follow
         if heard is None and wire.now_s >= look_s:
             look_s = wire.now_s + CALIBRATION_LOOK_S
@@ -120,17 +117,7 @@ def _calibrated(wire: MksWire, node: int) -> Asking[bool]:
 
 # The settings of a drive: what differs from what an arm needs is shown, agreed to, written, read.
 #
-# One table says which settings matter, and why. What a firmware does not let be read is written
-# whatever it is, and proved by the first motion.
-
-
-@dataclass(frozen=True, slots=True)
-class WantedSetting:
-    """One setting that an arm needs, and why."""
-
-    setting: Setting
-    what: str
-    why: str
+# What a firmware does not let be read is written whatever it is, and proved by the first motion.
 
 
 def write(wire: MksWire, node: int, setting: Setting, able: frozenset[Ability]) -> Asking[bool]:
@@ -141,15 +128,10 @@ def write(wire: MksWire, node: int, setting: Setting, able: frozenset[Ability]) 
             if taken is not None:
                 return taken
             continue
-        is_set = yield from setting_of(wire, node, setting.code)
+        is_set = yield from wire.setting(node, setting.code)
         if is_set == setting or (is_set is None and taken):
             return True
     return False
-
-
-def _able(setting: Setting, found: Known) -> bool:
-    needed = needed_for(setting)
-    return needed is None or needed in found.able
 
 
 # A drive that has come to the bus: set up, and calibrated.
@@ -201,7 +183,11 @@ class MksDriveAtHand:
     def settle(self) -> Talk[int]:
         """Set a drive up; return the current in mA that it has now, 0 where that was left alone."""
         current_ma = yield from self._current()
-        wanted = [each for each in self._wanted(current_ma) if _able(each.setting, self.found)]
+        wanted = [
+            each
+            for each in wanted_settings(self.arm.device, current_ma)
+            if needed_for(each.setting) in (None, *self.found.able)
+        ]
         differing = [
             each for each in wanted if self.found.settings.get(each.setting.code) != each.setting
         ]
@@ -242,29 +228,6 @@ class MksDriveAtHand:
     def set_watchdog(self, seconds: float) -> Talk[bool]:
         """Have it stop by itself when the bus is silent for so long; return whether it will."""
         return (yield from self._write(SilenceWatchdog(round(seconds * 1000))))
-
-    def _wanted(self, current_ma: int) -> tuple[WantedSetting, ...]:
-        device = self.arm.device
-        watchdog_ms = round(device.watchdog_s * 1000)
-        return (
-            WantedSetting(
-                SetMode(Mode.BUS_FOC), "mode 5 (SR_vFOC)", "outside it no bus motion is obeyed"
-            ),
-            WantedSetting(
-                SetReplies(ReplyMode.FULL), "replies on", "the driver hears what is done"
-            ),
-            WantedSetting(
-                SetMicrosteps(device.microsteps),
-                f"{device.microsteps} microsteps",
-                "with 16, 32 or 64 the drive's speeds are rpm",
-            ),
-            WantedSetting(SetCurrent(current_ma), f"{current_ma} mA", "the motor's own rating"),
-            WantedSetting(
-                SilenceWatchdog(watchdog_ms),
-                f"watchdog {watchdog_ms} ms",
-                "the motor stops when the computer has died or the cable is pulled",
-            ),
-        )
 
     def _current(self) -> Talk[int]:
         if self.arm.device.current_ma:

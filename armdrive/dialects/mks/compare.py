@@ -7,19 +7,19 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 
-from armdrive.dialects.mks.inquiry import setting_in
-from armdrive.dialects.mks.wire import MksWire, Script
+from armdrive.dialects.mks.settings import MksSettings
+from armdrive.dialects.mks.wire import MksWire, Script, Told, meant
 from armdrive.errors import Refused
 from armdrive.tasks import DeviceSettings, Difference, Done, RequestRejected
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.frames import Frame
 from firmware_protocol.mks import (
+    CURRENT_MAX_MA,
     SETTING_CODES,
     Ability,
-    Answered,
     Code,
-    Event,
     Mode,
     ReadSetting,
     ReplyMode,
@@ -40,6 +40,43 @@ _NOT_BY_LINE = (Code.NODE, Code.BITRATE, Code.GROUP)
 """Settings after which the drive would be somewhere else: commissioning has a command for them."""
 
 
+@dataclass(frozen=True, slots=True)
+class WantedSetting:
+    """One setting that an arm needs, in words, and why."""
+
+    setting: Setting
+    what: str
+    why: str
+
+
+def wanted_settings(device: MksSettings, current_ma: int) -> tuple[WantedSetting, ...]:
+    """Return what each drive of an arm has to be set to; motors have this current."""
+    watchdog_ms = round(device.watchdog_s * 1000)
+    return (
+        WantedSetting(
+            SetMode(Mode.BUS_FOC), "mode 5 (SR_vFOC)", "outside it no bus motion is obeyed"
+        ),
+        WantedSetting(SetReplies(ReplyMode.FULL), "replies on", "the driver hears what is done"),
+        WantedSetting(
+            SetMicrosteps(device.microsteps),
+            f"{device.microsteps} microsteps",
+            "with 16, 32 or 64 the drive's speeds are rpm",
+        ),
+        WantedSetting(SetCurrent(current_ma), f"{current_ma} mA", "the motor's own rating"),
+        WantedSetting(
+            SilenceWatchdog(watchdog_ms),
+            f"watchdog {watchdog_ms} ms",
+            "the motor stops when the computer has died or the cable is pulled",
+        ),
+    )
+
+
+_COMPARED = (Code.MODE, Code.MICROSTEPS, Code.REPLIES, Code.CURRENT)
+"""What a connected arm is compared in; its watchdog is switched on with the motors."""
+_MUST = (Code.MODE, Code.MICROSTEPS)
+"""Nothing moves without these, or not as it should."""
+
+
 class MksComparing:
     """Reads settings, compares and mends them."""
 
@@ -53,34 +90,25 @@ class MksComparing:
             return DeviceSettings((), firmware)
         began_s = wire.now_s
         differences: list[Difference] = []
-        for code, wanted, must in self._wanted():
+        current_ma = wire.settings.current_ma
+        wanted = {
+            each.setting.code: each.setting
+            for each in wanted_settings(wire.settings, current_ma or CURRENT_MAX_MA)
+        }
+        for code in _COMPARED if current_ma else _COMPARED[:-1]:
             found = yield from wire.read(ReadSetting(code))
             if missing := [node for node in wire.nodes if node not in found]:
                 return wire.absence(missing, began_s)
-            differences += self._differing(found, wanted, must)
+            differences += self._differing(found, wanted[code])
         return DeviceSettings(tuple(differences), firmware)
 
-    def _wanted(self) -> tuple[tuple[Code, Setting, bool], ...]:
-        """Return each setting that matters, and whether nothing moves without it."""
-        rows: list[tuple[Code, Setting, bool]] = [
-            (Code.MODE, SetMode(Mode.BUS_FOC), True),
-            (Code.MICROSTEPS, SetMicrosteps(self._wire.settings.microsteps), True),
-            (Code.REPLIES, SetReplies(ReplyMode.FULL), False),
-        ]
-        if self._wire.settings.current_ma:
-            rows.append((Code.CURRENT, SetCurrent(self._wire.settings.current_ma), False))
-        return tuple(rows)
-
-    def _differing(
-        self, found: Mapping[int, Event], wanted: Setting, must: bool
-    ) -> list[Difference]:
+    def _differing(self, found: Mapping[int, Told], wanted: Setting) -> list[Difference]:
         differences = []
         for node in self._wire.nodes:
-            heard = found[node]
-            read = heard.answer if isinstance(heard, Answered) else None
+            read = found[node]
             if not isinstance(read, SettingRead) or read.value is None:
                 continue  # it is not told
-            is_set = setting_in(heard)
+            is_set = meant(read)
             if is_set != wanted:
                 differences.append(
                     Difference(
@@ -88,7 +116,7 @@ class MksComparing:
                         value_words(is_set) or read.value.hex(" "),
                         value_words(wanted),
                         mending_line(node, wanted),
-                        must,
+                        wanted.code in _MUST,
                     )
                 )
         return differences

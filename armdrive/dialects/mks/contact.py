@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Generator
+from collections.abc import Callable, Collection
 
-from armdrive.dialects.mks.identify import firmware_of, shared_words
-from armdrive.dialects.mks.inquiry import MksInquiry, Words
+from armdrive.dialects.mks.inquiry import MksInquiry, Words, firmware_of, shared_words
 from armdrive.dialects.mks.stops import MksStops, pressing_words
-from armdrive.dialects.mks.wire import TRIES, Hindrance, MksWire, Script
+from armdrive.dialects.mks.wire import TRIES, Asking, Hindrance, MksWire, Script, meant
 from armdrive.tasks import Done, ProtocolWarning, RequestRejected
-from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.mks import (
     LATEST,
     Ability,
-    Answered,
     ArmSynchronous,
     ClearStall,
     Code,
     Enable,
-    Event,
     MotorState,
     ReadSetting,
     ReplyMode,
@@ -26,7 +22,6 @@ from firmware_protocol.mks import (
     SettingRead,
     SilenceWatchdog,
     abilities_of,
-    as_setting,
 )
 from firmware_protocol.mks import Done as Taken
 from firmware_protocol.mks import Request as Message
@@ -95,7 +90,7 @@ class MksContact:
             RequestRejected(f"{absence.reason}. And {shared}", moved=False) if shared else absence
         )
 
-    def _recognise(self) -> Generator[float, Event | None, None]:
+    def _recognise(self) -> Asking[None]:
         """Learn what the drives can do: what the oldest firmware among them can."""
         wire = self._wire
         version = wire.settings.version
@@ -190,7 +185,7 @@ class MksContact:
         self.on = False
         return (yield from self._command(Enable(on=False), "DISABLE")) or Done()
 
-    def _watch(self) -> Generator[float, Event | None, bool]:
+    def _watch(self) -> Asking[bool]:
         """Switch the drives' silence watchdog on; tell whether it is on for certain in all."""
         wire = self._wire
         timeout = SilenceWatchdog(round(wire.settings.watchdog_s * 1000.0))
@@ -199,9 +194,10 @@ class MksContact:
         found = yield from wire.ask(dict.fromkeys(wire.nodes, timeout), text="WATCHDOG")
         if not all(isinstance(found.get(node), Taken) for node in wire.nodes):
             return False
+        fits = [SettingRead(timeout.code, value) for value in (None, timeout.payload)]
         for _ in range(TRIES):  # a late answer to the setting looks like its value
-            told = yield from wire.read(ReadSetting(Code.WATCHDOG))
-            if all(_setting(told.get(node)) in (None, timeout) for node in wire.nodes):
+            told = yield from wire.read(ReadSetting(timeout.code))
+            if all(told.get(node) in (None, *fits) for node in wire.nodes):
                 return True
         return False
 
@@ -245,7 +241,8 @@ class MksContact:
         if not self._wire.can(Ability.READ_SETTINGS):
             return ""
         found = yield from self._wire.read(ReadSetting(Code.REPLIES), nodes)
-        off = [node for node, heard in found.items() if _replies(heard) is ReplyMode.NONE]
+        none = SetReplies(ReplyMode.NONE)
+        off = [node for node, told in found.items() if meant(told) == none]
         return f"{self._wire.drive(off[0])} {REPLIES_OFF}" if off else ""
 
     # -- faults -------------------------------------------------------------------------------
@@ -265,19 +262,3 @@ class MksContact:
                 )
         rest = self._take_up_at_rest if self.on else self.take_up
         return (yield from rest()) or Done()
-
-
-def _setting(heard: Event | None) -> object:
-    """Return a setting that was read, None where it was not told; what is none as it came."""
-    if not isinstance(heard, Answered) or not isinstance(heard.answer, SettingRead):
-        return None
-    try:
-        return as_setting(heard.answer)
-    except RemoteProtocolError:
-        return heard.answer
-
-
-def _replies(heard: Event) -> ReplyMode | None:
-    """Return how a drive replies; None where it did not tell."""
-    setting = _setting(heard)
-    return setting.mode if isinstance(setting, SetReplies) else None

@@ -12,8 +12,9 @@ from dataclasses import replace
 
 from armdrive.abilities import Abilities
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.bus.motors import bus_motors
-from armdrive.dialects.bus.observer import LATE_S
+from armdrive.dialects.bus.group import BUS_REQUESTS
+from armdrive.dialects.bus.motors import HOST_S, bus_motors
+from armdrive.dialects.bus.observer import LATE_S, unwrapped
 from armdrive.dialects.bus.way import trapezoid_s
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
 from armdrive.dialects.dialect import Driver
@@ -26,10 +27,9 @@ from armdrive.dialects.mks.motion import MksMotion
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.steering import CATCH_UP, CATCH_UP_RPM, catch_up_rpm
 from armdrive.dialects.mks.stops import STOP_POLL_S, MksStops
-from armdrive.dialects.mks.wire import COUNTS_S_PER_RPM, MksWire, Script, slope_of
+from armdrive.dialects.mks.wire import MksWire, Script
 from armdrive.errors import Refused
 from armdrive.tasks import (
-    ClearFault,
     Done,
     DropCurrent,
     HomeDevice,
@@ -43,11 +43,9 @@ from armdrive.tasks import (
     SwitchOn,
 )
 from firmware_protocol.frames import Unpacker
-from firmware_protocol.mks import SPEED_MAX_RPM, Ability, Event
+from firmware_protocol.mks import COUNTS_S_PER_RPM, SPEED_MAX_RPM, Ability, Event, slope_of
 from kinematics.spaces import Motors
 
-HOST_S = 0.03
-"""What an operating system, an adapter and a bus with other traffic may add to a frame's way."""
 STEERED = 3
 """So many segments are known ahead: the drives hold the last order alone."""
 
@@ -103,7 +101,7 @@ class MksController(ScriptRunner[Event]):
 
     def script(self, request: Request) -> Script:
         """Carry out a request; the first one makes contact with the drives before it."""
-        if not isinstance(request, _KNOWN):
+        if not isinstance(request, BUS_REQUESTS):
             raise Refused(f"MKS drives know no {type(request).__name__}")
         return self._script_of(request)
 
@@ -230,22 +228,9 @@ class MksController(ScriptRunner[Event]):
         return self._bursts.strays_of(steps, rate_hz)
 
     def unwrap(self, registers: Motors, near: Motors) -> Motors:
-        """Take a drive that was found within reach of where it was left for being there still.
-
-        An encoder trembles by a few counts, and a closed loop holds within some. The count that is
-        expected of it is its own from then on. Nothing wraps: the encoder counts 48 bits.
-        """
-        return Motors(
-            drive.found_near(there, self._wire.now_s) if count == drive.goal else count
-            for drive, count, there in zip(self._wire.drives, registers, near, strict=True)
-        )
+        """Take a drive that was found within reach of where it was left for being there still."""
+        return unwrapped(self._wire.drives, registers, near, self._wire.now_s)
 
 
 _TOP_HZ = SPEED_MAX_RPM * COUNTS_S_PER_RPM
-_KNOWN = (
-    MoveBy, MoveAlong, ReadPosition, ReadSettings, MendSetting, SwitchOn, DropCurrent, HomeDevice,
-    ClearFault,
-)  # fmt: skip
-
-
 DRIVER = Driver(MksSettings, MksController, Unpacker)

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 
 from armdrive.dialects.bus.group import Act, Phase, Signal, Stages, lead
 from armdrive.dialects.bus.observer import MUTE_LOOKS
-from armdrive.dialects.mks.motion import Doing
 from armdrive.dialects.mks.stops import Braking, MksStops
 from armdrive.dialects.mks.wire import MksWire, Script
 from armdrive.tasks import Done, Halted, Progress, RequestRejected
@@ -59,12 +58,10 @@ class MksHoming:
             searching.wrong = f"{wire.drive(refused[0])} refused to home"
         searching.left -= {node for node in nodes if isinstance(answers.get(node), Ended)}
 
-        def stop() -> Doing:
+        def stop() -> None:
             """Stop them dead: they obey no ramp while they home."""
             nonlocal braking
-            self._stops.say(nodes, hard=True)
-            braking = Braking(wire, self._stops, nodes, hard=True)
-            yield from ()
+            braking = self._stops.brake(nodes, hard=True)
 
         stages: Stages = {Phase.HOMING: lambda: searching, Phase.STOPPING: lambda: braking}
         acts = {Act.STOP_DEAD: stop, Act.HOLD: lambda: self._stops.hold(braking)}

@@ -7,7 +7,7 @@ stands elsewhere has lost its last order, which is said again, or cannot go on.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from typing import TypeAlias
 
 from armdrive.dialects.bus.group import Act, Phase, Signal, Stage, lead
@@ -17,7 +17,7 @@ from armdrive.dialects.bus.way import KEPT_S
 from armdrive.dialects.mks.inquiry import MksInquiry
 from armdrive.dialects.mks.steering import Steering, Trip, way_from_here
 from armdrive.dialects.mks.stops import STOP_POLL_S, Braking, MksStops
-from armdrive.dialects.mks.wire import TRIES, Hindrance, MksWire, Script
+from armdrive.dialects.mks.wire import TRIES, Asking, Hindrance, MksWire, Script
 from armdrive.tasks import (
     Alert,
     AlertKind,
@@ -29,7 +29,7 @@ from armdrive.tasks import (
     RequestRejected,
     Timeout,
 )
-from firmware_protocol.mks import Event, MotorState, ReadEncoder, ReadState
+from firmware_protocol.mks import MotorState, ReadEncoder, ReadState
 
 FRESH_S = 0.3
 """Where a drive stands was read no longer ago than this before it is moved."""
@@ -40,7 +40,7 @@ SHORT_LOOKS = 3
 PATIENCE_S = 1.0
 """So much later than it should a motion may end."""
 
-Doing: TypeAlias = Generator[float, Event | None, None]
+Doing: TypeAlias = Asking[None]
 
 
 class MksMotion:
@@ -119,11 +119,11 @@ class Leading:
             Phase.ARRIVING: lambda: Arriving(self),
             Phase.STOPPING: lambda: self.braking,
         }
-        acts = {
+        acts: dict[Act, Callable[[], Doing | None]] = {
             Act.STOP: self._stop,
             Act.EXPLAIN: self._explain,
             Act.REPEAT: self._repeat,
-            Act.HOLD: self._hold,
+            Act.HOLD: lambda: self.stops.hold(self.braking),
         }
         if self.trip is not None:
             trip = self.trip
@@ -141,25 +141,24 @@ class Leading:
         """Whether somebody wants it ended."""
         return self.wire.stop_asked or self.let_go()
 
+    def blame(self, trouble: Verdict | Alert | None) -> bool:
+        """Take note of what is wrong; tell whether anything is."""
+        self.trouble = trouble
+        return trouble is not None
+
     # -- acts ---------------------------------------------------------------------------------
 
-    def _stop(self) -> Doing:
+    def _stop(self) -> None:
         """Stop the drives; where they rest is judged, since nobody else looks for that."""
         self._reply = self.steering.refused or Halted()
         self._judged = True
-        self._brake(self.wire.under_way, hard=self.wire.stop_hard)
-        yield from ()
-
-    def _brake(self, nodes: tuple[int, ...], *, hard: bool = False) -> None:
-        for node in nodes:
-            self.wire.drive(node).stop(self.wire.now_s)
-        self.stops.say(nodes, hard=hard)
-        self.braking = Braking(self.wire, self.stops, nodes, hard=hard, judged=self._judged)
+        hard = self.wire.stop_hard
+        self.braking = self.stops.brake(self.wire.under_way, hard=hard, judged=True)
 
     def _explain(self) -> Doing:
         """Stop the drives, then find out what is wrong with one, and say it."""
-        trouble, nodes = self.trouble, self.wire.under_way
-        self._brake(nodes)
+        trouble = self.trouble
+        self.braking = self.stops.brake(self.wire.under_way, judged=self._judged)
         if isinstance(trouble, Verdict) and trouble.finding in (Finding.MUTE, Finding.SILENT):
             trouble = yield from self._unheard(trouble)
         if isinstance(trouble, Verdict):
@@ -168,7 +167,7 @@ class Leading:
             self.wire.tell(trouble)
             self._reply = RequestRejected(trouble.text)
 
-    def _unheard(self, verdict: Verdict) -> Generator[float, Event | None, Verdict | None]:
+    def _unheard(self, verdict: Verdict) -> Asking[Verdict | None]:
         """Look for drives that fell silent; return what is wrong with one that is back.
 
         The others are stopped, and it is said who is missing.
@@ -215,7 +214,7 @@ class Leading:
                 self.wire.repeat(drive)
         self.short.clear()
 
-    def _take_up(self, trip: Trip) -> Doing:
+    def _take_up(self, trip: Trip) -> None:
         """Go on from where the drives were found; what is driven twice is not left out."""
         wire = self.wire
         early_s = max(trip.time_s - KEPT_S, 0.0)
@@ -223,10 +222,28 @@ class Leading:
         trip.resume(trip.way.nearest_s(counts, early_s, trip.sent_s), wire.now_s)
         for drive in wire.drives:
             drive.anchor(wire.now_s)
-        yield from ()
 
-    def _hold(self) -> Doing:
-        yield from self.stops.hold(self.braking)
+
+class Looks:
+    """Every drive is asked where it is at intervals, which also feeds its watchdog."""
+
+    def __init__(self, wire: MksWire, at_s: float = -math.inf) -> None:
+        self._wire = wire
+        self.at_s = at_s
+        """When all were asked last."""
+
+    @property
+    def due_s(self) -> float:
+        """When they are asked next."""
+        return self.at_s + self._wire.settings.poll_s
+
+    def look(self, now_s: float) -> bool:
+        """Ask them if it is time to; tell whether they were asked."""
+        if now_s < self.due_s:
+            return False
+        self.at_s = now_s
+        ask_all(self._wire)
+        return True
 
 
 class Moving:
@@ -234,7 +251,7 @@ class Moving:
 
     def __init__(self, leading: Leading, trip: Trip) -> None:
         self._leading, self._wire, self._trip = leading, leading.wire, trip
-        self._looked_s = -math.inf
+        self._looks = Looks(leading.wire)
         self._looked_at_s = 0.0
         self._compared = True
 
@@ -251,8 +268,7 @@ class Moving:
             return Signal.BACK
         if observer.unheard_s(now_s) > HELD_UP_S:
             return Signal.HELD_UP
-        leading.trouble = self._limit() or observer.judge() or self._beside(now_s)
-        if leading.trouble is not None:
+        if leading.blame(self._limit() or observer.judge() or self._beside(now_s)):
             return Signal.TROUBLE
         if now_s >= observer.denied_s:
             return Signal.DENIED
@@ -263,15 +279,13 @@ class Moving:
         wire, trip = self._wire, self._trip
         if now_s >= trip.due_s - 1e-9:
             self._leading.steering.steer(trip)
-        if now_s >= self._looked_s + wire.settings.poll_s:
-            self._looked_s, self._looked_at_s = now_s, trip.at_s(now_s)
-            self._compared = False
-            ask_all(wire)
+        if self._looks.look(now_s):
+            self._looked_at_s, self._compared = trip.at_s(now_s), False
         for node in wire.observer.wants(now_s):
             self._say_again(wire.drive(node))
         for node in wire.observer.doubted:
             wire.put(node, ReadEncoder())
-        return min(trip.due_s, self._looked_s + wire.settings.poll_s, wire.observer.due_s)
+        return min(trip.due_s, self._looks.due_s, wire.observer.due_s)
 
     def _say_again(self, drive: ObservedDrive) -> None:
         """Say its order again to a drive that has not answered, though others have.
@@ -292,7 +306,7 @@ class Moving:
     def _beside(self, now_s: float) -> Verdict | None:
         """Weigh where all were at the last look, once all have told."""
         drives = self._wire.drives
-        if self._compared or any(drive.read_s < self._looked_s for drive in drives):
+        if self._compared or any(drive.read_s < self._looks.at_s for drive in drives):
             return None
         self._compared = True
         way, period_s = self._trip.way, self._wire.settings.segment_s
@@ -307,7 +321,7 @@ class HeldUp:
 
     def __init__(self, leading: Leading) -> None:
         self._leading, self._wire = leading, leading.wire
-        self._looked_s = leading.wire.now_s
+        self._looks = Looks(leading.wire, leading.wire.now_s)
 
     def signal(self, now_s: float) -> Signal | None:
         """Return what has become of it."""
@@ -316,17 +330,14 @@ class HeldUp:
             return Signal.STOP
         if math.isfinite(observer.returned_s):
             return Signal.BACK
-        self._leading.trouble = observer.unheard()
-        if self._leading.trouble is not None:
+        if self._leading.blame(observer.unheard()):
             return Signal.TROUBLE
         return None if observer.unheard_s(now_s) else Signal.HEARD
 
     def speak(self, now_s: float) -> float:
         """Ask every drive where it is."""
-        if now_s >= self._looked_s + self._wire.settings.poll_s:
-            self._looked_s = now_s
-            ask_all(self._wire)
-        return self._looked_s + self._wire.settings.poll_s
+        self._looks.look(now_s)
+        return self._looks.due_s
 
 
 class Returning:
@@ -352,14 +363,12 @@ class Returning:
             return Signal.STOP
         if math.isfinite(wire.observer.returned_s):  # it was held up once more
             self._begin()
-        leading.trouble = wire.observer.unheard()
-        if leading.trouble is not None:
+        if leading.blame(wire.observer.unheard()):
             return Signal.TROUBLE
         read = all(drive.read_s >= self._asked_s for drive in wire.drives)
         if not read or wire.observer.doubtful:
             return None
-        leading.trouble = found_astray(leading)
-        if leading.trouble is not None:
+        if leading.blame(found_astray(leading)):
             return Signal.TROUBLE
         if leading.trip is None or leading.trip.sent_all:
             return Signal.SENT
@@ -389,7 +398,7 @@ class Waiting:
 
     def __init__(self, leading: Leading, trip: Trip) -> None:
         self._leading, self._wire, self._trip = leading, leading.wire, trip
-        self._looked_s = -math.inf
+        self._looks = Looks(leading.wire)
         self._there = {drive.node for drive in leading.wire.drives if drive.is_near}
 
     def signal(self, now_s: float) -> Signal | None:  # noqa: ARG002
@@ -397,19 +406,16 @@ class Waiting:
         leading, wire = self._leading, self._wire
         if leading.stop_asked:
             return Signal.STOP
-        leading.trouble = found_astray(leading) or wire.observer.unheard() or self._turned()
-        if leading.trouble is not None:
+        if leading.blame(found_astray(leading) or wire.observer.unheard() or self._turned()):
             return Signal.TROUBLE
         return None if self._trip.held_back() else Signal.RESUMED
 
     def speak(self, now_s: float) -> float:
         """Ask every drive where it is."""
-        if now_s >= self._looked_s + self._wire.settings.poll_s:
-            self._looked_s = now_s
-            ask_all(self._wire)
+        self._looks.look(now_s)
         for node in self._wire.observer.doubted:
             self._wire.put(node, ReadEncoder())
-        return self._looked_s + self._wire.settings.poll_s
+        return self._looks.due_s
 
     def _turned(self) -> Verdict | None:
         for drive in self._wire.drives:
@@ -442,8 +448,7 @@ class Arriving:
             return Signal.TROUBLE
         if math.isfinite(observer.returned_s):
             return Signal.BACK
-        leading.trouble = self._astray(now_s) or observer.unheard()
-        if leading.trouble is not None:
+        if leading.blame(self._astray(now_s) or observer.unheard()):
             return Signal.TROUBLE
         if now_s >= observer.denied_s:
             return Signal.DENIED

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from armdrive.dialects.bus.motors import check_ids
 from armdrive.errors import ArmFileError
 from armdrive.text.toml import within
 from firmware_protocol.mks import CURRENT_MAX_MA, NODE_MAX
@@ -49,10 +50,7 @@ class MksSettings:
     homing_s: float = 60.0
 
     def __post_init__(self) -> None:
-        for index, node in enumerate(self.ids):
-            within(f"mks.ids[{index}]", node, 1, NODE_MAX)
-        if not self.ids or len(set(self.ids)) != len(self.ids):
-            raise ArmFileError(f"mks.ids gives each motor an id of its own, not {list(self.ids)}")
+        check_ids("mks", self.ids, NODE_MAX, "an id")
         if self.firmware and _FIRMWARE.fullmatch(self.firmware) is None:
             raise ArmFileError(f'mks.firmware is written "1.0.9", not {self.firmware!r}')
         if self.microsteps not in MICROSTEPS:

@@ -15,9 +15,16 @@ from collections.abc import Sequence
 from armdrive.dialects.bus.observer import Finding, ObservedDrive
 from armdrive.dialects.bus.way import KEPT_S, Course, Lead, Way
 from armdrive.dialects.mks.stops import shared_acc
-from armdrive.dialects.mks.wire import COUNTS_S_PER_RPM, MksWire, slope_of
+from armdrive.dialects.mks.wire import MksWire
 from armdrive.tasks import MoveAlong, RequestRejected
-from firmware_protocol.mks import SPEED_MAX_RPM, TARGET_MAX, MoveAbsoluteAxis, acc_of
+from firmware_protocol.mks import (
+    COUNTS_S_PER_RPM,
+    SPEED_MAX_RPM,
+    TARGET_MAX,
+    MoveAbsoluteAxis,
+    acc_of,
+    slope_of,
+)
 from kinematics.spaces import Motors
 
 SLOW_RPM = LAST_RPM = 3

@@ -8,24 +8,23 @@ and asked, every `STOP_POLL_S`; one that says that it runs is told at once.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Generator, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 from armdrive.dialects.bus.group import Act, Phase, Signal, lead
 from armdrive.dialects.bus.observer import MUTE_LOOKS, ObservedDrive
-from armdrive.dialects.mks.wire import COUNTS_S_PER_RPM, Hindrance, MksWire
+from armdrive.dialects.mks.wire import Asking, Hindrance, MksWire
 from armdrive.tasks import Alert, AlertKind, Progress, RequestRejected, Timeout
 from firmware_protocol.mks import (
     ANGLE_ERROR_PER_TURN,
     COUNTS_PER_TURN,
+    COUNTS_S_PER_RPM,
     HARD_STOP_MAX_RPM,
     TARGET_MAX,
     Ability,
     AngleErrorRead,
-    Answered,
     Code,
     EmergencyStop,
-    Event,
     MotorState,
     MoveAbsoluteAxis,
     ReadAngleError,
@@ -173,12 +172,16 @@ class MksStops:
                 ramp = 0 if dead else shared_acc(wire.settings.acceleration, share)
                 wire.put(node, Stop(Code.ABSOLUTE_AXIS, ramp), "STOP")
 
-    def halt(self, nodes: Collection[int], *, hard: bool = False, judged: bool = True) -> Hindrance:
-        """Stop drives and wait until they stand; return why that is not known, where it is not."""
+    def brake(self, nodes: Collection[int], *, hard: bool = False, judged: bool = False) -> Braking:
+        """Tell drives to stop; return the stage in which that is seen to."""
         for node in nodes:
             self._wire.drive(node).stop(self._wire.now_s)
         self.say(nodes, hard=hard)
-        braking = Braking(self._wire, self, nodes, hard=hard, judged=judged)
+        return Braking(self._wire, self, nodes, hard=hard, judged=judged)
+
+    def halt(self, nodes: Collection[int], *, hard: bool = False, judged: bool = True) -> Hindrance:
+        """Stop drives and wait until they stand; return why that is not known, where it is not."""
+        braking = self.brake(nodes, hard=hard, judged=judged)
         stages = {Phase.STOPPING: lambda: braking}
         hold = {Act.HOLD: lambda: self.hold(braking)}
         yield from lead(self._wire, Phase.STOPPING, stages, hold)
@@ -190,7 +193,7 @@ class MksStops:
     # when it is let free, whenever that may be. So a drive that came to rest elsewhere is sent to
     # where its shaft is. It tells how far that is off (39).
 
-    def hold(self, braking: Braking) -> Generator[float, Event | None, None]:
+    def hold(self, braking: Braking) -> Asking[None]:
         """Have drives that stand, and push, be where they are."""
         pushing = yield from self.ease(braking.standing)
         for node, off in pushing.items():
@@ -199,15 +202,18 @@ class MksStops:
                 self._wire.tell(Alert(AlertKind.ASTRAY, words))
         braking.left |= yield from self.eased(pushing)
 
-    def ease(self, nodes: Collection[int]) -> Generator[float, Event | None, dict[int, int]]:
+    def ease(self, nodes: Collection[int]) -> Asking[dict[int, int]]:
         """Send drives that stand, and push, to where they are; return how far off each was.
 
         Once only: one that hangs off its set-point wherever that is would be followed away.
         """
         wire = self._wire
-        messages = dict.fromkeys(nodes, ReadAngleError())
-        found = yield from wire.ask(messages, tries=ASKED, patient=False)
-        errors = {node: _counts_off(heard) for node, heard in found.items()}
+        found = yield from wire.read(ReadAngleError(), nodes, tries=ASKED, patient=False)
+        errors = {
+            node: round(told.error * COUNTS_PER_TURN / ANGLE_ERROR_PER_TURN)
+            for node, told in found.items()
+            if isinstance(told, AngleErrorRead)
+        }
         pushing = {node: off for node, off in errors.items() if self._pushes(node, off)}
         for node, off in pushing.items():
             rpm = min(math.ceil(abs(off) / EASE_S / COUNTS_S_PER_RPM), EASE_MAX_RPM)
@@ -215,7 +221,7 @@ class MksStops:
             wire.send(node, MoveAbsoluteAxis(here, rpm, wire.settings.acceleration))
         return pushing
 
-    def eased(self, nodes: Mapping[int, int]) -> Generator[float, Event | None, set[int]]:
+    def eased(self, nodes: Mapping[int, int]) -> Asking[set[int]]:
         """Wait until eased drives stand; return those that do not.
 
         No stop is said to them, hard or not: it would leave them pushing.
@@ -223,7 +229,7 @@ class MksStops:
         braking = Braking(self._wire, self, nodes, insisting=False)
         if nodes:
             stages = {Phase.STOPPING: lambda: braking}
-            yield from lead(self._wire, Phase.STOPPING, stages, {Act.HOLD: _nothing})
+            yield from lead(self._wire, Phase.STOPPING, stages, {Act.HOLD: lambda: None})
         return braking.left
 
     def _pushes(self, node: int, off: int) -> bool:
@@ -244,23 +250,12 @@ class MksStops:
         return RequestRejected(words)
 
 
-def _nothing() -> Generator[float, Event | None, None]:
-    yield from ()
-
-
 def shared_acc(acc: int, share: float) -> int:
     """Return the ramp of a drive that goes at a share of the fastest one's speed.
 
     So all come to their speeds, and to rest, in the same time, and stay in proportion.
     """
     return acc_of(max(share, LEAST_SHARE) * ramp_rpm_s(acc)) if acc else 0
-
-
-def _counts_off(heard: Event) -> int:
-    """Return how far a shaft is from its set-point, in counts; 0 where that was not told."""
-    if not isinstance(heard, Answered) or not isinstance(heard.answer, AngleErrorRead):
-        return 0
-    return round(heard.answer.error * COUNTS_PER_TURN / ANGLE_ERROR_PER_TURN)
 
 
 def pressing_words(drive: ObservedDrive, off: int) -> str:

@@ -6,26 +6,17 @@ program is heard to command drives.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from armdrive.dialects.bus.tools import Answers, Heard, numbers, of_lost, of_nobody
 from armdrive.dialects.exchange import ScriptLoop
-from armdrive.dialects.mks.identify import (
-    UNTOLD,
-    Asking,
-    Firmware,
-    Told,
-    answer_of,
-    firmware_of,
-    is_shared,
-)
-from armdrive.dialects.mks.inquiry import setting_in
+from armdrive.dialects.mks.inquiry import UNTOLD, Firmware, firmware_of, is_shared
 from armdrive.dialects.mks.settings import MksSettings
-from armdrive.dialects.mks.wire import TRIES, MksWire
+from armdrive.dialects.mks.wire import TRIES, Asking, MksWire
+from armdrive.dialects.mks.words import read_answer, read_request
 from armdrive.dialog.conversation import Finding, note, ok, problem
 from armdrive.transports.can_health import BusHealth
-from firmware_protocol.errors import ProtocolError
 from firmware_protocol.frames import Frame
 from firmware_protocol.mks import (
     BOARDS,
@@ -39,11 +30,9 @@ from firmware_protocol.mks import (
     Event,
     Mode,
     MotorState,
-    Read,
     ReadAngleError,
     ReadEnabled,
     ReadEncoder,
-    ReadSetting,
     ReadStall,
     ReadState,
     SetMode,
@@ -53,8 +42,6 @@ from firmware_protocol.mks import (
     StateRead,
     VersionRead,
     abilities_of,
-    decode_answer,
-    decode_request,
 )
 
 ANSWER_S = 0.12
@@ -130,36 +117,29 @@ class Known:
         return found if isinstance(found, SetMode) else None
 
 
-def reading(
-    wire: MksWire, node: int, request: Read | ReadSetting, tries: int = TRIES
-) -> Asking[Told]:
-    """Ask a drive something, again where it does not answer; None where it never does."""
-    return answer_of((yield from wire.ask({node: request}, tries=tries)).get(node))
-
-
 def answers(wire: MksWire, node: int) -> Asking[bool]:
     """Tell whether anybody answers to an id."""
-    return (yield from reading(wire, node, ReadEncoder())) is not None
+    return (yield from wire.reading(node, ReadEncoder())) is not None
 
 
 def known(wire: MksWire, node: int) -> Asking[Known | None]:
     """Ask a drive for everything that matters; None where nobody has the id."""
-    missed, counts = 0, (yield from reading(wire, node, ReadEncoder(), 1))
+    missed, counts = 0, (yield from wire.reading(node, ReadEncoder(), tries=1))
     while counts is None:
         missed += 1
         if missed == TRIES:
             return None
-        counts = yield from reading(wire, node, ReadEncoder(), 1)
+        counts = yield from wire.reading(node, ReadEncoder(), tries=1)
     firmware = (yield from firmware_of(wire, (node,)))[node]
     settings: dict[Code, Setting] = {}
     for code in _SETTINGS if Ability.READ_SETTINGS in abilities_of(firmware.version) else ():
-        found = yield from setting_of(wire, node, code)
+        found = yield from wire.setting(node, code)
         if found is not None:
             settings[code] = found
-    error = yield from reading(wire, node, ReadAngleError())
-    enabled = yield from reading(wire, node, ReadEnabled())
-    stalled = yield from reading(wire, node, ReadStall())
-    state = yield from reading(wire, node, ReadState())
+    error = yield from wire.reading(node, ReadAngleError())
+    enabled = yield from wire.reading(node, ReadEnabled())
+    stalled = yield from wire.reading(node, ReadStall())
+    state = yield from wire.reading(node, ReadState())
     return Known(
         node,
         firmware,
@@ -175,11 +155,6 @@ def known(wire: MksWire, node: int) -> Asking[Known | None]:
 
 
 _SETTINGS = (Code.MODE, Code.CURRENT, Code.MICROSTEPS, Code.REPLIES, Code.WATCHDOG)
-
-
-def setting_of(wire: MksWire, node: int, code: Code) -> Asking[Setting | None]:
-    """Read one setting of a drive; None where it does not tell it."""
-    return setting_in((yield from wire.ask({node: ReadSetting(code)})).get(node))
 
 
 ASK_S = 0.02
@@ -228,20 +203,12 @@ def survey_drives(wire: MksWire, ids: Sequence[int], _heard: Heard) -> Asking[An
 
 def is_answer(frame: Frame) -> bool:
     """Tell whether a frame can be read as a drive's answer."""
-    return _reads(decode_answer, frame)
+    return read_answer(frame) is not None
 
 
 def is_request(frame: Frame, _master: int | None = None) -> bool:
     """Tell whether a frame can be read as a request to a drive."""
-    return _reads(decode_request, frame)
-
-
-def _reads(decode: Callable[[Frame], object], frame: Frame) -> bool:
-    try:
-        decode(frame)
-    except (ProtocolError, ValueError):
-        return False
-    return True
+    return read_request(frame) is not None
 
 
 # What a survey has found, as findings and as plain data.

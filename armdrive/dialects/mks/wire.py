@@ -7,17 +7,20 @@ cannot do harm twice is asked again where its answer did not come: frames can be
 from __future__ import annotations
 
 from collections.abc import Collection, Generator, Iterable, Mapping
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
 
 from armdrive.dialects.bus.ledger import LateReplies, SurplusAnswers
-from armdrive.dialects.bus.motors import ALL_SILENT
+from armdrive.dialects.bus.motors import ALL_SILENT, absent_words
 from armdrive.dialects.bus.observer import Bounds, ObservedDrive, Observer
+from armdrive.dialects.exchange import Script as ExchangeScript
 from armdrive.dialects.exchange import ScriptIO
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.tasks import ProtocolWarning, Registers, Reply, RequestRejected, Timeout
+from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.mks import (
     BROADCAST,
     COUNTS_PER_TURN,
+    COUNTS_S_PER_RPM,
     LATEST,
     MOTION_CODES,
     Ability,
@@ -44,6 +47,8 @@ from firmware_protocol.mks import (
     ReadEncoder,
     Reading,
     ReadSetting,
+    Setting,
+    SettingRead,
     Started,
     StateRead,
     Status,
@@ -52,29 +57,27 @@ from firmware_protocol.mks import (
     Stray,
     Superseded,
     abilities_of,
-    ramp_rpm_s,
+    as_setting,
+    slope_of,
 )
 from firmware_protocol.mks import Request as Message
-from firmware_protocol.mks.expecting import answer_code
+from firmware_protocol.mks.requests import answer_code
 from kinematics.spaces import Motors
 
-Script: TypeAlias = Generator[float, Event | None, Reply]
-Hindrance: TypeAlias = Generator[float, Event | None, Timeout | RequestRejected | None]
-Asking: TypeAlias = Generator[float, Event | None, dict[int, Event]]
+T = TypeVar("T")
+Asking: TypeAlias = ExchangeScript[Event, T]
+"""What is done on the wire, and ends with something."""
+Script: TypeAlias = Asking[Reply]
+Hindrance: TypeAlias = Asking[Timeout | RequestRejected | None]
+Told: TypeAlias = Reading | SettingRead
+"""What a drive answers to a question."""
 
-COUNTS_S_PER_RPM = COUNTS_PER_TURN / 60.0
-"""Counts a second of one rpm."""
 GIVE = COUNTS_PER_TURN // 32
 """Counts by which a loaded shaft may give, without its loop losing it."""
 TRIES = 3
 """How often something that may be said twice is said."""
 PATIENT_S = 0.25
 """How much longer than any other the last answer to that is waited for: computers are busy."""
-
-
-def slope_of(acc: int) -> float:
-    """Return a ramp in counts a second squared; infinity for 0, which has none."""
-    return ramp_rpm_s(acc) * COUNTS_S_PER_RPM
 
 
 class MksWire(ScriptIO[Event]):
@@ -191,7 +194,7 @@ class MksWire(ScriptIO[Event]):
         tries: int = TRIES,
         text: str = "",
         patient: bool = True,
-    ) -> Asking:
+    ) -> Asking[dict[int, Event]]:
         """Say one thing to each of some drives; return what they answered, as far as they did.
 
         A drive that does not answer is asked again, at once: waiting for it takes the time. Who is
@@ -237,16 +240,29 @@ class MksWire(ScriptIO[Event]):
         nodes: Collection[int] | None = None,
         *,
         tries: int = TRIES,
-    ) -> Asking:
-        """Ask the same of some drives, or of all."""
-        return self.ask(dict.fromkeys(self.nodes if nodes is None else nodes, message), tries=tries)
+        patient: bool = True,
+    ) -> Asking[dict[int, Told]]:
+        """Ask the same of some drives, or of all; return what they told, as far as they did."""
+        asked = dict.fromkeys(self.nodes if nodes is None else nodes, message)
+        found = yield from self.ask(asked, tries=tries, patient=patient)
+        return {node: each.answer for node, each in found.items() if isinstance(each, Answered)}
+
+    def reading(
+        self, node: int, message: Read | ReadSetting, *, tries: int = TRIES
+    ) -> Asking[Told | None]:
+        """Ask one drive something; None where it does not answer."""
+        return (yield from self.read(message, (node,), tries=tries)).get(node)
+
+    def setting(self, node: int, code: Code) -> Asking[Setting | None]:
+        """Read one setting of a drive; None where it does not tell it."""
+        return meant((yield from self.reading(node, ReadSetting(code))))
 
     def look(
         self,
         nodes: Collection[int] | None = None,
         *,
         tries: int = TRIES,
-    ) -> Generator[float, Event | None, tuple[int, ...]]:
+    ) -> Asking[tuple[int, ...]]:
         """Read where drives are; return the ids of those that did not tell."""
         asked = self.nodes if nodes is None else tuple(nodes)
         found = yield from self.read(ReadEncoder(), asked, tries=tries)
@@ -323,16 +339,19 @@ class MksWire(ScriptIO[Event]):
 
     def absent_words(self, missing: Collection[int]) -> str:
         """Say which drives do not answer, and what to look at."""
-        named = ", ".join(str(self.drive(node)) for node in missing)
-        verb = "does" if len(missing) == 1 else "do"
-        return (
-            f"{named} {verb} not answer, while others on the bus do: check that it has power, "
-            "that its CAN plug sits, and that its id and bit rate are those of the arm file"
-        )
+        return absent_words([self.drive(node) for node in missing], "id")
 
     def can(self, ability: Ability) -> bool:
         """Tell whether all drives can do something."""
         return ability in self.able
+
+
+def meant(told: Told | None) -> Setting | None:
+    """Return a setting that was read; None where it was not told, or is none that is known."""
+    try:
+        return as_setting(told) if isinstance(told, SettingRead) else None
+    except RemoteProtocolError:
+        return None
 
 
 def _settles(heard: Event, *, answers_orders: bool) -> bool:

@@ -18,26 +18,30 @@ from firmware_protocol.mks import (
     NODE_MAX,
     SETTING_CODES,
     Answer,
+    ArmSynchronous,
     Code,
+    Enable,
+    EnabledRead,
+    EncoderRead,
+    GoSynchronous,
+    MoveAbsoluteAxis,
+    MoveAbsolutePulses,
+    MoveRelativeAxis,
+    MoveRelativePulses,
+    RawEncoderRead,
     ReadSetting,
     Request,
+    RunAtSpeed,
+    RunFor,
     SettingRead,
+    SetZero,
+    StateRead,
+    Status,
     as_setting,
     check_byte,
     decode_answer,
     decode_request,
 )
-from firmware_protocol.mks.actions import ArmSynchronous, Enable, GoSynchronous, SetZero
-from firmware_protocol.mks.moves import (
-    MoveAbsoluteAxis,
-    MoveAbsolutePulses,
-    MoveRelativeAxis,
-    MoveRelativePulses,
-    RunAtSpeed,
-    RunFor,
-)
-from firmware_protocol.mks.outcomes import Status
-from firmware_protocol.mks.readings import EnabledRead, EncoderRead, RawEncoderRead, StateRead
 
 
 def _pace(message: Any) -> str:
@@ -77,6 +81,23 @@ SENTENCES: Sentences = MappingProxyType(
 # A frame does not say whether it is a request or its answer. Where its bytes could be either, it
 # is an answer to a request of the same code that was heard before, and else a request.
 
+
+def read_request(frame: Frame) -> Request | None:
+    """Return the request that a frame can be read as; None where it is none."""
+    try:
+        return decode_request(frame)
+    except ProtocolError:
+        return None
+
+
+def read_answer(frame: Frame, *, setting: bool = False) -> Answer | None:
+    """Return the answer that a frame can be read as; None where it is none."""
+    try:
+        return decode_answer(frame, setting=setting)
+    except ProtocolError:
+        return None
+
+
 LEAST_BYTES = 2
 """Of a frame of this dialect: a code and a check byte."""
 
@@ -102,18 +123,8 @@ class MksEar:
         return _said(frame, FrameKind.REQUEST, request_words(frame, request), check)
 
     def _read(self, frame: Frame) -> tuple[Request | None, Answer | None]:
-        request: Request | None = None
-        answer: Answer | None = None
-        reads = isinstance(self._pending(frame), ReadSetting)
-        try:
-            request = decode_request(frame)
-        except (ProtocolError, ValueError):
-            request = None
-        try:
-            answer = decode_answer(frame, setting=reads)
-        except (ProtocolError, ValueError):
-            answer = None
-        return request, answer if frame.can_id != BROADCAST else None
+        answer = read_answer(frame, setting=isinstance(self._pending(frame), ReadSetting))
+        return read_request(frame), answer if frame.can_id != BROADCAST else None
 
     def _pending(self, frame: Frame) -> Request | None:
         return self._asked.get((frame.can_id, frame.data[0]))

@@ -1,3 +1,7 @@
-"""cia402: its simulated device."""
+"""Simulated CiA 402 drives: objects and frames (`node`), states, and motion.
+
+`objects` holds what the EDS file describes; `kind` makes the arm; `quirks` lists what the standard
+leaves open.
+"""
 
 from armdrive.sim.cia402.kind import KIND as KIND

@@ -6,10 +6,11 @@ import re
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
+from armdrive.sim.bus.box import DrivesBox
+from armdrive.sim.bus.device import SimDrives
 from armdrive.sim.bus.node import motors_of, node_ids, options_of
-from armdrive.sim.cia402.device import SimCia402
 from armdrive.sim.cia402.node import Cia402Node
-from armdrive.sim.cia402.objects import ENCODER_INCREMENTS, MOST_MOTOR_SPEED, dictionary, without
+from armdrive.sim.cia402.objects import dictionary, without
 from armdrive.sim.cia402.quirks import QUIRKS
 from armdrive.sim.device import Option, Options
 from armdrive.sim.mechanics.shafts import ShaftDrive
@@ -24,6 +25,41 @@ BITRATES = (10_000, 20_000, 50_000, 125_000, 250_000, 500_000, 800_000, 1_000_00
 SLACK_S = 0.005
 """Orders that wait for their SYNC mind no shaft; who looks at its end sees what a period did."""
 _INDICES = re.compile(r"[0-9A-Fa-f]{4}(\+[0-9A-Fa-f]{4})*")
+
+
+class Cia402Errors:
+    """What can be wrong with single drives, counted from 0 as the motors."""
+
+    def __init__(self, box: DrivesBox[Cia402Node]) -> None:
+        self._nodes, self._clock, self._collect = box.nodes, box.clock, box.collect
+
+    def ail(self, drive: int, code: int) -> None:
+        """Have something be wrong with a drive: it fails, until it is mended and reset."""
+        node = self._nodes[drive]
+        if node.port.powered:
+            node.states.ailing.add(code)
+            node.states.fault(code, self._clock.now_s)
+            self._collect()
+
+    def mend(self, drive: int, code: int) -> None:
+        """Have what was wrong with a drive be right again; its fault is to be reset yet."""
+        self._nodes[drive].states.mend(code)
+
+    def warn(self, drive: int, code: int) -> None:
+        """Have a drive say an EMCY that changes nothing."""
+        self._nodes[drive].say_emcy(code)
+        self._collect()
+
+
+class SimCia402(SimDrives[Cia402Node]):
+    """An arm whose drives look at their shafts at each SYNC."""
+
+    title = "arm on CiA 402 drives"
+    idle_looks = False
+
+    def errors(self) -> Cia402Errors:
+        """Return what can be wrong with single drives."""
+        return Cia402Errors(self.box)
 
 
 def _make(config: ArmConfig, world: World, options: Options) -> SimCia402:
@@ -78,14 +114,17 @@ def _modes(options: Options) -> frozenset[OperationMode]:
 
 def _top_rate(objects: Dictionary) -> float:
     """Return the increments a second that a drive makes up for: as fast as its motor turns."""
-    speed, increments = objects.find(MOST_MOTOR_SPEED), objects.find(ENCODER_INCREMENTS)
+    speed, increments = (
+        objects.find(canopen.MOST_MOTOR_SPEED),
+        objects.find(canopen.ENCODER_INCREMENTS),
+    )
     if speed is None or increments is None:
         raise BadRequest("a drive without 6080 and 608F turns nothing: it cannot lack them")
     return int(speed.default or 0) * int(increments.default or 0) / 60.0
 
 
 KIND = SimDeviceKind(
-    title="arm on CiA 402 drives",
+    title=SimCia402.title,
     device=SimCia402,
     make=_make,
     options=(

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from enum import Enum
 
-import armdrive.sim.cia402.objects as places
 from armdrive.sim.bus.node import NodeMotor
 from armdrive.sim.cia402.objects import DriveObjects
 from armdrive.sim.device import Options
@@ -77,7 +76,7 @@ class Cia402Motion:
     @property
     def arrived(self) -> bool:
         """Whether the shaft is where the set-point has ended, as nearly as its window asks."""
-        window = self._objects.number_of(places.POSITION_WINDOW, _USUAL_WINDOW)
+        window = self._objects.number_of(canopen.POSITION_WINDOW, _USUAL_WINDOW)
         return abs(self._point.end - self._motor.shaft) <= window
 
     def moving(self, now_s: float) -> bool:
@@ -114,8 +113,8 @@ class Cia402Motion:
     def follow(self, now_s: float) -> None:
         """Go straight to what the target is now, within the period of interpolation."""
         target = self._within(self._objects.number_of(canopen.TARGET_POSITION, 0))
-        power = self._objects.number_of(places.PERIOD_POWER, _MS_POWER)
-        period_s = max(self._objects.number_of(places.PERIOD, 1) * 10.0**power, _SHORTEST_S)
+        power = self._objects.number_of(canopen.PERIOD_POWER, _MS_POWER)
+        period_s = max(self._objects.number_of(canopen.PERIOD, 1) * 10.0**power, _SHORTEST_S)
         on = self._quirks.text("hold_after_loss") == "extrapolate"
         self._point.glide_to(self._motor.zero + target, period_s, self._top_rate, now_s, on=on)
         self.ends = False
@@ -145,8 +144,8 @@ class Cia402Motion:
     @property
     def _top_rate(self) -> float:
         """The increments a second that the motor can turn."""
-        rpm = self._objects.number_of(places.MOST_MOTOR_SPEED, 3000)
-        return rpm * self._objects.number_of(places.ENCODER_INCREMENTS, 10_000) / 60
+        rpm = self._objects.number_of(canopen.MOST_MOTOR_SPEED, 3000)
+        return rpm * self._objects.number_of(canopen.ENCODER_INCREMENTS, 10_000) / 60
 
     def _begun(self, now_s: float) -> None:
         """Take note that a motion has begun, whose end something waits for."""
@@ -158,8 +157,8 @@ class Cia402Motion:
 
     def _within(self, target: int) -> int:
         """Return a target as the software limits let it be."""
-        low = self._objects.number_of(places.LEAST_POSITION, 0)
-        high = self._objects.number_of(places.MOST_POSITION, 0)
+        low = self._objects.number_of(canopen.LEAST_POSITION, 0)
+        high = self._objects.number_of(canopen.MOST_POSITION, 0)
         held = min(max(target, low), high) if low < high else target
         self.limited = held != target
         return held
@@ -168,7 +167,7 @@ class Cia402Motion:
 
     def home(self, now_s: float) -> None:
         """Go home, by the method that is set."""
-        method = self._objects.number_of(places.HOMING_METHOD, 0)
+        method = self._objects.number_of(canopen.HOMING_METHOD, 0)
         if method in IN_PLACE:
             self._found(self._motor.shaft)
         elif method != AT_UPPER_SWITCH:
@@ -177,7 +176,7 @@ class Cia402Motion:
             self._leave_switch(now_s)
         else:
             self.homing = Homing.SEEKING
-            self._search(self._switch.way, places.HOMING_SPEED, self._switch.at, now_s)
+            self._search(self._switch.way, canopen.HOMING_SPEED, self._switch.at, now_s)
 
     def spoil_homing(self) -> None:
         """Have a search or a failed one be forgotten; what is home stays home."""
@@ -187,7 +186,7 @@ class Cia402Motion:
         """Break a search off, slowing down."""
         if self.homing.searches:
             self.homing, self.switch_s = Homing.NONE, math.inf
-            self.brake(self.slope(places.HOMING_ACCELERATION), now_s)
+            self.brake(self.slope(canopen.HOMING_ACCELERATION), now_s)
 
     def watch_switch(self, now_s: float) -> bool:
         """Do what is due at the switch; True where a motion runs into it that it should end."""
@@ -205,17 +204,17 @@ class Cia402Motion:
     def _leave_switch(self, now_s: float) -> None:
         self.homing = Homing.LEAVING
         way = -self._switch.way
-        self._search(way, places.HOMING_CREEP, self._switch.at + way, now_s)
+        self._search(way, canopen.HOMING_CREEP, self._switch.at + way, now_s)
 
     def _search(self, way: int, speed: Place, at: int, now_s: float) -> None:
         """Run towards the place where the switch changes."""
         rate = float(max(self._objects.number_of(speed, _USUAL_SPEED), 1))
-        self._point.go_at(way * rate, self.slope(places.HOMING_ACCELERATION), now_s)
+        self._point.go_at(way * rate, self.slope(canopen.HOMING_ACCELERATION), now_s)
         self.ends = False
         self.switch_s = self._point.passes_s(at, way, now_s)
 
     def _found(self, at: int) -> None:
         self._point.hold(at)
-        self.goal = self._objects.number_of(places.HOME_OFFSET, 0)
+        self.goal = self._objects.number_of(canopen.HOME_OFFSET, 0)
         self._motor.zero = at - self.goal
         self.homing, self.switch_s, self.ends = Homing.DONE, math.inf, False

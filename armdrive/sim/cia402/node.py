@@ -9,7 +9,6 @@ from functools import lru_cache
 from types import MappingProxyType
 from typing import TypeVar
 
-import armdrive.sim.cia402.objects as places
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.bus.node import NodeMotor, NodePort
 from armdrive.sim.cia402.motion import METHODS, Cia402Motion, Homing
@@ -19,7 +18,7 @@ from armdrive.sim.device import Options
 from armdrive.sim.world.saved import MEND, Json, Saved
 from firmware_protocol import canopen
 from firmware_protocol.canopen import AbortCode, NmtCommand, NodeState, OperationMode, Place
-from firmware_protocol.canopen.pdo_device import PDO_PARAMETERS, DevicePdos
+from firmware_protocol.canopen.pdo import PDO_PARAMETERS, DevicePdos
 from firmware_protocol.errors import BadField, RemoteProtocolError
 from firmware_protocol.frames import Frame, pack
 
@@ -46,7 +45,7 @@ class Cia402Node:
         self.objects = DriveObjects(dictionary, number, serial=motor.index + 1)
         self.motion = Cia402Motion(motor, self.objects, quirks)
         self.states = Cia402States(motor, self.motion, self.objects, self.say_emcy)
-        self.pdos = DevicePdos(dictionary, self.objects.whole, self.read, self._act, self._say)
+        self.pdos = DevicePdos(dictionary, self.objects.number_of, self.read, self._act, self._say)
         self._forget_talk()
         self.nmt.booted()  # it has said so long ago
 
@@ -127,7 +126,7 @@ class Cia402Node:
             if isinstance(event, canopen.ReadAsked):
                 if event.place in READINGS:
                     self.objects.keep(event.place, self.read(event.place, now_s))
-                said.append(self.objects.stored().answer(self.sdo, event))
+                said.append(self.objects.store.answer(self.sdo, event))
             elif isinstance(event, canopen.WriteAsked):
                 said.append(self._write(event, now_s))
         for each in said:
@@ -142,7 +141,7 @@ class Cia402Node:
         refused: AbortCode | None = None
         if entry is not None and entry.access.writable and isinstance(value, int):
             refused = self._refusal(ask.place, value)
-        refused = refused or self.objects.write(ask.place, ask.data, exact=ask.exact)
+        refused = refused or self.objects.store.write(ask.place, ask.data, exact=ask.exact)
         if refused is not None:
             return self.sdo.refuse(ask, refused)
         accepted = self.sdo.accept(ask)
@@ -429,20 +428,20 @@ OBJECTS: Mapping[Place, ObjectRow] = MappingProxyType({
     canopen.PROFILE_ACCELERATION: ObjectRow(_ABOVE_ZERO),
     canopen.PROFILE_DECELERATION: ObjectRow(_ABOVE_ZERO),
     canopen.QUICK_STOP_DECELERATION: ObjectRow(_ABOVE_ZERO),
-    places.HOMING_METHOD: ObjectRow(METHODS),
-    places.PERIOD: ObjectRow(range(1, 256)),
-    places.PERIOD_POWER: ObjectRow(range(-4, 1)),
-    places.ERROR_COUNT: ObjectRow(range(1)),
+    canopen.HOMING_METHOD: ObjectRow(METHODS),
+    canopen.PERIOD: ObjectRow(range(1, 256)),
+    canopen.PERIOD_POWER: ObjectRow(range(-4, 1)),
+    canopen.ERROR_COUNT: ObjectRow(range(1)),
     canopen.STATUSWORD: ObjectRow(tells=lambda node, now_s: node.states.statusword(
         now_s, withheld=node.port.withheld).value),
     canopen.MODE_SHOWN: ObjectRow(tells=lambda node, _: node.states.mode),
     canopen.POSITION: ObjectRow(tells=lambda node, _: _wrapped(node.motor.counts)),
     canopen.FOLLOWING_ERROR: ObjectRow(
         tells=lambda node, now_s: _wrapped(node.motion.behind(now_s))),
-    places.POSITION_DEMAND: ObjectRow(tells=lambda node, now_s: _wrapped(
+    canopen.POSITION_DEMAND: ObjectRow(tells=lambda node, now_s: _wrapped(
         node.motor.point.demand(now_s) - node.motor.zero)),
-    places.VELOCITY: ObjectRow(tells=lambda node, now_s: round(node.motor.point.rate(now_s))),
-    places.DIGITAL_INPUTS: ObjectRow(
+    canopen.VELOCITY: ObjectRow(tells=lambda node, now_s: round(node.motor.point.rate(now_s))),
+    canopen.DIGITAL_INPUTS: ObjectRow(
         tells=lambda node, _: node.motor.switch.pressed << _UPPER_SWITCH),
 })
 # fmt: on

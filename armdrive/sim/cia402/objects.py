@@ -1,4 +1,4 @@
-"""The objects of a simulated CiA 402 drive: its EDS, what they hold, and places beyond STANDARD."""
+"""The objects of a simulated CiA 402 drive: its EDS, and what they hold."""
 
 from __future__ import annotations
 
@@ -9,28 +9,18 @@ from importlib.resources import files
 
 from armdrive.errors import StateFileError
 from armdrive.sim.world.saved import MEND, Json, Saved
-from firmware_protocol.canopen import AbortCode, Dictionary, ObjectStore, Place, read_eds
+from firmware_protocol.canopen import (
+    SERIAL_NUMBER,
+    Dictionary,
+    ObjectStore,
+    Place,
+    read_eds,
+)
 from firmware_protocol.errors import ProtocolError
 
 EDS = "cia402.eds"
 COMMUNICATION = range(0x1000, 0x2000)
 """Indices of what a reset of the communication brings back."""
-
-DEVICE_NAME = Place(0x1008)
-ERROR_COUNT, LAST_ERROR = Place(0x1003, 0), Place(0x1003, 1)
-SERIAL_NUMBER = Place(0x1018, 4)
-POSITION_DEMAND = Place(0x6062)
-POSITION_WINDOW = Place(0x6067)
-VELOCITY = Place(0x606C)
-HOME_OFFSET = Place(0x607C)
-LEAST_POSITION, MOST_POSITION = Place(0x607D, 1), Place(0x607D, 2)
-MOST_MOTOR_SPEED = Place(0x6080)
-ENCODER_INCREMENTS = Place(0x608F, 1)
-HOMING_METHOD = Place(0x6098)
-HOMING_SPEED, HOMING_CREEP = Place(0x6099, 1), Place(0x6099, 2)
-HOMING_ACCELERATION = Place(0x609A)
-PERIOD, PERIOD_POWER = Place(0x60C2, 1), Place(0x60C2, 2)
-DIGITAL_INPUTS = Place(0x60FD)
 
 
 @cache
@@ -57,10 +47,7 @@ def without(missing: frozenset[int], changed: Mapping[Place, int]) -> Dictionary
 
 
 class DriveObjects:
-    """What the objects of one drive hold. Numbers are asked for too often to be unpacked each time.
-
-    `serial` is its serial number, where its EDS has one.
-    """
+    """What the objects of one drive hold; `serial` is its serial number, where its EDS has one."""
 
     def __init__(self, dictionary: Dictionary, node: int, serial: int) -> None:
         self.dictionary = dictionary
@@ -70,46 +57,32 @@ class DriveObjects:
     def renew(self, node: int) -> None:
         """Hold what the EDS says of each, on a node of this number."""
         self.node = node
-        self._store = ObjectStore(self.dictionary, node)
-        if self.dictionary.find(SERIAL_NUMBER):
-            self._store.set(SERIAL_NUMBER, self._serial)
-        self._numbers: dict[Place, int] = {}
-        self._unstored: set[Place] = set()
+        self.store = ObjectStore(self.dictionary, node)
+        self.keep(SERIAL_NUMBER, self._serial)
 
     def renew_communication(self, node: int) -> None:
         """Hold what the EDS says below 2000, and the rest as it is."""
-        before = self.stored()
+        before = self.store
         self.renew(node)
         for entry in self.dictionary:
             value = before.value(entry.place)
             if value is not None and entry.place.index not in COMMUNICATION:
-                self._store.set(entry.place, value)
+                self.store.set(entry.place, value)
 
-    def whole(self, place: Place) -> int:
-        """Return the whole number that an object holds; 0 where it holds none."""
-        return self.number_of(place, 0)
-
-    def number_of(self, place: Place, default: int) -> int:
+    def number_of(self, place: Place, default: int = 0) -> int:
         """Return what an object holds; the default where there is none, or nothing in it."""
-        known = self._numbers.get(place)
-        if known is not None:
-            return known
-        value = self._store.value(place) if self.dictionary.find(place) else None
-        self._numbers[place] = default if value is None else int(value)
-        return self._numbers[place]
+        return self.store.number(place, default)
 
     def keep(self, place: Place, value: int) -> None:
         """Have an object hold a number, if there is such an object."""
         if self.dictionary.find(place):
-            self._numbers[place] = value
-            self._unstored.add(place)
+            self.store.set(place, value)
 
     def changed(self, apart: Container[Place]) -> dict[str, Json]:
         """Return what objects hold that they do not at first, as on the bus, to be saved."""
         changed: dict[str, Json] = {}
-        store = self.stored()
         for entry in self.dictionary:
-            place, value = entry.place, store.value(entry.place)
+            place, value = entry.place, self.store.value(entry.place)
             if place not in apart and value is not None and value != entry.initial(self.node):
                 changed[f"{place.index:04X}:{place.sub:02X}"] = entry.type.pack(value).hex()
         return changed
@@ -127,18 +100,4 @@ class DriveObjects:
                 value = None
             if value is None:
                 raise StateFileError(f"a saved drive's object {key} cannot be {text!r:.60}; {MEND}")
-            self._store.set(place, value)
-            self._numbers.pop(place, None)
-
-    def stored(self) -> ObjectStore:
-        """Return the objects, all of them as they are."""
-        for place in self._unstored:
-            self._store.set(place, self._numbers[place])
-        self._unstored.clear()
-        return self._store
-
-    def write(self, place: Place, data: bytes, *, exact: bool) -> AbortCode | None:
-        """Have a master write an object; returns why not, or None."""
-        refused = self.stored().write(place, data, exact=exact)
-        self._numbers.pop(place, None)
-        return refused
+            self.store.set(place, value)

@@ -8,7 +8,7 @@ from functools import cache
 
 from armdrive.sim.bus.node import NodeMotor
 from armdrive.sim.cia402.motion import Cia402Motion, Homing
-from armdrive.sim.cia402.objects import ERROR_COUNT, LAST_ERROR, DriveObjects
+from armdrive.sim.cia402.objects import DriveObjects
 from firmware_protocol import canopen
 from firmware_protocol.canopen import (
     Command,
@@ -264,8 +264,8 @@ class Cia402States:
         register = self._objects.number_of(canopen.ERROR_REGISTER, 0)
         self._objects.keep(canopen.ERROR_REGISTER, canopen.ErrorRegister.GENERIC | kind | register)
         self._objects.keep(canopen.ERROR_CODE, code)
-        self._objects.keep(LAST_ERROR, code)
-        self._objects.keep(ERROR_COUNT, 1)
+        self._objects.keep(canopen.LAST_ERROR, code)
+        self._objects.keep(canopen.ERROR_COUNT, 1)
         self._emcy(code)
 
     # A lost master: object 6007.

@@ -7,10 +7,10 @@ from typing import Any
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
+from armdrive.sim.bus.device import SimDrives
 from armdrive.sim.bus.node import motors_of, node_ids, options_of
 from armdrive.sim.device import Option, Options
 from armdrive.sim.mechanics.shafts import ShaftDrive
-from armdrive.sim.mks.device import SimMks
 from armdrive.sim.mks.motion import MAKES_UP, Flash
 from armdrive.sim.mks.node import MksNode
 from armdrive.sim.mks.quirks import QUIRKS
@@ -23,6 +23,13 @@ AS_THE_ARM_FILE = "file"
 HOMING_RPM = 60
 USUAL_MA, USUAL_MICROSTEPS = 1600, 16
 _FIRMWARE = re.compile(r"\d{1,3}\.\d{1,3}\.\d{1,3}")
+
+
+class SimMks(SimDrives[MksNode]):
+    """An arm whose drives look at their shafts whenever one of them says something."""
+
+    title = "arm on MKS drives"
+    idle_looks = True
 
 
 def _make(config: ArmConfig, world: World, options: Options) -> SimMks:
@@ -102,7 +109,7 @@ def _version(word: str) -> mks.Version:
 
 
 KIND = SimDeviceKind(
-    title="arm on MKS drives",
+    title=SimMks.title,
     device=SimMks,
     make=_make,
     options=(

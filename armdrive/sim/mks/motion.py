@@ -17,7 +17,7 @@ from armdrive.sim.mechanics.shafts import ShaftPoint
 from armdrive.sim.world.saved import MEND, Json, Saved
 from firmware_protocol import mks
 from firmware_protocol.errors import ProtocolError
-from firmware_protocol.mks import COUNTS_PER_TURN, Code, Outcome
+from firmware_protocol.mks import COUNTS_PER_TURN, COUNTS_S_PER_RPM, Code, Outcome, slope_of
 
 # --- The settings that outlast the power, as shipped or as an arm needs them ---------------------
 
@@ -111,15 +111,8 @@ def _read(code: Code, text: str) -> mks.Setting:
 
 # --- The drive's own measures: rpm, and steps of acceleration ------------------------------------
 
-RPM = COUNTS_PER_TURN / 60.0
-"""Counts a second of one rpm."""
-MAKES_UP = mks.SPEED_MAX_RPM * RPM
+MAKES_UP = mks.SPEED_MAX_RPM * COUNTS_S_PER_RPM
 """Counts a second: no drive makes up for what it has lost faster than it turns."""
-
-
-def slope(acc: int) -> float:
-    """Return the counts a second squared of the drive's own measure; infinity without a ramp."""
-    return mks.ramp_rpm_s(acc) * RPM
 
 
 def state_of(point: ShaftPoint, now_s: float) -> mks.MotorState:
@@ -241,13 +234,15 @@ class MksMotion:
                 self._run(self._rate_of(request.speed_rpm), now_s)
             case mks.RunFor():
                 rate, time_s = self._rate_of(request.speed_rpm), request.duration_ms / 1000
-                self._point.go_for(rate, slope(self._acc), time_s, now_s)
+                self._point.go_for(rate, slope_of(self._acc), time_s, now_s)
             case mks.Stop():
                 self._run(0.0, now_s)
             case mks.GoToZero():
                 self._go(self._motor.zero, self._flash.homing.speed_rpm, now_s)
             case mks.Calibrate():
-                self._point.there_and_back(COUNTS_PER_TURN, CALIBRATION_RPM * RPM, now_s)
+                self._point.there_and_back(
+                    COUNTS_PER_TURN, CALIBRATION_RPM * COUNTS_S_PER_RPM, now_s
+                )
             case mks.Home():
                 self._seek(now_s)
             case order:
@@ -305,13 +300,13 @@ class MksMotion:
         self._watch_end(now_s)
 
     def _go(self, goal: int, speed_rpm: int, now_s: float) -> None:
-        self._point.go_to(goal, self._rate_of(max(speed_rpm, 1)), slope(self._acc), now_s)
+        self._point.go_to(goal, self._rate_of(max(speed_rpm, 1)), slope_of(self._acc), now_s)
 
     def _run(self, rate: float, now_s: float) -> None:
-        self._point.go_at(rate, slope(self._acc), now_s)
+        self._point.go_at(rate, slope_of(self._acc), now_s)
 
     def _rate_of(self, speed_rpm: int) -> float:
-        return self._flash.rpm_of(speed_rpm) * RPM
+        return self._flash.rpm_of(speed_rpm) * COUNTS_S_PER_RPM
 
     def _seek(self, now_s: float) -> None:
         """Begin to search for the zero: first away from the switch, where that is pressed."""
@@ -322,7 +317,7 @@ class MksMotion:
         self._search_towards(-self._seeking if self._backing else self._seeking, now_s)
 
     def _search_towards(self, way: int, now_s: float) -> None:
-        self._run(way * self._flash.rpm_of(max(self._flash.homing.speed_rpm, 1)) * RPM, now_s)
+        self._run(way * self._rate_of(max(self._flash.homing.speed_rpm, 1)), now_s)
 
     def _passes_switch_s(self, now_s: float) -> float:
         """Return when the set-point comes to where the switch changes, if that matters."""

@@ -14,12 +14,12 @@ from typing import Any, TypeAlias, get_args
 from armdrive.errors import BadRequest
 from armdrive.sim.bus.node import NodeMotor, NodePort
 from armdrive.sim.device import Options
-from armdrive.sim.mks.motion import AGAINST_A_STOP, RPM, Flash, MksMotion, stall_counts
+from armdrive.sim.mks.motion import AGAINST_A_STOP, Flash, MksMotion, stall_counts
 from armdrive.sim.world.saved import Json, Saved
 from firmware_protocol import mks
 from firmware_protocol.errors import BadField
 from firmware_protocol.frames import Frame, pack
-from firmware_protocol.mks import COUNTS_PER_TURN, Asked, Code, Outcome
+from firmware_protocol.mks import COUNTS_PER_TURN, COUNTS_S_PER_RPM, Asked, Code, Outcome
 
 BOARD = 2
 """A SERVO42D on CAN."""
@@ -174,7 +174,7 @@ class MksNode:
             "enabled": self.enabled,
             "stalled": self.stalled,
             "state": self.motion.state(now_s).name.lower(),
-            "rpm": round(self.motor.point.rate(now_s) / RPM, 2),
+            "rpm": round(self.motor.point.rate(now_s) / COUNTS_S_PER_RPM, 2),
             "error_counts": error,
             "stored": self.motion.stored is not None,
             "watchdog_s": 0.0 if math.isinf(timeout_s) else timeout_s,
@@ -378,7 +378,7 @@ def _error(node: MksNode, now_s: float) -> int:
 
 def _speed(node: MksNode, now_s: float) -> mks.SpeedRead:
     stands = abs(_error(node, now_s)) >= stall_counts(node.quirks)
-    return mks.SpeedRead(0 if stands else round(node.motor.point.rate(now_s) / RPM))
+    return mks.SpeedRead(0 if stands else round(node.motor.point.rate(now_s) / COUNTS_S_PER_RPM))
 
 
 def _pulses(node: MksNode, now_s: float) -> mks.PulsesRead:

@@ -12,7 +12,7 @@ from armdrive.dialects.bus.tools import Answers, Listened, frame_scripts, listen
 from armdrive.dialects.cia402 import survey as canopen
 from armdrive.dialects.cia402.survey import (
     QUESTIONS,
-    SERIAL,
+    SERIAL_NUMBER,
     VENDOR,
     ask_nodes,
     heard_nodes,
@@ -56,8 +56,8 @@ HEALTHY = Statusword.of(DriveState.DISABLED, StatusBit.REMOTE).value
 def drive(number, **values):
     """Return a drive with nothing wrong; `values` are what it holds otherwise, by name."""
     places = {
-        "kind": DEVICE_TYPE, "name": NAME, "serial": SERIAL, "vendor": VENDOR, "at": POSITION,
-        "status": STATUSWORD, "modes": SUPPORTED_MODES, "error": ERROR_CODE,
+        "kind": DEVICE_TYPE, "name": NAME, "serial": SERIAL_NUMBER, "vendor": VENDOR,
+        "at": POSITION, "status": STATUSWORD, "modes": SUPPORTED_MODES, "error": ERROR_CODE,
         "register": ERROR_REGISTER, "mode": MODE_SHOWN,
     }  # fmt: skip
     usual = {"name": "a stepper", "serial": 100 + number, "status": HEALTHY, "modes": ALL_MODES}
@@ -160,9 +160,9 @@ def test_two_devices_of_one_number_are_told_and_one_repeated_frame_is_not():
     repeated = []
 
     def once(frame):  # an answer that comes twice, one time
-        if frame.data[1:4] == SERIAL.packed and len(repeated) < 1:
+        if frame.data[1:4] == SERIAL_NUMBER.packed and len(repeated) < 1:
             repeated.append(frame)
-            bus._coming.append((0.0, pack(Frame(0x583, b"\x43" + SERIAL.packed + bytes(4)))))
+            bus._coming.append((0.0, pack(Frame(0x583, b"\x43" + SERIAL_NUMBER.packed + bytes(4)))))
         return False
 
     bus = NodesBus(drive(3), lose=once)

@@ -2,12 +2,10 @@
 
 from collections import deque
 
-from firmware_protocol.canopen.sdo_client import Aborted, Downloaded, SdoClient, Uploaded
-from firmware_protocol.canopen.sdo_codes import AbortCode
-from firmware_protocol.canopen.sdo_server import ReadAsked, SdoServer, WriteAsked
+from firmware_protocol import canopen
 
 NODE = 5
-ENDINGS = (Uploaded, Downloaded, Aborted)
+ENDINGS = (canopen.Uploaded, canopen.Downloaded, canopen.Aborted)
 
 
 def events(machine) -> list[object]:
@@ -21,7 +19,7 @@ class SdoBus:
     """
 
     def __init__(self, objects=None, copies=lambda: 1, overtakes=lambda: False) -> None:
-        self.client, self.server = SdoClient(NODE), SdoServer(NODE)
+        self.client, self.server = canopen.SdoClient(NODE), canopen.SdoServer(NODE)
         self.objects = dict(objects or {})
         self.wire = deque()
         self.heard = []
@@ -65,10 +63,10 @@ class SdoBus:
 
     def _answer(self, asked) -> None:
         match asked:
-            case ReadAsked(place) if place in self.objects:
+            case canopen.ReadAsked(place) if place in self.objects:
                 self.put(self.client, self.server.supply(asked, self.objects[place]))
-            case WriteAsked(place, data):
+            case canopen.WriteAsked(place, data):
                 self.objects[place] = data
                 self.put(self.client, self.server.accept(asked))
-            case ReadAsked():
-                self.put(self.client, self.server.refuse(asked, AbortCode.NO_OBJECT))
+            case canopen.ReadAsked():
+                self.put(self.client, self.server.refuse(asked, canopen.AbortCode.NO_OBJECT))

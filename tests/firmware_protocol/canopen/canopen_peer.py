@@ -8,12 +8,16 @@ from types import SimpleNamespace
 import can
 import canopen
 from canopen.objectdictionary.eds import import_eds
+from eds_writer import write_eds
 
-from firmware_protocol.canopen.datatypes import DataType
-from firmware_protocol.canopen.eds_write import write_eds
-from firmware_protocol.canopen.objects import Access, Dictionary, ObjectEntry
-from firmware_protocol.canopen.sdo_messages import Place
-from firmware_protocol.canopen.standard import STANDARD
+from firmware_protocol.canopen import (
+    STANDARD,
+    Access,
+    DataType,
+    Dictionary,
+    ObjectEntry,
+    Place,
+)
 from firmware_protocol.frames import Frame
 
 NODE, PATIENCE_S, CYCLE_S = 5, 5.0, 0.02

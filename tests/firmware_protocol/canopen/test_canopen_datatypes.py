@@ -6,7 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_protocol.canopen.datatypes import DataType
+from firmware_protocol.canopen import (
+    DataType,
+)
 from firmware_protocol.errors import BadField, RemoteProtocolError
 
 WHOLE = [kind for kind in DataType if kind.limits]

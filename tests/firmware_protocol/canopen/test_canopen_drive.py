@@ -4,13 +4,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_protocol.canopen.drive_device import DriveDevice
-from firmware_protocol.canopen.drive_modes import QuickStopOption
-from firmware_protocol.canopen.drive_states import TRANSITIONS, Happening, transition, way
-from firmware_protocol.canopen.drive_words import (
+from firmware_protocol.canopen import (
+    TRANSITIONS,
     Command,
     Controlword,
+    DriveDevice,
     DriveState,
+    Happening,
+    QuickStopOption,
+    transition,
+    way,
 )
 
 WORDS = st.integers(0, 0xFFFF)

@@ -4,20 +4,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_protocol.canopen.drive_device import DriveDevice
-from firmware_protocol.canopen.drive_modes import (
-    OperationMode,
-    mode_of,
-    supported_modes,
-    supported_word,
-)
-from firmware_protocol.canopen.drive_words import (
+from firmware_protocol.canopen import (
     Command,
     ControlBit,
     Controlword,
+    DriveDevice,
     DriveState,
+    OperationMode,
     StatusBit,
     Statusword,
+    mode_of,
+    supported_modes,
+    supported_word,
 )
 from firmware_protocol.errors import BadField
 

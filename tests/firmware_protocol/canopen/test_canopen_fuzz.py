@@ -6,13 +6,17 @@ import pytest
 from amounts import amount
 from canopen_bus import NODE, events
 
-from firmware_protocol.canopen.nmt_node import NmtNode
-from firmware_protocol.canopen.sdo_client import SdoClient
-from firmware_protocol.canopen.sdo_messages import Place
-from firmware_protocol.canopen.sdo_segments import SIZE_MAX
-from firmware_protocol.canopen.sdo_server import ReadAsked, SdoServer, WriteAsked
-from firmware_protocol.canopen.waiting import EVENTS_MAX, Overrun
+from firmware_protocol.canopen import (
+    NmtNode,
+    Place,
+    ReadAsked,
+    SdoClient,
+    SdoServer,
+    WriteAsked,
+)
+from firmware_protocol.canopen.sdo import EVENTS_MAX, SIZE_MAX
 from firmware_protocol.frames import Frame
+from firmware_protocol.waiting import Overrun
 
 COMMANDS = (0x00, 0x10, 0x20, 0x21, 0x23, 0x2F, 0x30, 0x40, 0x41, 0x4B, 0x60, 0x70, 0x80, 0xA0)
 PLACE = Place(0x1008)

@@ -6,12 +6,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_protocol.canopen.cob import BASES, COMMON, Service, cob_id, service_of
-from firmware_protocol.canopen.emcy import Emergency
-from firmware_protocol.canopen.emcy_codes import ErrorRegister, error_words
-from firmware_protocol.canopen.nmt import Heartbeat, HeartbeatWatch, Nmt, NmtCommand, NodeState
-from firmware_protocol.canopen.nmt_node import NmtNode
-from firmware_protocol.canopen.sync import Sync
+from firmware_protocol.canopen import (
+    Emergency,
+    ErrorRegister,
+    Heartbeat,
+    HeartbeatWatch,
+    Nmt,
+    NmtCommand,
+    NmtNode,
+    NodeState,
+    Service,
+    Sync,
+    cob_id,
+    error_words,
+    service_of,
+)
 from firmware_protocol.errors import BadField, RemoteProtocolError
 from firmware_protocol.frames import Frame
 
@@ -66,10 +75,12 @@ def test_any_frame_is_a_message_or_says_why_not(can_id, data, extended):
 
 
 def test_an_id_belongs_to_one_service_and_node():
-    whose = {cob_id(service): (service, 0) for service in COMMON}
-    whose |= {cob_id(service, node): (service, node) for service in BASES for node in range(1, 128)}
+    whose = {cob_id(service): (service, 0) for service in Service if service.common}
+    of_nodes = [service for service in Service if not service.common]
+    whose |= {
+        cob_id(service, node): (service, node) for service in of_nodes for node in range(1, 128)
+    }
     assert len(whose) == 3 + 12 * 127
-    assert set(COMMON) | set(BASES) == set(Service)
     assert {can_id: service_of(can_id) for can_id in range(0x800)} == {
         can_id: whose.get(can_id) for can_id in range(0x800)
     }

@@ -4,25 +4,28 @@ import contextlib
 
 import pytest
 from canopen_bus import NODE
+from eds_writer import write_eds
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_protocol.canopen.datatypes import DataType
-from firmware_protocol.canopen.eds_read import read_eds
-from firmware_protocol.canopen.eds_write import write_eds
-from firmware_protocol.canopen.objects import Access, Dictionary, ObjectEntry
-from firmware_protocol.canopen.sdo_client import SdoClient, Uploaded
-from firmware_protocol.canopen.sdo_codes import AbortCode
-from firmware_protocol.canopen.sdo_messages import Place
-from firmware_protocol.canopen.sdo_server import SdoServer
-from firmware_protocol.canopen.standard import (
+from firmware_protocol.canopen import (
     CONTROLWORD,
     MODE,
     STANDARD,
     STATUSWORD,
     TARGET_POSITION,
+    AbortCode,
+    Access,
+    DataType,
+    Dictionary,
+    ObjectEntry,
+    ObjectStore,
+    Place,
+    SdoClient,
+    SdoServer,
+    Uploaded,
+    read_eds,
 )
-from firmware_protocol.canopen.store import ObjectStore
 from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError
 
 EDS = """\ufeff; a maker's file

@@ -14,29 +14,26 @@ from canopen_peer import (  # noqa: E402
     virtual_bus,
 )
 
-from firmware_protocol.canopen.drive_states import TRANSITIONS  # noqa: E402
-from firmware_protocol.canopen.drive_words import (  # noqa: E402
-    Controlword,
-    DriveState,
-    Statusword,
-)
-from firmware_protocol.canopen.emcy import Emergency  # noqa: E402
-from firmware_protocol.canopen.pdo import Mapping  # noqa: E402
-from firmware_protocol.canopen.pdo_setup import Direction, PdoSetup  # noqa: E402
-from firmware_protocol.canopen.sdo_client import (  # noqa: E402
-    Aborted,
-    Downloaded,
-    SdoClient,
-    Uploaded,
-)
-from firmware_protocol.canopen.sdo_codes import ABORT_WORDS, AbortCode  # noqa: E402
-from firmware_protocol.canopen.sdo_messages import Place  # noqa: E402
-from firmware_protocol.canopen.standard import (  # noqa: E402
+from firmware_protocol.canopen import (  # noqa: E402
     CONTROLWORD,
     POSITION,
     STANDARD,
     STATUSWORD,
     TARGET_POSITION,
+    TRANSITIONS,
+    AbortCode,
+    Aborted,
+    Controlword,
+    Direction,
+    Downloaded,
+    DriveState,
+    Emergency,
+    Mapping,
+    PdoSetup,
+    Place,
+    SdoClient,
+    Statusword,
+    Uploaded,
 )
 
 
@@ -143,4 +140,4 @@ def test_their_tables_of_states_and_transitions_say_the_same():
 
 
 def test_their_abort_codes_are_among_ours():
-    assert set(canopen.SdoAbortedError.CODES) == {int(code) for code in ABORT_WORDS}
+    assert set(canopen.SdoAbortedError.CODES) == {int(code) for code in AbortCode}

@@ -19,24 +19,28 @@ from canopen_peer import (  # noqa: E402
     virtual_bus,
 )
 
-from firmware_protocol.canopen.drive_device import DriveDevice  # noqa: E402
-from firmware_protocol.canopen.drive_states import Happening  # noqa: E402
-from firmware_protocol.canopen.drive_words import Controlword, DriveState  # noqa: E402
-from firmware_protocol.canopen.nmt import NodeState  # noqa: E402
-from firmware_protocol.canopen.nmt_node import NmtNode  # noqa: E402
-from firmware_protocol.canopen.pdo import Mapping  # noqa: E402
-from firmware_protocol.canopen.pdo_setup import Direction, PdoSetup  # noqa: E402
-from firmware_protocol.canopen.sdo_codes import AbortCode  # noqa: E402
-from firmware_protocol.canopen.sdo_messages import Place  # noqa: E402
-from firmware_protocol.canopen.sdo_server import ReadAsked, SdoServer, WriteAsked  # noqa: E402
-from firmware_protocol.canopen.standard import (  # noqa: E402
+from firmware_protocol.canopen import (  # noqa: E402
     CONTROLWORD,
     PROFILE_SPEED,
     STANDARD,
     STATUSWORD,
     TARGET_POSITION,
+    AbortCode,
+    Controlword,
+    Direction,
+    DriveDevice,
+    DriveState,
+    Happening,
+    Mapping,
+    NmtNode,
+    NodeState,
+    ObjectStore,
+    PdoSetup,
+    Place,
+    ReadAsked,
+    SdoServer,
+    WriteAsked,
 )
-from firmware_protocol.canopen.store import ObjectStore  # noqa: E402
 from firmware_protocol.frames import Frame  # noqa: E402
 
 

@@ -4,22 +4,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_protocol.canopen.datatypes import DataType
-from firmware_protocol.canopen.pdo import Mapped, Mapping
-from firmware_protocol.canopen.pdo_setup import ON_EVENT, Direction, PdoSetup
-from firmware_protocol.canopen.sdo_messages import Place
-from firmware_protocol.canopen.standard import (
-    CONTROLWORD,
-    POSITION,
-    STANDARD,
-    STATUSWORD,
-    TARGET_POSITION,
-)
+from firmware_protocol import canopen
 from firmware_protocol.errors import BadField, RemoteProtocolError
 
-ORDER = Mapping.of_objects(STANDARD, CONTROLWORD, TARGET_POSITION)
-STATE = Mapping.of_objects(STANDARD, STATUSWORD, POSITION)
-FIXED = [kind for kind in DataType if kind.bits not in (None, 1)]
+ORDER = canopen.Mapping.of_objects(canopen.STANDARD, canopen.CONTROLWORD, canopen.TARGET_POSITION)
+STATE = canopen.Mapping.of_objects(canopen.STANDARD, canopen.STATUSWORD, canopen.POSITION)
+FIXED = [kind for kind in canopen.DataType if kind.bits not in (None, 1)]
 
 
 def written(setup) -> list[str]:
@@ -33,7 +23,7 @@ def test_a_target_and_its_controlword_are_these_bytes():
 
 
 def test_the_first_received_pdo_is_set_up_in_this_order():
-    assert written(PdoSetup(Direction.RECEIVED, 1, 5, ORDER)) == [
+    assert written(canopen.PdoSetup(canopen.Direction.RECEIVED, 1, 5, ORDER)) == [
         "1400:01 80000205",
         "1600:00 00",
         "1600:01 60400010",
@@ -45,7 +35,9 @@ def test_the_first_received_pdo_is_set_up_in_this_order():
 
 
 def test_a_transmitted_pdo_may_have_times_and_an_id_of_its_own():
-    setup = PdoSetup(Direction.TRANSMITTED, 6, 5, STATE, ON_EVENT, 10, 100, 0x2A5, no_remote=True)
+    setup = canopen.PdoSetup(
+        canopen.Direction.TRANSMITTED, 6, 5, STATE, canopen.ON_EVENT, 10, 100, 0x2A5, no_remote=True
+    )
     assert written(setup) == [
         "1805:01 C00002A5",
         "1A05:00 00",
@@ -62,22 +54,24 @@ def test_a_transmitted_pdo_may_have_times_and_an_id_of_its_own():
 @pytest.mark.parametrize(
     ("direction", "ids"),
     [
-        (Direction.TRANSMITTED, [0x185, 0x285, 0x385, 0x485]),
-        (Direction.RECEIVED, [0x205, 0x305, 0x405, 0x505]),
+        (canopen.Direction.TRANSMITTED, [0x185, 0x285, 0x385, 0x485]),
+        (canopen.Direction.RECEIVED, [0x205, 0x305, 0x405, 0x505]),
     ],
 )
 def test_the_first_four_have_ids(direction, ids):
-    assert [PdoSetup(direction, number, 5, STATE).frame_id for number in range(1, 5)] == ids
+    assert [canopen.PdoSetup(direction, number, 5, STATE).frame_id for number in range(1, 5)] == ids
 
 
 @given(st.lists(st.sampled_from(FIXED), min_size=1, max_size=8), st.data())
 def test_what_is_packed_comes_out_and_what_is_behind_it_does_not_matter(kinds, data):
-    entries = tuple(Mapped(Place(0x2000, sub), kind) for sub, kind in enumerate(kinds))
+    entries = tuple(
+        canopen.Mapped(canopen.Place(0x2000, sub), kind) for sub, kind in enumerate(kinds)
+    )
     if sum(entry.size for entry in entries) > 8:
         with pytest.raises(BadField, match="objects of 1 to 8 bytes together"):
-            Mapping(entries)
+            canopen.Mapping(entries)
         return
-    mapping = Mapping(entries)
+    mapping = canopen.Mapping(entries)
     values = tuple(
         data.draw(st.integers(*kind.limits) if kind.limits else st.just(-0.5)) for kind in kinds
     )
@@ -90,30 +84,33 @@ def test_what_is_packed_comes_out_and_what_is_behind_it_does_not_matter(kinds, d
 
 def test_what_a_device_tells_of_its_mapping_is_read_by_the_dictionary():
     for entry in (*ORDER.entries, *STATE.entries):
-        assert Mapped.of(entry.word, STANDARD) == entry
+        assert canopen.Mapped.of(entry.word, canopen.STANDARD) == entry
     with pytest.raises(RemoteProtocolError, match="2000:00 is mapped, and is no object"):
-        Mapped.of(0x20000008, STANDARD)
+        canopen.Mapped.of(0x20000008, canopen.STANDARD)
     with pytest.raises(RemoteProtocolError, match="6040:00 is mapped with 8 bits; it is U16"):
-        Mapped.of(0x60400008, STANDARD)
+        canopen.Mapped.of(0x60400008, canopen.STANDARD)
 
 
 @pytest.mark.parametrize(
     ("make", "field"),
     [
-        (lambda: Mapped(CONTROLWORD, DataType.BOOLEAN), "type"),
-        (lambda: Mapped(CONTROLWORD, DataType.DOMAIN), "type"),
-        (lambda: Mapping(()), "entries"),
-        (lambda: Mapping.of_objects(STANDARD, Place(0x6065)), "places"),
+        (lambda: canopen.Mapped(canopen.CONTROLWORD, canopen.DataType.BOOLEAN), "type"),
+        (lambda: canopen.Mapped(canopen.CONTROLWORD, canopen.DataType.DOMAIN), "type"),
+        (lambda: canopen.Mapping(()), "entries"),
+        (lambda: canopen.Mapping.of_objects(canopen.STANDARD, canopen.Place(0x6065)), "places"),
         (lambda: ORDER.pack((1,)), "values"),
         (lambda: ORDER.pack((0x10000, 0)), "U16"),
-        (lambda: PdoSetup("RPDO", 1, 5, ORDER), "direction"),
-        (lambda: PdoSetup(Direction.RECEIVED, 0, 5, ORDER), "number"),
-        (lambda: PdoSetup(Direction.RECEIVED, 5, 5, ORDER), "can_id"),
-        (lambda: PdoSetup(Direction.RECEIVED, 1, 0, ORDER), "node"),
-        (lambda: PdoSetup(Direction.RECEIVED, 1, 5, ORDER, 241), "transmission"),
-        (lambda: PdoSetup(Direction.RECEIVED, 1, 5, ORDER, 1, 10), "inhibit_100us"),
-        (lambda: PdoSetup(Direction.TRANSMITTED, 1, 5, ORDER, 1, None, 1 << 16), "event_ms"),
-        (lambda: PdoSetup(Direction.RECEIVED, 1, 5, ORDER, can_id=0x800), "can_id"),
+        (lambda: canopen.PdoSetup("RPDO", 1, 5, ORDER), "direction"),
+        (lambda: canopen.PdoSetup(canopen.Direction.RECEIVED, 0, 5, ORDER), "number"),
+        (lambda: canopen.PdoSetup(canopen.Direction.RECEIVED, 5, 5, ORDER), "can_id"),
+        (lambda: canopen.PdoSetup(canopen.Direction.RECEIVED, 1, 0, ORDER), "node"),
+        (lambda: canopen.PdoSetup(canopen.Direction.RECEIVED, 1, 5, ORDER, 241), "transmission"),
+        (lambda: canopen.PdoSetup(canopen.Direction.RECEIVED, 1, 5, ORDER, 1, 10), "inhibit_100us"),
+        (
+            lambda: canopen.PdoSetup(canopen.Direction.TRANSMITTED, 1, 5, ORDER, 1, None, 1 << 16),
+            "event_ms",
+        ),
+        (lambda: canopen.PdoSetup(canopen.Direction.RECEIVED, 1, 5, ORDER, can_id=0x800), "can_id"),
     ],
 )
 def test_nonsense_of_ours_names_its_field(make, field):

@@ -4,19 +4,17 @@ import math
 
 import pytest
 
-from firmware_protocol.canopen.datatypes import DataType
-from firmware_protocol.canopen.objects import Access, Dictionary, ObjectEntry
-from firmware_protocol.canopen.pdo_device import DevicePdos
-from firmware_protocol.canopen.pdo_setup import NOT_VALID
-from firmware_protocol.canopen.sdo_codes import AbortCode
-from firmware_protocol.canopen.sdo_messages import Place
+from firmware_protocol import canopen
+from firmware_protocol.canopen.pdo import DevicePdos
 from firmware_protocol.frames import Frame
 
-ORDER, STATE = Place(0x6040), Place(0x6041)
-OBJECTS = Dictionary(
+ORDER, STATE = canopen.Place(0x6040), canopen.Place(0x6041)
+OBJECTS = canopen.Dictionary(
     [
-        ObjectEntry(ORDER, "order", DataType.U16, Access.RWW, mappable=True),
-        ObjectEntry(STATE, "state", DataType.U16, Access.RO, mappable=True),
+        canopen.ObjectEntry(
+            ORDER, "order", canopen.DataType.U16, canopen.Access.RWW, mappable=True
+        ),
+        canopen.ObjectEntry(STATE, "state", canopen.DataType.U16, canopen.Access.RO, mappable=True),
     ]
 )
 IN, OUT = 0x201, 0x181
@@ -27,11 +25,11 @@ class Owner:
 
     def __init__(self, transmission, inhibit=0, event_ms=0):
         self.values = {
-            Place(0x1400, 1): IN, Place(0x1400, 2): transmission,
-            Place(0x1600, 0): 1, Place(0x1600, 1): 0x60400010,
-            Place(0x1800, 1): OUT, Place(0x1800, 2): transmission,
-            Place(0x1800, 3): inhibit, Place(0x1800, 5): event_ms,
-            Place(0x1A00, 0): 1, Place(0x1A00, 1): 0x60410010,
+            canopen.Place(0x1400, 1): IN, canopen.Place(0x1400, 2): transmission,
+            canopen.Place(0x1600, 0): 1, canopen.Place(0x1600, 1): 0x60400010,
+            canopen.Place(0x1800, 1): OUT, canopen.Place(0x1800, 2): transmission,
+            canopen.Place(0x1800, 3): inhibit, canopen.Place(0x1800, 5): event_ms,
+            canopen.Place(0x1A00, 0): 1, canopen.Place(0x1A00, 1): 0x60410010,
         }  # fmt: skip
         self.said, self.brought = [], []
         self.pdos = DevicePdos(
@@ -86,8 +84,8 @@ def test_one_that_is_too_short_is_refused_and_one_at_once_acts_at_once():
 
 def test_one_that_is_switched_off_or_maps_what_is_not_there_does_not_exist():
     owner = Owner(transmission=1)
-    owner.values[Place(0x1400, 1)] |= NOT_VALID
-    owner.values[Place(0x1A00, 1)] = 0x12340010
+    owner.values[canopen.Place(0x1400, 1)] |= canopen.NOT_VALID
+    owner.values[canopen.Place(0x1A00, 1)] = 0x12340010
     owner.pdos.rebuild()
     assert not owner.pdos.received
     assert owner.pdos.due_s == math.inf
@@ -96,19 +94,19 @@ def test_one_that_is_switched_off_or_maps_what_is_not_there_does_not_exist():
 @pytest.mark.parametrize(
     ("off", "place", "value", "refused"),
     [
-        (False, Place(0x1600, 0), 0, AbortCode.DEVICE_STATE),
-        (True, Place(0x1600, 0), 0, None),
-        (True, Place(0x1600, 0), 9, AbortCode.PDO_TOO_LONG),
-        (True, Place(0x1600, 0), 2, AbortCode.NOT_MAPPABLE),
-        (True, Place(0x1600, 1), 0x60400010, AbortCode.DEVICE_STATE),
-        (False, Place(0x1400, 2), 250, AbortCode.VALUE),
-        (False, Place(0x1400, 1), 0, AbortCode.VALUE),
-        (False, Place(0x1400, 1), NOT_VALID | IN, None),
+        (False, canopen.Place(0x1600, 0), 0, canopen.AbortCode.DEVICE_STATE),
+        (True, canopen.Place(0x1600, 0), 0, None),
+        (True, canopen.Place(0x1600, 0), 9, canopen.AbortCode.PDO_TOO_LONG),
+        (True, canopen.Place(0x1600, 0), 2, canopen.AbortCode.NOT_MAPPABLE),
+        (True, canopen.Place(0x1600, 1), 0x60400010, canopen.AbortCode.DEVICE_STATE),
+        (False, canopen.Place(0x1400, 2), 250, canopen.AbortCode.VALUE),
+        (False, canopen.Place(0x1400, 1), 0, canopen.AbortCode.VALUE),
+        (False, canopen.Place(0x1400, 1), canopen.NOT_VALID | IN, None),
     ],
 )
 def test_what_describes_them_is_changed_in_the_order_of_the_standard(off, place, value, refused):
     owner = Owner(transmission=1)
-    owner.values[Place(0x1400, 1)] |= NOT_VALID if off else 0
+    owner.values[canopen.Place(0x1400, 1)] |= canopen.NOT_VALID if off else 0
     assert owner.pdos.refusal(place, value) is refused
 
 
@@ -116,12 +114,12 @@ def test_what_describes_them_is_changed_in_the_order_of_the_standard(off, place,
     ("word", "refused"),
     [
         (0x60400010, None),
-        (0x60410010, AbortCode.NOT_MAPPABLE),
-        (0x12340010, AbortCode.NO_OBJECT),
+        (0x60410010, canopen.AbortCode.NOT_MAPPABLE),
+        (0x12340010, canopen.AbortCode.NO_OBJECT),
         (0, None),
     ],
 )
 def test_only_what_can_be_written_is_mapped_into_a_received_one(word, refused):
     owner = Owner(transmission=1)
-    owner.values |= {Place(0x1400, 1): NOT_VALID | IN, Place(0x1600, 0): 0}
-    assert owner.pdos.refusal(Place(0x1600, 1), word) is refused
+    owner.values |= {canopen.Place(0x1400, 1): canopen.NOT_VALID | IN, canopen.Place(0x1600, 0): 0}
+    assert owner.pdos.refusal(canopen.Place(0x1600, 1), word) is refused

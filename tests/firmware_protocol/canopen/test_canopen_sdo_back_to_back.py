@@ -4,9 +4,13 @@ from canopen_bus import SdoBus
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_protocol.canopen.sdo_client import Aborted, Downloaded, Uploaded
-from firmware_protocol.canopen.sdo_codes import AbortCode
-from firmware_protocol.canopen.sdo_messages import Place
+from firmware_protocol.canopen import (
+    AbortCode,
+    Aborted,
+    Downloaded,
+    Place,
+    Uploaded,
+)
 
 PLACE, OTHER = Place(0x1008), Place(0x1009, 3)
 DATA = st.binary(max_size=60)

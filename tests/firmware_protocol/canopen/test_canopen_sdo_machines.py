@@ -3,27 +3,12 @@
 import pytest
 from canopen_bus import NODE, events
 
-from firmware_protocol.canopen.sdo_client import (
-    Aborted,
-    Downloaded,
-    GarbledResponse,
-    SdoClient,
-    StrayResponse,
-    Uploaded,
-)
-from firmware_protocol.canopen.sdo_codes import AbortCode
-from firmware_protocol.canopen.sdo_messages import Abort, DownloadStarted, Place, SegmentTaken
-from firmware_protocol.canopen.sdo_server import (
-    GivenUp,
-    IgnoredRequest,
-    ReadAsked,
-    SdoServer,
-    WriteAsked,
-)
+from firmware_protocol import canopen
+from firmware_protocol.canopen.sdo import DownloadStarted, SegmentTaken
 from firmware_protocol.errors import BadField, LocalProtocolError
 from firmware_protocol.frames import Frame
 
-NAME, WORD = Place(0x1008), Place(0x6040)
+NAME, WORD = canopen.Place(0x1008), canopen.Place(0x6040)
 
 
 def told(machine, *texts) -> list[str]:
@@ -33,126 +18,130 @@ def told(machine, *texts) -> list[str]:
 
 
 def test_a_client_reads_in_segments():
-    client = SdoClient(NODE)
+    client = canopen.SdoClient(NODE)
     assert str(client.upload(NAME)) == "605#4008100000000000"
     answers = told(client, "585#4108100009000000", "585#0061726D64726976", "585#1B65210000000000")
     assert answers == ["605#6000000000000000", "605#7000000000000000", ""]
-    assert events(client) == [Uploaded(NAME, b"armdrive!")]
+    assert events(client) == [canopen.Uploaded(NAME, b"armdrive!")]
 
 
 def test_a_client_writes_in_segments():
-    client = SdoClient(NODE)
+    client = canopen.SdoClient(NODE)
     assert str(client.download(NAME, b"armdrive!")) == "605#2108100009000000"
     answers = told(client, "585#6008100000000000", "585#2000000000000000", "585#3000000000000000")
     assert answers == ["605#0061726D64726976", "605#1B65210000000000", ""]
-    assert events(client) == [Downloaded(NAME)]
+    assert events(client) == [canopen.Downloaded(NAME)]
 
 
 def test_a_length_that_is_not_told_is_said_to_be_none():
-    client = SdoClient(NODE)
+    client = canopen.SdoClient(NODE)
     client.upload(WORD)
     told(client, "585#424060000F000000")
-    assert events(client) == [Uploaded(WORD, b"\x0f\0\0\0", exact=False)]
+    assert events(client) == [canopen.Uploaded(WORD, b"\x0f\0\0\0", exact=False)]
 
 
 @pytest.mark.parametrize(
     ("texts", "code"),
     [
-        (["585#4108100000100100"], AbortCode.OUT_OF_MEMORY),  # 65 kB
-        (["585#4108100009000000", "585#0161726D64726976"], AbortCode.TOO_SHORT),
-        (["585#4108100005000000", "585#0061726D64726976"], AbortCode.TOO_LONG),
+        (["585#4108100000100100"], canopen.AbortCode.OUT_OF_MEMORY),  # 65 kB
+        (["585#4108100009000000", "585#0161726D64726976"], canopen.AbortCode.TOO_SHORT),
+        (["585#4108100005000000", "585#0061726D64726976"], canopen.AbortCode.TOO_LONG),
     ],
 )
 def test_a_client_gives_up_what_cannot_be_right(texts, code):
-    client = SdoClient(NODE)
+    client = canopen.SdoClient(NODE)
     client.upload(NAME)
     assert told(client, *texts)[-1] == "605#80081000" + code.to_bytes(4, "little").hex().upper()
-    assert events(client) == [Aborted(NAME, code, by_server=False)]
+    assert events(client) == [canopen.Aborted(NAME, code, by_server=False)]
     assert client.busy is None
 
 
 def test_a_server_that_never_ends_fills_no_memory():
-    client = SdoClient(NODE, size_max=70)
+    client = canopen.SdoClient(NODE, size_max=70)
     client.upload(NAME)
     told(client, "585#4008100000000000")
     for _ in range(5):
         told(client, "585#0061726D64726976", "585#1061726D64726976")
     assert told(client, "585#0061726D64726976") == ["605#8008100005000405"]
-    assert events(client) == [Aborted(NAME, AbortCode.OUT_OF_MEMORY, by_server=False)]
+    assert events(client) == [
+        canopen.Aborted(NAME, canopen.AbortCode.OUT_OF_MEMORY, by_server=False)
+    ]
 
 
 def test_a_client_leaves_aside_what_is_repeated_late_or_foreign():
-    client = SdoClient(NODE)
+    client = canopen.SdoClient(NODE)
     client.download(NAME, b"armdrive!")
     told(client, "585#6008100000000000")
     strays = ["585#6008100000000000", "585#3000000000000000", "585#8040600000000206"]
     foreign = ["586#2000000000000000", "605#2000000000000000", "185#00", "00000585#20"]
     assert told(client, *strays, *foreign) == [""] * 7
     assert events(client) == [
-        StrayResponse(DownloadStarted(NAME)),
-        StrayResponse(SegmentTaken(True)),
-        StrayResponse(Abort(WORD, AbortCode.NO_OBJECT)),
+        canopen.StrayResponse(DownloadStarted(NAME)),
+        canopen.StrayResponse(SegmentTaken(True)),
+        canopen.StrayResponse(canopen.Abort(WORD, canopen.AbortCode.NO_OBJECT)),
     ]
     assert told(client, "585#20", "585#2000000000000000") == ["", "605#1B65210000000000"]
     (garbled,) = events(client)
-    assert garbled == GarbledResponse(Frame.parse("585#20"), "1 bytes where an SDO frame has 8")
+    assert garbled == canopen.GarbledResponse(
+        Frame.parse("585#20"), "1 bytes where an SDO frame has 8"
+    )
 
 
 def test_a_segment_that_comes_twice_is_taken_once_though_no_length_was_told():
-    client = SdoClient(NODE)
+    client = canopen.SdoClient(NODE)
     client.upload(NAME)
     told(client, "585#4008100000000000")
     answers = told(client, "585#0061726D64726976", "585#0061726D64726976", "585#1B65210000000000")
     assert answers == ["605#7000000000000000", "", ""]
-    assert [type(event) for event in events(client)] == [StrayResponse, Uploaded]
+    assert [type(event) for event in events(client)] == [canopen.StrayResponse, canopen.Uploaded]
 
 
 def test_an_abort_that_names_no_object_is_believed_in_segments_alone():
-    client = SdoClient(NODE)
+    client = canopen.SdoClient(NODE)
     client.upload(NAME)
     told(client, "585#8000000001000405")
     assert client.busy == NAME
     told(client, "585#4108100009000000", "585#8000000001000405")
-    assert events(client)[-1] == Aborted(NAME, AbortCode.COMMAND, by_server=True)
+    assert events(client)[-1] == canopen.Aborted(NAME, canopen.AbortCode.COMMAND, by_server=True)
 
 
 def test_a_client_does_one_thing_at_a_time_until_its_owner_gives_up():
-    client = SdoClient(NODE)
+    client = canopen.SdoClient(NODE)
     client.upload(WORD)
     with pytest.raises(LocalProtocolError, match="the transfer of 6040:00 is under way"):
         client.download(WORD, b"\1")
     assert str(client.abandon()) == "605#8040600000000405"
     assert client.abandon() is None
     assert told(client, "585#4B40600000000000") == [""]
-    assert isinstance(events(client)[0], StrayResponse)
+    assert isinstance(events(client)[0], canopen.StrayResponse)
     with pytest.raises(BadField):
         client.download(WORD, bytes(5000))
     assert client.busy is None
 
 
 def test_a_server_tells_in_segments():
-    server = SdoServer(NODE)
+    server = canopen.SdoServer(NODE)
     assert told(server, "605#4008100000000000") == [""]
-    assert events(server) == [ReadAsked(NAME)]
-    assert str(server.supply(ReadAsked(NAME), b"armdrive!")) == "585#4108100009000000"
+    assert events(server) == [canopen.ReadAsked(NAME)]
+    assert str(server.supply(canopen.ReadAsked(NAME), b"armdrive!")) == "585#4108100009000000"
     answers = told(server, "605#6000000000000000", "605#7000000000000000", "605#60")
     assert answers == ["585#0061726D64726976", "585#1B65210000000000", ""]
     assert told(server, "605#6000000000000000") == ["585#8000000001000405"]
 
 
 def test_a_segment_is_not_told_twice_since_the_client_would_miss_the_one_before():
-    server = SdoServer(NODE)
+    server = canopen.SdoServer(NODE)
     told(server, "605#4008100000000000")
-    server.supply(ReadAsked(NAME), b"armdrive!")
+    server.supply(canopen.ReadAsked(NAME), b"armdrive!")
     answers = told(server, "605#6000000000000000", "605#6000000000000000")
     assert answers == ["585#0061726D64726976", "585#8008100000000305"]
 
 
 def test_a_server_takes_in_segments_and_says_so_when_its_owner_has():
-    server = SdoServer(NODE)
+    server = canopen.SdoServer(NODE)
     answers = told(server, "605#2108100009000000", "605#0061726D64726976", "605#1B65210000000000")
     assert answers == ["585#6008100000000000", "585#2000000000000000", ""]
-    asked = WriteAsked(NAME, b"armdrive!")
+    asked = canopen.WriteAsked(NAME, b"armdrive!")
     assert (events(server), server.asked) == ([asked], asked)
     assert str(server.accept(asked)) == "585#3000000000000000"
     assert server.accept(asked) is None
@@ -161,48 +150,50 @@ def test_a_server_takes_in_segments_and_says_so_when_its_owner_has():
 @pytest.mark.parametrize(
     ("texts", "code"),
     [
-        (["605#2108100009000000", "605#1061726D64726976"], AbortCode.TOGGLE),
-        (["605#2108100005000000", "605#0061726D64726976"], AbortCode.TOO_LONG),
-        (["605#2108100009000000", "605#0161726D64726976"], AbortCode.TOO_SHORT),
-        (["605#2108100000000100"], AbortCode.OUT_OF_MEMORY),
-        (["605#2108100009000000", "605#6000000000000000"], AbortCode.COMMAND),
-        (["605#A008100000000000"], AbortCode.COMMAND),
-        (["605#C008100000000000"], AbortCode.COMMAND),
+        (["605#2108100009000000", "605#1061726D64726976"], canopen.AbortCode.TOGGLE),
+        (["605#2108100005000000", "605#0061726D64726976"], canopen.AbortCode.TOO_LONG),
+        (["605#2108100009000000", "605#0161726D64726976"], canopen.AbortCode.TOO_SHORT),
+        (["605#2108100000000100"], canopen.AbortCode.OUT_OF_MEMORY),
+        (["605#2108100009000000", "605#6000000000000000"], canopen.AbortCode.COMMAND),
+        (["605#A008100000000000"], canopen.AbortCode.COMMAND),
+        (["605#C008100000000000"], canopen.AbortCode.COMMAND),
     ],
 )
 def test_a_server_aborts_what_cannot_be_right(texts, code):
-    server = SdoServer(NODE)
+    server = canopen.SdoServer(NODE)
     assert told(server, *texts)[-1] == "585#80081000" + code.to_bytes(4, "little").hex().upper()
     assert server.asked is None
 
 
 def test_a_newer_request_takes_the_place_of_an_older_one():
-    server = SdoServer(NODE)
+    server = canopen.SdoServer(NODE)
     told(server, "605#2B4060000F000000", "605#4008100000000000")
     older, newer = events(server)
-    assert older == WriteAsked(WORD, b"\x0f\0")
+    assert older == canopen.WriteAsked(WORD, b"\x0f\0")
     assert server.accept(older) is None
-    assert str(server.refuse(newer, AbortCode.NO_OBJECT)) == "585#8008100000000206"
-    assert server.refuse(newer, AbortCode.NO_OBJECT) is None
+    assert str(server.refuse(newer, canopen.AbortCode.NO_OBJECT)) == "585#8008100000000206"
+    assert server.refuse(newer, canopen.AbortCode.NO_OBJECT) is None
     assert server.supply(newer, b"") is None
 
 
 def test_a_read_cannot_be_accepted_nor_can_what_the_client_gave_up():
-    server = SdoServer(NODE)
+    server = canopen.SdoServer(NODE)
     told(server, "605#224060000F000000")
     (asked,) = events(server)
-    assert asked == WriteAsked(WORD, b"\x0f\0\0\0", exact=False)
+    assert asked == canopen.WriteAsked(WORD, b"\x0f\0\0\0", exact=False)
     assert told(server, "605#8040600000000405") == [""]
-    assert events(server) == [GivenUp(Abort(WORD, AbortCode.TIMED_OUT))]
+    assert events(server) == [canopen.GivenUp(canopen.Abort(WORD, canopen.AbortCode.TIMED_OUT))]
     assert server.accept(asked) is None
     told(server, "605#4008100000000000", "605#8040600000000405")  # of another object
-    assert server.asked == ReadAsked(NAME)
+    assert server.asked == canopen.ReadAsked(NAME)
     server.reset()
     assert (server.asked, events(server)) == (None, [])
 
 
 def test_what_is_no_request_is_told_to_the_owner():
-    server = SdoServer(NODE)
+    server = canopen.SdoServer(NODE)
     assert told(server, "605#40", "606#4008100000000000", "605#R") == ["", "", ""]
     (ignored,) = events(server)
-    assert ignored == IgnoredRequest(Frame.parse("605#40"), "1 bytes where an SDO frame has 8")
+    assert ignored == canopen.IgnoredRequest(
+        Frame.parse("605#40"), "1 bytes where an SDO frame has 8"
+    )

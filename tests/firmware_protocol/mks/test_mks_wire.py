@@ -8,135 +8,124 @@ from hypothesis import strategies as st
 from mks_strategies import NODES, READINGS, REQUESTS, SETTINGS, setting_reads
 from mks_vectors import ANSWER_BYTES, REQUEST_BYTES, frame_of
 
+from firmware_protocol import mks
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
 from firmware_protocol.frames import Frame
-from firmware_protocol.mks import (
-    COURSE_CODES,
-    MOTION_CODES,
-    SETTING_CODES,
-    Code,
-    Mode,
-    MoveAbsoluteAxis,
-    Outcome,
-    SetMode,
-    SettingRead,
-    Status,
-    Stop,
-    as_setting,
-    check_byte,
-    decode_answer,
-    decode_request,
-    encode,
-)
 
 
 @pytest.mark.parametrize(("request_", "text"), REQUEST_BYTES)
 def test_a_request_is_these_bytes(request_, text):
     frame = frame_of(text)
-    assert encode(frame.can_id, request_) == frame
-    assert decode_request(frame) == request_
+    assert mks.encode(frame.can_id, request_) == frame
+    assert mks.decode_request(frame) == request_
 
 
 @pytest.mark.parametrize(("answer", "text"), ANSWER_BYTES)
 def test_an_answer_is_these_bytes(answer, text):
     frame = frame_of(text)
-    assert encode(frame.can_id, answer) == frame
-    assert decode_answer(frame) == answer
+    assert mks.encode(frame.can_id, answer) == frame
+    assert mks.decode_answer(frame) == answer
 
 
 def test_the_table_leaves_no_code_out():
-    assert {request.code for request, _ in REQUEST_BYTES} == set(Code)
+    assert {request.code for request, _ in REQUEST_BYTES} == set(mks.Code)
 
 
 @given(NODES, REQUESTS)
 def test_every_request_can_be_read(node, request_):
-    assert decode_request(encode(node, request_)) == request_
+    assert mks.decode_request(mks.encode(node, request_)) == request_
 
 
 @given(NODES, READINGS)
 def test_every_reading_can_be_read(node, reading):
-    assert decode_answer(encode(node, reading)) == reading
+    assert mks.decode_answer(mks.encode(node, reading)) == reading
 
 
 @given(NODES, SETTINGS)
 def test_a_setting_that_is_read_back_is_what_was_set(node, setting):
-    told = SettingRead(setting.code, setting.payload)
-    assert decode_answer(encode(node, told), setting=True) == told
-    assert as_setting(told) == setting
+    told = mks.SettingRead(setting.code, setting.payload)
+    assert mks.decode_answer(mks.encode(node, told), setting=True) == told
+    assert mks.as_setting(told) == setting
 
 
-@given(NODES, st.sampled_from(sorted(SETTING_CODES)).flatmap(setting_reads))
+@given(NODES, st.sampled_from(sorted(mks.SETTING_CODES)).flatmap(setting_reads))
 def test_a_value_of_a_setting_means_something_or_says_why_not(node, told):
-    assert decode_answer(encode(node, told), setting=True) == told
+    assert mks.decode_answer(mks.encode(node, told), setting=True) == told
     with contextlib.suppress(RemoteProtocolError):
-        setting = as_setting(told)
+        setting = mks.as_setting(told)
         assert (setting is None) == (told.value is None)
 
 
 def test_a_setting_that_the_drive_does_not_tell_is_none():
     # 83 is the code; 01 + 83 + FF + FF = 282
-    told = decode_answer(frame_of("01 83 FF FF 82"), setting=True)
-    assert told == SettingRead(Code.CURRENT, None)
-    assert as_setting(told) is None
+    told = mks.decode_answer(frame_of("01 83 FF FF 82"), setting=True)
+    assert told == mks.SettingRead(mks.Code.CURRENT, None)
+    assert mks.as_setting(told) is None
     with pytest.raises(LocalProtocolError, match="ENCODER is no setting"):
-        as_setting(SettingRead(Code.ENCODER, b"\1"))
+        mks.as_setting(mks.SettingRead(mks.Code.ENCODER, b"\1"))
 
 
 def test_the_answers_to_setting_and_to_reading_a_mode_look_alike():
     frame = frame_of("01 82 01 84")
-    assert decode_answer(frame) == Status(Code.MODE, Outcome.DONE)
-    assert as_setting(decode_answer(frame, setting=True)) == SetMode(Mode.PULSE_CLOSED)
+    assert mks.decode_answer(frame) == mks.Status(mks.Code.MODE, mks.Outcome.DONE)
+    assert mks.as_setting(mks.decode_answer(frame, setting=True)) == mks.SetMode(
+        mks.Mode.PULSE_CLOSED
+    )
 
 
-@pytest.mark.parametrize("code", sorted(SETTING_CODES | COURSE_CODES))
+@pytest.mark.parametrize("code", sorted(mks.SETTING_CODES | mks.COURSE_CODES))
 def test_every_outcome_of_a_code_is_read_back(code):
-    for outcome in Outcome:
+    for outcome in mks.Outcome:
         with contextlib.suppress(LocalProtocolError):
-            status = Status(code, outcome)
-            assert decode_answer(encode(1, status)) == status
+            status = mks.Status(code, outcome)
+            assert mks.decode_answer(mks.encode(1, status)) == status
 
 
 def test_a_current_that_is_not_kept_is_done_too():
     # the manual 1.0.9 answers 2; 01 + 83 + 02 = 86
-    assert decode_answer(frame_of("01 83 02 86")) == Status(Code.CURRENT, Outcome.DONE)
+    assert mks.decode_answer(frame_of("01 83 02 86")) == mks.Status(
+        mks.Code.CURRENT, mks.Outcome.DONE
+    )
 
 
-@pytest.mark.parametrize("code", sorted(MOTION_CODES - {Code.SPEED_MODE}))
+@pytest.mark.parametrize("code", sorted(mks.MOTION_CODES - {mks.Code.SPEED_MODE}))
 def test_a_speed_of_zero_is_a_stop_wherever_it_is_to_go(code):
     data = bytes((code, 0, 0, 7, 0, 0x40, 0))
-    frame = Frame(1, data + bytes((check_byte(1, data),)))
-    assert decode_request(frame) == Stop(code, 7)
+    frame = Frame(1, data + bytes((mks.check_byte(1, data),)))
+    assert mks.decode_request(frame) == mks.Stop(code, 7)
 
 
 @given(st.one_of(REQUESTS, READINGS), NODES, st.integers(0, 7), st.integers(1, 255))
 def test_one_changed_byte_is_always_noticed(message, node, at, change):
-    good = encode(node, message)
+    good = mks.encode(node, message)
     data = bytearray(good.data)
     data[at % len(data)] ^= change
-    for decode in (decode_request, decode_answer):
+    for decode in (mks.decode_request, mks.decode_answer):
         with pytest.raises(RemoteProtocolError, match="the check byte should be"):
             decode(Frame(node, bytes(data)))
 
 
 def test_a_sum_does_not_notice_what_adds_up_to_nothing():
-    good = encode(1, MoveAbsoluteAxis(0x1234, 600, 2)).data
+    good = mks.encode(1, mks.MoveAbsoluteAxis(0x1234, 600, 2)).data
     swapped = good[:5] + good[6:4:-1] + good[7:]
     moved = good[:2] + bytes((good[2] + 1, good[3] - 1)) + good[4:]
-    assert decode_request(Frame(1, swapped)) == MoveAbsoluteAxis(0x3412, 600, 2)
-    assert decode_request(Frame(1, moved)) == MoveAbsoluteAxis(0x1234, 601, 1)
-    assert decode_request(Frame(0x101, good)) == MoveAbsoluteAxis(0x1234, 600, 2)
+    assert mks.decode_request(Frame(1, swapped)) == mks.MoveAbsoluteAxis(0x3412, 600, 2)
+    assert mks.decode_request(Frame(1, moved)) == mks.MoveAbsoluteAxis(0x1234, 601, 1)
+    assert mks.decode_request(Frame(0x101, good)) == mks.MoveAbsoluteAxis(0x1234, 600, 2)
     with pytest.raises(RemoteProtocolError):
-        decode_request(Frame(2, good))
+        mks.decode_request(Frame(2, good))
 
 
-@given(st.integers(0, 0x7FF), st.sampled_from(Code) | st.integers(0, 255), st.binary(max_size=6))
+@given(
+    st.integers(0, 0x7FF), st.sampled_from(mks.Code) | st.integers(0, 255), st.binary(max_size=6)
+)
 def test_any_frame_has_a_meaning_or_a_typed_reason(node, code, payload):
     data = bytes((code,)) + payload
-    frame = Frame(node, data + bytes((check_byte(node, data),)))
-    for decode in (decode_request, decode_answer):
+    frame = Frame(node, data + bytes((mks.check_byte(node, data),)))
+    for decode in (mks.decode_request, mks.decode_answer):
         with contextlib.suppress(RemoteProtocolError):
             message = decode(frame)
-            assert decode(encode(node, message)) == message
+            assert decode(mks.encode(node, message)) == message
 
 
 @pytest.mark.parametrize(
@@ -156,7 +145,7 @@ def test_any_frame_has_a_meaning_or_a_typed_reason(node, code, payload):
 )
 def test_a_frame_that_is_no_request_says_why(frame, reason):
     with pytest.raises(RemoteProtocolError, match=reason):
-        decode_request(frame)
+        mks.decode_request(frame)
 
 
 @pytest.mark.parametrize(
@@ -173,4 +162,4 @@ def test_a_frame_that_is_no_request_says_why(frame, reason):
 )
 def test_a_frame_that_is_no_answer_says_why(text, reason):
     with pytest.raises(RemoteProtocolError, match=reason):
-        decode_answer(frame_of(text))
+        mks.decode_answer(frame_of(text))

@@ -6,17 +6,19 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
+from driver_bench import DriverBench
+
 from armdrive.connect.target import simulated_config
 from armdrive.dialects.cia402.controller import Cia402Controller
 from armdrive.registry import DIALECTS
 from armdrive.registry.simulate import simulate
-from armdrive.tasks import Alert, Event, MoveAlong, MoveBy, Progress, ProtocolWarning, SwitchOn
+from armdrive.tasks import Alert, MoveAlong, MoveBy
 from firmware_protocol.canopen import Service, Statusword, service_of
 from firmware_protocol.frames import Frame, Unpacker, pack
 from kinematics import Motors
 
 
-class Rig:
+class Rig(DriverBench):
     """A controller and its drives on simulated time."""
 
     def __init__(self, settings: dict | None = None, **options) -> None:
@@ -24,15 +26,9 @@ class Rig:
         self.config = replace(config, device=replace(config.device, **(settings or {})))
         self.twin = simulate(self.config, **options)
         self.device, self.link = self.twin.device, self.twin.link
-        self.controller = Cia402Controller(DIALECTS["cia402"].abilities, self.config)
-        self.now_s = 0.0
-        self.heard: list[Event] = []
-        self.sent: list[tuple[float, Frame]] = []
-        self.dead = False
-        """Whether the host does nothing any more."""
+        super().__init__(Cia402Controller(DIALECTS["cia402"].abilities, self.config))
         self.loses: Callable[[Frame], bool] = lambda _: False
         """Which of the driver's frames never reach the bus."""
-        self.at_s: dict[float, Callable[[], object]] = {}
         self._unpacker = Unpacker()
         self._unread = bytearray()
 
@@ -45,37 +41,6 @@ class Rig:
         """Return a drive, counted from 1."""
         return self.device.nodes[number - 1]
 
-    def do(self, request, longest_s: float = 20.0):
-        """Carry out a request, and return its reply."""
-        self.begin(request)
-        return self.finish(longest_s)
-
-    def begin(self, request) -> None:
-        """Hand a request over."""
-        self.controller.begin(request, self.now_s)
-        self._speak()
-
-    def finish(self, longest_s: float = 20.0):
-        """Let time pass until the request is answered."""
-        end_s = self.now_s + longest_s
-        while self.now_s < end_s:
-            if (reply := self.reply()) is not None:
-                return reply
-            self._step(end_s)
-        raise AssertionError("no reply")
-
-    def run(self, time_s: float) -> None:
-        """Let time pass."""
-        end_s = self.now_s + time_s
-        while self.now_s < end_s:
-            self._step(end_s)
-
-    def ready(self) -> Rig:
-        """Switch the drives on."""
-        reply = self.do(SwitchOn())
-        assert str(reply) == "done", reply
-        return self
-
     def along(self, *segments: MoveBy, let_go=lambda: False, ahead_s: float = 0.3):
         """Drive segments, and return the reply."""
         return self.do(MoveAlong(iter(segments), ahead_s, let_go=let_go))
@@ -87,7 +52,7 @@ class Rig:
     def alerts(self) -> list[Alert]:
         """Return what has alarmed so far."""
         self.reply()
-        return [event for event in self.heard if isinstance(event, Alert)]
+        return super().alerts()
 
     def frames(self, service: Service, since_s: float = -math.inf) -> list[tuple[float, Frame]]:
         """Return what the driver sent of a service."""
@@ -121,21 +86,8 @@ class Rig:
         """Return what the driver knows of the drives' states."""
         return [drive.word for drive in self.controller.group.drives]
 
-    def reply(self):
-        """Return what the request has come to, None while nothing; note what else was heard."""
-        while (event := self.controller.next_event()) is not None:
-            self.heard.append(event)
-            if not isinstance(event, Alert | ProtocolWarning | Progress):
-                return event
-        return None
-
     def _step(self, end_s: float) -> None:
-        times = [self.link.next_s(), *self.at_s]
-        if not self.dead:
-            times.append(self.controller.next_s())
-        self.now_s = max(self.now_s, min(end_s, *times))
-        for at_s in [at_s for at_s in self.at_s if at_s <= self.now_s]:
-            self.at_s.pop(at_s)()
+        self._pass_to(end_s, [self.link.next_s()])
         self._unread += self.link.read(self.now_s)
         if self.dead:
             return

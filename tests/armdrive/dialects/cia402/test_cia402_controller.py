@@ -22,16 +22,7 @@ from armdrive.tasks import (
     SwitchOn,
     Timeout,
 )
-from firmware_protocol.canopen import (
-    CONSUMER_HEARTBEAT,
-    HEARTBEAT_REACTION,
-    QUICK_STOP_OPTION,
-    DriveState,
-    Heartbeat,
-    NodeState,
-    Service,
-    Sync,
-)
+from firmware_protocol import canopen
 from firmware_protocol.frames import pack
 
 MOVE = MoveBy(steps(8000, -4000), 20_000.0)
@@ -46,11 +37,11 @@ def test_the_first_request_sets_every_drive_up_and_moves_nothing():
     reply = rig.do(ReadPosition())
     assert isinstance(reply, Registers)
     assert reply.positions == before == rig.positions
-    assert rig.states() == {DriveState.DISABLED}
+    assert rig.states() == {canopen.DriveState.DISABLED}
     for node in rig.device.nodes:
-        assert node.nmt.state is NodeState.OPERATIONAL
-        assert node.objects.number_of(HEARTBEAT_REACTION, -1) == 3
-        assert node.objects.number_of(QUICK_STOP_OPTION, -1) == 6
+        assert node.nmt.state is canopen.NodeState.OPERATIONAL
+        assert node.objects.number_of(canopen.HEARTBEAT_REACTION, -1) == 3
+        assert node.objects.number_of(canopen.QUICK_STOP_OPTION, -1) == 6
 
 
 def test_no_drive_at_all_is_silence_and_one_that_is_missing_is_named():
@@ -95,12 +86,12 @@ def test_a_drive_that_cannot_mind_the_heartbeat_is_not_switched_on():
     reply = rig.do(SwitchOn())
     assert isinstance(reply, RequestRejected)
     assert "1016:01" in reply.reason
-    assert rig.states() == {DriveState.DISABLED}
+    assert rig.states() == {canopen.DriveState.DISABLED}
 
 
 def test_another_master_on_the_bus_refuses_contact():
     rig = Rig()
-    beat = pack(Heartbeat(rig.config.device.master_id, NodeState.OPERATIONAL).frame)
+    beat = pack(canopen.Heartbeat(rig.config.device.master_id, canopen.NodeState.OPERATIONAL).frame)
     rig.at_s = {0.0005: lambda: rig.controller.receive(beat, rig.now_s)}
     reply = rig.do(ReadPosition())
     assert isinstance(reply, RequestRejected)
@@ -124,19 +115,19 @@ def test_switching_on_holds_every_drive_where_it_is_and_is_verified():
     rig = Rig()
     before = rig.positions
     rig.ready()
-    assert rig.states() == {DriveState.ENABLED}
+    assert rig.states() == {canopen.DriveState.ENABLED}
     assert rig.positions == before
     for node in rig.device.nodes:
-        assert node.objects.number_of(CONSUMER_HEARTBEAT, 0) == 127 << 16 | 200
+        assert node.objects.number_of(canopen.CONSUMER_HEARTBEAT, 0) == 127 << 16 | 200
 
 
 def test_switching_off_ends_the_watch_and_lets_no_drive_alarm():
     rig = Rig().ready()
     assert rig.do(DropCurrent()) == Done()
     rig.run(2.0)
-    assert rig.states() == {DriveState.DISABLED}
+    assert rig.states() == {canopen.DriveState.DISABLED}
     assert not any(node.states.watch_stops for node in rig.device.nodes)
-    assert not rig.frames(Service.HEARTBEAT, rig.now_s - 1.9)
+    assert not rig.frames(canopen.Service.HEARTBEAT, rig.now_s - 1.9)
 
 
 def test_a_second_program_takes_drives_over_that_hold_and_none_sags_or_moves():
@@ -150,7 +141,7 @@ def test_a_second_program_takes_drives_over_that_hold_and_none_sags_or_moves():
     assert all(node.motor.holding for node in rig.device.nodes)
     again.ready()
     again.run(0.5)
-    assert rig.states() == {DriveState.ENABLED}
+    assert rig.states() == {canopen.DriveState.ENABLED}
     assert rig.positions == there
 
 
@@ -160,7 +151,7 @@ def test_an_orderly_end_leaves_every_drive_holding_and_none_alarms():
     rig.link.write(rig.controller.farewell(), rig.now_s)
     rig.dead = True
     rig.run(2.0)
-    assert rig.states() == {DriveState.ENABLED}
+    assert rig.states() == {canopen.DriveState.ENABLED}
     assert not any(node.states.watch_stops for node in rig.device.nodes)
 
 
@@ -178,21 +169,21 @@ def test_the_heartbeat_goes_on_at_rest_while_motors_are_on():
     rig = Rig().ready()
     began_s = rig.now_s
     rig.run(5.0)
-    beats = [at_s for at_s, _ in rig.frames(Service.HEARTBEAT, began_s)]
+    beats = [at_s for at_s, _ in rig.frames(canopen.Service.HEARTBEAT, began_s)]
     gaps = [b - a for a, b in itertools.pairwise(beats)]
     assert len(beats) >= 99
     assert max(gaps) < 0.0501
-    assert rig.states() == {DriveState.ENABLED}
+    assert rig.states() == {canopen.DriveState.ENABLED}
 
 
 def test_a_program_that_falls_silent_has_the_drives_hold_and_nothing_moves_when_it_wakes():
     rig = Rig().ready()
     rig.dead = True
     rig.run(1.0)
-    assert rig.states() == {DriveState.QUICK_STOP}
+    assert rig.states() == {canopen.DriveState.QUICK_STOP}
     there, rig.dead = rig.positions, False
     rig.run(1.0)
-    assert rig.states() == {DriveState.QUICK_STOP}
+    assert rig.states() == {canopen.DriveState.QUICK_STOP}
     assert rig.positions == there
     assert all(node.motor.holding for node in rig.device.nodes)
     assert rig.along(MOVE) == Done()  # a motion that is asked for leads out
@@ -206,13 +197,13 @@ def test_a_program_that_is_suspended_in_motion_stops_the_arm_and_does_not_go_on_
     rig.dead = True
     rig.run(1.0)
     there, rig.dead = rig.positions, False
-    assert rig.states() == {DriveState.QUICK_STOP}
+    assert rig.states() == {canopen.DriveState.QUICK_STOP}
     assert there[0] < 20_000 * (0.5 + 0.3)
     rig.stop()  # what the engine says to a program that wakes
     assert rig.finish() == Halted()
     rig.run(0.5)
     assert rig.positions == there
-    assert rig.states() == {DriveState.ENABLED}
+    assert rig.states() == {canopen.DriveState.ENABLED}
 
 
 def test_drives_that_stopped_by_themselves_in_motion_end_it_with_their_words():
@@ -243,7 +234,7 @@ def test_who_comes_later_than_drives_wait_for_him_finds_the_motion_ended(strateg
     rig.dead = True
     rig.run(late_s)
     there, rig.dead = rig.positions, False
-    assert rig.states() == {DriveState.QUICK_STOP}
+    assert rig.states() == {canopen.DriveState.QUICK_STOP}
     reply = rig.finish()
     assert "stopped by itself, and holds: a heartbeat or life guard is missing" in reply.reason
     assert [alert.kind for alert in rig.alerts()] == [AlertKind.ALARM]
@@ -280,7 +271,7 @@ def test_targets_that_drives_were_given_before_they_stopped_and_no_sync_behind_m
     way = MoveBy(steps(60_000, -30_000), 20_000.0)
     rig.begin(way if strategy == "profile" else MoveAlong(iter([way]), 10.0))
     rig.run(0.5)
-    write, sync = rig.link.write, pack(Sync().frame)
+    write, sync = rig.link.write, pack(canopen.Sync().frame)
     with monkeypatch.context() as cut_short:
         said: list[bytes] = []
         cut_short.setattr(
@@ -293,7 +284,7 @@ def test_targets_that_drives_were_given_before_they_stopped_and_no_sync_behind_m
     rig.dead = True
     rig.run(0.5)
     there, rig.dead = rig.positions, False
-    assert rig.states() == {DriveState.QUICK_STOP}
+    assert rig.states() == {canopen.DriveState.QUICK_STOP}
     assert "stopped by itself, and holds" in rig.finish().reason
     rig.run(0.5)
     assert rig.positions == there
@@ -305,7 +296,7 @@ def test_targets_that_were_worked_out_and_not_said_are_dropped_by_a_stop():
     rig.begin(MoveAlong(iter([MoveBy(steps(60_000, -30_000), 20_000.0)]), 10.0))
     rig.run(0.5)
     due_s = rig.controller.next_s()
-    rig.controller.receive(pack(Heartbeat(1, NodeState.OPERATIONAL).frame), due_s)
+    rig.controller.receive(pack(canopen.Heartbeat(1, canopen.NodeState.OPERATIONAL).frame), due_s)
     assert rig.controller.next_s() == due_s  # there is something to be said
     rig.dead = True
     rig.run(1.2)
@@ -347,7 +338,7 @@ def test_a_drive_that_began_anew_unheard_is_set_up_again_as_soon_as_it_is_missed
     rig.do(ClearFault())
     rig.do(ClearFault())
     assert rig.do(SwitchOn()) == Done()
-    assert rig.states() == {DriveState.ENABLED}
+    assert rig.states() == {canopen.DriveState.ENABLED}
     assert isinstance(rig.do(ReadPosition()), Registers)
 
 
@@ -358,7 +349,7 @@ def test_heartbeats_that_a_late_program_has_not_read_are_not_missed():
     rig.dead = False
     rig.run(1.0)
     assert not rig.alerts()
-    assert rig.states() == {DriveState.ENABLED}
+    assert rig.states() == {canopen.DriveState.ENABLED}
 
 
 def test_a_drive_in_fault_over_its_bus_before_it_was_set_up_is_brought_back():
@@ -371,11 +362,11 @@ def test_a_drive_in_fault_over_its_bus_before_it_was_set_up_is_brought_back():
     rig.run(0.5)
     rig.device.drives().set_id(4, number)
     rig.run(0.5)
-    assert DriveState.FAULT in rig.states()
+    assert canopen.DriveState.FAULT in rig.states()
     rig.do(ReadPosition())
     assert rig.do(ClearFault()) == Done()
     assert rig.do(SwitchOn()) == Done()
-    assert rig.states() == {DriveState.ENABLED}
+    assert rig.states() == {canopen.DriveState.ENABLED}
 
 
 # -- what goes wrong ------------------------------------------------------------------------------
@@ -394,9 +385,9 @@ def test_a_drive_in_fault_at_rest_is_told_in_words_and_reset_leads_out():
     assert "does not leave it" in refused.reason
     rig.device.errors().mend(1, 0x4310)
     assert rig.do(ClearFault()) == Done()
-    assert rig.node(2).states.state is DriveState.DISABLED
+    assert rig.node(2).states.state is canopen.DriveState.DISABLED
     rig.ready()
-    assert rig.states() == {DriveState.ENABLED}
+    assert rig.states() == {canopen.DriveState.ENABLED}
 
 
 def test_a_fault_in_motion_stops_the_others_and_names_the_drive():
@@ -410,7 +401,7 @@ def test_a_fault_in_motion_stops_the_others_and_names_the_drive():
     assert "drive 1 (base) is in fault" in reply.reason
     assert abs(rig.positions[1] - there[1]) < 10_000 * 0.2
     rig.run(0.5)
-    assert rig.node(2).states.state is DriveState.ENABLED
+    assert rig.node(2).states.state is canopen.DriveState.ENABLED
 
 
 def test_a_drive_that_boots_in_mid_use_is_a_restart_and_contact_is_made_anew():

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+
+from driver_bench import DriverBench
 
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
@@ -12,49 +13,9 @@ from armdrive.dialects.mks.controller import MksController
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.registry import DIALECTS
 from armdrive.sim.mechanics.shafts import ShaftPoint
-from armdrive.sim.mks.motion import RPM, slope, state_of
-from armdrive.tasks import Alert, Event, Progress, ProtocolWarning, SwitchOn
+from armdrive.sim.mks.motion import state_of
+from firmware_protocol import mks
 from firmware_protocol.frames import Frame, Unpacker, pack
-from firmware_protocol.mks import (
-    ANGLE_ERROR_PER_TURN,
-    COUNTS_PER_TURN,
-    Ability,
-    AngleErrorRead,
-    ArmSynchronous,
-    Asked,
-    ClearStall,
-    Code,
-    Device,
-    EmergencyStop,
-    Enable,
-    EnabledRead,
-    EncoderRead,
-    GoSynchronous,
-    Home,
-    HomingRead,
-    HomingState,
-    Mode,
-    MoveAbsoluteAxis,
-    Outcome,
-    ReadAngleError,
-    ReadEnabled,
-    ReadEncoder,
-    ReadHoming,
-    ReadSetting,
-    ReadStall,
-    ReadState,
-    ReadVersion,
-    ReplyMode,
-    SetMicrosteps,
-    SetMode,
-    SetReplies,
-    SettingRead,
-    SilenceWatchdog,
-    StallRead,
-    StateRead,
-    Stop,
-    VersionRead,
-)
 from kinematics import Motors, preset
 
 WIRE_S = 0.0003
@@ -65,35 +26,35 @@ class MksSetPoint(ShaftPoint):
     """A set-point in the drive's own measures."""
 
     def move_to(self, goal: int, rpm: float, acc: int, now_s: float) -> None:
-        self.go_to(goal, rpm * RPM, slope(acc), now_s)
+        self.go_to(goal, rpm * mks.COUNTS_S_PER_RPM, mks.slope_of(acc), now_s)
 
     def run(self, rpm: float, acc: int, now_s: float) -> None:
-        self.go_at(rpm * RPM, slope(acc), now_s)
+        self.go_at(rpm * mks.COUNTS_S_PER_RPM, mks.slope_of(acc), now_s)
 
 
 class Node:
     """A drive that does as the manual says; its faults are fields."""
 
     def __init__(self, node: int, firmware=LATEST, at: int = 0) -> None:
-        self.device = Device(node, firmware)
+        self.device = mks.Device(node, firmware)
         self.firmware = firmware
         self.motor = MksSetPoint(at)
         self.settings = {
-            Code.MODE: SetMode(Mode.BUS_FOC),
-            Code.MICROSTEPS: SetMicrosteps(16),
-            Code.REPLIES: SetReplies(ReplyMode.FULL),
-            Code.WATCHDOG: SilenceWatchdog(0),
+            mks.Code.MODE: mks.SetMode(mks.Mode.BUS_FOC),
+            mks.Code.MICROSTEPS: mks.SetMicrosteps(16),
+            mks.Code.REPLIES: mks.SetReplies(mks.ReplyMode.FULL),
+            mks.Code.WATCHDOG: mks.SilenceWatchdog(0),
         }
         self.enabled = False
         self.stalled = self.mute = self.blocked = self.never_done = self.armed = False
         self.slipped = 0
-        self.stored: Asked | None = None
-        self.moving: Asked | None = None
-        self.homing = HomingState.DONE
+        self.stored: mks.Asked | None = None
+        self.moving: mks.Asked | None = None
+        self.homing = mks.HomingState.DONE
         self.homes_in_s = 0.2
         self.home_at_s = math.inf
         self.heard_s = 0.0
-        self.orders: list[tuple[float, MoveAbsoluteAxis]] = []
+        self.orders: list[tuple[float, mks.MoveAbsoluteAxis]] = []
 
     def at(self, now_s: float) -> int:
         return self.motor.at(now_s) + self.slipped
@@ -102,110 +63,110 @@ class Node:
         self.device.receive_data(data)
         said = b""
         while (event := self.device.next_event()) is not None:
-            if isinstance(event, Asked) and not self.mute:
+            if isinstance(event, mks.Asked) and not self.mute:
                 said += self.carry_out(event, now_s)
         return said
 
     def advance(self, now_s: float) -> bytes:
         """Return what it says by itself: the ends of motions."""
-        watchdog_s = self.settings[Code.WATCHDOG].timeout_ms / 1000.0
+        watchdog_s = self.settings[mks.Code.WATCHDOG].timeout_ms / 1000.0
         if watchdog_s and now_s > self.heard_s + watchdog_s and self.motor.moving(now_s):
             self.motor.run(0, 252, self.heard_s + watchdog_s)
         if self.home_at_s <= now_s:
-            self.home_at_s, self.homing = math.inf, HomingState.DONE
+            self.home_at_s, self.homing = math.inf, mks.HomingState.DONE
             self.motor.hold(0)
         asked = self.moving
         if asked is None or self.motor.moving(now_s):
             return b""
         self.moving = None
         done = not (self.never_done or self.mute)
-        return self.device.tell(asked, Outcome.DONE) if done else b""
+        return self.device.tell(asked, mks.Outcome.DONE) if done else b""
 
     def next_s(self) -> float:
         return min(self.motor.end_s if self.moving else math.inf, self.home_at_s)
 
-    def carry_out(self, asked: Asked, now_s: float) -> bytes:
+    def carry_out(self, asked: mks.Asked, now_s: float) -> bytes:
         self.heard_s = now_s
         tell = lambda outcome: self.device.tell(asked, outcome)  # noqa: E731
         match asked.request:
-            case ReadEncoder():
-                return self.device.answer(asked, EncoderRead(self.at(now_s)))
-            case ReadAngleError():
-                error = round(-self.slipped * ANGLE_ERROR_PER_TURN / COUNTS_PER_TURN)
-                return self.device.answer(asked, AngleErrorRead(error))
-            case ReadState():
-                state = StateRead(state_of(self.motor, now_s))
+            case mks.ReadEncoder():
+                return self.device.answer(asked, mks.EncoderRead(self.at(now_s)))
+            case mks.ReadAngleError():
+                error = round(-self.slipped * mks.ANGLE_ERROR_PER_TURN / mks.COUNTS_PER_TURN)
+                return self.device.answer(asked, mks.AngleErrorRead(error))
+            case mks.ReadState():
+                state = mks.StateRead(state_of(self.motor, now_s))
                 return self.device.answer(asked, state)
-            case ReadEnabled():
-                return self.device.answer(asked, EnabledRead(self.enabled))
-            case ReadStall():
-                return self.device.answer(asked, StallRead(self.stalled))
-            case ReadHoming():
-                return self.device.answer(asked, HomingRead(HomingState.DONE, self.homing))
-            case ReadVersion():
-                version = VersionRead(calibrated=True, board=2, firmware=bytes(self.firmware))
+            case mks.ReadEnabled():
+                return self.device.answer(asked, mks.EnabledRead(self.enabled))
+            case mks.ReadStall():
+                return self.device.answer(asked, mks.StallRead(self.stalled))
+            case mks.ReadHoming():
+                return self.device.answer(asked, mks.HomingRead(mks.HomingState.DONE, self.homing))
+            case mks.ReadVersion():
+                version = mks.VersionRead(calibrated=True, board=2, firmware=bytes(self.firmware))
                 return self.device.answer(asked, version)
-            case ReadSetting(code):
+            case mks.ReadSetting(code):
                 found = self.settings.get(code)
                 value = None if found is None else found.payload
-                return self.device.answer(asked, SettingRead(code, value))
-            case Enable(on):
+                return self.device.answer(asked, mks.SettingRead(code, value))
+            case mks.Enable(on):
                 if not self.works:
-                    return tell(Outcome.FAILED)
+                    return tell(mks.Outcome.FAILED)
                 self.enabled = on
-                return tell(Outcome.DONE)
-            case ClearStall():
+                return tell(mks.Outcome.DONE)
+            case mks.ClearStall():
                 self.stalled = False
-                return tell(Outcome.DONE)
-            case ArmSynchronous(on):
+                return tell(mks.Outcome.DONE)
+            case mks.ArmSynchronous(on):
                 self.armed = on
-                return tell(Outcome.DONE)
-            case GoSynchronous():
+                return tell(mks.Outcome.DONE)
+            case mks.GoSynchronous():
                 stored, self.stored = self.stored, None
                 return b"" if stored is None else self.begin(stored, now_s)
-            case MoveAbsoluteAxis():
+            case mks.MoveAbsoluteAxis():
                 return self.move(asked, now_s)
-            case Stop(_, acc):
+            case mks.Stop(_, acc):
                 self.motor.run(0, acc, now_s)
                 self.moving = asked
-                return tell(Outcome.STARTED)
-            case EmergencyStop():
+                return tell(mks.Outcome.STARTED)
+            case mks.EmergencyStop():
                 self.motor.run(0, 0, now_s)
                 self.moving = None
-                return tell(Outcome.DONE)
-            case Home():
-                self.home_at_s, self.homing = now_s + self.homes_in_s, HomingState.UNDER_WAY
-                return tell(Outcome.STARTED)
+                return tell(mks.Outcome.DONE)
+            case mks.Home():
+                self.home_at_s, self.homing = now_s + self.homes_in_s, mks.HomingState.UNDER_WAY
+                return tell(mks.Outcome.STARTED)
             case setting:
                 self.settings[setting.code] = setting
-                return tell(Outcome.DONE)
+                return tell(mks.Outcome.DONE)
 
     @property
     def works(self) -> bool:
-        return self.settings[Code.MODE].mode.on_bus
+        return self.settings[mks.Code.MODE].mode.on_bus
 
-    def move(self, asked: Asked, now_s: float) -> bytes:
+    def move(self, asked: mks.Asked, now_s: float) -> bytes:
         self.orders.append((now_s, asked.request))
-        retargets = Ability.RETARGET in self.device.abilities
+        retargets = mks.Ability.RETARGET in self.device.abilities
         if self.stalled or not (self.enabled and self.works):
-            return self.device.tell(asked, Outcome.FAILED)
+            return self.device.tell(asked, mks.Outcome.FAILED)
         if self.motor.moving(now_s) and not retargets:
-            return self.device.tell(asked, Outcome.FAILED)
+            return self.device.tell(asked, mks.Outcome.FAILED)
         if self.armed:
             self.stored = asked
-            return self.device.tell(asked, Outcome.STORED)
+            return self.device.tell(asked, mks.Outcome.STORED)
         return self.begin(asked, now_s)
 
-    def begin(self, asked: Asked, now_s: float) -> bytes:
+    def begin(self, asked: mks.Asked, now_s: float) -> bytes:
         superseded = self.moving
         said = b""
-        if superseded is not None and isinstance(superseded.request, MoveAbsoluteAxis):
-            said = self.device.tell(superseded, Outcome.FAILED)
+        if superseded is not None and isinstance(superseded.request, mks.MoveAbsoluteAxis):
+            said = self.device.tell(superseded, mks.Outcome.FAILED)
         order = asked.request
         if not self.blocked:
             self.motor.move_to(order.counts, order.speed_rpm, order.acc, now_s)
         self.moving = asked
-        return said + self.device.tell(asked, Outcome.STARTED)
+        return said + self.device.tell(asked, mks.Outcome.STARTED)
 
     def reset(self) -> None:
         """Lose the power for a moment."""
@@ -213,32 +174,21 @@ class Node:
         self.enabled, self.moving = False, None
 
 
-@dataclass
-class MksBench:
+class MksBench(DriverBench):
     """A controller and its drives on simulated time; frames take a while."""
 
-    firmware: tuple[int, int, int] = LATEST
-    settings: dict = field(default_factory=dict)
-    starts: tuple[int, ...] = (0,) * 6
-
-    def __post_init__(self) -> None:
-        device = MksSettings(**self.settings)
+    def __init__(self, firmware=LATEST, settings=None, starts=(0,) * 6) -> None:
+        device = MksSettings(**(settings or {}))
         config = ArmConfig(
             "bench", "bench", preset("minimover5-mks"), Connection("grbl"), device=device
         )
         self.nodes = [
-            Node(node, self.firmware, at) for node, at in zip(device.ids, self.starts, strict=False)
+            Node(node, firmware, at) for node, at in zip(device.ids, starts, strict=False)
         ]
-        self.controller = MksController(DIALECTS["mks"].abilities, config)
-        self.now_s = 0.0
+        super().__init__(MksController(DIALECTS["mks"].abilities, config))
         self.to: list[tuple[float, bytes]] = []
         self.back: list[tuple[float, bytes]] = []
-        self.heard: list[Event] = []
-        self.sent: list[tuple[float, Frame]] = []
         self.loses: Callable[[Frame, bool], bool] = lambda frame, host: False
-        self.dead = False
-        """Whether the host says nothing any more."""
-        self.at_s: dict[float, Callable[[], object]] = {}
 
     @property
     def positions(self) -> Motors:
@@ -247,53 +197,9 @@ class MksBench:
     def node(self, number: int) -> Node:
         return self.nodes[number - 1]
 
-    def do(self, request, longest_s: float = 20.0):
-        """Carry out a request, and return its reply."""
-        self.begin(request)
-        return self.finish(longest_s)
-
-    def begin(self, request) -> None:
-        self.controller.begin(request, self.now_s)
-        self._speak()
-
-    def finish(self, longest_s: float = 20.0):
-        end_s = self.now_s + longest_s
-        while self.now_s < end_s:
-            if (reply := self._reply()) is not None:
-                return reply
-            self._step(end_s)
-        raise AssertionError("no reply")
-
-    def run(self, time_s: float) -> None:
-        """Let time pass."""
-        end_s = self.now_s + time_s
-        while self.now_s < end_s:
-            self._step(end_s)
-
-    def ready(self) -> MksBench:
-        """Switch the drives on."""
-        reply = self.do(SwitchOn())
-        assert str(reply) == "done", reply
-        return self
-
-    def alerts(self) -> list[Alert]:
-        return [event for event in self.heard if isinstance(event, Alert)]
-
-    def _reply(self):
-        while (event := self.controller.next_event()) is not None:
-            self.heard.append(event)
-            if not isinstance(event, Alert | ProtocolWarning | Progress):
-                return event
-        return None
-
     def _step(self, end_s: float) -> None:
-        times = [self.controller.next_s() if not self.dead else math.inf]
-        times += [at_s for at_s, _ in (*self.to, *self.back)]
-        times += [node.next_s() for node in self.nodes]
-        times += list(self.at_s)
-        self.now_s = max(self.now_s, min(end_s, *times))
-        for at_s in [at_s for at_s in self.at_s if at_s <= self.now_s]:
-            self.at_s.pop(at_s)()
+        on_the_way = [at_s for at_s, _ in (*self.to, *self.back)]
+        self._pass_to(end_s, [*on_the_way, *(node.next_s() for node in self.nodes)])
         for data in _due(self.to, self.now_s):
             for node in self.nodes:
                 self._answer(node.hear(data, self.now_s))

@@ -56,7 +56,7 @@ def test_a_drive_that_lags_ends_the_motion_before_the_arm_is_far_off_its_way(spe
     while not bench.alerts():
         bench.run(0.005)
         worst = max(worst, beside(bench, way))
-        assert bench._reply() is None or bench.alerts()
+        assert bench.reply() is None or bench.alerts()
         assert bench.now_s < 6.0, "nobody has noticed"
     (alert,) = bench.alerts()
     assert alert.kind is AlertKind.ASTRAY

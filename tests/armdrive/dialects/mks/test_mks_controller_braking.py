@@ -10,8 +10,8 @@ from test_mks_controller_motion import along
 
 from armdrive.dialects.bus.way import Course
 from armdrive.dialects.mks.steering import ramp_to
-from armdrive.dialects.mks.wire import COUNTS_S_PER_RPM, slope_of
 from armdrive.tasks import Done, MoveBy
+from firmware_protocol.mks import COUNTS_S_PER_RPM, slope_of
 from kinematics import Motors
 
 CONFIGURED = 252
@@ -78,7 +78,7 @@ def test_a_motor_that_slows_more_than_the_others_does_not_pass_its_end(ways):
     for _ in range(2000):
         bench.run(0.001)
         most = max(most, bench.positions[1])
-        if (reply := bench._reply()) is not None:
+        if (reply := bench.reply()) is not None:
             break
     assert isinstance(reply, Done)
     assert most <= end + 2

@@ -41,7 +41,7 @@ def test_a_program_that_is_always_late_hears_all_drives(every_s, request_):
     bench.begin(request_)
     for _ in range(40):
         stand_still(bench, every_s)
-        if (reply := bench._reply()) is not None:
+        if (reply := bench.reply()) is not None:
             break
     assert str(reply) in ("done", str(Registers(Motors(STARTS))))
 

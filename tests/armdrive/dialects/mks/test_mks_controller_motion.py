@@ -22,18 +22,7 @@ from armdrive.tasks import (
     RequestRejected,
     Timeout,
 )
-from firmware_protocol.mks import (
-    BROADCAST,
-    TARGET_MAX,
-    Code,
-    EmergencyStop,
-    Mode,
-    MoveAbsoluteAxis,
-    SetMode,
-    SilenceWatchdog,
-    Stop,
-    decode_request,
-)
+from firmware_protocol import mks
 from kinematics import Motors
 
 AHEAD_S = 0.3
@@ -62,7 +51,7 @@ def along(moves, **options) -> MoveAlong:
 
 
 def requests(bench, *kinds):
-    found = ((frame.can_id, decode_request(frame)) for _, frame in bench.sent)
+    found = ((frame.can_id, mks.decode_request(frame)) for _, frame in bench.sent)
     return [(node, each) for node, each in found if isinstance(each, kinds)]
 
 
@@ -270,7 +259,7 @@ def test_a_stop_ends_it_within_the_bound_and_tells_where(hard, after_s):
     assert bench.do(ReadPosition()) == Registers(here)
     bench.run(1.0)
     assert bench.positions == here
-    assert bool(requests(bench, EmergencyStop)) == hard
+    assert bool(requests(bench, mks.EmergencyStop)) == hard
 
 
 def test_a_lost_stop_is_said_again():
@@ -278,7 +267,7 @@ def test_a_lost_stop_is_said_again():
     lost = []
 
     def loses(frame, host):
-        stop = host and isinstance(decode_request(frame), Stop) and frame.can_id == 1
+        stop = host and isinstance(mks.decode_request(frame), mks.Stop) and frame.can_id == 1
         lost.extend([frame] if stop else [])
         return stop and len(lost) < 3
 
@@ -368,7 +357,7 @@ def test_a_drive_that_is_reset_in_motion_is_recognised():
 
 def test_a_drive_in_another_mode_refuses_and_is_named():
     bench = MksBench().ready()
-    bench.node(5).settings[Code.MODE] = SetMode(Mode.PULSE_FOC)
+    bench.node(5).settings[mks.Code.MODE] = mks.SetMode(mks.Mode.PULSE_FOC)
     reply = bench.do(along(straight(20)))
     assert isinstance(reply, RequestRejected)
     assert "drive 5 (left wrist) is in mode 2" in reply.reason
@@ -400,7 +389,7 @@ def test_disabled_motors_are_not_moved():
 
 
 def test_a_target_beyond_what_can_be_said_is_refused():
-    bench = MksBench(starts=(TARGET_MAX - 100, 0, 0, 0, 0, 0)).ready()
+    bench = MksBench(starts=(mks.TARGET_MAX - 100, 0, 0, 0, 0, 0)).ready()
     reply = bench.do(along(straight(2)))
     assert isinstance(reply, RequestRejected)
     assert "512 turns" in reply.reason
@@ -426,8 +415,8 @@ def test_a_burst_ends_where_it_should_in_the_time_that_was_announced(firmware):
 def test_with_the_synchronous_start_all_begin_at_once_and_it_is_said_twice():
     bench = MksBench(settings=BURSTS).ready()
     bench.do(MoveBy(Motors((9000, -4500, 300, 0, 20, 0)), 30_000))
-    went = [frame for _, frame in bench.sent if frame.can_id == BROADCAST]
-    assert [frame.data[0] for frame in went] == [Code.GO, Code.GO]
+    went = [frame for _, frame in bench.sent if frame.can_id == mks.BROADCAST]
+    assert [frame.data[0] for frame in went] == [mks.Code.GO, mks.Code.GO]
     assert not any(node.armed for node in bench.nodes)
 
 
@@ -463,9 +452,9 @@ def test_an_order_of_a_burst_that_was_lost_is_said_again_as_it_was():
     said = []
 
     def loses(frame, host):
-        order = decode_request(frame) if host and frame.can_id == 2 else None
-        said.extend([order] if isinstance(order, MoveAbsoluteAxis) else [])
-        return isinstance(order, MoveAbsoluteAxis) and len(said) == 1
+        order = mks.decode_request(frame) if host and frame.can_id == 2 else None
+        said.extend([order] if isinstance(order, mks.MoveAbsoluteAxis) else [])
+        return isinstance(order, mks.MoveAbsoluteAxis) and len(said) == 1
 
     bench.loses = loses
     assert isinstance(bench.do(MoveBy(Motors((9000, -900, 0, 0, 0, 0)), 30_000)), Done)
@@ -481,5 +470,5 @@ def test_a_burst_that_is_let_go_of_before_it_begins_is_not_made():
 
 def test_no_watchdog_no_promise_of_it():
     bench = MksBench(settings={"watchdog_s": 0.0}).ready()
-    assert not requests(bench, SilenceWatchdog)
+    assert not requests(bench, mks.SilenceWatchdog)
     assert bench.controller.stopping(5.0).silent_s > 5.0

@@ -93,7 +93,7 @@ def test_a_blocked_shaft_is_told_within_the_documented_time(counts_s, poll_s, af
     began_s = bench.now_s
     while not bench.alerts():
         bench.run(0.001)
-        bench._reply()
+        bench.reply()
     (alert,) = bench.alerts()
     assert alert.kind is AlertKind.ASTRAY
     assert "drive 1 (base)" in alert.text
@@ -115,6 +115,6 @@ def test_a_drive_that_keeps_its_distance_and_is_far_off_is_told_of(counts):
     began_s, bench.node(1).slipped = bench.now_s, counts
     while not bench.alerts():
         bench.run(0.001)
-        bench._reply()
+        bench.reply()
     assert "drive 1 (base)" in bench.alerts()[0].text
     assert bench.now_s < began_s + 0.3

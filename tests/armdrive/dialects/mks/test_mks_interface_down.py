@@ -6,24 +6,22 @@ firmware.
 
 from __future__ import annotations
 
-import io
 import math
-import os
 import re
 import sys
-import threading
 
 import can
 import pytest
 from can_kernel_bus import Interface
-from waiting import FOREVER_S, LONG_S, at_last, looks, until
+from served import ServedDevice
+from waiting import FOREVER_S, at_last, looks, until
 from watched_sim import Watch
 
 from armdrive import Arm
 from armdrive.connect.target import simulated_config
 from armdrive.errors import DeviceFault, LinkLost, NoAnswer, PortUnavailable
 from armdrive.registry.simulate import simulate_device
-from armdrive.sim.serving.loop import make_server, run_device
+from armdrive.sim.serving.loop import make_server
 from armdrive.status import State, Trust
 from armdrive.transports import open_errors as can_refusals
 
@@ -110,38 +108,28 @@ def can0(monkeypatch):
     interface.end()
 
 
-def test_an_interface_that_is_taken_down_ends_a_motion_and_is_found_when_it_is_up(can0):
+@pytest.mark.parametrize(
+    ("falls", "words", "reconnecting"),
+    [
+        (Interface.down, "interface is down", "sudo ip link set can0 up type can bitrate"),
+        # the thread that speaks may be told of it before the one that hears
+        (lambda interface: interface.down(heard=False), "interface is down", ""),
+        (Interface.remove, "adapter has gone", "no CAN interface can0"),
+    ],
+    ids=["down", "down as an order is sent", "unplugged"],
+)
+def test_an_interface_that_falls_away_ends_a_motion_and_is_found_when_it_is_up(
+    can0, falls, words, reconnecting
+):
     device = can0.device
     with Arm.connect("can:socketcan:can0", dialect="mks") as arm:
         motion = in_motion(arm, device)
-        can0.down()
-        ends(arm, motion, device, device.world.tip, LinkLost, "E407", "interface is down")
-        with pytest.raises(PortUnavailable, match=r"sudo ip link set can0 up type can bitrate"):
-            arm.reconnect()
-        assert arm.status.state is State.DISCONNECTED
-        can0.bring_up()
-        goes_on(arm, device)
-
-
-def test_an_interface_that_is_down_as_an_order_is_sent_says_the_same(can0):
-    """The thread that speaks may be told of it before the one that hears."""
-    device = can0.device
-    with Arm.connect("can:socketcan:can0", dialect="mks") as arm:
-        motion = in_motion(arm, device)
-        can0.down(heard=False)
-        ends(arm, motion, device, device.world.tip, LinkLost, "E407", "interface is down")
-        can0.bring_up()
-        goes_on(arm, device)
-
-
-def test_an_interface_whose_adapter_is_unplugged_is_found_when_it_is_back(can0):
-    device = can0.device
-    with Arm.connect("can:socketcan:can0", dialect="mks") as arm:
-        motion = in_motion(arm, device)
-        can0.remove()
-        ends(arm, motion, device, device.world.tip, LinkLost, "E407", "adapter has gone")
-        with pytest.raises(PortUnavailable, match="no CAN interface can0"):
-            arm.reconnect()
+        falls(can0)
+        ends(arm, motion, device, device.world.tip, LinkLost, "E407", words)
+        if reconnecting:
+            with pytest.raises(PortUnavailable, match=reconnecting):
+                arm.reconnect()
+            assert arm.status.state is State.DISCONNECTED
         can0.bring_up()
         goes_on(arm, device)
 
@@ -149,25 +137,12 @@ def test_an_interface_whose_adapter_is_unplugged_is_found_when_it_is_back(can0):
 # -- an adapter with slcan firmware ---------------------------------------------------------------
 
 
-class SerialBus:
+class SerialBus(ServedDevice):
     """Drives behind a serial adapter in a thread of this process."""
 
     def __init__(self, path) -> None:
-        self.server = make_server(slcan=path)
-        self.device = simulate_device(simulated_config("mks"))
+        super().__init__(make_server(slcan=path), simulate_device(simulated_config("mks")))
         self.port = self.server.can_address
-        self._out = io.StringIO()
-        ear, self._mouth = os.pipe()
-        self._thread = threading.Thread(
-            target=run_device, args=(self.device, self.server, ear, self._out), daemon=True
-        )
-        self._thread.start()
-
-    def say(self, line: str) -> None:
-        """Give a command of the console, and wait for its answer."""
-        count = self._out.getvalue().count("\n")
-        os.write(self._mouth, line.encode() + b"\n")
-        until(lambda: self._out.getvalue().count("\n") > count)
 
     def restart(self, *, mute: bool) -> None:
         """Have the adapter restart, its USB port left as it is: its channel is closed."""
@@ -177,12 +152,6 @@ class SerialBus:
     def hang(self, on: bool) -> None:
         """Have the adapter hang, or be well."""
         self.server.adapter.faults.dead = on
-
-    def end(self) -> None:
-        """End the simulation."""
-        os.write(self._mouth, b"quit\n")
-        self._thread.join(LONG_S)
-        os.close(self._mouth)
 
 
 @pytest.fixture
@@ -197,11 +166,11 @@ def test_a_serial_adapter_that_is_unplugged_ends_a_motion_and_is_found_again(bus
     device = bus.device
     with Arm.connect(bus.port, dialect="mks") as arm:
         motion = in_motion(arm, device)
-        bus.say("fault unplug")
+        bus.tell("fault unplug")
         ends(arm, motion, device, device.world.tip, LinkLost, "E407", "gone|lost")
         with pytest.raises(PortUnavailable):
             arm.reconnect()
-        bus.say("fault replug")
+        bus.tell("fault replug")
         goes_on(arm, device)
 
 

@@ -2,93 +2,54 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
+from functools import partial
 from typing import Any
 
-from armdrive.config.arm import ArmConfig
-from armdrive.config.sections import Connection, HomingSettings
-from armdrive.registry.simulate import simulate
-from armdrive.sim.cia402.device import SimCia402
-from armdrive.sim.cia402.objects import dictionary
-from armdrive.sim.simulated_arm import SimulatedArm
-from firmware_protocol.canopen import (
-    CONSUMER_HEARTBEAT,
-    CONTROLWORD,
-    EVERY_SYNC,
-    MODE,
-    MODE_SHOWN,
-    POSITION,
-    STATUSWORD,
-    TARGET_POSITION,
-    Aborted,
-    Command,
-    Controlword,
-    Direction,
-    Heartbeat,
-    HeartbeatWatch,
-    Mapping,
-    Nmt,
-    NmtCommand,
-    NodeState,
-    OperationMode,
-    PdoSetup,
-    Place,
-    SdoClient,
-    Statusword,
-    Sync,
-    Uploaded,
-)
-from firmware_protocol.frames import Frame, Unpacker, pack
-from kinematics import preset
+from bus_sim import LONG_S, BusSim, bus_arm
 
-IDS = (1, 2, 3, 4, 5, 6)
+from armdrive.config.arm import ArmConfig
+from armdrive.sim.cia402.objects import dictionary
+from firmware_protocol import canopen
+from firmware_protocol.frames import Frame, Unpacker, pack
+
 TURN = 10_000
 MASTER = 127
-SHORT_S = 0.01
-"""Longer than any answer takes."""
+arm_config = partial(bus_arm, "cia402")
 PERIOD_S = 0.01
 OBJECTS = dictionary()
-ORDER = Mapping.of_objects(OBJECTS, CONTROLWORD, MODE, TARGET_POSITION)
-STATE = Mapping.of_objects(OBJECTS, STATUSWORD, MODE_SHOWN, POSITION)
-QUICK_STOP = Controlword.of(Command.QUICK_STOP).value
-ENABLE = Controlword.of(Command.ENABLE_OPERATION).value
+ORDER = canopen.Mapping.of_objects(
+    OBJECTS, canopen.CONTROLWORD, canopen.MODE, canopen.TARGET_POSITION
+)
+STATE = canopen.Mapping.of_objects(
+    OBJECTS, canopen.STATUSWORD, canopen.MODE_SHOWN, canopen.POSITION
+)
+QUICK_STOP = canopen.Controlword.of(canopen.Command.QUICK_STOP).value
+ENABLE = canopen.Controlword.of(canopen.Command.ENABLE_OPERATION).value
 PP, HOMING, CSP = (
-    OperationMode.PROFILE_POSITION,
-    OperationMode.HOMING,
-    OperationMode.CYCLIC_POSITION,
+    canopen.OperationMode.PROFILE_POSITION,
+    canopen.OperationMode.HOMING,
+    canopen.OperationMode.CYCLIC_POSITION,
 )
 
 
-def arm_config(homing: HomingSettings | None = None, **cia402: Any) -> ArmConfig:
-    """Return an arm on six drives; `cia402` is what its file's section says."""
-    device = SimpleNamespace(**({"ids": IDS} | cia402))
-    wire = Connection(dialect="cia402", port="", baud=500_000)
-    model = preset("minimover5-cia402")
-    return ArmConfig("bench", model.title, model, wire, device=device, homing=homing)
-
-
-def setups(node: int, transmission: int = EVERY_SYNC) -> tuple[PdoSetup, PdoSetup]:
+def setups(
+    node: int, transmission: int = canopen.EVERY_SYNC
+) -> tuple[canopen.PdoSetup, canopen.PdoSetup]:
     """Return the two PDOs that carry all of a motion."""
     return (
-        PdoSetup(Direction.RECEIVED, 1, node, ORDER, transmission),
-        PdoSetup(Direction.TRANSMITTED, 1, node, STATE, transmission),
+        canopen.PdoSetup(canopen.Direction.RECEIVED, 1, node, ORDER, transmission),
+        canopen.PdoSetup(canopen.Direction.TRANSMITTED, 1, node, STATE, transmission),
     )
 
 
-class Bench:
+class Bench(BusSim[Frame]):
     """The twin of an arm, and a master at the other end of its bus."""
 
     def __init__(
         self, *, config: ArmConfig | None = None, saved: object = None, **settings: Any
     ) -> None:
-        self.twin: SimulatedArm = simulate(config or arm_config(), saved, **settings)
-        assert isinstance(self.twin.device, SimCia402)
-        self.device: SimCia402 = self.twin.device
-        self.world = self.twin.world
-        self.link = self.twin.link
-        self.now_s = 0.0
-        self.heard: list[tuple[float, Frame]] = []
-        self._clients = {node: SdoClient(node) for node in range(1, 127)}
+        super().__init__(config or arm_config(), saved, **settings)
+        self._clients = {node: canopen.SdoClient(node) for node in range(1, 127)}
         self._unpacker = Unpacker()
 
     # Time and frames.
@@ -97,17 +58,7 @@ class Bench:
         """Put a frame on the bus."""
         self.link.write(pack(frame), self.now_s)
 
-    def run(self, seconds: float = SHORT_S) -> list[Frame]:
-        """Let time pass; return what was heard meanwhile."""
-        end_s, before = self.now_s + seconds, len(self.heard)
-        while self.link.next_s() <= end_s:
-            self.now_s = max(self.now_s, self.link.next_s())
-            self._read()
-        self.now_s = end_s
-        self._read()
-        return [frame for _, frame in self.heard[before:]]
-
-    def tell(self, frame: Frame, seconds: float = SHORT_S) -> list[Frame]:
+    def tell(self, frame: Frame, seconds: float = LONG_S) -> list[Frame]:
         """Put a frame on the bus and return what is heard soon after."""
         self.send(frame)
         return self.run(seconds)
@@ -118,18 +69,18 @@ class Bench:
 
     # SDO.
 
-    def read(self, node: int, place: Place) -> Any:
+    def read(self, node: int, place: canopen.Place) -> Any:
         """Ask for an object; returns its value, or the code of the abort."""
         ended = self._sdo(node, self._clients[node].upload(place))
-        if isinstance(ended, Uploaded):
+        if isinstance(ended, canopen.Uploaded):
             return OBJECTS.find(place).type.unpack(ended.data, exact=False)
-        return ended.code if isinstance(ended, Aborted) else ended
+        return ended.code if isinstance(ended, canopen.Aborted) else ended
 
-    def write(self, node: int, place: Place, value: int) -> Any:
+    def write(self, node: int, place: canopen.Place, value: int) -> Any:
         """Write an object; returns None, or the code of the abort."""
         data = OBJECTS.find(place).type.pack(value)
         ended = self._sdo(node, self._clients[node].download(place, data))
-        return ended.code if isinstance(ended, Aborted) else None
+        return ended.code if isinstance(ended, canopen.Aborted) else None
 
     def _sdo(self, node: int, request: Frame | None) -> Any:
         client = self._clients[node]
@@ -143,51 +94,58 @@ class Bench:
 
     # Drives.
 
-    def set_up(self, *nodes: int, transmission: int = EVERY_SYNC) -> None:
+    def set_up(self, *nodes: int, transmission: int = canopen.EVERY_SYNC) -> None:
         """Have drives talk by SYNC, and be operational."""
         for node in nodes:
             for number in (2, 3):
-                self.write(node, Place(0x1800 + number - 1, 1), 1 << 31 | 0x181)
+                self.write(node, canopen.Place(0x1800 + number - 1, 1), 1 << 31 | 0x181)
             for setup in setups(node, transmission):
                 for write in setup.writes:
                     assert self.write(node, write.place, write.value) is None
-            assert self.write(node, Place(0x60C2, 1), 10) is None
-            self.send(Nmt(NmtCommand.START, node).frame)
+            assert self.write(node, canopen.Place(0x60C2, 1), 10) is None
+            self.send(canopen.Nmt(canopen.NmtCommand.START, node).frame)
         self.run()
 
     def order(self, node: int, word: int, mode: int, target: int) -> None:
         """Hand an order over, to be acted on at the next SYNC."""
         self.send(Frame(0x200 + node, ORDER.pack((word, mode, target))))
 
-    def sync(self, seconds: float = PERIOD_S) -> dict[int, tuple[Statusword, int, int]]:
+    def sync(self, seconds: float = PERIOD_S) -> dict[int, tuple[canopen.Statusword, int, int]]:
         """Let the drives act; return what each said of itself: statusword, mode, position."""
         told = {}
-        for frame in self.tell(Sync().frame, seconds):
+        for frame in self.tell(canopen.Sync().frame, seconds):
             if 0x181 <= frame.can_id <= 0x1FF:
                 value, mode, position = STATE.unpack(frame.data)
-                told[frame.can_id - 0x180] = (Statusword(value), mode, position)
+                told[frame.can_id - 0x180] = (canopen.Statusword(value), mode, position)
         return told
 
-    def state(self, node: int) -> Statusword:
+    def state(self, node: int) -> canopen.Statusword:
         """Ask a drive what it is."""
-        return Statusword(self.read(node, STATUSWORD))
+        return canopen.Statusword(self.read(node, canopen.STATUSWORD))
 
     def enable(self, *nodes: int, mode: int = CSP) -> None:
         """Bring drives to operation enabled, where they stand."""
         for node in nodes:
-            assert self.write(node, MODE, mode) is None
-            self.write(node, TARGET_POSITION, self.read(node, POSITION))
-            for command in (Command.SHUT_DOWN, Command.SWITCH_ON, Command.ENABLE_OPERATION):
-                assert self.write(node, CONTROLWORD, command.word) is None
+            assert self.write(node, canopen.MODE, mode) is None
+            self.write(node, canopen.TARGET_POSITION, self.read(node, canopen.POSITION))
+            for command in (
+                canopen.Command.SHUT_DOWN,
+                canopen.Command.SWITCH_ON,
+                canopen.Command.ENABLE_OPERATION,
+            ):
+                assert self.write(node, canopen.CONTROLWORD, command.word) is None
 
     def beat(self) -> None:
         """Say that the master is alive."""
-        self.send(Heartbeat(MASTER, NodeState.OPERATIONAL).frame)
+        self.send(canopen.Heartbeat(MASTER, canopen.NodeState.OPERATIONAL).frame)
 
     def watch(self, node: int, ms: int) -> None:
         """Have a drive mind the master's silence."""
-        assert self.write(node, CONSUMER_HEARTBEAT, HeartbeatWatch(MASTER, ms).value) is None
+        assert (
+            self.write(node, canopen.CONSUMER_HEARTBEAT, canopen.HeartbeatWatch(MASTER, ms).value)
+            is None
+        )
 
     def count(self, node: int) -> int:
         """Ask a drive where it is."""
-        return int(self.read(node, POSITION))
+        return int(self.read(node, canopen.POSITION))

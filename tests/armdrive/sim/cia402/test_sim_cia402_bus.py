@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import pytest
+from bus_sim import IDS
 from cia402_sim import (
     CSP,
     ENABLE,
-    IDS,
     MASTER,
     ORDER,
     PP,
@@ -17,43 +17,13 @@ from cia402_sim import (
 )
 
 from armdrive.errors import BadRequest
-from armdrive.sim.cia402.objects import DEVICE_NAME, SERIAL_NUMBER, dictionary, eds_text
-from firmware_protocol.canopen import (
-    CONSUMER_HEARTBEAT,
-    CONTROLWORD,
-    DEVICE_TYPE,
-    ERROR_CODE,
-    ERROR_REGISTER,
-    HEARTBEAT_REACTION,
-    MODE,
-    MODE_SHOWN,
-    ON_EVENT,
-    POSITION,
-    PRODUCER_HEARTBEAT_MS,
-    QUICK_STOP_OPTION,
-    STANDARD,
-    STATUSWORD,
-    SUPPORTED_MODES,
-    TARGET_POSITION,
-    AbortCode,
-    DriveState,
-    Emergency,
-    Heartbeat,
-    Nmt,
-    NmtCommand,
-    NodeState,
-    Place,
-    QuickStopOption,
-    StatusBit,
-    Statusword,
-    Sync,
-    read_eds,
-    write_eds,
-)
+from armdrive.sim.cia402.objects import dictionary, eds_text
+from firmware_protocol import canopen
 from firmware_protocol.frames import Frame
+from tests.firmware_protocol.eds_writer import write_eds
 
 BOOT_S = 0.5
-RPDO, TPDO = Place(0x1400, 1), Place(0x1800, 1)
+RPDO, TPDO = canopen.Place(0x1400, 1), canopen.Place(0x1800, 1)
 
 
 @pytest.fixture
@@ -62,11 +32,11 @@ def bench():
 
 
 def emergencies(frames, node=1):
-    return [Emergency.read(frame).code for frame in frames if frame.can_id == 0x80 + node]
+    return [canopen.Emergency.read(frame).code for frame in frames if frame.can_id == 0x80 + node]
 
 
 def beats(frames, node=1):
-    return [Heartbeat.read(frame).state for frame in frames if frame.can_id == 0x700 + node]
+    return [canopen.Heartbeat.read(frame).state for frame in frames if frame.can_id == 0x700 + node]
 
 
 def moving_in_cycles(bench, cycles=20):
@@ -80,52 +50,55 @@ def moving_in_cycles(bench, cycles=20):
 class TestObjects:
     def test_the_eds_is_in_order_and_has_all_that_is_standard(self):
         assert write_eds(dictionary(), product="Simulated CiA 402 servo drive") == eds_text()
-        assert read_eds(eds_text()) == dictionary()
-        for entry in STANDARD:
+        assert canopen.read_eds(eds_text()) == dictionary()
+        for entry in canopen.STANDARD:
             found = dictionary().find(entry.place)
             assert (found.type, found.access) == (entry.type, entry.access)
 
     def test_a_drive_says_what_it_is(self, bench):
-        assert bench.read(3, DEVICE_TYPE) & 0xFFFF == 402
-        assert bench.read(3, DEVICE_NAME) == "Simulated CiA 402 servo drive"  # in segments
-        assert bench.read(3, SERIAL_NUMBER) == 3
-        assert bench.read(3, SUPPORTED_MODES) == 0b1010_0001
-        assert bench.read(3, Place(0x2345)) == AbortCode.NO_OBJECT
-        assert bench.write(3, POSITION, 5) == AbortCode.READ_ONLY
+        assert bench.read(3, canopen.DEVICE_TYPE) & 0xFFFF == 402
+        assert bench.read(3, canopen.DEVICE_NAME) == "Simulated CiA 402 servo drive"  # in segments
+        assert bench.read(3, canopen.SERIAL_NUMBER) == 3
+        assert bench.read(3, canopen.SUPPORTED_MODES) == 0b1010_0001
+        assert bench.read(3, canopen.Place(0x2345)) == canopen.AbortCode.NO_OBJECT
+        assert bench.write(3, canopen.POSITION, 5) == canopen.AbortCode.READ_ONLY
 
     @pytest.mark.parametrize(
         ("settings", "place", "told"),
         [
-            ({"profile": 401}, DEVICE_TYPE, 0x0004_0191),
-            ({"missing": "60C2"}, Place(0x60C2, 1), AbortCode.NO_OBJECT),
-            ({"missing": "6061+6007"}, HEARTBEAT_REACTION, AbortCode.NO_OBJECT),
-            ({"homing": False}, SUPPORTED_MODES, 0b1000_0001),
-            ({"following_window": 77}, Place(0x6065), 77),
+            ({"profile": 401}, canopen.DEVICE_TYPE, 0x0004_0191),
+            ({"missing": "60C2"}, canopen.Place(0x60C2, 1), canopen.AbortCode.NO_OBJECT),
+            ({"missing": "6061+6007"}, canopen.HEARTBEAT_REACTION, canopen.AbortCode.NO_OBJECT),
+            ({"homing": False}, canopen.SUPPORTED_MODES, 0b1000_0001),
+            ({"following_window": 77}, canopen.Place(0x6065), 77),
         ],
     )
     def test_a_drive_may_be_another_or_lack_something(self, settings, place, told):
         bench = Bench(**settings)
         assert bench.read(1, place) == told
-        assert Statusword(bench.read(1, STATUSWORD)).state is DriveState.DISABLED
+        assert (
+            canopen.Statusword(bench.read(1, canopen.STATUSWORD)).state
+            is canopen.DriveState.DISABLED
+        )
 
     @pytest.mark.parametrize(
         ("place", "value"),
         [
-            (MODE, 3),
-            (QUICK_STOP_OPTION, 9),
-            (HEARTBEAT_REACTION, 4),
-            (CONSUMER_HEARTBEAT, 0xC8_0064),
-            (Place(0x6085), 0),
-            (Place(0x1800, 2), 250),
+            (canopen.MODE, 3),
+            (canopen.QUICK_STOP_OPTION, 9),
+            (canopen.HEARTBEAT_REACTION, 4),
+            (canopen.CONSUMER_HEARTBEAT, 0xC8_0064),
+            (canopen.Place(0x6085), 0),
+            (canopen.Place(0x1800, 2), 250),
         ],
     )
     def test_what_makes_no_sense_is_refused(self, bench, place, value):
         before = bench.read(1, place)
-        assert bench.write(1, place, value) == AbortCode.VALUE
+        assert bench.write(1, place, value) == canopen.AbortCode.VALUE
         assert bench.read(1, place) == before
 
     def test_nobody_answers_for_another_node(self, bench):
-        assert bench.read(9, DEVICE_TYPE) is None
+        assert bench.read(9, canopen.DEVICE_TYPE) is None
 
 
 class TestNmt:
@@ -135,9 +108,9 @@ class TestNmt:
         assert bench.run(1.0) == []
         bench.device.power_on()
         assert bench.run(BOOT_S - 0.01) == []
-        assert bench.read(1, STATUSWORD) is None
-        assert beats(bench.run(0.1)) == [NodeState.BOOTING]
-        assert bench.state(1).state is DriveState.DISABLED
+        assert bench.read(1, canopen.STATUSWORD) is None
+        assert beats(bench.run(0.1)) == [canopen.NodeState.BOOTING]
+        assert bench.state(1).state is canopen.DriveState.DISABLED
 
     @pytest.mark.parametrize("fault", ["drive-reset", "drive-dead"])
     def test_one_drive_begins_anew_and_its_motor_comes_down(self, bench, fault):
@@ -147,7 +120,7 @@ class TestNmt:
         bench.run(0.1)
         bench.twin.faults.end()
         heard = bench.run(1.0)
-        assert beats(heard, 2) == [NodeState.BOOTING]
+        assert beats(heard, 2) == [canopen.NodeState.BOOTING]
         assert beats(heard, 1) == []
         assert bench.world.motors[1] != before[1]
         assert bench.count(2) == 0
@@ -167,42 +140,42 @@ class TestNmt:
     def test_a_master_resets_a_node(self, bench):
         bench.set_up(1)
         bench.enable(1)
-        heard = bench.tell(Nmt(NmtCommand.RESET_NODE, 1).frame, 1.0)
-        assert beats(heard) == [NodeState.BOOTING]
-        assert bench.state(1).state is DriveState.DISABLED
+        heard = bench.tell(canopen.Nmt(canopen.NmtCommand.RESET_NODE, 1).frame, 1.0)
+        assert beats(heard) == [canopen.NodeState.BOOTING]
+        assert bench.state(1).state is canopen.DriveState.DISABLED
         assert bench.sync() == {}  # pre-operational
-        assert bench.read(1, Place(0x60C2, 1)) == 1
+        assert bench.read(1, canopen.Place(0x60C2, 1)) == 1
 
     def test_a_reset_of_the_communication_leaves_the_motor_alone(self, bench):
-        bench.write(1, HEARTBEAT_REACTION, 0)
+        bench.write(1, canopen.HEARTBEAT_REACTION, 0)
         bench.set_up(1)
         bench.enable(1)
-        heard = bench.tell(Nmt(NmtCommand.RESET_COMMUNICATION, 1).frame, 0.1)
-        assert beats(heard) == [NodeState.BOOTING]
-        assert bench.state(1).state is DriveState.ENABLED
-        assert bench.read(1, Place(0x60C2, 1)) == 10
-        assert bench.read(1, Place(0x1800, 2)) == ON_EVENT
+        heard = bench.tell(canopen.Nmt(canopen.NmtCommand.RESET_COMMUNICATION, 1).frame, 0.1)
+        assert beats(heard) == [canopen.NodeState.BOOTING]
+        assert bench.state(1).state is canopen.DriveState.ENABLED
+        assert bench.read(1, canopen.Place(0x60C2, 1)) == 10
+        assert bench.read(1, canopen.Place(0x1800, 2)) == canopen.ON_EVENT
 
     def test_a_stopped_node_is_deaf_and_reacts(self, bench):
-        bench.write(1, HEARTBEAT_REACTION, 3)
-        bench.write(1, QUICK_STOP_OPTION, QuickStopOption.QUICK_RAMP_AND_STAY)
+        bench.write(1, canopen.HEARTBEAT_REACTION, 3)
+        bench.write(1, canopen.QUICK_STOP_OPTION, canopen.QuickStopOption.QUICK_RAMP_AND_STAY)
         bench.enable(1, mode=PP)
-        bench.send(Nmt(NmtCommand.STOP, 1).frame)
-        assert bench.read(1, STATUSWORD) is None
-        bench.send(Nmt(NmtCommand.PRE_OPERATIONAL, 1).frame)
-        assert bench.state(1).state is DriveState.QUICK_STOP
+        bench.send(canopen.Nmt(canopen.NmtCommand.STOP, 1).frame)
+        assert bench.read(1, canopen.STATUSWORD) is None
+        bench.send(canopen.Nmt(canopen.NmtCommand.PRE_OPERATIONAL, 1).frame)
+        assert bench.state(1).state is canopen.DriveState.QUICK_STOP
 
     def test_heartbeats_tell_the_state(self, bench):
-        bench.write(1, PRODUCER_HEARTBEAT_MS, 100)
-        assert beats(bench.run(1.0)) == [NodeState.PRE_OPERATIONAL] * 10
-        bench.send(Nmt(NmtCommand.START, 1).frame)
-        assert set(beats(bench.run(0.5))) == {NodeState.OPERATIONAL}
-        bench.write(1, PRODUCER_HEARTBEAT_MS, 0)
+        bench.write(1, canopen.PRODUCER_HEARTBEAT_MS, 100)
+        assert beats(bench.run(1.0)) == [canopen.NodeState.PRE_OPERATIONAL] * 10
+        bench.send(canopen.Nmt(canopen.NmtCommand.START, 1).frame)
+        assert set(beats(bench.run(0.5))) == {canopen.NodeState.OPERATIONAL}
+        bench.write(1, canopen.PRODUCER_HEARTBEAT_MS, 0)
         assert beats(bench.run(0.5)) == []
 
     def test_drives_of_one_period_beat_together_however_they_were_set_up(self, bench):
         for node in IDS:
-            bench.write(node, PRODUCER_HEARTBEAT_MS, 100)
+            bench.write(node, canopen.PRODUCER_HEARTBEAT_MS, 100)
             bench.run(0.013)
         began_s = bench.now_s
         bench.run(1.0)
@@ -219,8 +192,8 @@ class TestSilence:
     def ready(self, reaction, **settings):
         bench = Bench(**settings)
         bench.set_up(1)
-        bench.write(1, QUICK_STOP_OPTION, QuickStopOption.QUICK_RAMP_AND_STAY)
-        bench.write(1, HEARTBEAT_REACTION, reaction)
+        bench.write(1, canopen.QUICK_STOP_OPTION, canopen.QuickStopOption.QUICK_RAMP_AND_STAY)
+        bench.write(1, canopen.HEARTBEAT_REACTION, reaction)
         bench.watch(1, 200)
         bench.enable(1)
         return bench
@@ -228,10 +201,10 @@ class TestSilence:
     @pytest.mark.parametrize(
         ("reaction", "ends"),
         [
-            (0, DriveState.ENABLED),
-            (1, DriveState.FAULT),
-            (2, DriveState.DISABLED),
-            (3, DriveState.QUICK_STOP),
+            (0, canopen.DriveState.ENABLED),
+            (1, canopen.DriveState.FAULT),
+            (2, canopen.DriveState.DISABLED),
+            (3, canopen.DriveState.QUICK_STOP),
         ],
     )
     def test_a_drive_reacts_as_it_was_told(self, reaction, ends):
@@ -240,7 +213,7 @@ class TestSilence:
         heard = bench.run(0.5)
         assert emergencies(heard) == [0x8130]
         assert bench.state(1).state is ends
-        assert bench.read(1, ERROR_CODE) == 0x8130
+        assert bench.read(1, canopen.ERROR_CODE) == 0x8130
         assert bench.device.nodes[0].states.watch_stops == 1
 
     @pytest.mark.parametrize("quirk", ["hold", "extrapolate"])
@@ -258,54 +231,54 @@ class TestSilence:
     def test_no_silence_is_minded_before_the_first_heartbeat(self):
         bench = self.ready(3)
         bench.run(2.0)
-        assert bench.state(1).state is DriveState.ENABLED
+        assert bench.state(1).state is canopen.DriveState.ENABLED
 
     def test_nor_is_it_once_the_watch_is_switched_off(self):
         bench = self.ready(3)
         bench.beat()
-        bench.write(1, CONSUMER_HEARTBEAT, 0)
+        bench.write(1, canopen.CONSUMER_HEARTBEAT, 0)
         assert emergencies(bench.run(2.0)) == []
 
     def test_it_is_over_when_the_master_is_heard_again(self):
         bench = self.ready(3)
         bench.beat()
         bench.run(0.5)
-        assert bench.state(1).has(StatusBit.WARNING)
+        assert bench.state(1).has(canopen.StatusBit.WARNING)
         bench.beat()
         assert emergencies(bench.run()) == [0]
-        assert bench.read(1, ERROR_REGISTER) == 0
-        bench.write(1, CONTROLWORD, ENABLE)
-        assert bench.state(1).state is DriveState.ENABLED
+        assert bench.read(1, canopen.ERROR_REGISTER) == 0
+        bench.write(1, canopen.CONTROLWORD, ENABLE)
+        assert bench.state(1).state is canopen.DriveState.ENABLED
 
     def test_another_node_is_not_the_master(self):
         bench = self.ready(3)
         bench.beat()
         for _ in range(10):
-            bench.tell(Heartbeat(MASTER - 1, NodeState.OPERATIONAL).frame, 0.05)
-        assert bench.state(1).state is DriveState.QUICK_STOP
+            bench.tell(canopen.Heartbeat(MASTER - 1, canopen.NodeState.OPERATIONAL).frame, 0.05)
+        assert bench.state(1).state is canopen.DriveState.QUICK_STOP
 
     def test_a_drive_without_its_cable_misses_it_too(self):
         bench = self.ready(3)
         bench.device.drives().plug(0, False)
         bench.beat()
         bench.run(0.5)
-        assert bench.device.nodes[0].states.state is DriveState.ENABLED  # never heard one
+        assert bench.device.nodes[0].states.state is canopen.DriveState.ENABLED  # never heard one
         bench.device.drives().plug(0, True)
         bench.beat()
         bench.run(0.1)
         bench.device.drives().plug(0, False)
         bench.run(0.5)
-        assert bench.device.nodes[0].states.state is DriveState.QUICK_STOP
+        assert bench.device.nodes[0].states.state is canopen.DriveState.QUICK_STOP
 
 
 class TestPdos:
     def test_as_shipped_they_go_by_themselves(self, bench):
-        heard = bench.tell(Nmt(NmtCommand.START, 1).frame)
+        heard = bench.tell(canopen.Nmt(canopen.NmtCommand.START, 1).frame)
         assert {frame.can_id for frame in heard} == {0x181, 0x281, 0x381}
         assert bench.run(0.5) == []
         heard = bench.tell(Frame(0x201, b"\x06\x00"))
         assert [frame.can_id for frame in heard] == [0x181, 0x281, 0x381]
-        assert bench.state(1).state is DriveState.READY
+        assert bench.state(1).state is canopen.DriveState.READY
 
     def test_none_goes_before_the_node_is_started(self, bench):
         for setup in setups(1):
@@ -314,20 +287,20 @@ class TestPdos:
         assert bench.sync() == {}
         bench.order(1, 6, CSP, 0)
         bench.sync()
-        assert bench.state(1).state is DriveState.DISABLED
+        assert bench.state(1).state is canopen.DriveState.DISABLED
 
     def test_what_is_told_at_a_sync_is_how_it_was_before(self, bench):
         bench.set_up(1)
         bench.order(1, 6, PP, 0)
-        assert bench.sync()[1][0].state is DriveState.DISABLED
-        assert bench.sync()[1][0].state is DriveState.READY
+        assert bench.sync()[1][0].state is canopen.DriveState.DISABLED
+        assert bench.sync()[1][0].state is canopen.DriveState.READY
 
     def test_all_drives_begin_at_one_sync(self, bench):
         bench.set_up(*IDS)
         bench.enable(*IDS)
         for node in IDS:
             bench.order(node, ENABLE, CSP, 100)
-        bench.send(Sync().frame)
+        bench.send(canopen.Sync().frame)
         bench.run(0.015)
         assert len({node.motor.point.end_s for node in bench.device.nodes}) == 1
         assert bench.device.registers == (100,) * 6
@@ -335,15 +308,15 @@ class TestPdos:
     def test_every_third_sync_and_at_once(self, bench):
         bench.set_up(1, transmission=3)
         assert [len(bench.sync()) for _ in range(6)] == [0, 0, 1, 0, 0, 1]
-        bench.send(Nmt(NmtCommand.PRE_OPERATIONAL, 1).frame)
-        bench.set_up(1, transmission=ON_EVENT)
+        bench.send(canopen.Nmt(canopen.NmtCommand.PRE_OPERATIONAL, 1).frame)
+        bench.set_up(1, transmission=canopen.ON_EVENT)
         bench.order(1, 6, PP, 0)
         (frame,) = [each for each in bench.run() if each.can_id == 0x181]
-        assert Statusword(STATE.unpack(frame.data)[0]).state is DriveState.READY
+        assert canopen.Statusword(STATE.unpack(frame.data)[0]).state is canopen.DriveState.READY
 
     def test_an_event_timer_repeats_it(self, bench):
-        bench.write(1, Place(0x1800, 5), 20)
-        bench.send(Nmt(NmtCommand.START, 1).frame)
+        bench.write(1, canopen.Place(0x1800, 5), 20)
+        bench.send(canopen.Nmt(canopen.NmtCommand.START, 1).frame)
         heard = bench.run(0.195)
         assert [frame.can_id for frame in heard].count(0x181) == 10
 
@@ -352,26 +325,30 @@ class TestPdos:
         heard = bench.tell(Frame(0x201, ORDER.pack((6, PP, 0))[:5]))
         assert emergencies(heard) == [0x8210]
         bench.sync()
-        assert bench.state(1).state is DriveState.DISABLED
+        assert bench.state(1).state is canopen.DriveState.DISABLED
 
     def test_they_are_changed_only_in_the_order_of_the_standard(self, bench):
-        assert bench.write(1, Place(0x1600, 0), 0) == AbortCode.DEVICE_STATE
+        assert bench.write(1, canopen.Place(0x1600, 0), 0) == canopen.AbortCode.DEVICE_STATE
         bench.write(1, RPDO, 1 << 31 | 0x201)
-        assert bench.write(1, Place(0x1600, 1), 0x60600008) == AbortCode.DEVICE_STATE
-        assert bench.write(1, Place(0x1600, 0), 0) is None
-        assert bench.write(1, Place(0x1600, 1), 0x60410010) == AbortCode.NOT_MAPPABLE
-        assert bench.write(1, Place(0x1600, 1), 0x23450010) == AbortCode.NO_OBJECT
+        assert (
+            bench.write(1, canopen.Place(0x1600, 1), 0x60600008) == canopen.AbortCode.DEVICE_STATE
+        )
+        assert bench.write(1, canopen.Place(0x1600, 0), 0) is None
+        assert (
+            bench.write(1, canopen.Place(0x1600, 1), 0x60410010) == canopen.AbortCode.NOT_MAPPABLE
+        )
+        assert bench.write(1, canopen.Place(0x1600, 1), 0x23450010) == canopen.AbortCode.NO_OBJECT
         for sub, word in ((1, 0x607A0020), (2, 0x60810020), (3, 0x60400010)):
-            assert bench.write(1, Place(0x1600, sub), word) is None
-        assert bench.write(1, Place(0x1600, 0), 3) == AbortCode.PDO_TOO_LONG
-        assert bench.write(1, Place(0x1600, 0), 2) is None
+            assert bench.write(1, canopen.Place(0x1600, sub), word) is None
+        assert bench.write(1, canopen.Place(0x1600, 0), 3) == canopen.AbortCode.PDO_TOO_LONG
+        assert bench.write(1, canopen.Place(0x1600, 0), 2) is None
         assert bench.write(1, RPDO, 0x201) is None
-        bench.send(Nmt(NmtCommand.START, 1).frame)
-        assert bench.write(1, RPDO, 1 << 31 | 0x201) == AbortCode.DEVICE_STATE
+        bench.send(canopen.Nmt(canopen.NmtCommand.START, 1).frame)
+        assert bench.write(1, RPDO, 1 << 31 | 0x201) == canopen.AbortCode.DEVICE_STATE
 
     def test_a_drive_that_lacks_what_it_would_map_maps_it_not(self):
         bench = Bench(missing="6061")
-        heard = bench.tell(Nmt(NmtCommand.START, 1).frame)
+        heard = bench.tell(canopen.Nmt(canopen.NmtCommand.START, 1).frame)
         assert {frame.can_id for frame in heard} == {0x181, 0x381}
 
 
@@ -386,16 +363,16 @@ class TestFaults:
         assert bench.device.registers[:2] == (100, 100)
 
     def test_a_drive_with_another_id_begins_to_talk_anew(self, bench):
-        bench.write(2, HEARTBEAT_REACTION, 0)
+        bench.write(2, canopen.HEARTBEAT_REACTION, 0)
         bench.set_up(1, 2)
         bench.enable(1, 2)
         bench.twin.faults.add("drive-id", "2", "9")
         heard = bench.run(0.1)
-        assert beats(heard, 9) == [NodeState.BOOTING]
-        assert bench.read(2, STATUSWORD) is None
-        assert bench.state(9).state is DriveState.ENABLED
+        assert beats(heard, 9) == [canopen.NodeState.BOOTING]
+        assert bench.read(2, canopen.STATUSWORD) is None
+        assert bench.state(9).state is canopen.DriveState.ENABLED
         bench.twin.faults.end()
-        assert beats(bench.run(0.1), 2) == [NodeState.BOOTING]
+        assert beats(bench.run(0.1), 2) == [canopen.NodeState.BOOTING]
         with pytest.raises(BadRequest, match="1 to 127"):
             bench.device.drives().set_id(0, 128)
 
@@ -424,22 +401,22 @@ class TestFaults:
         bench.enable(1, 2, mode=PP)
         bench.twin.faults.add("drive-fault", "1", "4310")
         assert emergencies(bench.run()) == [0x4310]
-        assert bench.read(1, ERROR_REGISTER) == 0x09
-        assert bench.state(1).state is DriveState.FAULT
+        assert bench.read(1, canopen.ERROR_REGISTER) == 0x09
+        assert bench.state(1).state is canopen.DriveState.FAULT
         assert [node.motor.holding for node in bench.device.nodes[:2]] == [False, True]
         bench.twin.faults.end()
-        bench.write(1, CONTROLWORD, 0x80)
-        assert bench.state(1).state is DriveState.DISABLED
+        bench.write(1, canopen.CONTROLWORD, 0x80)
+        assert bench.state(1).state is canopen.DriveState.DISABLED
 
     def test_one_that_is_still_ill_fails_again_when_its_power_comes(self, bench):
         bench.twin.faults.add("drive-fault", "1", "4310")
         bench.device.power_off()
         bench.device.power_on()
         heard = bench.run(1.0)
-        assert beats(heard) == [NodeState.BOOTING]
+        assert beats(heard) == [canopen.NodeState.BOOTING]
         assert emergencies(heard) == [0x4310]
-        assert bench.state(1).state is DriveState.FAULT
-        assert bench.state(2).state is DriveState.DISABLED
+        assert bench.state(1).state is canopen.DriveState.FAULT
+        assert bench.state(2).state is canopen.DriveState.DISABLED
 
     def test_what_is_changed_of_a_drive_without_power_shows_when_it_has_some(self, bench):
         bench.device.drives().power(0, False)
@@ -447,15 +424,15 @@ class TestFaults:
         bench.device.drives().set_mode(0, 2)
         assert bench.run(1.0) == []
         bench.device.drives().power(0, True)
-        assert beats(bench.run(1.0), 9) == [NodeState.BOOTING]
-        assert bench.state(9).state is DriveState.DISABLED
-        assert bench.read(9, MODE_SHOWN) == 0
+        assert beats(bench.run(1.0), 9) == [canopen.NodeState.BOOTING]
+        assert bench.state(9).state is canopen.DriveState.DISABLED
+        assert bench.read(9, canopen.MODE_SHOWN) == 0
 
     def test_a_drive_that_says_an_emcy_goes_on(self, bench):
         bench.enable(1, mode=PP)
         bench.twin.faults.add("drive-emcy", "1", "7305")
         assert emergencies(bench.run()) == [0x7305]
-        assert bench.state(1).state is DriveState.ENABLED
+        assert bench.state(1).state is canopen.DriveState.ENABLED
         with pytest.raises(BadRequest, match="four hex digits"):
             bench.twin.faults.add("drive-emcy", "1", "0000")
 
@@ -465,5 +442,5 @@ class TestFaults:
         bench.run(1.0)
         assert not bench.device.busy
         assert bench.link.next_s() == float("inf")
-        assert bench.read(1, TARGET_POSITION) == 0
-        assert bench.read(1, Place(0x608F, 1)) == TURN
+        assert bench.read(1, canopen.TARGET_POSITION) == 0
+        assert bench.read(1, canopen.Place(0x608F, 1)) == TURN

@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-import io
 import json
-import os
 import sys
-import threading
 from pathlib import Path
 
 import can
 import pytest
 from cia402_sim import arm_config
 from cli_calls import Caller
-from waiting import LONG_S, until
+from served import ServedDevice
+from waiting import LONG_S
 
 from armdrive.registry.simulate import simulate_device
 from armdrive.sim.cia402.kind import KIND
 from armdrive.sim.device import SaysEmergencies
 from armdrive.sim.faults.table import FAULTS
-from armdrive.sim.serving.loop import make_server, run_device
+from armdrive.sim.serving.loop import make_server
 from firmware_protocol.canopen import (
     DEVICE_TYPE,
     DataType,
@@ -33,34 +31,10 @@ from firmware_protocol.frames import Frame
 NODE = 3
 
 
-class Served:
-    """The drives in a thread, their console on a pipe."""
-
-    def __init__(self, path) -> None:
-        self.server = make_server(slcan=path)
-        self.device = simulate_device(arm_config())
-        self.out = io.StringIO()
-        ear, self._mouth = os.pipe()
-        self._thread = threading.Thread(
-            target=run_device, args=(self.device, self.server, ear, self.out), daemon=True
-        )
-        self._thread.start()
-
-    def tell(self, line: str) -> str:
-        count = self.out.getvalue().count("\n")
-        os.write(self._mouth, line.encode() + b"\n")
-        until(lambda: self.out.getvalue().count("\n") > count)
-        return self.out.getvalue().splitlines()[-1]
-
-    def end(self) -> None:
-        os.write(self._mouth, b"quit\n")
-        self._thread.join(LONG_S)
-        os.close(self._mouth)
-
-
 @pytest.fixture
 def served(tmp_path):
-    running = Served(tmp_path / "can0")
+    server = make_server(slcan=tmp_path / "can0")
+    running = ServedDevice(server, simulate_device(arm_config()))
     yield running
     running.end()
 

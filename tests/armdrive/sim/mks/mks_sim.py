@@ -2,42 +2,20 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
+from functools import partial
 from typing import Any
 
+from bus_sim import IDS, LONG_S, BusSim, bus_arm
+
 from armdrive.config.arm import ArmConfig
-from armdrive.config.sections import Connection, HomingSettings
-from armdrive.registry.simulate import simulate
-from armdrive.sim.mks.device import SimMks
-from armdrive.sim.simulated_arm import SimulatedArm
-from firmware_protocol.mks import (
-    Answered,
-    EncoderRead,
-    Event,
-    Host,
-    ReadEncoder,
-    ReadState,
-    Request,
-    StateRead,
-)
-from kinematics import preset
+from firmware_protocol import mks
 
-IDS = (1, 2, 3, 4, 5, 6)
 TURN = 0x4000
-LONG_S = 0.01
-"""Longer than any answer takes."""
+arm_config = partial(bus_arm, "mks")
 
 
-def arm_config(homing: HomingSettings | None = None, **mks: Any) -> ArmConfig:
-    """Return an arm on six drives; `mks` is what its file's section says."""
-    device = SimpleNamespace(**({"ids": IDS} | mks))
-    wire = Connection(dialect="mks", port="", baud=500_000)
-    model = preset("minimover5-mks")
-    return ArmConfig("bench", model.title, model, wire, device=device, homing=homing)
-
-
-class Bench:
-    """The twin of an arm, and a host at the other end of its bus. Events carry their times."""
+class Bench(BusSim[mks.Event]):
+    """The twin of an arm, and a host at the other end of its bus."""
 
     def __init__(
         self,
@@ -47,46 +25,30 @@ class Bench:
         saved: object = None,
         **settings: Any,
     ) -> None:
-        self.twin: SimulatedArm = simulate(config or arm_config(), saved, **settings)
-        assert isinstance(self.twin.device, SimMks)
-        self.device: SimMks = self.twin.device
-        self.world = self.twin.world
-        self.link = self.twin.link
-        self.host = Host(ids)
-        self.now_s = 0.0
-        self.heard: list[tuple[float, Event]] = []
+        super().__init__(config or arm_config(), saved, **settings)
+        self.host = mks.Host(ids)
 
-    def send(self, node: int, request: Request) -> None:
+    def send(self, node: int, request: mks.Request) -> None:
         """Put a request on the bus."""
         self.link.write(self.host.send(node, request), self.now_s)
 
-    def run(self, seconds: float = LONG_S) -> list[Event]:
-        """Let time pass; return what was heard meanwhile."""
-        end_s, before = self.now_s + seconds, len(self.heard)
-        while self.link.next_s() <= end_s:
-            self.now_s = max(self.now_s, self.link.next_s())
-            self._read()
-        self.now_s = end_s
-        self._read()
-        return [event for _, event in self.heard[before:]]
-
-    def ask(self, node: int, request: Request, seconds: float = LONG_S) -> list[Event]:
+    def ask(self, node: int, request: mks.Request, seconds: float = LONG_S) -> list[mks.Event]:
         """Put a request on the bus and return what is heard soon after."""
         self.send(node, request)
         return self.run(seconds)
 
     def counts(self, node: int) -> int:
         """Ask a drive where it is."""
-        (event,) = self.ask(node, ReadEncoder())
-        assert isinstance(event, Answered)
-        assert isinstance(event.answer, EncoderRead)
+        (event,) = self.ask(node, mks.ReadEncoder())
+        assert isinstance(event, mks.Answered)
+        assert isinstance(event.answer, mks.EncoderRead)
         return event.answer.counts
 
     def state(self, node: int) -> Any:
         """Ask a drive what it does."""
-        (event,) = self.ask(node, ReadState())
-        assert isinstance(event, Answered)
-        assert isinstance(event.answer, StateRead)
+        (event,) = self.ask(node, mks.ReadState())
+        assert isinstance(event, mks.Answered)
+        assert isinstance(event.answer, mks.StateRead)
         return event.answer.state
 
     def time_of(self, kind: type) -> float:
@@ -99,6 +61,6 @@ class Bench:
             self.heard.append((self.now_s, event))
 
 
-def outcomes(events: list[Event]) -> list[type]:
+def outcomes(events: list[mks.Event]) -> list[type]:
     """Return what kind each event is."""
     return [type(event) for event in events]

@@ -6,59 +6,21 @@ import json
 import math
 
 import pytest
-from mks_sim import IDS, TURN, Bench, arm_config
+from bus_sim import IDS
+from mks_sim import TURN, Bench, arm_config
 from mks_sim import outcomes as said
 
 from armdrive.config.sections import HomingSettings
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.registry.simulate import simulate
 from armdrive.sim.device import SwitchState
+from firmware_protocol import mks
 from firmware_protocol.frames import Frame, Unpacker, pack
-from firmware_protocol.mks import (
-    Answered,
-    Calibrate,
-    ClearStall,
-    Code,
-    Done,
-    EmergencyStop,
-    Enable,
-    Failed,
-    GoToZero,
-    Home,
-    HomingState,
-    LimitStop,
-    Mode,
-    MotorState,
-    MoveAbsoluteAxis,
-    MoveAbsolutePulses,
-    MoveRelativeAxis,
-    MoveRelativePulses,
-    ReadAngleError,
-    ReadEnabled,
-    ReadHoming,
-    ReadInputs,
-    ReadPulses,
-    ReadRawEncoder,
-    ReadSetting,
-    ReadSpeed,
-    ReadStall,
-    RunAtSpeed,
-    RunFor,
-    SetHoming,
-    SetMicrosteps,
-    SetMode,
-    SetPositionProtection,
-    SetStallProtection,
-    SettingRead,
-    SetZero,
-    Started,
-    Stop,
-)
 from kinematics import Joints
 
 LATE_S = 0.002
 """What the bus and a drive take to say something."""
-TO_SWITCH = SetHoming(
+TO_SWITCH = mks.SetHoming(
     active_high=False, counter_clockwise=True, speed_rpm=60, limits=False, method=0
 )
 
@@ -79,9 +41,9 @@ class TestMoving:
 
     def test_an_absolute_motion_turns_the_shaft_and_the_arm(self, bench):
         before = bench.world.motors
-        heard = bench.ask(2, MoveAbsoluteAxis(-TURN, 60, 0), 1.5)
-        assert said(heard) == [Started, Done]
-        assert bench.time_of(Done) == pytest.approx(1.0, abs=LATE_S)
+        heard = bench.ask(2, mks.MoveAbsoluteAxis(-TURN, 60, 0), 1.5)
+        assert said(heard) == [mks.Started, mks.Done]
+        assert bench.time_of(mks.Done) == pytest.approx(1.0, abs=LATE_S)
         assert (bench.world.motors - before) == (0, -TURN, 0, 0, 0, 0)
         assert bench.counts(2) == -TURN
         assert bench.world.joints["shoulder"] == pytest.approx(
@@ -90,47 +52,50 @@ class TestMoving:
 
     def test_a_ramp_is_as_steep_as_its_acc_says(self, bench):
         # 1 rpm every (256 - 240) * 50 us: 600 rpm in 0.48 s, 2.4 turns up and as many down
-        bench.ask(1, MoveAbsoluteAxis(10 * TURN, 600, 240), 0.1)
-        assert bench.state(1) is MotorState.ACCELERATING
+        bench.ask(1, mks.MoveAbsoluteAxis(10 * TURN, 600, 240), 0.1)
+        assert bench.state(1) is mks.MotorState.ACCELERATING
         bench.run(0.5)
-        assert bench.state(1) is MotorState.FULL_SPEED
+        assert bench.state(1) is mks.MotorState.FULL_SPEED
         bench.run(0.5)
-        assert bench.state(1) is MotorState.DECELERATING
+        assert bench.state(1) is mks.MotorState.DECELERATING
         bench.run(1.0)
-        assert bench.state(1) is MotorState.STOPPED
-        assert bench.time_of(Done) == pytest.approx(2 * 0.48 + (10 - 4.8) / 10, abs=LATE_S)
+        assert bench.state(1) is mks.MotorState.STOPPED
+        assert bench.time_of(mks.Done) == pytest.approx(2 * 0.48 + (10 - 4.8) / 10, abs=LATE_S)
 
     @pytest.mark.parametrize(
         ("request_", "counts"),
         [
-            (MoveRelativeAxis(-3000, 100, 0), 1000 - 3000),
-            (MoveAbsoluteAxis(-3000, 100, 0), -3000),
-            (MoveRelativePulses(3200, 100, 0), 1000 + TURN),
-            (MoveAbsolutePulses(-3200, 100, 0), -TURN),
-            (RunFor(-60, 0, 500), 1000 - TURN // 2),
+            (mks.MoveRelativeAxis(-3000, 100, 0), 1000 - 3000),
+            (mks.MoveAbsoluteAxis(-3000, 100, 0), -3000),
+            (mks.MoveRelativePulses(3200, 100, 0), 1000 + TURN),
+            (mks.MoveAbsolutePulses(-3200, 100, 0), -TURN),
+            (mks.RunFor(-60, 0, 500), 1000 - TURN // 2),
         ],
     )
     def test_every_kind_of_motion_ends_where_it_should(self, bench, request_, counts):
-        bench.ask(1, MoveAbsoluteAxis(1000, 100, 0), 1.0)
-        assert said(bench.ask(1, request_, 2.0)) == [Started, Done]
+        bench.ask(1, mks.MoveAbsoluteAxis(1000, 100, 0), 1.0)
+        assert said(bench.ask(1, request_, 2.0)) == [mks.Started, mks.Done]
         assert bench.counts(1) == counts
 
     def test_microsteps_are_what_pulses_and_speeds_are_measured_in(self, bench):
-        bench.ask(1, SetMicrosteps(8))
-        bench.ask(1, MoveRelativePulses(1600, 60, 0), 2.0)
+        bench.ask(1, mks.SetMicrosteps(8))
+        bench.ask(1, mks.MoveRelativePulses(1600, 60, 0), 2.0)
         assert bench.counts(1) == TURN
-        assert bench.time_of(Done) == pytest.approx(0.01 + 0.5, abs=2 * LATE_S)
+        assert bench.time_of(mks.Done) == pytest.approx(0.01 + 0.5, abs=2 * LATE_S)
 
     def test_a_run_goes_on_until_it_is_stopped_by_a_ramp(self, bench):
-        bench.ask(1, RunAtSpeed(-600, 240), 0.8)
-        (event,) = bench.ask(1, ReadSpeed())
+        bench.ask(1, mks.RunAtSpeed(-600, 240), 0.8)
+        (event,) = bench.ask(1, mks.ReadSpeed())
         assert event.answer.speed_rpm == -600
-        assert said(bench.ask(1, Stop(Code.SPEED_MODE, 240), 0.6)) == [Started, Done]
-        assert bench.state(1) is MotorState.STOPPED
+        assert said(bench.ask(1, mks.Stop(mks.Code.SPEED_MODE, 240), 0.6)) == [
+            mks.Started,
+            mks.Done,
+        ]
+        assert bench.state(1) is mks.MotorState.STOPPED
 
-    @pytest.mark.parametrize("request_", [Stop(Code.ABSOLUTE_AXIS, 0), EmergencyStop()])
+    @pytest.mark.parametrize("request_", [mks.Stop(mks.Code.ABSOLUTE_AXIS, 0), mks.EmergencyStop()])
     def test_without_a_ramp_it_stands_at_once(self, bench, request_):
-        bench.ask(1, MoveAbsoluteAxis(10 * TURN, 60, 0), 1.0)
+        bench.ask(1, mks.MoveAbsoluteAxis(10 * TURN, 60, 0), 1.0)
         bench.send(1, request_)
         bench.run()
         assert bench.counts(1) == pytest.approx(TURN, abs=20)
@@ -139,84 +104,88 @@ class TestMoving:
         assert bench.world.motors == there
 
     def test_another_motion_than_f5_does_not_replace_one_that_is_under_way(self, bench):
-        bench.ask(1, MoveRelativeAxis(TURN, 60, 0), 0.1)
-        for request in (MoveRelativePulses(10, 60, 0), MoveAbsoluteAxis(0, 60, 0), SetZero()):
-            assert said(bench.ask(1, request)) == [Failed]
+        bench.ask(1, mks.MoveRelativeAxis(TURN, 60, 0), 0.1)
+        for request in (
+            mks.MoveRelativePulses(10, 60, 0),
+            mks.MoveAbsoluteAxis(0, 60, 0),
+            mks.SetZero(),
+        ):
+            assert said(bench.ask(1, request)) == [mks.Failed]
         bench.run(1.0)
         assert bench.counts(1) == TURN
 
     def test_zero_is_where_the_shaft_stands_and_the_raw_count_goes_on(self, bench):
-        bench.ask(1, MoveAbsoluteAxis(1000, 100, 0), 1.0)
+        bench.ask(1, mks.MoveAbsoluteAxis(1000, 100, 0), 1.0)
         there = bench.world.motors
-        bench.ask(1, SetZero())
+        bench.ask(1, mks.SetZero())
         assert bench.counts(1) == 0
-        assert bench.ask(1, ReadRawEncoder())[0].answer.counts == 1000
-        bench.ask(1, MoveAbsolutePulses(3200, 100, 0), 1.0)
-        assert bench.ask(1, ReadPulses())[0].answer.pulses == 3200
+        assert bench.ask(1, mks.ReadRawEncoder())[0].answer.counts == 1000
+        bench.ask(1, mks.MoveAbsolutePulses(3200, 100, 0), 1.0)
+        assert bench.ask(1, mks.ReadPulses())[0].answer.pulses == 3200
         assert bench.world.motors[0] == there[0] + TURN
 
     def test_settings_are_told_as_they_were_set(self, bench):
-        setting = SetPositionProtection(True, 7, 9)
+        setting = mks.SetPositionProtection(True, 7, 9)
         bench.ask(3, setting)
-        (event,) = bench.ask(3, ReadSetting(Code.POSITION_PROTECTION))
-        assert event.answer == SettingRead(Code.POSITION_PROTECTION, setting.payload)
-        assert bench.ask(3, ReadSetting(Code.GROUP))[0].answer.value is None
+        (event,) = bench.ask(3, mks.ReadSetting(mks.Code.POSITION_PROTECTION))
+        assert event.answer == mks.SettingRead(mks.Code.POSITION_PROTECTION, setting.payload)
+        assert bench.ask(3, mks.ReadSetting(mks.Code.GROUP))[0].answer.value is None
 
     def test_calibration_turns_the_shaft_and_takes_its_time(self, bench):
         there = bench.world.motors
-        assert said(bench.ask(1, Calibrate(), 2.0)) == [Started]
-        assert bench.state(1) is MotorState.CALIBRATING
+        assert said(bench.ask(1, mks.Calibrate(), 2.0)) == [mks.Started]
+        assert bench.state(1) is mks.MotorState.CALIBRATING
         assert bench.world.motors != there
-        assert said(bench.run(3.0)) == [Done]
+        assert said(bench.run(3.0)) == [mks.Done]
         assert bench.world.motors == there
 
     def test_the_same_requests_give_the_same_events(self):
         def life():
             bench = Bench()
             for node in IDS:
-                bench.send(node, MoveAbsoluteAxis(500 * node, 30 + node, 200))
+                bench.send(node, mks.MoveAbsoluteAxis(500 * node, 30 + node, 200))
             bench.run(0.07)
             bench.world.stalled.add(2)
-            bench.ask(3, MoveAbsoluteAxis(9000, 500, 250), 0.5)
+            bench.ask(3, mks.MoveAbsoluteAxis(9000, 500, 250), 0.5)
             return bench.heard, bench.world.motors
 
         assert life() == life()
 
 
 class TestHolding:
-    @pytest.mark.parametrize("mode", [each for each in Mode if each is not Mode.BUS_FOC])
+    @pytest.mark.parametrize("mode", [each for each in mks.Mode if each is not mks.Mode.BUS_FOC])
     def test_nothing_moves_in_another_mode_than_the_buss_foc(self, bench, mode):
         there = bench.world.motors
-        bench.ask(1, SetMode(mode))
-        requests = (MoveAbsoluteAxis(100, 60, 0), RunAtSpeed(60, 0), Home())
+        bench.ask(1, mks.SetMode(mode))
+        requests = (mks.MoveAbsoluteAxis(100, 60, 0), mks.RunAtSpeed(60, 0), mks.Home())
         heard = [said(bench.ask(1, request, 0.5)) for request in requests]
-        assert heard == [[Failed]] * 3
+        assert heard == [[mks.Failed]] * 3
         assert bench.world.motors == there
 
     def test_it_may_be_silent_about_what_it_does_not_do(self):
         bench = Bench(says_refused=False)
-        bench.ask(1, SetMode(Mode.PULSE_FOC))
-        assert bench.ask(1, MoveAbsoluteAxis(100, 60, 0), 0.5) == []
+        bench.ask(1, mks.SetMode(mks.Mode.PULSE_FOC))
+        assert bench.ask(1, mks.MoveAbsoluteAxis(100, 60, 0), 0.5) == []
 
     def test_without_current_what_it_holds_comes_down_and_it_knows_how_far(self, bench):
         before = bench.world.pose
-        assert said(bench.ask(2, Enable(False))) == [Done]
+        assert said(bench.ask(2, mks.Enable(False))) == [mks.Done]
         assert not bench.world.energised
         fallen = bench.counts(2)
         assert bench.world.pose.z_mm < before.z_mm - 1.0
-        assert said(bench.ask(2, MoveAbsoluteAxis(0, 60, 0))) == [Failed]
-        assert bench.ask(2, ReadEnabled())[0].answer.on is False
+        assert said(bench.ask(2, mks.MoveAbsoluteAxis(0, 60, 0))) == [mks.Failed]
+        assert bench.ask(2, mks.ReadEnabled())[0].answer.on is False
         there = bench.world.motors
-        assert said(bench.ask(2, Enable(True), 0.2)) == [Done]
+        assert said(bench.ask(2, mks.Enable(True), 0.2)) == [mks.Done]
         assert (bench.world.motors, bench.counts(2)) == (there, fallen)
         assert bench.world.energised
-        bench.ask(2, MoveAbsoluteAxis(0, 60, 200), 2.0)
+        bench.ask(2, mks.MoveAbsoluteAxis(0, 60, 200), 2.0)
         assert bench.world.motors[1] == there[1] - fallen
 
     def test_one_drive_after_the_other_lets_the_arm_down_as_all_at_once(self):
         one, all_at_once = Bench(), Bench()
         for node in IDS:
-            one.ask(node, Enable(False))
+            one.ask(node, mks.Enable(False))
         all_at_once.device.power_off()
         gone = [abs(a - b) for a, b in zip(one.world.motors, all_at_once.world.motors, strict=True)]
         assert max(gone) < TURN // 100
@@ -225,9 +194,9 @@ class TestHolding:
         found, held = Bench(enabled_on=False), Bench()
         assert not found.world.energised
         assert found.world.pose == held.world.pose
-        assert said(found.ask(1, MoveAbsoluteAxis(10, 60, 0))) == [Failed]
+        assert said(found.ask(1, mks.MoveAbsoluteAxis(10, 60, 0))) == [mks.Failed]
         for node in IDS:
-            found.ask(node, Enable(True))
+            found.ask(node, mks.Enable(True))
         assert found.world.energised
         assert found.world.pose == held.world.pose
 
@@ -237,7 +206,7 @@ class TestHolding:
         bench.device.push((0, 4000, 0, 0, 0, 0))
         bench.run(0.1)
         assert bench.world.motors == there
-        bench.ask(2, Enable(False))
+        bench.ask(2, mks.Enable(False))
         low = bench.counts(2)
         bench.device.push((0, 4000, 0, 0, 0, 0))
         bench.run(0.1)
@@ -245,7 +214,10 @@ class TestHolding:
 
     def test_lost_steps_are_made_up_for(self, bench):
         bench.world.lose(0, 500)
-        assert said(bench.ask(1, MoveAbsoluteAxis(TURN, 300, 240), 1.0)) == [Started, Done]
+        assert said(bench.ask(1, mks.MoveAbsoluteAxis(TURN, 300, 240), 1.0)) == [
+            mks.Started,
+            mks.Done,
+        ]
         assert bench.counts(1) == TURN
 
 
@@ -253,48 +225,48 @@ class TestStalls:
     def test_a_stalled_drive_says_so_and_lets_its_shaft_go(self, bench):
         bench.world.stalled.add(1)
         there = bench.world.motors
-        heard = bench.ask(2, MoveAbsoluteAxis(TURN, 60, 0), 0.5)
-        assert said(heard) == [Started, Failed]
+        heard = bench.ask(2, mks.MoveAbsoluteAxis(TURN, 60, 0), 0.5)
+        assert said(heard) == [mks.Started, mks.Failed]
         # a tenth of a turn behind after 0.1 s, looked at every 10 ms, and 50 ms of patience
-        assert bench.time_of(Failed) == pytest.approx(0.16, abs=0.015)
-        assert bench.ask(2, ReadStall())[0].answer.on
+        assert bench.time_of(mks.Failed) == pytest.approx(0.16, abs=0.015)
+        assert bench.ask(2, mks.ReadStall())[0].answer.on
         assert not bench.world.energised
         assert bench.world.motors != there
-        assert said(bench.ask(2, MoveAbsoluteAxis(0, 60, 0))) == [Failed]
-        assert said(bench.ask(2, Enable(True))) == [Failed]
+        assert said(bench.ask(2, mks.MoveAbsoluteAxis(0, 60, 0))) == [mks.Failed]
+        assert said(bench.ask(2, mks.Enable(True))) == [mks.Failed]
 
     def test_cleared_it_holds_where_it_is_and_moves_again(self, bench):
         bench.world.stalled.add(0)
-        bench.ask(1, MoveAbsoluteAxis(TURN, 60, 0), 0.5)
+        bench.ask(1, mks.MoveAbsoluteAxis(TURN, 60, 0), 0.5)
         bench.world.stalled.clear()
-        assert said(bench.ask(1, ClearStall())) == [Done]
+        assert said(bench.ask(1, mks.ClearStall())) == [mks.Done]
         assert bench.world.energised
-        bench.ask(1, MoveAbsoluteAxis(TURN, 60, 0), 1.5)
+        bench.ask(1, mks.MoveAbsoluteAxis(TURN, 60, 0), 1.5)
         assert bench.counts(1) == TURN
 
     def test_unprotected_it_goes_on_pulling_and_its_motion_is_never_done(self, bench):
-        bench.ask(1, SetStallProtection(False))
+        bench.ask(1, mks.SetStallProtection(False))
         bench.world.stalled.add(0)
-        heard = bench.ask(1, MoveAbsoluteAxis(TURN, 60, 0), 3.0)
-        assert said(heard) == [Started]
-        assert bench.state(1) is MotorState.STOPPED
-        assert bench.ask(1, ReadAngleError())[0].answer.error == 51200
-        assert not bench.ask(1, ReadStall())[0].answer.on
+        heard = bench.ask(1, mks.MoveAbsoluteAxis(TURN, 60, 0), 3.0)
+        assert said(heard) == [mks.Started]
+        assert bench.state(1) is mks.MotorState.STOPPED
+        assert bench.ask(1, mks.ReadAngleError())[0].answer.error == 51200
+        assert not bench.ask(1, mks.ReadStall())[0].answer.on
         bench.world.stalled.clear()
-        assert said(bench.run(0.5)) == [Done]
+        assert said(bench.run(0.5)) == [mks.Done]
         assert bench.counts(1) == TURN
 
     def test_position_protection_lets_go_after_its_window(self, bench):
-        bench.ask(1, SetStallProtection(False))
-        bench.ask(1, SetPositionProtection(True, 10, 280))  # 150 ms, a hundredth of a turn
+        bench.ask(1, mks.SetStallProtection(False))
+        bench.ask(1, mks.SetPositionProtection(True, 10, 280))  # 150 ms, a hundredth of a turn
         bench.world.stalled.add(0)
         began_s = bench.now_s
-        bench.ask(1, MoveAbsoluteAxis(TURN, 60, 0), 1.0)
-        assert bench.time_of(Failed) - began_s == pytest.approx(0.16, abs=0.012)
+        bench.ask(1, mks.MoveAbsoluteAxis(TURN, 60, 0), 1.0)
+        assert bench.time_of(mks.Failed) - began_s == pytest.approx(0.16, abs=0.012)
 
     def test_a_mechanical_stop_is_a_stall(self, bench):
-        heard = bench.ask(1, MoveAbsoluteAxis(20 * TURN, 600, 240), 4.0)
-        assert said(heard) == [Started, Failed]
+        heard = bench.ask(1, mks.MoveAbsoluteAxis(20 * TURN, 600, 240), 4.0)
+        assert said(heard) == [mks.Started, mks.Failed]
         assert bench.world.joints.deg["base"] == pytest.approx(93.0, abs=0.01)
 
 
@@ -302,92 +274,98 @@ class TestSwitches:
     def test_homing_ends_at_the_switch_and_calls_it_zero(self):
         homed = HomingSettings(Joints.of(30, 70, -95, -35, 0), 20.0)
         bench = Bench(config=arm_config(homed))
-        assert said(bench.ask(1, Home(), 1.0)) == [Started]
-        assert bench.state(1) is MotorState.HOMING
-        assert bench.ask(1, ReadHoming())[0].answer.by_command is HomingState.UNDER_WAY
-        assert said(bench.ask(1, MoveAbsoluteAxis(0, 60, 0))) == [Failed]
-        assert said(bench.run(4.0)) == [Done]
-        assert bench.ask(1, ReadHoming())[0].answer.by_command is HomingState.DONE
+        assert said(bench.ask(1, mks.Home(), 1.0)) == [mks.Started]
+        assert bench.state(1) is mks.MotorState.HOMING
+        assert bench.ask(1, mks.ReadHoming())[0].answer.by_command is mks.HomingState.UNDER_WAY
+        assert said(bench.ask(1, mks.MoveAbsoluteAxis(0, 60, 0))) == [mks.Failed]
+        assert said(bench.run(4.0)) == [mks.Done]
+        assert bench.ask(1, mks.ReadHoming())[0].answer.by_command is mks.HomingState.DONE
         assert bench.counts(1) == 0
         assert bench.world.joints.deg["base"] == pytest.approx(30.0, abs=0.01)
-        assert bench.ask(1, ReadInputs())[0].answer.levels == 1
+        assert bench.ask(1, mks.ReadInputs())[0].answer.levels == 1
         there = bench.world.motors
-        bench.ask(1, MoveAbsoluteAxis(-TURN, 300, 240), 2.0)
-        assert said(bench.ask(1, Home(), 3.0)) == [Started, Done]
+        bench.ask(1, mks.MoveAbsoluteAxis(-TURN, 300, 240), 2.0)
+        assert said(bench.ask(1, mks.Home(), 3.0)) == [mks.Started, mks.Done]
         assert bench.world.motors == there
-        bench.ask(1, MoveAbsoluteAxis(-TURN, 300, 240), 2.0)
-        assert said(bench.ask(1, GoToZero(), 3.0)) == [Started, Done]
+        bench.ask(1, mks.MoveAbsoluteAxis(-TURN, 300, 240), 2.0)
+        assert said(bench.ask(1, mks.GoToZero(), 3.0)) == [mks.Started, mks.Done]
         assert bench.world.motors == there
 
     def test_from_a_pressed_switch_it_backs_off_first(self):
         homed = HomingSettings(Joints.of(-10, 70, -95, -35, 0), 20.0)
         bench = Bench(config=arm_config(homed))
-        assert said(bench.ask(1, Home(), 10.0)) == [Started, Done]
+        assert said(bench.ask(1, mks.Home(), 10.0)) == [mks.Started, mks.Done]
         assert bench.world.joints.deg["base"] == pytest.approx(-10.0, abs=0.01)
 
     def test_a_stopped_search_has_failed(self, bench):
-        bench.ask(1, Home(), 0.5)
-        bench.ask(1, Stop(Code.SPEED_MODE, 240), 0.5)
-        assert bench.ask(1, ReadHoming())[0].answer.by_command is HomingState.FAILED
+        bench.ask(1, mks.Home(), 0.5)
+        bench.ask(1, mks.Stop(mks.Code.SPEED_MODE, 240), 0.5)
+        assert bench.ask(1, mks.ReadHoming())[0].answer.by_command is mks.HomingState.FAILED
 
     def test_against_a_stop_it_feels_for_the_end(self, bench):
-        bench.ask(1, SetHoming(False, True, 120, False, 1))
-        assert said(bench.ask(1, Home(), 8.0)) == [Started, Done]
+        bench.ask(1, mks.SetHoming(False, True, 120, False, 1))
+        assert said(bench.ask(1, mks.Home(), 8.0)) == [mks.Started, mks.Done]
         assert bench.world.joints.deg["base"] == pytest.approx(93.0, abs=0.01)
         assert bench.counts(1) == 0
 
     def test_a_pressed_switch_ends_what_leads_into_it(self):
         homed = HomingSettings(Joints.of(3.6, 70, -95, -35, 0), 20.0)
         bench = Bench(config=arm_config(homed), limits=True)
-        heard = bench.ask(1, MoveAbsoluteAxis(TURN, 60, 0), 2.0)
-        assert said(heard) == [Started, LimitStop]
-        assert bench.time_of(LimitStop) == pytest.approx(0.5, abs=LATE_S)
+        heard = bench.ask(1, mks.MoveAbsoluteAxis(TURN, 60, 0), 2.0)
+        assert said(heard) == [mks.Started, mks.LimitStop]
+        assert bench.time_of(mks.LimitStop) == pytest.approx(0.5, abs=LATE_S)
         assert bench.counts(1) == TURN // 2
-        assert said(bench.ask(1, MoveAbsoluteAxis(TURN, 60, 0), 1.0)) == [Started, LimitStop]
-        assert said(bench.ask(1, MoveAbsoluteAxis(0, 60, 0), 1.0)) == [Started, Done]
+        assert said(bench.ask(1, mks.MoveAbsoluteAxis(TURN, 60, 0), 1.0)) == [
+            mks.Started,
+            mks.LimitStop,
+        ]
+        assert said(bench.ask(1, mks.MoveAbsoluteAxis(0, 60, 0), 1.0)) == [mks.Started, mks.Done]
 
     def test_a_stuck_switch_is_never_found(self, bench):
         bench.device.set_switch(0, SwitchState.OPEN)
-        assert said(bench.ask(1, Home(), 60.0)) == [Started, Failed]  # it stalls at the stop
+        assert said(bench.ask(1, mks.Home(), 60.0)) == [
+            mks.Started,
+            mks.Failed,
+        ]  # it stalls at the stop
         bench.device.set_switch(1, SwitchState.CLOSED)
-        assert bench.ask(2, ReadInputs())[0].answer.levels == 1
+        assert bench.ask(2, mks.ReadInputs())[0].answer.levels == 1
 
 
 class TestPower:
     def test_without_power_nobody_answers_and_positions_are_lost(self, bench):
-        bench.ask(1, MoveAbsoluteAxis(5000, 60, 240), 1.0)
+        bench.ask(1, mks.MoveAbsoluteAxis(5000, 60, 240), 1.0)
         bench.device.power_off()
         assert not bench.world.energised
-        assert bench.ask(1, ReadPulses(), 0.5) == []
+        assert bench.ask(1, mks.ReadPulses(), 0.5) == []
         bench.host.forget(1)
         bench.device.power_on()
         assert [bench.counts(node) for node in IDS] == [0] * 6
         assert bench.world.energised
 
     def test_settings_outlive_the_power(self, bench):
-        bench.ask(1, SetStallProtection(False))
-        bench.ask(1, SetMicrosteps(64))
+        bench.ask(1, mks.SetStallProtection(False))
+        bench.ask(1, mks.SetMicrosteps(64))
         bench.device.power_off()
         bench.device.power_on()
-        assert bench.ask(1, ReadSetting(Code.MICROSTEPS))[0].answer.value == b"\x40"
+        assert bench.ask(1, mks.ReadSetting(mks.Code.MICROSTEPS))[0].answer.value == b"\x40"
 
     def test_a_position_may_be_kept_within_a_turn(self):
         bench = Bench(keeps_angle=True)
         before = bench.counts(1)
-        bench.ask(1, MoveRelativeAxis(TURN + 5000, 60, 240), 3.0)
+        bench.ask(1, mks.MoveRelativeAxis(TURN + 5000, 60, 240), 3.0)
         bench.device.power_off()
         bench.device.power_on()
         assert bench.counts(1) == (before + 5000) % TURN
 
     def test_a_saved_arm_goes_on_where_it_was(self, bench):
-        bench.ask(1, MoveAbsoluteAxis(5000, 60, 240), 1.0)
-        bench.ask(2, SetMicrosteps(64))
-        bench.ask(3, Enable(False))
+        bench.ask(1, mks.MoveAbsoluteAxis(5000, 60, 240), 1.0)
+        bench.ask(2, mks.SetMicrosteps(64))
+        bench.ask(3, mks.Enable(False))
         saved = json.loads(json.dumps(bench.twin.save()))
         again = Bench(saved=saved)
         assert again.twin.save() == saved
         assert again.counts(1) == 5000
-        assert again.ask(2, ReadSetting(Code.MICROSTEPS))[0].answer.value == b"\x40"
+        assert again.ask(2, mks.ReadSetting(mks.Code.MICROSTEPS))[0].answer.value == b"\x40"
         assert [node.enabled for node in again.device.nodes] == [True, True, False, *[True] * 3]
         there = again.world.motors
         again.run(1.0)
@@ -426,5 +404,5 @@ def test_somebody_brings_the_arm_by_its_motors_and_the_drives_count_it(bench):
     bench.device.bring_to(bench.world.joints.replace(base=0.5), 30.0)
     turned = round(0.5 * 50 * TURN / math.tau)
     assert bench.counts(1) == pytest.approx(turned, abs=1)
-    assert isinstance(bench.heard[-1][1], Answered)
-    assert bench.state(1) is MotorState.STOPPED
+    assert isinstance(bench.heard[-1][1], mks.Answered)
+    assert bench.state(1) is mks.MotorState.STOPPED

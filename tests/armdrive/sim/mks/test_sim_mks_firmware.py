@@ -3,74 +3,33 @@
 from __future__ import annotations
 
 import pytest
-from mks_sim import IDS, LONG_S, TURN, Bench
+from bus_sim import IDS, LONG_S
+from mks_sim import TURN, Bench
 from mks_sim import outcomes as said
 
-from firmware_protocol.mks import (
-    BROADCAST,
-    SINCE,
-    Ability,
-    ArmSynchronous,
-    Code,
-    Done,
-    EmergencyStop,
-    Failed,
-    GoSynchronous,
-    GoToZero,
-    MotorState,
-    MoveAbsoluteAxis,
-    MoveAbsolutePulses,
-    ReadEncoder,
-    ReadHoming,
-    ReadInputs,
-    ReadRawEncoder,
-    ReadSetting,
-    ReadVersion,
-    ReplyMode,
-    ReportByItself,
-    Reported,
-    Restart,
-    RunAtSpeed,
-    RunFor,
-    SetArrival,
-    SetBitrate,
-    SetCurrent,
-    SetGroup,
-    SetHoldingCurrent,
-    SetId,
-    SetMode,
-    SetPositionProtection,
-    SetReplies,
-    SetStallProtection,
-    SetZero,
-    SilenceWatchdog,
-    Started,
-    Stop,
-    StoredForStart,
-    Superseded,
-)
+from firmware_protocol import mks
 from firmware_protocol.mks.values import Bitrate, Mode
 
 ASKED_FOR = {
-    Ability.ZERO: SetZero(),
-    Ability.GROUPS: SetGroup(0x50),
-    Ability.INPUTS: ReadInputs(),
-    Ability.ABSOLUTE_PULSES: MoveAbsolutePulses(10, 60, 0),
-    Ability.EMERGENCY_STOP: EmergencyStop(),
-    Ability.HOLDING_CURRENT: SetHoldingCurrent(50),
-    Ability.CHOICE_OF_COMPLETION: SetReplies(ReplyMode.IMMEDIATE),
-    Ability.RESTART: Restart(),
-    Ability.READ_SETTINGS: ReadSetting(Code.MODE),
-    Ability.RAW_ENCODER: ReadRawEncoder(),
-    Ability.POSITION_PROTECTION: SetPositionProtection(False, 0, 0),
-    Ability.UNKEPT_CURRENT: SetCurrent(1000, keep=False),
-    Ability.TIMED_RUN: RunFor(60, 0, 10),
-    Ability.SYNCHRONOUS_START: ArmSynchronous(True),
-    Ability.ARRIVAL_THRESHOLD: SetArrival(True),
-    Ability.VERSION: ReadVersion(),
-    Ability.REPORTS_BY_ITSELF: ReportByItself(Code.ENCODER, 1000),
-    Ability.SILENCE_WATCHDOG: SilenceWatchdog(100),
-    Ability.GO_TO_ZERO: GoToZero(),
+    mks.Ability.ZERO: mks.SetZero(),
+    mks.Ability.GROUPS: mks.SetGroup(0x50),
+    mks.Ability.INPUTS: mks.ReadInputs(),
+    mks.Ability.ABSOLUTE_PULSES: mks.MoveAbsolutePulses(10, 60, 0),
+    mks.Ability.EMERGENCY_STOP: mks.EmergencyStop(),
+    mks.Ability.HOLDING_CURRENT: mks.SetHoldingCurrent(50),
+    mks.Ability.CHOICE_OF_COMPLETION: mks.SetReplies(mks.ReplyMode.IMMEDIATE),
+    mks.Ability.RESTART: mks.Restart(),
+    mks.Ability.READ_SETTINGS: mks.ReadSetting(mks.Code.MODE),
+    mks.Ability.RAW_ENCODER: mks.ReadRawEncoder(),
+    mks.Ability.POSITION_PROTECTION: mks.SetPositionProtection(False, 0, 0),
+    mks.Ability.UNKEPT_CURRENT: mks.SetCurrent(1000, keep=False),
+    mks.Ability.TIMED_RUN: mks.RunFor(60, 0, 10),
+    mks.Ability.SYNCHRONOUS_START: mks.ArmSynchronous(True),
+    mks.Ability.ARRIVAL_THRESHOLD: mks.SetArrival(True),
+    mks.Ability.VERSION: mks.ReadVersion(),
+    mks.Ability.REPORTS_BY_ITSELF: mks.ReportByItself(mks.Code.ENCODER, 1000),
+    mks.Ability.SILENCE_WATCHDOG: mks.SilenceWatchdog(100),
+    mks.Ability.GO_TO_ZERO: mks.GoToZero(),
 }
 """What a drive answers if it is able to, and else not at all."""
 
@@ -89,7 +48,7 @@ def before(version: tuple[int, int, int]) -> str:
 
 @pytest.mark.parametrize("ability", ASKED_FOR, ids=lambda each: each.name.lower())
 def test_a_drive_answers_what_its_firmware_has_and_ignores_the_rest(ability):
-    since = SINCE[ability].version
+    since = mks.SINCE[ability].version
     for firmware, answered in ((before(since), False), (text(since), True)):
         bench = Bench(firmware=firmware)
         assert bool(bench.ask(1, ASKED_FOR[ability], 0.1)) is answered
@@ -97,7 +56,7 @@ def test_a_drive_answers_what_its_firmware_has_and_ignores_the_rest(ability):
 
 def test_an_arm_may_have_drives_of_several_ages():
     bench = Bench(firmware="1.0.9+1.0.6+1.0.9+1.0.4+1.0.9+1.0.8")
-    answered = [bool(bench.ask(node, ReadVersion())) for node in IDS]
+    answered = [bool(bench.ask(node, mks.ReadVersion())) for node in IDS]
     assert answered == [True, False, True, False, True, True]
 
 
@@ -105,31 +64,33 @@ class TestRetargeting:
     @pytest.mark.parametrize(
         ("superseded", "heard"),
         [
-            ("first", [Superseded, Started]),
-            ("last", [Started, Superseded]),
-            ("never", [Started]),
+            ("first", [mks.Superseded, mks.Started]),
+            ("last", [mks.Started, mks.Superseded]),
+            ("never", [mks.Started]),
         ],
     )
     def test_from_1_0_5_a_new_target_replaces_the_old_one_without_a_jerk(self, superseded, heard):
         bench = Bench(firmware="1.0.5", superseded=superseded)
-        bench.ask(1, MoveAbsoluteAxis(9 * TURN, 60, 240), 1.0)
+        bench.ask(1, mks.MoveAbsoluteAxis(9 * TURN, 60, 240), 1.0)
         before_rpm = rpm(bench.device.nodes[0].motor.point, bench.now_s)
-        assert said(bench.ask(1, MoveAbsoluteAxis(2 * TURN, 60, 240))) == heard
+        assert said(bench.ask(1, mks.MoveAbsoluteAxis(2 * TURN, 60, 240))) == heard
         assert rpm(bench.device.nodes[0].motor.point, bench.now_s) == pytest.approx(before_rpm)
-        assert said(bench.run(3.0)) == [Done]
+        assert said(bench.run(3.0)) == [mks.Done]
         assert bench.counts(1) == 2 * TURN
 
     def test_it_turns_back_where_the_new_target_lies_behind(self):
         bench = Bench()
-        bench.ask(1, MoveAbsoluteAxis(9 * TURN, 300, 240), 1.0)
-        bench.ask(1, MoveAbsoluteAxis(0, 300, 240), 4.0)
+        bench.ask(1, mks.MoveAbsoluteAxis(9 * TURN, 300, 240), 1.0)
+        bench.ask(1, mks.MoveAbsoluteAxis(0, 300, 240), 4.0)
         assert bench.counts(1) == 0
 
     def test_before_it_is_refused_and_the_old_one_goes_on(self):
         bench = Bench(firmware="1.0.4")
-        bench.ask(1, MoveAbsoluteAxis(TURN, 60, 0), 0.2)
-        (refused,) = bench.ask(1, MoveAbsoluteAxis(0, 60, 0))
-        assert isinstance(refused, Failed | Superseded)  # nothing in it tells which of the two
+        bench.ask(1, mks.MoveAbsoluteAxis(TURN, 60, 0), 0.2)
+        (refused,) = bench.ask(1, mks.MoveAbsoluteAxis(0, 60, 0))
+        assert isinstance(
+            refused, mks.Failed | mks.Superseded
+        )  # nothing in it tells which of the two
         bench.run(1.5)
         assert bench.counts(1) == TURN
 
@@ -137,7 +98,7 @@ class TestRetargeting:
         bench = Bench(superseded="never")
         slowest = 60.0
         for step in range(1, 50):
-            bench.ask(1, MoveAbsoluteAxis(step * 656 + 2000, 60, 240), 0.04)
+            bench.ask(1, mks.MoveAbsoluteAxis(step * 656 + 2000, 60, 240), 0.04)
             if step > 5:
                 slowest = min(slowest, rpm(bench.device.nodes[0].motor.point, bench.now_s))
         assert slowest == pytest.approx(60.0)
@@ -146,16 +107,16 @@ class TestRetargeting:
 class TestSynchronousStart:
     def test_what_is_stored_starts_at_once_everywhere(self):
         bench = Bench(firmware="1.0.8")
-        bench.ask(BROADCAST, ArmSynchronous(True))
+        bench.ask(mks.BROADCAST, mks.ArmSynchronous(True))
         for node in IDS:
-            assert said(bench.ask(node, MoveAbsoluteAxis(TURN, 60, 0))) == [StoredForStart]
+            assert said(bench.ask(node, mks.MoveAbsoluteAxis(TURN, 60, 0))) == [mks.StoredForStart]
         there = bench.world.motors
         bench.run(0.5)
         assert bench.world.motors == there
         began_s = bench.now_s
-        bench.send(BROADCAST, GoSynchronous())
-        assert said(bench.run(1.1)) == [Done] * 6
-        ends = [at for at, event in bench.heard if isinstance(event, Done)][-6:]
+        bench.send(mks.BROADCAST, mks.GoSynchronous())
+        assert said(bench.run(1.1)) == [mks.Done] * 6
+        ends = [at for at, event in bench.heard if isinstance(event, mks.Done)][-6:]
         assert ends[0] - began_s == pytest.approx(1.0, abs=0.002)
         # all at the same moment, and then one after the other on the bus
         assert ends[-1] - ends[0] < 5 * 90 / 500_000
@@ -163,35 +124,37 @@ class TestSynchronousStart:
 
     def test_disarmed_it_forgets(self):
         bench = Bench()
-        bench.ask(1, ArmSynchronous(True))
-        bench.ask(1, MoveAbsoluteAxis(TURN, 60, 0))
-        bench.ask(1, ArmSynchronous(False))
-        assert bench.ask(BROADCAST, GoSynchronous(), 1.0) == []
-        assert said(bench.ask(1, MoveAbsoluteAxis(10, 60, 0))) == [Started, Done]
+        bench.ask(1, mks.ArmSynchronous(True))
+        bench.ask(1, mks.MoveAbsoluteAxis(TURN, 60, 0))
+        bench.ask(1, mks.ArmSynchronous(False))
+        assert bench.ask(mks.BROADCAST, mks.GoSynchronous(), 1.0) == []
+        assert said(bench.ask(1, mks.MoveAbsoluteAxis(10, 60, 0))) == [mks.Started, mks.Done]
 
     @pytest.mark.parametrize("stays", [False, True])
     def test_whether_it_stores_after_a_start_is_a_setting(self, stays):
         bench = Bench(stays_armed=stays)
-        bench.ask(1, ArmSynchronous(True))
-        bench.ask(1, MoveAbsoluteAxis(10, 60, 0))
-        bench.ask(BROADCAST, GoSynchronous())
-        kind = said(bench.ask(1, MoveAbsoluteAxis(20, 60, 0)))[0]
-        assert kind is (StoredForStart if stays else Started)
+        bench.ask(1, mks.ArmSynchronous(True))
+        bench.ask(1, mks.MoveAbsoluteAxis(10, 60, 0))
+        bench.ask(mks.BROADCAST, mks.GoSynchronous())
+        kind = said(bench.ask(1, mks.MoveAbsoluteAxis(20, 60, 0)))[0]
+        assert kind is (mks.StoredForStart if stays else mks.Started)
 
     def test_a_stop_is_not_stored_and_ends_what_is(self):
         bench = Bench()
-        bench.ask(1, ArmSynchronous(True))
-        bench.ask(1, MoveAbsoluteAxis(TURN, 60, 0))
-        assert said(bench.ask(1, Stop(Code.ABSOLUTE_AXIS, 0))) == [Started, Done]
-        bench.ask(BROADCAST, GoSynchronous(), 1.0)
+        bench.ask(1, mks.ArmSynchronous(True))
+        bench.ask(1, mks.MoveAbsoluteAxis(TURN, 60, 0))
+        assert said(bench.ask(1, mks.Stop(mks.Code.ABSOLUTE_AXIS, 0))) == [mks.Started, mks.Done]
+        bench.ask(mks.BROADCAST, mks.GoSynchronous(), 1.0)
         assert bench.counts(1) == 0
 
 
 class TestWatchdog:
-    @pytest.mark.parametrize("request_", [RunAtSpeed(60, 250), MoveAbsoluteAxis(5 * TURN, 60, 250)])
+    @pytest.mark.parametrize(
+        "request_", [mks.RunAtSpeed(60, 250), mks.MoveAbsoluteAxis(5 * TURN, 60, 250)]
+    )
     def test_it_stops_a_drive_in_its_time_when_nothing_comes(self, request_):
         bench = Bench()
-        bench.ask(1, SilenceWatchdog(200))
+        bench.ask(1, mks.SilenceWatchdog(200))
         bench.send(1, request_)
         bench.run(0.0)
         bench.run(0.2)
@@ -203,33 +166,33 @@ class TestWatchdog:
         bench.run(1.0)
         assert bench.world.motors == there
         assert node.motion.watchdog_stops == 1
-        assert said(bench.ask(1, MoveAbsoluteAxis(0, 60, 240), 0.1)) == [Started]
+        assert said(bench.ask(1, mks.MoveAbsoluteAxis(0, 60, 240), 0.1)) == [mks.Started]
 
     def test_whatever_comes_feeds_it(self):
         bench = Bench()
-        bench.ask(1, SilenceWatchdog(200))
-        bench.send(1, RunAtSpeed(60, 250))
+        bench.ask(1, mks.SilenceWatchdog(200))
+        bench.send(1, mks.RunAtSpeed(60, 250))
         for _ in range(10):
-            bench.ask(1, ReadEncoder(), 0.15)
-        assert bench.state(1) is MotorState.FULL_SPEED
+            bench.ask(1, mks.ReadEncoder(), 0.15)
+        assert bench.state(1) is mks.MotorState.FULL_SPEED
 
     @pytest.mark.parametrize("hears_all", [False, True])
     def test_whether_frames_to_others_feed_it_is_a_setting(self, hears_all):
         bench = Bench(watchdog_hears_all=hears_all)
-        bench.ask(1, SilenceWatchdog(200))
-        bench.send(1, RunAtSpeed(60, 250))
+        bench.ask(1, mks.SilenceWatchdog(200))
+        bench.send(1, mks.RunAtSpeed(60, 250))
         for _ in range(10):
-            bench.ask(2, ReadEncoder(), 0.15)
+            bench.ask(2, mks.ReadEncoder(), 0.15)
         assert (bench.device.nodes[0].motion.watchdog_stops == 0) is hears_all
 
     def test_it_is_off_unless_somebody_switches_it_on(self):
         bench = Bench()
-        bench.ask(1, RunAtSpeed(60, 250), 5.0)
-        assert bench.state(1) is MotorState.FULL_SPEED
+        bench.ask(1, mks.RunAtSpeed(60, 250), 5.0)
+        assert bench.state(1) is mks.MotorState.FULL_SPEED
 
     def test_a_long_move_is_stopped_too_and_standing_is_no_matter(self):
         bench = Bench()
-        bench.ask(1, SilenceWatchdog(100))
+        bench.ask(1, mks.SilenceWatchdog(100))
         bench.run(5.0)
         assert bench.device.nodes[0].motion.watchdog_stops == 0
 
@@ -237,66 +200,66 @@ class TestWatchdog:
 class TestTalking:
     def test_it_reports_by_itself_until_it_is_told_to_end(self):
         bench = Bench()
-        assert said(bench.ask(1, ReportByItself(Code.ENCODER, 20))) == [Done]
-        bench.send(1, MoveAbsoluteAxis(TURN, 60, 0))
-        heard = [event for event in bench.run(1.0) if isinstance(event, Reported)]
+        assert said(bench.ask(1, mks.ReportByItself(mks.Code.ENCODER, 20))) == [mks.Done]
+        bench.send(1, mks.MoveAbsoluteAxis(TURN, 60, 0))
+        heard = [event for event in bench.run(1.0) if isinstance(event, mks.Reported)]
         assert len(heard) == 50
         counts = [event.reading.counts for event in heard]
         assert counts == sorted(counts)
-        bench.send(1, ReportByItself(Code.ENCODER, 0))
+        bench.send(1, mks.ReportByItself(mks.Code.ENCODER, 0))
         bench.run(LONG_S)
         assert bench.run(1.0) == []
 
     @pytest.mark.parametrize(
         ("mode", "heard"),
         [
-            (ReplyMode.FULL, [Started, Done]),
-            (ReplyMode.IMMEDIATE, [Started]),
-            (ReplyMode.NONE, []),
+            (mks.ReplyMode.FULL, [mks.Started, mks.Done]),
+            (mks.ReplyMode.IMMEDIATE, [mks.Started]),
+            (mks.ReplyMode.NONE, []),
         ],
     )
     def test_what_it_says_of_a_motion_is_a_setting(self, mode, heard):
         bench = Bench()
-        bench.ask(1, SetReplies(mode))
-        assert said(bench.ask(1, MoveAbsoluteAxis(TURN, 600, 0), 1.0)) == heard
+        bench.ask(1, mks.SetReplies(mode))
+        assert said(bench.ask(1, mks.MoveAbsoluteAxis(TURN, 600, 0), 1.0)) == heard
         assert bench.counts(1) == TURN
 
     def test_done_may_never_come(self):
         bench = Bench(says_done=False)
-        assert said(bench.ask(1, MoveAbsoluteAxis(TURN, 600, 0), 1.0)) == [Started]
-        assert said(bench.ask(1, SetZero())) == [Done]
-        assert bench.state(1) is MotorState.STOPPED
+        assert said(bench.ask(1, mks.MoveAbsoluteAxis(TURN, 600, 0), 1.0)) == [mks.Started]
+        assert said(bench.ask(1, mks.SetZero())) == [mks.Done]
+        assert bench.state(1) is mks.MotorState.STOPPED
 
     def test_nobody_answers_what_is_for_all_or_for_a_group(self):
         bench = Bench()
         bench.host = type(bench.host)(IDS, groups=(0x50,))
         for node in (2, 3):
-            bench.ask(node, SetGroup(0x50))
+            bench.ask(node, mks.SetGroup(0x50))
         there = bench.world.motors
-        assert bench.ask(0x50, MoveAbsoluteAxis(1000, 60, 0), 0.5) == []
+        assert bench.ask(0x50, mks.MoveAbsoluteAxis(1000, 60, 0), 0.5) == []
         assert tuple(bench.world.motors - there) == (0, 1000, 1000, 0, 0, 0)
-        assert bench.ask(BROADCAST, MoveAbsoluteAxis(0, 60, 0), 0.5) == []
+        assert bench.ask(mks.BROADCAST, mks.MoveAbsoluteAxis(0, 60, 0), 0.5) == []
         assert bench.world.motors == there
 
     def test_an_id_is_changed_and_outlives_the_power(self):
         bench = Bench()
-        assert said(bench.ask(6, SetId(9))) == [Done]
+        assert said(bench.ask(6, mks.SetId(9))) == [mks.Done]
         bench.device.power_off()
         bench.device.power_on()
         assert bench.counts(9) == 0
-        assert bench.ask(6, ReadEncoder()) == []
+        assert bench.ask(6, mks.ReadEncoder()) == []
 
     def test_at_another_speed_than_the_buss_it_hears_nothing(self):
         bench = Bench()
-        bench.ask(1, SetBitrate(Bitrate.K250))
-        assert bench.ask(1, ReadEncoder(), 0.1) == []
+        bench.ask(1, mks.SetBitrate(Bitrate.K250))
+        assert bench.ask(1, mks.ReadEncoder(), 0.1) == []
         assert bench.counts(2) == 0
 
     def test_a_restart_loses_the_position_and_nobody_answers_for_a_while(self):
         bench = Bench()
-        bench.ask(1, MoveAbsoluteAxis(1000, 60, 0), 0.5)
-        assert said(bench.ask(1, Restart(), 0.04)) == [Done]
-        assert bench.ask(1, ReadEncoder(), 0.04) == []
+        bench.ask(1, mks.MoveAbsoluteAxis(1000, 60, 0), 0.5)
+        assert said(bench.ask(1, mks.Restart(), 0.04)) == [mks.Done]
+        assert bench.ask(1, mks.ReadEncoder(), 0.04) == []
         assert not bench.world.energised
         bench.host.forget(1)
         bench.run(0.5)
@@ -304,14 +267,14 @@ class TestTalking:
         assert bench.world.energised
 
     def test_before_1_0_7_homing_by_command_is_not_told(self):
-        assert Bench(firmware="1.0.6").ask(1, ReadHoming())[0].answer.by_command is None
-        assert Bench().ask(1, ReadHoming())[0].answer.by_command is not None
+        assert Bench(firmware="1.0.6").ask(1, mks.ReadHoming())[0].answer.by_command is None
+        assert Bench().ask(1, mks.ReadHoming())[0].answer.by_command is not None
 
     def test_before_1_0_8_a_motion_is_done_whether_the_shaft_came_along_or_not(self):
         bench = Bench(firmware="1.0.7")
-        bench.ask(1, SetStallProtection(False))
+        bench.ask(1, mks.SetStallProtection(False))
         bench.world.stalled.add(0)
-        assert said(bench.ask(1, MoveAbsoluteAxis(TURN, 60, 0), 2.0)) == [Started, Done]
+        assert said(bench.ask(1, mks.MoveAbsoluteAxis(TURN, 60, 0), 2.0)) == [mks.Started, mks.Done]
         assert bench.counts(1) == 0
 
 
@@ -319,8 +282,8 @@ class TestAsShipped:
     def test_every_drive_is_id_1_and_waits_for_pulses(self):
         bench = Bench(factory=True)
         assert {node.device.node for node in bench.device.nodes} == {1}
-        assert said(bench.ask(1, MoveAbsoluteAxis(10, 60, 0))) == [Failed]
-        assert bench.ask(2, ReadEncoder(), 0.1) == []
+        assert said(bench.ask(1, mks.MoveAbsoluteAxis(10, 60, 0))) == [mks.Failed]
+        assert bench.ask(2, mks.ReadEncoder(), 0.1) == []
 
     def test_one_drive_after_the_other_is_given_its_id(self):
         bench = Bench(factory=True)
@@ -328,7 +291,7 @@ class TestAsShipped:
             bench.device.drives().power(motor, False)
         for motor, node in reversed([*enumerate(IDS)]):
             bench.device.drives().power(motor, True)
-            assert said(bench.ask(1, SetId(node))) == [Done]
-            assert said(bench.ask(node, SetMode(Mode.BUS_FOC))) == [Done]
-        heard = [said(bench.ask(node, MoveAbsoluteAxis(500, 60, 0), 0.2)) for node in IDS]
-        assert heard == [[Started, Done]] * 6
+            assert said(bench.ask(1, mks.SetId(node))) == [mks.Done]
+            assert said(bench.ask(node, mks.SetMode(Mode.BUS_FOC))) == [mks.Done]
+        heard = [said(bench.ask(node, mks.MoveAbsoluteAxis(500, 60, 0), 0.2)) for node in IDS]
+        assert heard == [[mks.Started, mks.Done]] * 6

@@ -2,78 +2,49 @@
 
 from __future__ import annotations
 
-import io
 import json
-import os
 import sys
-import threading
 from pathlib import Path
 
 import can
 import pytest
 from cli_calls import Caller
 from mks_sim import TURN, arm_config
-from waiting import LONG_S, until
+from served import ServedDevice
+from waiting import LONG_S
 
 from armdrive.registry.simulate import simulate_device
 from armdrive.sim.device import DrivesOnBus
 from armdrive.sim.faults.table import FAULTS
 from armdrive.sim.mks.kind import KIND
-from armdrive.sim.serving.loop import make_server, run_device
+from armdrive.sim.serving.loop import make_server
+from firmware_protocol import mks
 from firmware_protocol.frames import Frame
-from firmware_protocol.mks import (
-    Code,
-    EncoderRead,
-    MoveAbsoluteAxis,
-    Outcome,
-    ReadEncoder,
-    Request,
-    decode_answer,
-    encode,
-)
 
 needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 
 
-class Served:
+class ServedDrives(ServedDevice):
     """The arm in a thread, its console on a pipe, and python-can at the other end."""
 
     def __init__(self, path) -> None:
-        self.server = make_server(slcan=path)
-        self.device = simulate_device(arm_config())
-        self.out = io.StringIO()
-        ear, self._mouth = os.pipe()
-        self._thread = threading.Thread(
-            target=run_device, args=(self.device, self.server, ear, self.out), daemon=True
-        )
-        self._thread.start()
+        super().__init__(make_server(slcan=path), simulate_device(arm_config()))
 
     def open(self) -> can.BusABC:
         return can.Bus(
             interface="slcan", channel=self.server.address, bitrate=500_000, sleep_after_open=0.0
         )
 
-    def tell(self, line: str) -> str:
-        count = self.out.getvalue().count("\n")
-        os.write(self._mouth, line.encode() + b"\n")
-        until(lambda: self.out.getvalue().count("\n") > count)
-        return self.out.getvalue().splitlines()[-1]
-
-    def end(self) -> None:
-        os.write(self._mouth, b"quit\n")
-        self._thread.join(LONG_S)
-        os.close(self._mouth)
-
 
 @pytest.fixture
 def served(tmp_path):
-    running = Served(tmp_path / "can0")
+    running = ServedDrives(tmp_path / "can0")
     yield running
     running.end()
 
 
-def say(bus: can.BusABC, node: int, request: Request) -> None:
-    frame = encode(node, request)
+def say(bus: can.BusABC, node: int, request: mks.Request) -> None:
+    frame = mks.encode(node, request)
     bus.send(can.Message(arbitration_id=node, data=frame.data, is_extended_id=False))
 
 
@@ -81,17 +52,17 @@ def hear(bus: can.BusABC, timeout_s: float = LONG_S):
     message = bus.recv(timeout_s)
     if message is None:
         return None
-    return decode_answer(Frame(message.arbitration_id, bytes(message.data)))
+    return mks.decode_answer(Frame(message.arbitration_id, bytes(message.data)))
 
 
 @needs_pty
 def test_python_can_moves_the_arm_and_the_console_shows_it(served):
     with served.open() as bus:
-        say(bus, 1, MoveAbsoluteAxis(TURN // 8, 300, 0))
-        assert hear(bus).outcome is Outcome.STARTED
-        assert hear(bus).outcome is Outcome.DONE
-        say(bus, 1, ReadEncoder())
-        assert hear(bus) == EncoderRead(TURN // 8)
+        say(bus, 1, mks.MoveAbsoluteAxis(TURN // 8, 300, 0))
+        assert hear(bus).outcome is mks.Outcome.STARTED
+        assert hear(bus).outcome is mks.Outcome.DONE
+        say(bus, 1, mks.ReadEncoder())
+        assert hear(bus) == mks.EncoderRead(TURN // 8)
     state = json.loads(served.tell("state --json"))
     assert state["registers"] == [TURN // 8, 0, 0, 0, 0, 0]
     assert state["drives"][0]["mode"] == "bus_foc"
@@ -102,19 +73,19 @@ def test_python_can_moves_the_arm_and_the_console_shows_it(served):
 def test_its_adapter_leaves_the_bus_until_it_is_opened_anew(served):
     with served.open() as bus:
         served.tell("fault bus-off")
-        say(bus, 1, ReadEncoder())
+        say(bus, 1, mks.ReadEncoder())
         assert hear(bus, 0.1) is None
         assert served.server.adapter.refused == 1
     with served.open() as bus:
-        say(bus, 1, ReadEncoder())
-        assert hear(bus).code is Code.ENCODER
+        say(bus, 1, mks.ReadEncoder())
+        assert hear(bus).code is mks.Code.ENCODER
         assert served.tell("fault") == "nothing is wrong"
         served.tell("fault alone")
-        say(bus, 1, ReadEncoder())
+        say(bus, 1, mks.ReadEncoder())
         assert hear(bus, 0.1) is None
         served.tell("fault off")
-        say(bus, 1, ReadEncoder())
-        assert hear(bus).code is Code.ENCODER
+        say(bus, 1, mks.ReadEncoder())
+        assert hear(bus).code is mks.Code.ENCODER
 
 
 @pytest.mark.parametrize(
@@ -148,12 +119,12 @@ def test_the_page_tells_every_setting_and_every_fault_of_the_bus():
 def test_drives_are_plugged_in_and_pulled_one_by_one(served):
     with served.open() as bus:
         assert served.tell("plug 2 3") == "on the bus: shoulder, elbow"
-        say(bus, 1, ReadEncoder())
+        say(bus, 1, mks.ReadEncoder())
         assert hear(bus, 0.1) is None
-        say(bus, 3, ReadEncoder())
-        assert hear(bus) == EncoderRead(0)
+        say(bus, 3, mks.ReadEncoder())
+        assert hear(bus) == mks.EncoderRead(0)
         assert "numbered 1 to 6" in served.tell("plug 7")
         assert served.tell("plug none") == "on the bus: none"
         served.tell("plug all")
-        say(bus, 1, ReadEncoder())
-        assert hear(bus) == EncoderRead(0)
+        say(bus, 1, mks.ReadEncoder())
+        assert hear(bus) == mks.EncoderRead(0)

@@ -1,12 +1,11 @@
-"""A dictionary written as the text of an EDS file (CiA 306)."""
+"""A dictionary written as the text of an EDS file (CiA 306), to be read again."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from firmware_protocol.canopen.datatypes import DataType
-from firmware_protocol.canopen.eds_read import RECORD, VARIABLE
-from firmware_protocol.canopen.objects import Dictionary, ObjectEntry, one_line
+from firmware_protocol.canopen.eds import RECORD, VARIABLE
+from firmware_protocol.canopen.objects import DataType, Dictionary, ObjectEntry, one_line
 
 _MANDATORY = frozenset((0x1000, 0x1001, 0x1018))
 _MANUFACTURERS = range(0x2000, 0x6000)

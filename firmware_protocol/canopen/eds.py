@@ -6,9 +6,14 @@ import re
 from collections.abc import Iterator
 from configparser import Error, RawConfigParser, SectionProxy
 
-from firmware_protocol.canopen.datatypes import DataType, Value
-from firmware_protocol.canopen.objects import Access, Dictionary, ObjectEntry
-from firmware_protocol.canopen.sdo_messages import Place
+from firmware_protocol.canopen.objects import (
+    Access,
+    DataType,
+    Dictionary,
+    ObjectEntry,
+    Place,
+    Value,
+)
 from firmware_protocol.errors import BadField, RemoteProtocolError
 
 ARRAY, RECORD, VARIABLE = 0x08, 0x09, 0x07

@@ -1,36 +1,38 @@
-"""A simulated arm on MKS SERVO42D/57D drives: a `SimDevice` whose box is the drives."""
+"""A simulated arm on drives of a bus: a `SimDevice` whose box is the drives."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import ClassVar, Generic, TypeVar
 
 from armdrive.sim.bus.box import DrivesBox, NodeControls
 from armdrive.sim.bus.line import BusLine
+from armdrive.sim.bus.node import BusNode
 from armdrive.sim.device import SimDevice, SwitchState
 from armdrive.sim.mechanics.shafts import ShaftDrive
-from armdrive.sim.mks.node import MksNode
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import Json
 
+N = TypeVar("N", bound=BusNode)
 
-class SimMks(SimDevice):
-    """The drives, the arm, and the person beside them. Input bit n is the IN_1 of drive n."""
 
-    title: ClassVar[str] = "arm on MKS drives"
-    box: DrivesBox[MksNode]
+class SimDrives(SimDevice, Generic[N]):
+    """The drives, the arm, and the person beside them. Input bit n is the switch of drive n."""
 
-    def __init__(
-        self,
-        world: World,
-        shafts: ShaftDrive,
-        nodes: Sequence[MksNode],
-        bits_s: int,
-    ) -> None:
+    idle_looks: ClassVar[bool]
+    """Whether shafts are looked at, too, when a frame leaves and no drive has to do anything."""
+    box: DrivesBox[N]
+
+    def __init__(self, world: World, shafts: ShaftDrive, nodes: Sequence[N], bits_s: int) -> None:
         super().__init__(world, shafts, None)
         self.nodes = tuple(nodes)
         self.box = DrivesBox(
-            shafts, self.nodes, self.clock, self.said, lambda: self.powered, idle_looks=True
+            shafts,
+            self.nodes,
+            self.clock,
+            self.said,
+            lambda: self.powered,
+            idle_looks=self.idle_looks,
         )
         self._controls = NodeControls(self.box, bits_s, lambda: self.powered)
 

@@ -6,9 +6,6 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-EVENTS_MAX = 64
-"""How many events wait; of more, the oldest are lost."""
-
 _Event = TypeVar("_Event")
 
 
@@ -20,18 +17,19 @@ class Overrun:
 
 
 class Waiting(Generic[_Event]):
-    """A queue that does not grow beyond `EVENTS_MAX`, and says how many it has dropped."""
+    """A queue that does not grow beyond `most`, and says how many it has dropped."""
 
-    def __init__(self) -> None:
+    def __init__(self, most: int) -> None:
         self._events: deque[_Event] = deque()
+        self._most = most
         self._lost = 0
 
     def __len__(self) -> int:
         return len(self._events)
 
     def put(self, event: _Event) -> None:
-        """Add an event."""
-        if len(self._events) == EVENTS_MAX:
+        """Add an event; the oldest gives way to it where there is no room."""
+        if len(self._events) == self._most:
             self._events.popleft()
             self._lost += 1
         self._events.append(event)

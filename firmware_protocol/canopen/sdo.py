@@ -1,0 +1,357 @@
+"""SDO, by which objects are read and written: what client and server say, and why they abort."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Self, TypeAlias
+
+from firmware_protocol.canopen.objects import Place
+from firmware_protocol.errors import BadField, RemoteProtocolError, whole
+
+EVENTS_MAX = 64
+"""How many events of a client or a server wait to be fetched, the newest."""
+
+
+class AbortCode(IntEnum):
+    """The codes that CiA 301 has, with what each says; a device may send others."""
+
+    words: str
+
+    def __new__(cls, code: int, words: str) -> Self:
+        """Make a whole number that has words."""
+        one = int.__new__(cls, code)
+        one._value_, one.words = code, words
+        return one
+
+    TOGGLE = 0x0503_0000, "the toggle bit did not alternate: a frame was lost or came twice"
+    TIMED_OUT = 0x0504_0000, "the transfer took too long"
+    COMMAND = 0x0504_0001, "this is no command here and now"
+    BLOCK_SIZE = 0x0504_0002, "the block has no valid size"
+    SEQUENCE_NUMBER = 0x0504_0003, "the block has no valid sequence number"
+    CRC = 0x0504_0004, "the block's CRC is wrong"
+    OUT_OF_MEMORY = 0x0504_0005, "there is more of it than memory"
+    ACCESS = 0x0601_0000, "the object cannot be accessed so"
+    WRITE_ONLY = 0x0601_0001, "the object can only be written"
+    READ_ONLY = 0x0601_0002, "the object can only be read"
+    NO_OBJECT = 0x0602_0000, "there is no such object"
+    NOT_MAPPABLE = 0x0604_0041, "the object cannot be mapped into this PDO"
+    PDO_TOO_LONG = 0x0604_0042, "the mapped objects are too many or too long for a PDO"
+    PARAMETERS = 0x0604_0043, "the parameters do not go together"
+    INTERNAL = 0x0604_0047, "the device does not go together with itself"
+    HARDWARE = 0x0606_0000, "a hardware error prevents it"
+    LENGTH = 0x0607_0010, "the object has another length"
+    TOO_LONG = 0x0607_0012, "the value is too long for the object"
+    TOO_SHORT = 0x0607_0013, "the value is too short for the object"
+    NO_SUB_INDEX = 0x0609_0011, "the object has no such sub-index"
+    VALUE = 0x0609_0030, "the value is not allowed"
+    VALUE_TOO_HIGH = 0x0609_0031, "the value is too high"
+    VALUE_TOO_LOW = 0x0609_0032, "the value is too low"
+    MAXIMUM_BELOW_MINIMUM = 0x0609_0036, "the maximum would be below the minimum"
+    NO_RESOURCE = 0x060A_0023, "what is needed for it is not available"
+    GENERAL = 0x0800_0000, "an error of no particular kind"
+    NOT_STORED = 0x0800_0020, "the value cannot be transferred or stored"
+    LOCAL_CONTROL = 0x0800_0021, "the device is controlled locally"
+    DEVICE_STATE = 0x0800_0022, "the device's present state does not allow it"
+    NO_DICTIONARY = 0x0800_0023, "the device has no object dictionary"
+    NO_DATA = 0x0800_0024, "there is no data"
+
+
+def abort_words(code: int) -> str:
+    """Return what an abort code says."""
+    known = (each.words for each in AbortCode if each == code)
+    return next(known, f"abort code {code:08X}, which CiA 301 does not have")
+
+
+# What SDO client and server say to each other.
+
+SEGMENT_MAX = 7
+EXPEDITED_MAX = 4
+"""How many bytes an initiating frame carries itself."""
+
+_EXPEDITED, _SIZED = 0x02, 0x01
+
+
+@dataclass(frozen=True, slots=True)
+class Content:
+    """What initiates a transfer of data: up to four bytes, or how many bytes will follow.
+
+    `size` is None where it is not told; bytes without a size are always four.
+    """
+
+    data: bytes | None
+    size: int | None
+
+    def __post_init__(self) -> None:
+        if self.size is not None:
+            whole("size", self.size, 0 if self.data is None else 1, 0xFFFF_FFFF)
+        expected = EXPEDITED_MAX if self.size is None else self.size
+        if self.data is not None and not len(self.data) == expected <= EXPEDITED_MAX:
+            raise BadField("data", self.data, "1 to 4 bytes of that size, or 4 without a size")
+
+    @property
+    def flags(self) -> int:
+        """The low bits of the command."""
+        spare = 0 if self.data is None else EXPEDITED_MAX - len(self.data)
+        return spare << 2 | _EXPEDITED * (self.data is not None) | _SIZED * (self.size is not None)
+
+    @property
+    def packed(self) -> bytes:
+        """The last four bytes."""
+        if self.data is None:
+            return (self.size or 0).to_bytes(4, "little")
+        return self.data.ljust(EXPEDITED_MAX, b"\0")
+
+    @classmethod
+    def read(cls, command: int, packed: bytes) -> Content:
+        """Read it out of a command and the last four bytes."""
+        if not command & _SIZED:
+            return cls(packed if command & _EXPEDITED else None, None)
+        if not command & _EXPEDITED:
+            return cls(None, int.from_bytes(packed, "little"))
+        size = EXPEDITED_MAX - (command >> 2 & 3)
+        return cls(packed[:size], size)
+
+
+@dataclass(frozen=True, slots=True)
+class StartUpload:
+    """A client asks for an object."""
+
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class StartDownload:
+    """A client begins to write an object."""
+
+    place: Place
+    content: Content
+
+
+@dataclass(frozen=True, slots=True)
+class Upload:
+    """A server begins to tell an object."""
+
+    place: Place
+    content: Content
+
+
+@dataclass(frozen=True, slots=True)
+class DownloadStarted:
+    """A server has taken a `StartDownload`."""
+
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class NextSegment:
+    """A client asks for the next segment of an upload."""
+
+    toggle: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """A piece of data, of either side."""
+
+    toggle: bool
+    data: bytes
+    last: bool
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.data, bytes) or len(self.data) > SEGMENT_MAX:
+            raise BadField("data", self.data, f"at most {SEGMENT_MAX} bytes")
+
+
+@dataclass(frozen=True, slots=True)
+class SegmentTaken:
+    """A server has taken a segment."""
+
+    toggle: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Abort:
+    """Either side gives a transfer up."""
+
+    place: Place
+    code: int
+
+    def __post_init__(self) -> None:
+        whole("code", self.code, 0, 0xFFFF_FFFF)
+
+    @property
+    def words(self) -> str:
+        """Why."""
+        return abort_words(self.code)
+
+
+Request: TypeAlias = StartUpload | StartDownload | NextSegment | Segment | Abort
+Response: TypeAlias = Upload | DownloadStarted | Segment | SegmentTaken | Abort
+
+
+# The eight bytes of SDO frames, requests and responses, both ways.
+#
+#     CLIENT                          SERVER
+#     40 ii ii ss  upload             4x ii ii ss       its data, or its size
+#     60, 70       next segment       0x, 1x            seven bytes at most, bit 0: the last
+#     2x ii ii ss  download           60 ii ii ss       taken
+#     0x, 1x       a segment          20, 30            taken
+#     80 ii ii ss  abort, code        80 ii ii ss       abort, code
+#
+# Bit 4 of what has to do with segments toggles. Block transfers are not spoken.
+# Source: CiA 301, SDO protocols.
+
+SDO_SIZE = 8
+"""Bytes of every SDO frame."""
+
+_KIND = 0xE0
+_TOGGLE, _LAST = 0x10, 0x01
+_SEGMENT, _ABORT = 0x00, 0x80
+_DOWNLOAD, _UPLOAD, _NEXT = 0x20, 0x40, 0x60  # of a client
+_SEGMENT_TAKEN, _DATA, _TAKEN = 0x20, 0x40, 0x60  # of a server
+
+
+def encode(message: Request | Response) -> bytes:
+    """Return the eight bytes of a message."""
+    match message:
+        case StartUpload(place):
+            return bytes((_UPLOAD,)) + place.packed + bytes(4)
+        case StartDownload(place, content):
+            return bytes((_DOWNLOAD | content.flags,)) + place.packed + content.packed
+        case Upload(place, content):
+            return bytes((_DATA | content.flags,)) + place.packed + content.packed
+        case DownloadStarted(place):
+            return bytes((_TAKEN,)) + place.packed + bytes(4)
+        case NextSegment(toggle):
+            return bytes((_NEXT | _TOGGLE * toggle,)).ljust(SDO_SIZE, b"\0")
+        case SegmentTaken(toggle):
+            return bytes((_SEGMENT_TAKEN | _TOGGLE * toggle,)).ljust(SDO_SIZE, b"\0")
+        case Segment(toggle, data, last):
+            spare = SEGMENT_MAX - len(data)
+            command = _SEGMENT | _TOGGLE * toggle | spare << 1 | _LAST * last
+            return (bytes((command,)) + data).ljust(SDO_SIZE, b"\0")
+        case Abort(place, code):
+            return bytes((_ABORT,)) + place.packed + code.to_bytes(4, "little")
+
+
+def decode_request(data: bytes) -> Request:
+    """Read what a client sends; raises `RemoteProtocolError`."""
+    kind = _kind(data)
+    if kind not in _REQUESTS:
+        raise RemoteProtocolError(f"no SDO request begins with {data[0]:02x} here")
+    return _REQUESTS[kind](data)
+
+
+def decode_response(data: bytes) -> Response:
+    """Read what a server sends; raises `RemoteProtocolError`."""
+    kind = _kind(data)
+    if kind not in _RESPONSES:
+        raise RemoteProtocolError(f"no SDO response begins with {data[0]:02x} here")
+    return _RESPONSES[kind](data)
+
+
+def place_of(data: bytes) -> Place:
+    """Return the object that the bytes of an initiating frame name."""
+    return Place(int.from_bytes(data[1:3], "little"), data[3])
+
+
+def _kind(data: bytes) -> int:
+    if len(data) != SDO_SIZE:
+        raise RemoteProtocolError(f"{len(data)} bytes where an SDO frame has {SDO_SIZE}")
+    return data[0] & _KIND
+
+
+def _toggle(data: bytes) -> bool:
+    return bool(data[0] & _TOGGLE)
+
+
+def _content(data: bytes) -> Content:
+    return Content.read(data[0], data[4:])
+
+
+def _segment(data: bytes) -> Segment:
+    size = SEGMENT_MAX - (data[0] >> 1 & 7)
+    return Segment(_toggle(data), data[1 : 1 + size], bool(data[0] & _LAST))
+
+
+def _abort(data: bytes) -> Abort:
+    return Abort(place_of(data), int.from_bytes(data[4:], "little"))
+
+
+_REQUESTS: dict[int, Callable[[bytes], Request]] = {
+    _UPLOAD: lambda data: StartUpload(place_of(data)),
+    _DOWNLOAD: lambda data: StartDownload(place_of(data), _content(data)),
+    _NEXT: lambda data: NextSegment(_toggle(data)),
+    _SEGMENT: _segment,
+    _ABORT: _abort,
+}
+_RESPONSES: dict[int, Callable[[bytes], Response]] = {
+    _DATA: lambda data: Upload(place_of(data), _content(data)),
+    _TAKEN: lambda data: DownloadStarted(place_of(data)),
+    _SEGMENT_TAKEN: lambda data: SegmentTaken(_toggle(data)),
+    _SEGMENT: _segment,
+    _ABORT: _abort,
+}
+
+
+# Data in segments, cut and put together: the part of a transfer that both sides have in common.
+
+SIZE_MAX = 4096
+"""Bytes of the longest object that is transferred, unless a machine is told otherwise."""
+
+
+class Sending:
+    """Data that leaves in segments, one after another."""
+
+    def __init__(self, data: bytes) -> None:
+        self._data = data
+        self._at = 0
+        self.toggle = False
+
+    @property
+    def done(self) -> bool:
+        """Whether the last segment was said to have arrived. No data at all is one segment too."""
+        return self._at >= max(1, len(self._data))
+
+    @property
+    def segment(self) -> Segment:
+        """The segment whose turn it is."""
+        end = self._at + SEGMENT_MAX
+        return Segment(self.toggle, self._data[self._at : end], end >= len(self._data))
+
+    def advance(self) -> None:
+        """Turn to the next segment."""
+        self._at += SEGMENT_MAX
+        self.toggle = not self.toggle
+
+
+class Receiving:
+    """Data that comes in segments. Held is never more than `size_max` bytes."""
+
+    def __init__(self, size: int | None, size_max: int) -> None:
+        self._size = size
+        self._most = size_max if size is None else size
+        self._too_much = AbortCode.OUT_OF_MEMORY if size is None else AbortCode.TOO_LONG
+        self._data = bytearray()
+        self.toggle = False
+
+    @property
+    def data(self) -> bytes:
+        """What has come."""
+        return bytes(self._data)
+
+    def take(self, segment: Segment) -> AbortCode | None:
+        """Add the segment whose turn it is; returns why the transfer cannot go on, if it cannot.
+
+        What was announced and what comes must agree: a segment that came twice, or one that was
+        lost, shows so where the toggle bit does not tell.
+        """
+        if len(self._data) + len(segment.data) > self._most:
+            return self._too_much
+        self._data += segment.data
+        self.toggle = not self.toggle
+        if segment.last and self._size not in (None, len(self._data)):
+            return AbortCode.TOO_SHORT
+        return None
