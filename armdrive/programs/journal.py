@@ -23,10 +23,10 @@ from armdrive.programs.acts import (
     Act,
     Answer,
     Home,
-    ProgramMachine,
     ProgramMove,
 )
 from armdrive.programs.performing import Performer, joints_of
+from armdrive.programs.program import Machine
 from armdrive.programs.running import RunStep
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.storage import files as places
@@ -87,7 +87,7 @@ class Journal:
         self._loops = loops
         self._entry: JournalEntry | None = None
 
-    def begins(self, step: RunStep, machine: ProgramMachine) -> None:
+    def begins(self, step: RunStep, machine: Machine) -> None:
         """Write down where the program is. Raises `StateFileError`: then the act does not begin."""
         self._write(
             JournalEntry(

@@ -25,7 +25,6 @@ from armdrive.programs.acts import (
     Hold,
     Home,
     Outputs,
-    ProgramMachine,
     ProgramMove,
     ReadInput,
     Remember,
@@ -33,6 +32,7 @@ from armdrive.programs.acts import (
 )
 from armdrive.programs.performing import Performer
 from armdrive.programs.problems import SourceMark
+from armdrive.programs.program import Machine
 from armdrive.programs.progress import FOR_EVER, LOOPS_REHEARSED, Took
 from armdrive.programs.running import MachineSource, ProgramRun, RunStep
 from armdrive.registry.simulate import simulate
@@ -319,7 +319,7 @@ class RehearsedPlan:
     source: MachineSource
     loops: int = 1
     loop: int = 1
-    machine: Callable[[], ProgramMachine] | None = None
+    machine: Callable[[], Machine] | None = None
     left: ProgramMove | None = None
     inputs: Mapping[int, bool] = field(default_factory=dict)
     width_mm: float | None = None
@@ -356,7 +356,7 @@ class _RehearsalWatch:
         self._took_s = 0.0
         self._patience = Patience()
 
-    def begins(self, step: RunStep, machine: ProgramMachine) -> None:  # noqa: ARG002 - as every onlooker
+    def begins(self, step: RunStep, machine: Machine) -> None:  # noqa: ARG002 - as every onlooker
         """Say where the program is, to what is assumed there."""
         self._patience.ask(self._took_s)
         self._assumptions.mark = step.stage.mark

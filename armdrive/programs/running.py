@@ -13,12 +13,12 @@ from armdrive.programs.acts import (
     MOTIONS,
     Answer,
     Go,
-    ProgramMachine,
     ProgramMove,
     RunStage,
     act_name,
 )
 from armdrive.programs.performing import Performer
+from armdrive.programs.program import Machine
 from armdrive.programs.progress import FOR_EVER
 from armdrive.text.json_forms import move_to_json
 
@@ -26,7 +26,7 @@ from armdrive.text.json_forms import move_to_json
 class MachineSource(Protocol):
     """Where the machines of a program come from: one for each loop."""
 
-    def machine(self) -> ProgramMachine:
+    def machine(self) -> Machine:
         """Return a machine that stands at the beginning."""
         ...
 
@@ -66,7 +66,7 @@ class RunStep:
 class Onlooker(Protocol):
     """Somebody who hears of every act before it begins and when it has ended."""
 
-    def begins(self, step: RunStep, machine: ProgramMachine) -> None:
+    def begins(self, step: RunStep, machine: Machine) -> None:
         """Hear of an act that is about to begin. What this raises ends the run before it."""
 
     def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
@@ -84,7 +84,7 @@ class ProgramRun:
         *,
         loops: int = 1,
         loop: int = 1,
-        machine: ProgramMachine | None = None,
+        machine: Machine | None = None,
         left: ProgramMove | None = None,
     ) -> None:
         """Run `loops` times, `FOR_EVER` for no end; `machine` stands in loop number `loop`.
@@ -121,7 +121,7 @@ class ProgramRun:
             stage = replace(stage, act=replace(act, move=move))
         return RunStep(stage, self.done + 1, self.loop, move)
 
-    def _carry_out(self, step: RunStep, machine: ProgramMachine) -> None:
+    def _carry_out(self, step: RunStep, machine: Machine) -> None:
         self.at = step
         for onlooker in self._onlookers:
             onlooker.begins(step, machine)

@@ -10,31 +10,26 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from armdrive.errors import BadRequest
-from armdrive.programs.language.lines import Item, LineMistake, read_line
-from armdrive.programs.language.reading import read_tree
+from armdrive.programs.language.grammar import End, Item, LineMistake, opens, read_line, read_tree
 from armdrive.programs.language.syntax import (
     NAME,
     Assign,
     Call,
     Define,
     Do,
-    End,
     Label,
     Name,
-    Opening,
     Statement,
     Tree,
     Use,
     every,
     subprograms,
-    used_by,
     within,
 )
 from armdrive.programs.language.words import FUNCTIONS, HERE
 from armdrive.programs.language.writing import unparse
-from armdrive.programs.machine import Context, Machine
 from armdrive.programs.problems import MOST_TOLD, Problem, ProgramError, SourceMark, pointed
-from armdrive.programs.program import Program, read_program
+from armdrive.programs.program import Context, Machine, Program, read_program
 
 # The lines that were typed at a prompt, and how what is wrong with them is shown.
 
@@ -140,7 +135,7 @@ class Session:
         if items is None:
             return self._values(line)
         self._block.append(line)
-        self._depth += sum(isinstance(item, Opening) - isinstance(item, End) for item in items)
+        self._depth += sum(opens(item) - isinstance(item, End) for item in items)
         if self._depth > 0:
             return None
         lines = list(self._block)
@@ -288,7 +283,6 @@ def _given(line: Statement) -> bool:
     if isinstance(line, Assign):
         return not any(
             isinstance(each, Name | Use) and each.name.lower() in OF_THE_ARM
-            for value in used_by(line)
-            for each in within(value)
+            for each in within(line.value)
         )
     return isinstance(line, Define)

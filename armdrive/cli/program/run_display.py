@@ -22,7 +22,8 @@ from armdrive.programs.problems import SourceMark
 from armdrive.programs.progress import Estimate, RunProgress
 
 if TYPE_CHECKING:  # a script has no acts
-    from armdrive.programs.acts import Answer, ProgramMachine
+    from armdrive.programs.acts import Answer
+    from armdrive.programs.program import Machine
     from armdrive.programs.running import RunStep
 
 REDRAW_S = 0.2
@@ -85,7 +86,7 @@ class Display:
 
     # -- what happens -------------------------------------------------------------------------
 
-    def begins(self, step: RunStep, machine: ProgramMachine) -> None:  # noqa: ARG002 - as every onlooker
+    def begins(self, step: RunStep, machine: Machine) -> None:  # noqa: ARG002 - as every onlooker
         """Show an act of a program file."""
         self.at(None, step.stage.mark, step.act_name, loop=step.loop, loud=step.moves)
 

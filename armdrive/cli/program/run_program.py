@@ -27,7 +27,7 @@ from armdrive.cli.program.run_common import (
 from armdrive.cli.program.run_display import Display, duration
 from armdrive.cli.program.run_input import RunTerminal, standard_input, stopped_by_interrupt
 from armdrive.cli.program.run_report import report
-from armdrive.programs.acts import Answer, ProgramMachine
+from armdrive.programs.acts import Answer
 from armdrive.programs.journal import (
     Journal,
     JournalEntry,
@@ -37,7 +37,7 @@ from armdrive.programs.journal import (
 )
 from armdrive.programs.performing import Performer
 from armdrive.programs.problems import lines_of
-from armdrive.programs.program import ArmProgram, Program, read_program_file
+from armdrive.programs.program import ArmProgram, Machine, Program, read_program_file
 from armdrive.programs.progress import RunProgress
 from armdrive.programs.rehearsal import Rehearsal, RehearsedPlan, rehearse, require_rehearsed
 from armdrive.programs.running import ProgramRun, RunStep
@@ -82,7 +82,7 @@ def _taken_up(
 def _plan(
     source: ArmProgram, options: argparse.Namespace, entry: JournalEntry | None, *, settle: bool
 ) -> RehearsedPlan:
-    machine: Callable[[], ProgramMachine] | None = None
+    machine: Callable[[], Machine] | None = None
     if entry is not None:
         machine = partial(source.restored, entry.snapshot)
     return RehearsedPlan(
@@ -112,7 +112,7 @@ class _StepGate:
         self._performer = performer
         self._display = display
 
-    def begins(self, step: RunStep, machine: ProgramMachine) -> None:  # noqa: ARG002 - as every onlooker
+    def begins(self, step: RunStep, machine: Machine) -> None:  # noqa: ARG002 - as every onlooker
         """Wait before a motion; a stop meanwhile ends the run."""
         if not step.moves:
             return

@@ -14,7 +14,9 @@ from armdrive.cli.program.run_display import Display
 from armdrive.cli.terminal_person import ask_operator
 from armdrive.dialog.operator import PostureRequest
 from armdrive.moves import GraspMove
-from armdrive.programs.acts import Answer, ProgramMachine, Say
+from armdrive.programs.acts import Answer, Say
+from armdrive.programs.language.values import to_json
+from armdrive.programs.program import Machine
 from armdrive.programs.running import RunStep
 from armdrive.programs.session import Typed
 from armdrive.setup.keyboard import raw_terminal
@@ -36,7 +38,7 @@ class ShellShown(Display):
         """Return the line that is carried out."""
         return self._typed.line_at(self._mark).strip() if self._mark else super().source(line)
 
-    def begins(self, step: RunStep, machine: ProgramMachine) -> None:  # noqa: ARG002 - as every onlooker
+    def begins(self, step: RunStep, machine: Machine) -> None:  # noqa: ARG002 - as every onlooker
         """Show an act, but not on a line of its own: the person has just typed it."""
         act = step.act_name
         self.at(None, step.stage.mark, act, loop=step.loop, loud=False)
@@ -56,11 +58,10 @@ class ShellSaid:
         self._tell = tell
         self._values: object = []
 
-    def begins(self, step: RunStep, machine: ProgramMachine) -> None:
+    def begins(self, step: RunStep, machine: Machine) -> None:  # noqa: ARG002 - as every onlooker
         """Look at the values that are about to be said."""
-        state = machine.snapshot().get("state")
-        if isinstance(step.stage.act, Say) and isinstance(state, dict):
-            self._values = state["stack"]
+        if isinstance(step.stage.act, Say):
+            self._values = [to_json(value) for value in step.stage.act.values]
 
     def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
         """Hear of the end of an act."""

@@ -20,10 +20,9 @@ from armdrive.cli.program.shell_person import AtPrompt, ShellSaid, ShellShown
 from armdrive.errors import ArmError, NotReferenced, OperatorNeeded
 from armdrive.errors.actions import SHELL, presented
 from armdrive.errors.table import tagged
-from armdrive.programs.machine import Machine
 from armdrive.programs.performing import Performer
 from armdrive.programs.problems import ProgramError, SourceMark
-from armdrive.programs.program import ArmProgram
+from armdrive.programs.program import ArmProgram, Machine
 from armdrive.programs.running import ProgramRun
 from armdrive.programs.session import PromptEntry, Session
 from armdrive.status import State

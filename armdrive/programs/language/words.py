@@ -63,6 +63,8 @@ ALONG = (Slot("x in mm"), Slot("y in mm"), Slot("z in mm"))
 ANYTHING = Slot("text or value", ValueKind.ANY, many=True, optional=True)
 NEW_PLACE = Slot("name", ValueKind.PLACE, sets=True)
 LINES = Slot("number, negative for off", many=True, whole=True, not_zero=True)
+CONDITION = Slot("condition", ValueKind.TRUTH)
+COUNT = Slot("how often", least=0.0, whole=True)
 
 
 def _into(kind: ValueKind) -> tuple[str, tuple[Slot, ...]]:
@@ -130,7 +132,7 @@ WAITING = (
 )  # fmt: skip
 
 GOING_ON = (
-    Word("expect", (Slot("condition", ValueKind.TRUTH), ANYTHING),
+    Word("expect", (CONDITION, ANYTHING),
          "End the program with an error unless the condition holds.",
          'expect width > 20, "no block"'),
     Word("stop", (ANYTHING,), "End the program here, and say why.", 'stop "that was all"'),

@@ -10,7 +10,7 @@ from program_bench import acts, fk, refused, reply, run, started, told
 
 from armdrive.programs import read_program
 from armdrive.programs.acts import Say, act_name
-from armdrive.programs.machine import DEEPEST_CALL
+from armdrive.programs.deeds import DEEPEST_CALL
 from armdrive.programs.problems import ProgramError
 
 STACK = """# Stack blocks until there is none left.
@@ -206,7 +206,7 @@ def test_a_damaged_state_is_refused(key, value):
 
 @pytest.mark.parametrize(
     ("key", "value"),
-    [("at", 10**9), ("at", -1), ("at", "0"), ("stack", [[]]), ("frames", []), ("frames", [{}]),
+    [("at", 10**9), ("at", -1), ("at", "0"), ("answers", [[]]), ("frames", []), ("frames", [{}]),
      ("variables", 3), ("speed", "x"), ("opening", [])],
 )  # fmt: skip
 def test_a_damaged_part_of_the_state_is_refused(key, value):

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from armdrive.connect.target import find
 from armdrive.errors import Refused
-from armdrive.programs.language.reading import parse
+from armdrive.programs.language.grammar import parse
 from armdrive.programs.language.writing import unparse
 from armdrive.programs.performing import Performer
 from armdrive.programs.program import read_program
