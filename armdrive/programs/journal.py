@@ -25,9 +25,8 @@ from armdrive.programs.acts import (
     Home,
     ProgramMove,
 )
-from armdrive.programs.performing import Performer, joints_of
 from armdrive.programs.program import Machine
-from armdrive.programs.running import RunStep
+from armdrive.programs.running import Performer, RunStep, joints_of
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, remove_durably, replace_file

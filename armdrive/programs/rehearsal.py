@@ -14,7 +14,7 @@ from itertools import count
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import connect_simulated
-from armdrive.errors import ArmError, NotReferenced, Refused
+from armdrive.errors import ArmError, BadRequest, NotReferenced, Refused
 from armdrive.moves import GraspMove
 from armdrive.programs.acts import (
     Act,
@@ -30,11 +30,10 @@ from armdrive.programs.acts import (
     Remember,
     Say,
 )
-from armdrive.programs.performing import Performer
 from armdrive.programs.problems import SourceMark
 from armdrive.programs.program import Machine
 from armdrive.programs.progress import FOR_EVER, LOOPS_REHEARSED, Took
-from armdrive.programs.running import MachineSource, ProgramRun, RunStep
+from armdrive.programs.running import NewMachine, Performer, ProgramRun, RunStep
 from armdrive.registry.simulate import simulate
 from armdrive.runtime.drive import PaceChoice
 from armdrive.runtime.io_lines import input_bits
@@ -306,6 +305,11 @@ class Rehearsal:
         return any(each.matters for each in self.assumptions)
 
 
+def no_machine() -> Machine:
+    """Refuse to give the machine of what has none: a script."""
+    raise BadRequest("a Python script has no acts")
+
+
 @dataclass(frozen=True, slots=True)
 class RehearsedPlan:
     """What is to be rehearsed, and on which assumptions.
@@ -316,7 +320,7 @@ class RehearsedPlan:
     move of a program that is taken up by `machine`.
     """
 
-    source: MachineSource
+    source: NewMachine
     loops: int = 1
     loop: int = 1
     machine: Callable[[], Machine] | None = None
@@ -432,7 +436,7 @@ def _own_words(arm: Arm, refusal: NotReferenced) -> NotReferenced:
 
 def _references_first(plan: RehearsedPlan) -> bool:
     """Tell whether a program takes a reference before anything that needs one."""
-    machine = plan.source.machine() if plan.machine is None else plan.machine()
+    machine = plan.source() if plan.machine is None else plan.machine()
     while (stage := machine.next()) is not None and isinstance(stage.act, Say | Delay | Outputs):
         machine.answer(None)
     return stage is not None and isinstance(stage.act, Home)

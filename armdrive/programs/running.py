@@ -1,34 +1,244 @@
-"""The run of a program: its machine gives acts, a performer carries them out, others look on.
+"""Carries the acts of a program out on an arm, by the public calls of that arm alone.
 
-Whatever goes wrong is raised as it is; `at` is the step at which it did.
+A stop ends the program at whatever moment it comes, also between two acts; an act that it broke off
+has no answer and is the next one again. So does a suspension of this program or its computer,
+unless a person lets it go on after that. While somebody has paused the arm, no act begins.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
+from armdrive.arm import Arm
+from armdrive.errors import ArmError, BadRequest, Stopped
+from armdrive.motion.gripper import Grasped
+from armdrive.moves import GraspMove
 from armdrive.programs.acts import (
     MOTIONS,
+    Act,
     Answer,
+    AwaitInputs,
+    Delay,
     Go,
+    Hold,
+    Home,
+    Look,
+    Outputs,
     ProgramMove,
+    ReadInput,
+    Remember,
     RunStage,
+    Say,
+    SeenInput,
     act_name,
 )
-from armdrive.programs.performing import Performer
 from armdrive.programs.program import Machine
 from armdrive.programs.progress import FOR_EVER
+from armdrive.runtime.io_lines import input_bits, output_bits
+from armdrive.runtime.overrides import given_up
+from armdrive.storage.points import Point
 from armdrive.text.json_forms import move_to_json
+from kinematics.errors import KinematicsError
+from kinematics.spaces import Joints
+
+SLICE_S = 0.05
+"""Waits are cut into slices of this length, on the arm's clock, so that a stop ends them."""
+
+POLL_S = 0.05
+"""While a program waits for inputs, they are read so often, on the arm's clock."""
+
+BREATH_S = 0.02
+"""A paused program looks so often whether it may go on, in real time."""
 
 
-class MachineSource(Protocol):
-    """Where the machines of a program come from: one for each loop."""
+class RunPerson(Protocol):
+    """Whoever is at the terminal of a program that runs."""
 
-    def machine(self) -> Machine:
-        """Return a machine that stands at the beginning."""
-        ...
+    def say(self, text: str) -> None:
+        """Show a line of text."""
+
+    def hold(self, text: str, over: Callable[[], bool]) -> None:
+        """Wait until the person lets the program go on, or `over()` says that nobody waits."""
+
+
+class Performer:
+    """Carries out acts on one arm, for one run of a program.
+
+    `since` is the arm's `stops` when the run was decided on: a later one ends it with `Stopped`.
+    `outputs` is what is known of the output bits where the arm itself has not been told any.
+    """
+
+    def __init__(
+        self, arm: Arm, person: RunPerson, *, since: int | None = None, outputs: int = 0
+    ) -> None:
+        self.arm = arm
+        self.person = person
+        self._stops = arm.stops if since is None else since
+        self._outputs = outputs
+        self._absences = self._absent()
+        self._deeds: Mapping[type[Any], Callable[[Any], Answer]] = {
+            Go: self._go,
+            Home: self._home,
+            Delay: self._delay,
+            AwaitInputs: self._await_inputs,
+            Hold: self._hold,
+            Outputs: self._switch,
+            ReadInput: self._read_input,
+            Look: self._look,
+            Remember: self._remember,
+            Say: self._say,
+        }
+
+    def perform(self, act: Act) -> Answer:
+        """Carry out an act and wait for its end; return its answer.
+
+        Raises `Stopped`, what the arm's calls raise, and `kinematics.KinematicsError`.
+        """
+        self.wait_while_paused()
+        answer = self._deeds[type(act)](act)
+        self.require_no_stop()
+        return answer
+
+    def require_no_stop(self) -> None:
+        """Raise `Stopped` where a stop was asked for since the run began."""
+        if self.arm.stops != self._stops:
+            raise Stopped("the program was stopped")
+        if self._absent() != self._absences:
+            raise Stopped(
+                "the program was stopped: it or its computer had been suspended, and nothing goes "
+                "on by itself after that"
+            )
+
+    def hold(self, text: str) -> None:
+        """Wait until a person lets the program go on. Raises `Stopped`."""
+        self.person.hold(text, lambda: self.arm.stops != self._stops)
+        self._absences = self._absent()  # who let it go on has seen what is
+        self.require_no_stop()
+
+    def wait_while_paused(self) -> None:
+        """Wait, in real time, for as long as somebody wants the arm to stand.
+
+        Raises `WrongState` after as long as a motion would wait.
+        """
+        self.require_no_stop()
+        if self.arm.paused:
+            waited_s, longest_s = 0.0, self.arm.core.speed_override.longest_real_s
+            while self.arm.paused:
+                if waited_s >= longest_s:
+                    raise given_up(waited_s)
+                time.sleep(BREATH_S)
+                waited_s += BREATH_S
+            self._absences = self._absent()  # somebody let it go on
+        self.require_no_stop()  # a stop ends a pause, too
+
+    def _absent(self) -> int:
+        with self.arm.pace.lock:
+            return self.arm.engine.absences
+
+    @property
+    def outputs(self) -> int:
+        """The output bits as they are known to be."""
+        told = self.arm.status.outputs
+        return self._outputs if told is None else told
+
+    # -- what moves the arm -------------------------------------------------------------------
+
+    def resolved(self, act: Act) -> ProgramMove | None:
+        """Return the move of an act as it means the same from anywhere.
+
+        None of an act that is no move, and of one that leads nowhere.
+        """
+        if not isinstance(act, Go):
+            return None
+        try:
+            return cast(ProgramMove, self.arm.moving.resolved(act.move))
+        except (ArmError, KinematicsError):
+            return None
+
+    def _go(self, act: Go) -> float | None:
+        done = self.arm.start(act.move, stops=self._stops).wait()
+        return done.width_mm if isinstance(done, Grasped) else None
+
+    def _home(self, _: Home) -> None:
+        if not self.arm.core.position_known:
+            self.arm.home()
+
+    # -- what waits ---------------------------------------------------------------------------
+
+    def _delay(self, act: Delay) -> None:
+        now_s = self.arm.pace.now_s
+        end_s = now_s() + act.time_s
+        while (left_s := end_s - now_s()) > 0.0:
+            self.arm.sleep(min(left_s, SLICE_S))
+            end_s += self._paused_s()
+
+    def _paused_s(self) -> float:
+        """Wait while the arm is paused; return how long, which is no part of any delay."""
+        began_s = self.arm.pace.now_s()
+        self.wait_while_paused()
+        return self.arm.pace.now_s() - began_s
+
+    def _await_inputs(self, act: AwaitInputs) -> bool:
+        core = self.arm.core
+        high, low = input_bits(core, act.high), input_bits(core, act.low)
+        now_s = self.arm.pace.now_s
+        end_s = math.inf if act.within_s is None else now_s() + act.within_s
+        while True:
+            bits = self.arm.read_inputs()
+            if bits & high == high and not bits & low:
+                return True
+            left_s = end_s - now_s()
+            if left_s <= 0.0:
+                return False
+            self.arm.sleep(min(POLL_S, left_s))
+            end_s += self._paused_s()
+
+    def _hold(self, act: Hold) -> None:
+        self.hold(act.text)
+
+    # -- what does neither --------------------------------------------------------------------
+
+    def _switch(self, act: Outputs) -> None:
+        bits = self.outputs & ~output_bits(act.off) | output_bits(act.on)
+        self.arm.set_outputs(bits)
+        self._outputs = bits
+
+    def _read_input(self, act: ReadInput) -> bool:
+        bit = input_bits(self.arm.core, act.number)
+        return bool(self.arm.read_inputs() & bit)
+
+    def _look(self, _: Look) -> SeenInput:
+        status = self.arm.status
+        return SeenInput(self.arm.pose, self.arm.joints.deg, status.gripper_mm)
+
+    def _remember(self, act: Remember) -> None:
+        self.arm.points[act.name] = Point(joints_of(act.joints_deg, self.arm), act.opening_mm)
+
+    def _say(self, act: Say) -> None:
+        self.person.say(act.text)
+
+
+def joints_of(angles_deg: Mapping[str, float], arm: Arm) -> Joints:
+    """Return a posture by the names of the arm's joints. Raises `BadRequest` for other ones."""
+    names = arm.model.arm.joint_names
+    if set(angles_deg) != set(names):
+        raise BadRequest(
+            f"a place of this arm says {', '.join(names)}, not {', '.join(angles_deg) or 'nothing'}"
+        )
+    return Joints.of(*(angles_deg[name] for name in names), names=names)
+
+
+# The run of a program: its machine gives acts, a performer carries them out, others look on.
+#
+# Whatever goes wrong is raised as it is; `at` is the step at which it did.
+
+
+NewMachine = Callable[[], Machine]
+"""Gives the machine of a loop, which stands at its beginning."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +272,11 @@ class RunStep:
         """Whether the act moves the arm."""
         return isinstance(self.stage.act, MOTIONS)
 
+    @property
+    def grasps(self) -> bool:
+        """Whether the fingers close on what is between them."""
+        return isinstance(self.move, GraspMove)
+
 
 class Onlooker(Protocol):
     """Somebody who hears of every act before it begins and when it has ended."""
@@ -78,7 +293,7 @@ class ProgramRun:
 
     def __init__(
         self,
-        source: MachineSource,
+        source: NewMachine,
         performer: Performer,
         onlookers: Sequence[Onlooker] = (),
         *,
@@ -98,17 +313,20 @@ class ProgramRun:
         self.loop = loop
         self.done = 0
         self.at: RunStep | None = None
+        self.took_s = 0.0
         self._machine = machine
         self._left = left
 
     def carry_out(self) -> int:
         """Carry out everything that is left; return how many acts that was."""
+        began_s = self._performer.arm.pace.now_s()
         while self._loops == FOR_EVER or self.loop <= self._loops:
-            machine, self._machine = self._machine or self._source.machine(), None
+            machine, self._machine = self._machine or self._source(), None
             while (stage := machine.next()) is not None:
                 self._carry_out(self._step(stage), machine)
             self.loop += 1
         self.at = None
+        self.took_s = self._performer.arm.pace.now_s() - began_s
         return self.done
 
     def _step(self, stage: RunStage) -> RunStep:

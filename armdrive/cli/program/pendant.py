@@ -18,7 +18,7 @@ from armdrive.cli.terminal_person import settle_trust
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest, OperatorNeeded, PendantFileError
 from armdrive.motion.device import named_rows
-from armdrive.programs.teaching.pendant_program import rows_of
+from armdrive.programs.teaching.export import rows_of
 from armdrive.registry import pendant_of
 from armdrive.registry.pendant import PendantProgram
 from armdrive.status import Trust

@@ -13,19 +13,22 @@ from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.presenter import put_error
 from armdrive.cli.program.run_common import (
+    Display,
+    RunTerminal,
     connect_to_check,
     connect_to_run,
     display_for,
+    duration,
     ended_view,
-    failed_view,
     keep_recording,
     make_ready,
     show_place,
     slow_down,
+    standard_input,
     stands_at,
+    stopped_by_interrupt,
+    tell_failure,
 )
-from armdrive.cli.program.run_display import Display, duration
-from armdrive.cli.program.run_input import RunTerminal, standard_input, stopped_by_interrupt
 from armdrive.cli.program.run_report import report
 from armdrive.programs.acts import Answer
 from armdrive.programs.journal import (
@@ -35,12 +38,11 @@ from armdrive.programs.journal import (
     require_place,
     require_same_program,
 )
-from armdrive.programs.performing import Performer
 from armdrive.programs.problems import lines_of
 from armdrive.programs.program import ArmProgram, Machine, Program, read_program_file
 from armdrive.programs.progress import RunProgress
 from armdrive.programs.rehearsal import Rehearsal, RehearsedPlan, rehearse, require_rehearsed
-from armdrive.programs.running import ProgramRun, RunStep
+from armdrive.programs.running import Performer, ProgramRun, RunStep
 
 
 def run_program(options: argparse.Namespace) -> int:
@@ -86,7 +88,7 @@ def _plan(
     if entry is not None:
         machine = partial(source.restored, entry.snapshot)
     return RehearsedPlan(
-        source,
+        source.machine,
         _loops(options, entry),
         1 if entry is None else entry.loop,
         machine,
@@ -144,7 +146,7 @@ class _RunningProgram:
         make_ready(self._arm, self._options)
         with display_for(self._options, self._lines) as display:
             self._begin(display, rehearsal, plan)
-            person = RunTerminal(self._arm, display, standard_input())
+            person = RunTerminal(self._arm, display, standard_input().keys)
             performer = Performer(self._arm, person, since=self._stops, outputs=plan.outputs)
             return self._carry_out(source, plan, performer, display)
 
@@ -183,45 +185,39 @@ class _RunningProgram:
         path, digest = self._options.program.resolve(), self._program.digest
         journal = Journal(self._arm, performer, path, digest, plan.loops)
         gate = [_StepGate(performer, display)] if self._options.step else []
-        machine = None if plan.machine is None else plan.machine()
         run = ProgramRun(
-            source,
+            source.machine,
             performer,
             [journal, *gate, display],
             loops=plan.loops,
             loop=plan.loop,
-            machine=machine,
+            machine=None if plan.machine is None else plan.machine(),
             left=plan.left,
         )
-        began_s = self._arm.pace.now_s()
         try:
             run.carry_out()
         except BaseException as error:
-            self._failed(error, run, journal, display)
+            with contextlib.suppress(Exception):  # what went wrong first is what is told
+                journal.broke_off(error)
+            self._failed(error, run, display)
             raise
         finally:
             keep_recording(self._arm, self._options)
         journal.finish()
-        took_s = self._arm.pace.now_s() - began_s
-        words = f"done: {run.done} acts in {duration(took_s)}; {stands_at(self._arm)}"
-        display.tell(ended_view(self._arm, run.done, took_s), words)
+        words = f"done: {run.done} acts in {duration(run.took_s)}; {stands_at(self._arm)}"
+        display.tell(ended_view(self._arm, run.done, run.took_s), words)
         return 0
 
-    def _failed(
-        self, error: BaseException, run: ProgramRun, journal: Journal, display: Display
-    ) -> None:
-        with contextlib.suppress(Exception):  # what went wrong first is what is told
-            journal.broke_off(error)
+    def _failed(self, error: BaseException, run: ProgramRun, display: Display) -> None:
         mark = None if run.at is None else run.at.stage.mark
         mark = getattr(error, "mark", None) or mark
         resume = "" if run.at is None else resume_command(self._options)
-        if self._options.json:
-            display.tell(failed_view(mark, error, resume), "")
-            return
-        display.tell({}, f"ended early: {run.done} acts done; {stands_at(self._arm)}")
-        show_place(mark, self._lines, error)
-        if resume:
-            put_error(f"to go on from there: {resume}\n")
+        how_far = f"{run.done} acts done; {stands_at(self._arm)}"
+        tell_failure(display, mark, error, how_far, resume)
+        if not self._options.json:
+            show_place(mark, self._lines, error)
+            if resume:
+                put_error(f"to go on from there: {resume}\n")
 
 
 # The commands that resume an interrupted program: on the same arm, and no faster.

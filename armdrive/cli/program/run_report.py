@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import math
 import os
 import shutil
@@ -11,15 +12,25 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from armdrive.cli.presenter import emit, say
-from armdrive.cli.program.run_common import show_place
-from armdrive.cli.program.run_display import duration, line_words
+from armdrive.cli.arm_files import chosen_target
+from armdrive.cli.presenter import emit, put_error, say
+from armdrive.cli.program.run_common import (
+    connect_to_check,
+    duration,
+    line_words,
+    show_place,
+    slow_down,
+)
+from armdrive.errors import ArmError
 from armdrive.errors.table import error_view
 from armdrive.programs.acts import Look
 from armdrive.programs.progress import Took
-from armdrive.programs.rehearsal import Rehearsal
+from armdrive.programs.rehearsal import Rehearsal, RehearsedPlan, no_machine
+from armdrive.programs.script_rehearsal import rehearse_script
+from armdrive.programs.scripts import own_traceback
 from armdrive.render.canvas import can_braille
 from armdrive.render.sketch import Sketch, save_sketches, sketch_rows
+from kinematics.errors import KinematicsError
 from kinematics.geometry import Point
 
 MOST_COLUMNS, MOST_ROWS = 110, 30
@@ -128,3 +139,37 @@ def draw_path(path: Sequence[Point], title: str, output: Path | None) -> None:
         say(" ".join(row).rstrip())
     for sketch in sketches:
         say(sketch.caption)
+
+
+# Rehearses a Python script, and reports what it would do.
+
+
+def check_script(options: argparse.Namespace, lines: list[str]) -> int:
+    """Rehearse a script on the arm that the options name, and report what was found."""
+    arm, unasked = connect_to_check(options)
+    with contextlib.closing(arm) if arm is not None else contextlib.nullcontext():
+        plan = RehearsedPlan(
+            no_machine,  # a script runs by itself
+            inputs=dict(options.input),
+            width_mm=options.assume_width,
+            settle=True,
+            traced=options.plot is not None,
+        )
+        config = chosen_target(options).config
+        if arm is not None:
+            slow_down(arm, options)
+        output = contextlib.redirect_stdout(sys.stderr) if options.json else None
+        with output or contextlib.nullcontext():
+            rehearsal = rehearse_script(options.program, options.words, config, arm, plan)
+        if (code := _own_error(rehearsal, options)) is not None:
+            return code
+        return report(rehearsal, options, lines, unasked)
+
+
+def _own_error(rehearsal: Rehearsal, options: argparse.Namespace) -> int | None:
+    """Show the traceback of an error that is the script's own; return what it ends with."""
+    error = rehearsal.refusal
+    if error is None or isinstance(error, ArmError | KinematicsError):
+        return None
+    put_error(own_traceback(error, options.program))
+    return 1

@@ -3,29 +3,68 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import re
+import signal
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from types import MappingProxyType
 from typing import Any
 
 from armdrive.arm import Arm
 from armdrive.blocking import run_blocking
-from armdrive.cli.presenter import put_error, say, say_lines
-from armdrive.cli.program.run_common import failed_view
-from armdrive.cli.program.run_input import stopped_by_interrupt
-from armdrive.cli.program.shell_person import AtPrompt, ShellSaid, ShellShown
+from armdrive.cli.presenter import put, put_error, say, say_lines
+from armdrive.cli.program.run_common import (
+    LOOK_EVERY_S,
+    Display,
+    Pressed,
+    RunTerminal,
+    failed_view,
+    stopped_by_interrupt,
+)
+from armdrive.cli.terminal_person import ask_operator
+from armdrive.dialog.operator import PostureRequest
 from armdrive.errors import ArmError, NotReferenced, OperatorNeeded
 from armdrive.errors.actions import SHELL, presented
 from armdrive.errors.table import tagged
-from armdrive.programs.performing import Performer
+from armdrive.programs.acts import Say
+from armdrive.programs.language.values import to_json
 from armdrive.programs.problems import ProgramError, SourceMark
 from armdrive.programs.program import ArmProgram, Machine
-from armdrive.programs.running import ProgramRun
+from armdrive.programs.running import Performer, ProgramRun
 from armdrive.programs.session import PromptEntry, Session
+from armdrive.setup.keyboard import raw_terminal
 from armdrive.status import State
+
+ENTER = (b"\r", b"\n")
+
+
+@contextlib.contextmanager
+def keys_at_prompt() -> Iterator[Pressed]:
+    """Yield what tells whether Enter was pressed: not as a line, which readline would take."""
+    with raw_terminal() as terminal:
+
+        def pressed() -> bool:
+            keys = terminal.read(LOOK_EVERY_S)
+            return any(key in keys for key in ENTER)
+
+        yield pressed
+
+
+def ask_at_prompt(request: PostureRequest) -> bool:
+    """Ask whether the arm stands in a posture; Ctrl-C is a no."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        return ask_operator(request)
+    except KeyboardInterrupt:
+        put("\n")
+        return False
+    finally:
+        signal.signal(signal.SIGINT, before)
+
 
 INPUT = "standard input"
 """What the lines of a pipe are called."""
@@ -63,17 +102,6 @@ def own_word(line: str, words: Mapping[str, OwnWord]) -> tuple[OwnWord, str] | N
     match = _LINE.fullmatch(line)
     word = None if match is None else words.get(match[1].lower())
     return None if word is None or match is None else (word, match[2] or "")
-
-
-class _Once:
-    """The source of a machine that has been made already."""
-
-    def __init__(self, made: Machine) -> None:
-        self._made = made
-
-    def machine(self) -> Machine:
-        """Return it."""
-        return self._made
 
 
 class Shell:
@@ -149,17 +177,26 @@ class Shell:
 
     def _perform(self, entry: PromptEntry, machine: Machine) -> None:
         rewrites = self.typing and sys.stdout.isatty()
-        shown = ShellShown(self.session.typed, self.emit if self.json else None, rewrites=rewrites)
-        said = ShellSaid(self.tell)
+        emit = self.emit if self.json else None
+        shown = Display([], emit, rewrites=rewrites, typed=self.session.typed)
         with shown, stopped_by_interrupt(lambda: [self.arm], ends=not self.typing):
             self._forget_stops()
-            show = said.say if entry.says else shown.say
-            person = AtPrompt(self.arm, shown, show, typing=self.typing)
+            keys = keys_at_prompt if self.typing else None  # lines of a pipe are no answers
+            said = partial(self._say_values, machine) if entry.says else None
+            person = RunTerminal(self.arm, shown, keys, said)
             performer = Performer(self.arm, person, since=self._stops, outputs=self._outputs)
             shown.use(self.arm)
-            onlooker = said if entry.says else shown
-            self._carry_out(entry, machine, ProgramRun(_Once(machine), performer, [onlooker]))
+            onlookers = [] if entry.says else [shown]
+            run = ProgramRun(lambda: machine, performer, onlookers)
+            self._carry_out(entry, machine, run)
             self._outputs = performer.outputs
+
+    def _say_values(self, machine: Machine, text: str) -> None:
+        """Say values: to programs as such."""
+        stage = machine.next()
+        values = stage.act.values if stage is not None and isinstance(stage.act, Say) else ()
+        view = {"event": "value", "values": list(map(to_json, values)), "text": text}
+        self.tell(view, text)
 
     def _forget_stops(self) -> None:
         """Take a stop between two entries of a person for one of neither; a pipe it ends."""

@@ -7,10 +7,10 @@ from dataclasses import asdict
 from pathlib import Path
 from types import MappingProxyType
 
-from armdrive.cli.program.run_common import put_blocks
 from armdrive.cli.program.shell_session import Left, OwnWord, Shell
 from armdrive.cli.screens import agreed
 from armdrive.errors import BadRequest, OperatorNeeded
+from armdrive.programs.attended import put_blocks
 from armdrive.programs.language.syntax import Tree
 from armdrive.programs.language.values import PlaceValue, said, to_json
 from armdrive.programs.language.words import (

@@ -154,7 +154,7 @@ def test_in_a_terminal_it_is_drawn_and_leaves_the_terminal_as_it_was():
 
 
 def test_what_is_said_under_an_ascii_picture_is_ascii_too(capsys, monkeypatch):
-    from armdrive.cli.program import demo_display
+    from armdrive.cli.program import demo as demo_display
     from armdrive.connect.target import simulated_config
     from armdrive.registry.simulate import simulate
 

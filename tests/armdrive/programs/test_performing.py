@@ -9,7 +9,7 @@ from waiting import until
 
 from armdrive import Arm
 from armdrive.errors import BadRequest, Refused, Stopped
-from armdrive.programs import performing
+from armdrive.programs import running as performing
 from armdrive.programs.acts import (
     AwaitInputs,
     Delay,
@@ -22,9 +22,8 @@ from armdrive.programs.acts import (
     Say,
     SeenInput,
 )
-from armdrive.programs.performing import Performer
 from armdrive.programs.progress import FOR_EVER
-from armdrive.programs.running import ProgramRun
+from armdrive.programs.running import Performer, ProgramRun
 from armdrive.status import Trust
 
 JOINTS = {"base": 10.0, "shoulder": 40.0, "elbow": -60.0, "wrist_pitch": -70.0, "wrist_roll": 5.0}

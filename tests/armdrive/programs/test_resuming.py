@@ -17,8 +17,7 @@ from armdrive.programs.journal import (
     require_place,
     require_same_program,
 )
-from armdrive.programs.performing import Performer
-from armdrive.programs.running import ProgramRun
+from armdrive.programs.running import Performer, ProgramRun
 from armdrive.registry.simulate import simulate
 from armdrive.storage.record import FileRecorder
 

@@ -265,7 +265,7 @@ def test_what_is_no_python_is_said_with_its_line(call, write, tmp_path):
 
 def test_each_motion_of_a_script_waits_for_enter(homed, write, monkeypatch):
     keys = Keys()
-    monkeypatch.setattr("armdrive.cli.program.run_script.standard_input", lambda: keys)
+    monkeypatch.setattr("armdrive.cli.program.run.standard_input", lambda: keys)
     ran = homed("run", write(TOUR), "--step", code=0).out
     assert keys.taken == 3
     assert "line 3: arm.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)): Enter" in ran
@@ -273,7 +273,7 @@ def test_each_motion_of_a_script_waits_for_enter(homed, write, monkeypatch):
 
 def test_coroutines_are_run_rehearsed_and_stepped_through_too(homed, write, monkeypatch):
     keys = Keys()
-    monkeypatch.setattr("armdrive.cli.program.run_script.standard_input", lambda: keys)
+    monkeypatch.setattr("armdrive.cli.program.run.standard_input", lambda: keys)
     path = write(
         """\
         import asyncio

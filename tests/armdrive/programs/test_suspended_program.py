@@ -4,7 +4,7 @@ import pytest
 from running_bench import BLOCK, Listener, performer, table_arm
 
 from armdrive.errors import Stopped
-from armdrive.programs import performing
+from armdrive.programs import running as performing
 from armdrive.programs.acts import (
     AwaitInputs,
     Delay,

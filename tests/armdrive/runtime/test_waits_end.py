@@ -13,7 +13,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, WrongState
 from armdrive.motion import streaming as pausing
 from armdrive.moves import Jog
-from armdrive.programs import performing
+from armdrive.programs import running as performing
 from armdrive.programs.acts import Say
 from armdrive.runtime.clock import SimulatedClock
 from armdrive.runtime.drive import RealPace, SimulatedPace

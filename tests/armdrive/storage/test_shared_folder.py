@@ -12,7 +12,7 @@ import pytest
 
 from armdrive import Arm
 from armdrive.cli import arm_files, chosen_arm
-from armdrive.cli.program import shell_lines
+from armdrive.cli.program import shell as shell_lines
 from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config, state_file

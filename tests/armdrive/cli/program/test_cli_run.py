@@ -249,7 +249,7 @@ def test_each_motion_waits_for_enter(homed, write, monkeypatch):
 
 def test_each_motion_of_a_script_waits_for_enter(homed, write, monkeypatch):
     keys = Keys()
-    monkeypatch.setattr("armdrive.cli.program.run_script.standard_input", lambda: keys)
+    monkeypatch.setattr("armdrive.cli.program.run.standard_input", lambda: keys)
     script = """\
 from armdrive import Arm, JointMove
 with Arm.connect() as arm:

@@ -8,7 +8,7 @@ from cli_calls import Caller
 from waiting import LONG_S
 
 from armdrive.cli.chosen_arm import connect_remembered
-from armdrive.cli.program import teach_recording
+from armdrive.cli.program import teach as teach_recording
 from armdrive.connect.target import find, simulated_config
 from armdrive.errors import ArmError
 from armdrive.programs.teaching.record import StepRecorder
@@ -142,9 +142,7 @@ def views(monkeypatch, call):
     view = json.loads(call("status", "--json", code=0).out)
     told = []
     monkeypatch.setattr(teach_recording, "one_holder", lambda _: "sim:teachmover")
-    monkeypatch.setattr(
-        "armdrive.cli.program.teach_recording.watch_holder", lambda *_: iter_views(told)
-    )
+    monkeypatch.setattr("armdrive.cli.program.teach.watch_holder", lambda *_: iter_views(told))
     return view, told
 
 

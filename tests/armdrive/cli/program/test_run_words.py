@@ -2,7 +2,7 @@
 
 import pytest
 
-from armdrive.cli.program.run_display import duration, line_words
+from armdrive.cli.program.run_common import duration, line_words
 
 
 @pytest.mark.parametrize(

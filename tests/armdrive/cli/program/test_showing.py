@@ -8,8 +8,7 @@ import pytest
 from program_acts import go
 from running_bench import table_arm
 
-from armdrive.cli.program.run_display import CLEAR_LINE, Display, duration
-from armdrive.cli.program.run_input import PromptLines, RunTerminal
+from armdrive.cli.program.run_common import CLEAR_LINE, Display, PromptLines, RunTerminal, duration
 from armdrive.connect.control_socket import _lasting, _shown
 from armdrive.programs.acts import RunStage
 from armdrive.programs.problems import SourceMark
@@ -37,7 +36,7 @@ def rehearsed():
 
 
 def test_one_line_is_rewritten_and_wiped_for_words(arm, capsys, monkeypatch):
-    monkeypatch.setattr("armdrive.cli.program.run_display.REDRAW_S", 1e3)
+    monkeypatch.setattr("armdrive.cli.program.run_common.REDRAW_S", 1e3)
     with Display(LINES, None, rewrites=True) as display:
         display.use(arm)
         display.follow(rehearsed())
@@ -76,7 +75,7 @@ def test_a_pause_and_a_slower_pace_are_shown(arm, capsys):
 
 
 def test_the_thread_that_looks_ends_quietly_when_nobody_reads_any_more(arm, monkeypatch):
-    monkeypatch.setattr("armdrive.cli.program.run_display.REDRAW_S", 1e-3)
+    monkeypatch.setattr("armdrive.cli.program.run_common.REDRAW_S", 1e-3)
 
     def gone(event):
         if event["event"] == "paused":
@@ -139,12 +138,12 @@ def test_what_waits_for_a_person_ends_with_the_run(arm):
     shown = []
 
     class Shown:
-        def say(self, text):
+        def say(self, text, **_):
             shown.append(text)
 
         waits = say
 
-    person = RunTerminal(arm, Shown(), PromptLines(None))
+    person = RunTerminal(arm, Shown(), PromptLines(None).keys)
     person.say("hello")
     person.hold("turn it", lambda: True)
     assert shown == ["hello", "turn it"]
