@@ -6,10 +6,12 @@ that nobody knows. A refusal is part of the answer.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from itertools import count
+from typing import Any, cast
 
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
@@ -39,7 +41,8 @@ from armdrive.runtime.drive import PaceChoice
 from armdrive.runtime.io_lines import input_bits
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.sim.simulated_arm import SimulatedArm
-from armdrive.sim.world.table import TableBlock
+from armdrive.sim.world.scene import GripScene
+from armdrive.sim.world.table import Incident, TableBlock
 from armdrive.status import State, Trust
 from armdrive.trace.calls import NO_TRACER
 from kinematics.errors import KinematicsError
@@ -123,7 +126,7 @@ class Things:
 
 
 class Rehearser(Performer):
-    """Carries out acts on a twin; with `traced` the path of the tip is kept."""
+    """Carries out acts on a twin."""
 
     def __init__(
         self,
@@ -132,19 +135,14 @@ class Rehearser(Performer):
         *,
         inputs: Mapping[int, bool],
         things: Things,
-        traced: bool,
         outputs: int = 0,
     ) -> None:
         super().__init__(twin, UnattendedPerson(), outputs=outputs)
-        self.path: list[Point] = []
         self._assumptions = assumptions
         self._inputs = inputs
         self._things = things
-        self._traced = traced
 
     def _go(self, act: Go) -> float | None:
-        if self._traced:
-            self.path += self.arm.preview(act.move).path
         if isinstance(act.move, GraspMove):
             self._things.before_grasp(self.arm)
         return super()._go(act)
@@ -179,10 +177,41 @@ class Rehearser(Performer):
         """Leave the arm's points as they are."""
 
 
-def tip_of(arm: Arm) -> Point:
-    """Return where the tip is, in mm."""
-    pose = arm.pose
-    return pose.x_mm, pose.y_mm, pose.z_mm
+# Keeps the path of a simulated arm's tip, for the picture of a rehearsal.
+#
+# It is the physical path, whatever makes the arm move: acts of a program, and calls of a script.
+
+NEAREST_MM = 1.0
+"""Points of the path are no nearer to one another."""
+
+
+class TracedScene:
+    """The scene of an arm's world, which is told every motion of the tip; all else is its own."""
+
+    def __init__(self, arm: Arm, scene: GripScene, path: list[Point]) -> None:
+        self._arm = arm
+        self._scene = scene
+        self._path = path
+
+    def follow(
+        self, before: Point, after: Point, opening_mm: float, time_s: float
+    ) -> list[Incident]:
+        """Keep where the tip goes, once the arm knows where it stands."""
+        if self._arm.core.position_known:
+            for point in (before, after):
+                if not self._path or math.dist(self._path[-1], point) >= NEAREST_MM:
+                    self._path.append(point)
+        return self._scene.follow(before, after, opening_mm, time_s)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._scene, name)
+
+
+def trace(arm: Arm, path: list[Point]) -> None:
+    """Have a twin's tip leave its points in a path, in mm in the arm's base frame."""
+    if arm.twin is not None:
+        world = arm.twin.world
+        world.scene = cast("GripScene", TracedScene(arm, world.scene, path))
 
 
 # The twin that a program is rehearsed on: the arm's own, standing where the arm stands.
@@ -395,9 +424,11 @@ def rehearse(config: ArmConfig, arm: Arm | None, plan: RehearsedPlan) -> Rehears
             assumptions,
             inputs=plan.inputs,
             things=Things(assumptions, plan.width_mm, known=knows_its_world(arm)),
-            traced=plan.traced,
             outputs=plan.outputs,
         )
+        path: list[Point] = []
+        if plan.traced:
+            trace(twin, path)
         watch = _RehearsalWatch(assumptions)
         last = LOOPS_REHEARSED + plan.loop - 1
         loops = last if plan.loops == FOR_EVER else min(plan.loops, last)
@@ -421,7 +452,7 @@ def rehearse(config: ArmConfig, arm: Arm | None, plan: RehearsedPlan) -> Rehears
         run.at.stage.mark if refusal is not None and run.at is not None else None,
         whole,
         twin.speed_override,
-        tuple(rehearser.path),
+        tuple(path),
     )
 
 

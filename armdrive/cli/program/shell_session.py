@@ -9,10 +9,9 @@ import re
 import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from functools import partial
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeAlias
 
 from armdrive.arm import Arm
 from armdrive.blocking import run_blocking
@@ -88,20 +87,15 @@ class Left(Exception):
     """The person is done."""
 
 
-@dataclass(frozen=True, slots=True)
-class OwnWord:
-    """A word of the shell: what stands behind it, what it does."""
-
-    usage: str
-    says: str
-    deed: Callable[[Shell, str], None]
+Deed: TypeAlias = Callable[["Shell", str], None]
+"""What does a word of the shell, with what stands behind it."""
 
 
-def own_word(line: str, words: Mapping[str, OwnWord]) -> tuple[OwnWord, str] | None:
-    """Return the word of the shell that a line is, and what stands behind it; None for none."""
+def own_word(line: str, words: Mapping[str, Deed]) -> tuple[Deed, str] | None:
+    """Return what does the word of the shell that a line is, and what stands behind the word."""
     match = _LINE.fullmatch(line)
-    word = None if match is None else words.get(match[1].lower())
-    return None if word is None or match is None else (word, match[2] or "")
+    deed = None if match is None else words.get(match[1].lower())
+    return None if deed is None or match is None else (deed, match[2] or "")
 
 
 class Shell:
@@ -114,7 +108,7 @@ class Shell:
         self,
         arm: Arm,
         options: argparse.Namespace,
-        words: Mapping[str, OwnWord],
+        words: Mapping[str, Deed],
         *,
         typing: bool,
     ) -> None:
@@ -157,10 +151,10 @@ class Shell:
         if entry is not None:
             self.carry_out(entry)
 
-    def _do(self, word: OwnWord, rest: str, position: int) -> None:
+    def _do(self, deed: Deed, rest: str, position: int) -> None:
         try:
             with stopped_by_interrupt(lambda: [self.arm]):
-                word.deed(self, rest)
+                deed(self, rest)
         except ArmError as error:
             if not (self.typing or self.json or isinstance(error, ProgramError)):
                 put_error(f"{SourceMark(position, 1, INPUT)}\n")
