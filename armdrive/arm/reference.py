@@ -57,6 +57,15 @@ class Referencing:
         self._core = parts.core
         self._config = parts.config
 
+    def require(self) -> None:
+        """Raise `NotReferenced`, with the way to a reference, unless planned motion may go on."""
+        self._core.require_reference()
+
+    @property
+    def unconfirmed(self) -> bool:
+        """Whether planned motion waits for somebody to confirm where an earlier program left it."""
+        return self._view.status.trust is Trust.RESTORED and not self._core.allow_restored
+
     # -- homing ---------------------------------------------------------------------------------
 
     async def home(self, operator: Operator | None, told: Told) -> Pose:

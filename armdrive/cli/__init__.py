@@ -10,289 +10,126 @@ from types import MappingProxyType
 
 TYPE_CHECKING = False  # as typing's, which is slow to import
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
-    from armdrive.cli.options import Arguments, Command
-
-    CommandRow = tuple[
-        Callable[[], Mapping[str, Arguments]], Callable[[], Mapping[str, Command]], str
-    ]
-
-# What may be typed after the commands of a group is light to load: `--help` needs no more.
-
-
-def _driving_arguments() -> Mapping[str, Arguments]:
-    from armdrive.cli.drive.arguments import ARGUMENTS
-
-    return ARGUMENTS
-
-
-def _program_arguments() -> Mapping[str, Arguments]:
-    from armdrive.cli.program.arguments import ARGUMENTS
-
-    return ARGUMENTS
-
-
-def _looking_arguments() -> Mapping[str, Arguments]:
-    from armdrive.cli.look.arguments import ARGUMENTS
-
-    return ARGUMENTS
-
-
-def _learning_arguments() -> Mapping[str, Arguments]:
-    from armdrive.cli.learn.arguments import ARGUMENTS
-
-    return ARGUMENTS
-
-
-def _set_up_arguments() -> Mapping[str, Arguments]:
-    from armdrive.cli.set_up.arguments import ARGUMENTS
-
-    return ARGUMENTS
-
-
-# Commands that need the same libraries are loaded together; where one would wait for libraries of
-# another, they are not. A module's own imports stand at its top.
-
-
-def _arm_commands() -> Mapping[str, Command]:
-    from armdrive.cli.drive import disable, enable, home, move, reset, verify
-
-    return {
-        "disable": disable.run,
-        "enable": enable.run,
-        "home": home.run,
-        "move": move.run,
-        "reset": reset.run,
-        "verify": verify.run,
-    }
-
-
-def _point_commands() -> Mapping[str, Command]:
-    from armdrive.cli.drive import points
-
-    return {"points": points.run}
-
-
-def _jog_commands() -> Mapping[str, Command]:
-    from armdrive.cli.drive import jog
-
-    return {"jog": jog.run}
-
-
-def _requests_to_other_programs() -> Mapping[str, Command]:
-    from armdrive.cli.control_requests import pause, record, resume, slow, stop
-
-    return {"record": record, "pause": pause, "resume": resume, "slow": slow, "stop": stop}
-
-
-def _run_commands() -> Mapping[str, Command]:
-    from armdrive.cli.program import run
-
-    return {"run": run.run}
-
-
-def _shell_commands() -> Mapping[str, Command]:
-    from armdrive.cli.program import shell
-
-    return {"shell": shell.run}
-
-
-def _teaching_commands() -> Mapping[str, Command]:
-    from armdrive.cli.program import demo, pendant, teach
-
-    return {"demo": demo.run, "pendant": pendant.run, "teach": teach.run}
-
-
-def _status_commands() -> Mapping[str, Command]:
-    from armdrive.cli.look import status, watch
-
-    return {"status": status.run, "watch": watch.run}
-
-
-def _recording_commands() -> Mapping[str, Command]:
-    from armdrive.cli.look import log, replay
-
-    return {"log": log.run, "replay": replay.run}
-
-
-def _arm_file_commands() -> Mapping[str, Command]:
-    from armdrive.cli.set_up import config, ports
-
-    return {"config": config.run, "ports": ports.run}
-
-
-def _can_commands() -> Mapping[str, Command]:
-    from armdrive.cli.set_up import can
-
-    return {"can": can.run}
-
-
-def _diagnosis_commands() -> Mapping[str, Command]:
-    from armdrive.cli.set_up import doctor
-
-    return {"doctor": doctor.run}
-
-
-def _sim_commands() -> Mapping[str, Command]:
-    from armdrive.cli.set_up import sim
-
-    return {"sim": sim.run}
-
-
-def _pose_commands() -> Mapping[str, Command]:
-    from armdrive.cli.learn.poses import fk, ik
-
-    return {"fk": fk, "ik": ik}
-
-
-def _textbook_commands() -> Mapping[str, Command]:
-    from armdrive.cli.learn import explain
-
-    return {"explain": explain.run}
-
-
-def _drawing_commands() -> Mapping[str, Command]:
-    from armdrive.cli.learn import plot
-
-    return {"plot": plot.run}
-
-
-def _error_commands() -> Mapping[str, Command]:
-    from armdrive.cli.learn import errors
-
-    return {"errors": errors.run}
-
-
-_COMMANDS: Mapping[str, CommandRow] = MappingProxyType(
+_COMMANDS: Mapping[str, tuple[str, str, str]] = MappingProxyType(
     {
-        "demo": (
-            _program_arguments,
-            _teaching_commands,
-            "watch the simulated arm pick and place blocks",
-        ),
-        "jog": (_driving_arguments, _jog_commands, "drive an arm from the keyboard"),
-        "move": (_driving_arguments, _arm_commands, "move an arm to joint angles or to a pose"),
+        "demo": ("program", "program.demo:run", "watch the simulated arm pick and place blocks"),
+        "jog": ("drive", "drive.jog:jog", "drive an arm from the keyboard"),
+        "move": ("drive", "drive.move:move", "move an arm to joint angles or to a pose"),
         "run": (
-            _program_arguments,
-            _run_commands,
+            "program",
+            "program.run:run",
             "run a program, or rehearse it: a program file or a Python script",
         ),
         "shell": (
-            _program_arguments,
-            _shell_commands,
+            "program",
+            "program.shell:run",
             "type the words of a program at a prompt, each carried out at once",
         ),
         "points": (
-            _driving_arguments,
-            _point_commands,
+            "drive",
+            "",
             "name places of an arm, and go to them; step through sequences of them",
         ),
         "teach": (
-            _program_arguments,
-            _teaching_commands,
+            "program",
+            "program.teach:run",
             "record sequences as the arm is moved, and edit them step by step",
         ),
         "pendant": (
-            _driving_arguments,
-            _teaching_commands,
+            "drive",
+            "",
             "the program in an arm's own memory: into a file, and back",
         ),
-        "home": (_driving_arguments, _arm_commands, "reference an arm in its reference posture"),
+        "home": ("drive", "drive.home:home", "reference an arm in its reference posture"),
         "verify": (
-            _driving_arguments,
-            _arm_commands,
+            "drive",
+            "drive.home:verify",
             "measure at the reference mark how far an arm has drifted",
         ),
         "enable": (
-            _driving_arguments,
-            _arm_commands,
+            "drive",
+            "drive.motors:enable",
             "switch the motors on, where the controller can",
         ),
         "reset": (
-            _driving_arguments,
-            _arm_commands,
+            "drive",
+            "drive.motors:reset",
             "leave an error, after looking at the arm; moves nothing",
         ),
         "disable": (
-            _driving_arguments,
-            _arm_commands,
+            "drive",
+            "drive.motors:disable",
             "switch the motors off, which lets the arm sag: parks it first",
         ),
-        "stop": (
-            _driving_arguments,
-            _requests_to_other_programs,
-            "stop an arm that another program drives",
-        ),
+        "stop": ("drive", "control_requests:stop", "stop an arm that another program drives"),
         "pause": (
-            _driving_arguments,
-            _requests_to_other_programs,
+            "drive",
+            "control_requests:pause",
             "have an arm wait that another program drives",
         ),
-        "resume": (_driving_arguments, _requests_to_other_programs, "let a paused arm go on"),
+        "resume": ("drive", "control_requests:resume", "let a paused arm go on"),
         "slow": (
-            _driving_arguments,
-            _requests_to_other_programs,
+            "drive",
+            "control_requests:slow",
             "have an arm go slower than the program that drives it asks for",
         ),
-        "watch": (_looking_arguments, _status_commands, "watch an arm that another program drives"),
+        "watch": ("look", "look.status:watch", "watch an arm that another program drives"),
         "status": (
-            _looking_arguments,
-            _status_commands,
+            "look",
+            "look.status:status",
             "show where an arm is, and whether that can be trusted",
         ),
         "record": (
-            _looking_arguments,
-            _requests_to_other_programs,
+            "look",
+            "control_requests:record",
             "write down what has passed between an arm and the program that drives it",
         ),
         "log": (
-            _looking_arguments,
-            _recording_commands,
+            "look",
+            "look.recordings:log",
             "read a recording in words: bytes, requests, intents, states, errors",
         ),
         "replay": (
-            _looking_arguments,
-            _recording_commands,
+            "look",
+            "look.recordings:replay_recording",
             "replay a recording against a simulated twin, and show where they part",
         ),
-        "fk": (_learning_arguments, _pose_commands, "joint angles to the pose of the finger tips"),
-        "ik": (_learning_arguments, _pose_commands, "a pose to joint angles, every solution"),
+        "fk": ("learn", "learn.poses:fk", "joint angles to the pose of the finger tips"),
+        "ik": ("learn", "learn.poses:ik", "a pose to joint angles, every solution"),
         "explain": (
-            _learning_arguments,
-            _textbook_commands,
+            "learn",
+            "learn.explain:explain",
             "an arm worked out: link table, A matrices, forward, every inverse",
         ),
-        "plot": (_learning_arguments, _drawing_commands, "draw what an arm can reach"),
-        "config": (
-            _set_up_arguments,
-            _arm_file_commands,
-            "arm files: write one by an interview, list, show, check them",
-        ),
+        "plot": ("learn", "learn.plot:plot", "draw what an arm can reach"),
+        "config": ("set_up", "", "arm files: write one by an interview, list, show, check them"),
         "ports": (
-            _set_up_arguments,
-            _arm_file_commands,
+            "set_up",
+            "set_up.ports:ports",
             "list the serial ports, who has them, and which arm files name them",
         ),
-        "can": (
-            _set_up_arguments,
-            _can_commands,
-            "set up drives on a CAN bus, and watch what passes there",
-        ),
+        "can": ("set_up", "", "set up drives on a CAN bus, and watch what passes there"),
         "doctor": (
-            _set_up_arguments,
-            _diagnosis_commands,
+            "set_up",
+            "set_up.doctor:doctor",
             "find out what a port leads to, and what is wrong with it; moves nothing",
         ),
-        "sim": (_set_up_arguments, _sim_commands, "run a simulated arm that speaks the real bytes"),
+        "sim": ("set_up", "set_up.sim:sim", "run a simulated arm that speaks the real bytes"),
         "errors": (
-            _learning_arguments,
-            _error_commands,
+            "learn",
+            "learn.errors:errors",
             "what an error means for the arm, and what to do, by its code",
         ),
     }
 )
-"""Every command: what loads its options, what loads it, and its line of help."""
+"""Every command: the group that declares its arguments, its function, and its line of help.
+
+A command with actions, as `points`, has a function for each of them, in the group's table. The
+arguments of a group are light to load: `--help` of a command needs no more. The module of the
+function is loaded to carry the command out, and may load all that drives an arm.
+"""
 
 COMMANDS: Mapping[str, str] = MappingProxyType({name: row[2] for name, row in _COMMANDS.items()})
 """Every command with its line of help."""
@@ -331,8 +168,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     if word not in COMMANDS:
         return refuse(word, COMMANDS)
-    arguments, load, summary = _COMMANDS[word]
-    return run_command(word, summary, arguments()[word], load, words[1:])
+    group, function, summary = _COMMANDS[word]
+    return run_command(word, summary, group, function, words[1:])
 
 
 def _help() -> str:

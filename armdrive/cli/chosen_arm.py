@@ -6,13 +6,15 @@ Simulated arms of the command line are remembered from one command to the next.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
+from armdrive.cli.presenter import tell
 from armdrive.config.arm import ArmConfig
 from armdrive.connect import parts as connecting
 from armdrive.connect.target import state_file
@@ -51,6 +53,20 @@ def connect_chosen(
         target.config, allow_restored=allow_restored, reconnect=reconnect
     )
     return Arm(parts)
+
+
+@contextlib.contextmanager
+def opened_arm(
+    options: argparse.Namespace, *, allow_restored: bool = False, enabled: bool = False
+) -> Iterator[Arm]:
+    """Connect to the arm that the options name, say which it is, and give it back at the end.
+
+    Its motors are as they were, or with `enabled` on.
+    """
+    connected = connect_chosen(options, allow_restored=allow_restored)
+    with connected if enabled else contextlib.closing(connected) as arm:
+        tell(options, arm.status.which)
+        yield arm
 
 
 def world_file(arm: str) -> Path:

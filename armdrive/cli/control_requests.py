@@ -7,7 +7,7 @@ import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
-from armdrive.cli.presenter import emit, say
+from armdrive.cli.presenter import Result
 from armdrive.errors import ArmError, BadRequest
 from armdrive.storage.lock_client import ask_holder, held_arms
 
@@ -40,10 +40,10 @@ def ask(name: str, request: str, **words: object) -> Mapping[str, object]:
     return answer
 
 
-def ask_all(
+def _ask_all(
     options: argparse.Namespace, request: str, done: str, told: str, **words: object
-) -> int:
-    """Ask the chosen holders, say what came of it, and return the exit code.
+) -> Result:
+    """Ask the chosen holders, and return what came of it.
 
     `told` is the word under which `--json` counts those that were asked.
     """
@@ -53,38 +53,35 @@ def ask_all(
             ask(name, request, **words)
         except ArmError as error:
             failures.append(str(error))
-    if options.json:
-        emit({told: len(names) - len(failures), "failures": failures})
-    elif not names:
-        say(f"no program of yours holds an arm: nothing to {request}")
-    else:
-        for text in failures or [f"asked {', '.join(names)} to {done}"]:
-            say(text)
-    return 1 if failures else 0
+    lines = failures or [f"asked {', '.join(names)} to {done}"]
+    if not names:
+        lines = [f"no program of yours holds an arm: nothing to {request}"]
+    view = {told: len(names) - len(failures), "failures": failures}
+    return Result(view, lines, 1 if failures else 0)
 
 
-def stop(options: argparse.Namespace) -> int:
+def stop(options: argparse.Namespace) -> Result:
     """Ask the holders to stop."""
-    return ask_all(options, "stop", "stop", "stopped")
+    return _ask_all(options, "stop", "stop", "stopped")
 
 
-def pause(options: argparse.Namespace) -> int:
+def pause(options: argparse.Namespace) -> Result:
     """Ask the holders to pause."""
-    return ask_all(options, "pause", "pause; `armdrive resume` lets them go on", "paused")
+    return _ask_all(options, "pause", "pause; `armdrive resume` lets them go on", "paused")
 
 
-def resume(options: argparse.Namespace) -> int:
+def resume(options: argparse.Namespace) -> Result:
     """Ask the holders to resume."""
-    return ask_all(options, "resume", "resume", "resumed")
+    return _ask_all(options, "resume", "resume", "resumed")
 
 
-def slow(options: argparse.Namespace) -> int:
+def slow(options: argparse.Namespace) -> Result:
     """Ask the holders to go slower."""
     done = f"go with {options.percent:g} % of the speed"
-    return ask_all(options, "slow", done, "slowed", percent=options.percent)
+    return _ask_all(options, "slow", done, "slowed", percent=options.percent)
 
 
-def record(options: argparse.Namespace) -> int:
+def record(options: argparse.Namespace) -> list[Result]:
     """Ask the holders to write, and say which files they wrote."""
     names = chosen_holders(options)
     if not names:
@@ -94,12 +91,7 @@ def record(options: argparse.Namespace) -> int:
     files = [_recorded(name) for name in names]
     if options.output is not None:
         files = [Path(shutil.copyfile(files[0], options.output))]
-    for file in files:
-        if options.json:
-            emit({"recording": str(file)})
-        else:
-            say(f"written: {file}")
-    return 0
+    return [Result({"recording": str(file)}, f"written: {file}") for file in files]
 
 
 def _recorded(name: str) -> Path:

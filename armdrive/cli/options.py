@@ -3,14 +3,26 @@
 from __future__ import annotations
 
 import argparse
+import importlib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 Command = Callable[[argparse.Namespace], int]
 """Carries a command out, and returns the exit code."""
 Declare = Callable[[argparse.ArgumentParser], None]
 """Declares the options of a command."""
+
+
+def load(place: str) -> Any:
+    """Return what stands in a module of the command line, written `drive.move:move`.
+
+    The tables of commands and actions name their functions like this, so that help and a wrong
+    option do not wait for what only the work needs.
+    """
+    module, _, name = place.partition(":")
+    return getattr(importlib.import_module(f"armdrive.cli.{module}"), name)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -19,6 +31,40 @@ class Arguments:
 
     declare: Declare
     epilog: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Action:
+    """An action of a command, as `list` of `points`: its line of help, its options, its function.
+
+    The function is written `drive.points:show`; its module is loaded to carry the action out.
+    """
+
+    summary: str
+    function: str
+    declare: Declare
+    epilog: str = ""
+
+
+def add_actions(parser: argparse.ArgumentParser, actions: Mapping[str, Action]) -> None:
+    """Add the actions of a command, one of which has to be named."""
+    listed = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
+    for name, row in actions.items():
+        action = listed.add_parser(
+            name,
+            help=row.summary,
+            description=row.summary[0].upper() + row.summary[1:] + ".",
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+            epilog=row.epilog,
+        )
+        row.declare(action)
+        action.set_defaults(function=row.function)
+
+
+def add_switches(parser: argparse._ActionsContainer, switches: Mapping[str, str]) -> None:
+    """Add options without a value, each with its help."""
+    for name, meaning in switches.items():
+        parser.add_argument(name, action="store_true", help=meaning)
 
 
 _MOST_DIGITS = 18

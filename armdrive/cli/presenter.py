@@ -2,20 +2,75 @@
 
 Everything that the command line prints goes through this module, and what is not printable is
 shown as an escape: text may come from a file or a device, and a terminal acts on what it is sent.
+
+A command returns a `Result`, or several: `present` decides which of its two forms is printed. A
+command that takes long says meanwhile what it does by `tell`, and shows results as they come by
+`show`; `--json` silences the first.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 import queue
 import sys
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Self, TextIO
 
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.printable import encodable, printable, printable_lines
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What a command comes to: a document for programs, lines for people, and an exit code.
+
+    Lines that are made while they are printed cost nothing with `--json`. Without a document, the
+    lines are for people alone.
+    """
+
+    document: Mapping[str, Any] | None
+    lines: str | Iterable[str] = ()
+    code: int = 0
+
+
+Outcome = int | Result | Iterable[Result]
+"""What a command returns: results to be printed, or the exit code where it has printed them."""
+
+
+def present(outcome: Outcome, options: argparse.Namespace) -> int:
+    """Print what a command returned; return its exit code, the highest of several results."""
+    if isinstance(outcome, int):
+        return outcome
+    code = 0
+    for result in (outcome,) if isinstance(outcome, Result) else outcome:
+        show(result, options)
+        code = max(code, result.code)
+    return code
+
+
+def show(result: Result, options: argparse.Namespace) -> None:
+    """Print a result in the form that the options ask for."""
+    if as_json(options):
+        if result.document is not None:
+            emit(result.document)
+        return
+    for line in (result.lines,) if isinstance(result.lines, str) else result.lines:
+        say(line)
+
+
+def tell(options: argparse.Namespace, text: str) -> None:
+    """Print a line for people on the way to the result."""
+    if not as_json(options):
+        say(text)
+
+
+def as_json(options: argparse.Namespace) -> bool:
+    """Return whether the options ask for JSON: then nothing is asked, and no progress told."""
+    return bool(getattr(options, "json", False))
 
 
 def say(text: str) -> None:
@@ -33,9 +88,9 @@ def complain(text: str) -> None:
     put_error(f"{printable_lines(presented(text, COMMAND_LINE))}\n")
 
 
-def emit(document: dict[str, Any]) -> None:
+def emit(document: Mapping[str, Any]) -> None:
     """Print a JSON document on a line of its own."""
-    say(json.dumps(document))
+    say(json.dumps(dict(document)))
 
 
 def put(text: str, *, control: str = "", output: TextIO | None = None) -> None:

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 from armdrive.cli.presenter import put, say
-from armdrive.dialog.conversation import Question, WrongAnswer, yes_or_no
-from armdrive.errors import BadRequest
+from armdrive.dialog.conversation import AskPerson, Question, WrongAnswer, yes_or_no
+from armdrive.errors import BadRequest, OperatorNeeded
 
 HELP, BACK = "?", "back"
 
@@ -36,24 +37,56 @@ def ask(question: Question, take: Callable[[str], Any]) -> Any:
             say(f"  {wrong}")
 
 
-def ask_value(question: Question) -> Any:
-    """Ask a question that stands by itself, and return its value."""
+def ask_value(question: Question, *, resumed_by: str = "") -> Any:
+    """Ask a question that stands by itself, and return its value.
+
+    `resumed_by` is the command that goes on where this one was left, if one does. Raises
+    `BadRequest` where the answers have ended, or `OperatorNeeded` with that command.
+    """
 
     def take(line: str) -> Any:
         if not line and question.default is None:
-            raise WrongAnswer("an answer is needed")
+            raise WrongAnswer("an answer is needed; ? explains")
         return question.read(line or question.default or "")
 
     while True:
         try:
             return ask(question, take)
         except Back:
-            say("  there is no way back from here")
+            leave = (
+                "here; Ctrl-C leaves, and the same command goes on" if resumed_by else "from here"
+            )
+            say(f"  there is no way back {leave}")
+        except BadRequest as ended:
+            if not resumed_by:
+                raise
+            raise OperatorNeeded(
+                f"the answers ended at {question.words!r}: what was done stays done, and "
+                f"`{resumed_by}` goes on there"
+            ) from ended
 
 
 def agree(words: str, why: str, default: str = "no") -> bool:
     """Ask a question whose answer is yes or no."""
     return bool(ask_value(Question("", words, why, yes_or_no, default)))
+
+
+@dataclass(frozen=True, slots=True)
+class TerminalPerson:
+    """The person at the terminal, who is told and asked in a dialog."""
+
+    resumed_by: str = ""
+
+    def tell(self, text: str) -> None:
+        """Print a line."""
+        say(text)
+
+    def watch(self, motor: int) -> None:
+        """Do nothing: people have eyes."""
+
+    def answer(self, asked: AskPerson) -> Any:
+        """Ask until the answer can be used. Raises as `ask_value` does."""
+        return ask_value(asked.question, resumed_by=self.resumed_by)
 
 
 def _show(question: Question) -> None:

@@ -11,13 +11,13 @@ import shlex
 import signal
 import sys
 import threading
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
-from armdrive.cli.options import Arguments, Command
-from armdrive.cli.presenter import complain, put_error
+from armdrive.cli.options import Arguments, load
+from armdrive.cli.presenter import Outcome, as_json, complain, present, put_error
 from armdrive.errors import ArmError
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.printable import as_message
@@ -51,32 +51,27 @@ class CommandParser(argparse.ArgumentParser):
         super().exit(status, None if message is None else as_message(message))
 
 
-def run_command(
-    name: str,
-    summary: str,
-    arguments: Arguments,
-    load: Callable[[], Mapping[str, Command]],
-    words: list[str],
-) -> int:
+def run_command(name: str, summary: str, group: str, function: str, words: list[str]) -> int:
     """Parse the words of a command, load and run it, and return its exit code.
 
     What a command needs to run is loaded once its words are understood: help and a wrong option
-    do not wait for it.
+    do not wait for it. An action of a command has a function of its own.
     """
     _fill_closed_streams()
+    arguments: Arguments = load(f"{group}.arguments:ARGUMENTS")[name]
     parser = CommandParser(
         prog=f"armdrive {name}",
         description=summary[0].upper() + summary[1:] + ".",
         formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog=arguments.epilog,
     )
-    options = argparse.Namespace()
+    options = argparse.Namespace(function=function)
     try:
         arguments.declare(parser)
         parser.parse_args(words, options)
-        command = load()[name]
+        command: Callable[[argparse.Namespace], Outcome] = load(options.function)
         with _signals(), _threads_told():
-            return command(options)
+            return present(command(options), options)
     except KeyboardInterrupt:
         pressed = KeyboardInterrupt("interrupted; an arm that moved was stopped")
         return _say(options, pressed, INTERRUPTED)
@@ -132,7 +127,7 @@ def _in_words(error: OSError) -> OSError:
 
 def _say(options: argparse.Namespace, error: BaseException, code: int) -> int:
     """Put an error on a line of its own, for the person or, with `--json`, for the program."""
-    if getattr(options, "json", False):
+    if as_json(options):
         complain(json.dumps(error_view(error)))
     else:
         sentence = as_message(with_arm(presented(tagged(error), COMMAND_LINE), options))

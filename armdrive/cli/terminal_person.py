@@ -49,7 +49,7 @@ def ask_operator(request: PostureRequest) -> bool:
 def settle_trust(arm: Arm) -> None:
     """Have a restored position confirmed: by the simulated operator, or by the person here."""
     status = arm.status
-    if status.trust is not Trust.RESTORED or arm.core.allow_restored or status.joints is None:
+    if status.joints is None or not arm.referencing.unconfirmed:
         return
     if arm.simulated:
         confirm_simulated(arm)

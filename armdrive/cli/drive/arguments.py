@@ -7,9 +7,42 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from armdrive.cli.arm_options import add_allow_restored, add_arm_options
-from armdrive.cli.options import Arguments, count, fraction, number
+from armdrive.cli.options import (
+    Action,
+    Arguments,
+    Declare,
+    add_actions,
+    add_switches,
+    count,
+    fraction,
+    number,
+)
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS
 from kinematics.spaces import JOINT_NAMES
+
+# --- what several commands with actions take
+
+
+def _naming(*words: str, more: Declare | None = None) -> Declare:
+    """Return what declares the names that an action wants, its own options, and the arm."""
+
+    def declare(action: argparse.ArgumentParser) -> None:
+        for word in words:
+            action.add_argument(word, metavar=word.upper())
+        if more is not None:
+            more(action)
+        add_arm_options(action)
+
+    return declare
+
+
+def _again(action: argparse.ArgumentParser) -> None:
+    add_switches(action, {"--again": "write over what is there"})
+
+
+def _force(action: argparse.ArgumentParser) -> None:
+    add_switches(action, {"--force": "overwrite another file"})
+
 
 # --- disable
 
@@ -23,9 +56,12 @@ armdrive disable --no-park    switches off where the arm stands: support it
 
 def _disable(parser: argparse.ArgumentParser) -> None:
     choice = parser.add_mutually_exclusive_group()
-    choice.add_argument("--yes", action="store_true", help="park first, without asking")
-    choice.add_argument(
-        "--no-park", action="store_true", help="switch off where the arm stands, without asking"
+    add_switches(
+        choice,
+        {
+            "--yes": "park first, without asking",
+            "--no-park": "switch off where the arm stands, without asking",
+        },
     )
     add_allow_restored(parser)
     add_arm_options(parser)
@@ -56,15 +92,12 @@ Examples:
 
 def _home(parser: argparse.ArgumentParser) -> None:
     how = parser.add_mutually_exclusive_group()
-    how.add_argument(
-        "--yes",
-        action="store_true",
-        help="the arm stands in its reference posture now: do not ask",
-    )
-    how.add_argument(
-        "--confirm",
-        action="store_true",
-        help="instead: the arm stands where an earlier command left it",
+    add_switches(
+        how,
+        {
+            "--yes": "the arm stands in its reference posture now: do not ask",
+            "--confirm": "instead: the arm stands where an earlier command left it",
+        },
     )
     how.add_argument(
         "--declare",
@@ -72,13 +105,12 @@ def _home(parser: argparse.ArgumentParser) -> None:
         metavar="JOINT=DEG",
         help=f"instead: it stands in these angles ({GRIPPER_AXIS}=MM too), or as parked: `park`",
     )
-    how.add_argument(
-        "--switches",
-        action="store_true",
-        help="have an arm with switches seek them WITHOUT ASKING: it moves",
-    )
-    how.add_argument(
-        "--guide", action="store_true", help="be guided on a simulated arm too, for practice"
+    add_switches(
+        how,
+        {
+            "--switches": "have an arm with switches seek them WITHOUT ASKING: it moves",
+            "--guide": "be guided on a simulated arm too, for practice",
+        },
     )
     add_arm_options(parser)
 
@@ -190,12 +222,11 @@ def _move(parser: argparse.ArgumentParser) -> None:
         help="a joint of an arm that is given by a model file; may be repeated",
     )
     parser.add_argument("--gripper", type=number, metavar="MM", help="open or close to a width")
-    parser.add_argument("--park", action="store_true", help="to the park posture")
+    add_switches(parser, {"--park": "to the park posture"})
     parser.add_argument("--speed", type=fraction, default=1.0, help="fraction of the limits")
-    parser.add_argument(
-        "--preview",
-        action="store_true",
-        help="say what the motion would be, every solution and margin; moves nothing",
+    add_switches(
+        parser,
+        {"--preview": "say what the motion would be, every solution and margin; moves nothing"},
     )
     add_allow_restored(parser)
     add_arm_options(parser)
@@ -242,43 +273,63 @@ Every action prints JSON with --json.
 """
 
 
-PENDANT_ACTIONS: Mapping[str, tuple[tuple[str, ...], str]] = MappingProxyType(
+def _add_actions_of_pendant(parser: argparse.ArgumentParser) -> None:
+    add_actions(parser, PENDANT_ACTIONS)
+
+
+def _into_file(action: argparse.ArgumentParser) -> None:
+    _force(action)
+    add_allow_restored(action)
+
+
+def _into_arm(action: argparse.ArgumentParser) -> None:
+    add_switches(
+        action,
+        {
+            "--yes": "do not ask before writing",
+            "--leave-others": "let rows stay that the file does not have",
+        },
+    )
+    add_switches(
+        action.add_mutually_exclusive_group(),
+        {
+            "--shift": "so that rows lead where they led",
+            "--as-is": "the numbers, wherever they lead now",
+        },
+    )
+    add_allow_restored(action)
+
+
+PENDANT_ACTIONS: Mapping[str, Action] = MappingProxyType(
     {
-        "show": ((), "print the program in the arm, row by row"),
-        "read": (("file",), "read the program out of the arm into a file"),
-        "write": (("file",), "write a file's rows into the arm, and read them back"),
-        "points": (("file", "name"), "make points and a sequence of a file's rows"),
-        "make": (("name", "file"), "make a file of rows of a taught sequence"),
+        "show": Action(
+            "print the program in the arm, row by row",
+            "program.pendant:run",
+            _naming(more=add_allow_restored),
+        ),
+        "read": Action(
+            "read the program out of the arm into a file",
+            "program.pendant:run",
+            _naming("file", more=_into_file),
+        ),
+        "write": Action(
+            "write a file's rows into the arm, and read them back",
+            "program.pendant:run",
+            _naming("file", more=_into_arm),
+        ),
+        "points": Action(
+            "make points and a sequence of a file's rows",
+            "program.pendant:run",
+            _naming("file", "name", more=_again),
+        ),
+        "make": Action(
+            "make a file of rows of a taught sequence",
+            "program.pendant:run",
+            _naming("name", "file", more=_into_file),
+        ),
     }
 )
-"""Every action of `pendant`: the names that it wants, and its line of help."""
-
-
-def _pendant(parser: argparse.ArgumentParser) -> None:
-    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
-    for name, (words, summary) in PENDANT_ACTIONS.items():
-        action = actions.add_parser(name, help=summary, description=summary)
-        for word in words:
-            action.add_argument(word, metavar=word.upper())
-        if name in ("read", "make"):
-            action.add_argument("--force", action="store_true", help="overwrite another file")
-        if name == "write":
-            _add_write_options(action)
-        if name == "points":
-            action.add_argument("--again", action="store_true", help="write over what is there")
-        else:
-            add_allow_restored(action)
-        add_arm_options(action)
-
-
-def _add_write_options(action: argparse.ArgumentParser) -> None:
-    action.add_argument("--yes", action="store_true", help="do not ask before writing")
-    action.add_argument(
-        "--leave-others", action="store_true", help="let rows stay that the file does not have"
-    )
-    meant = action.add_mutually_exclusive_group()
-    meant.add_argument("--shift", action="store_true", help="so that rows lead where they led")
-    meant.add_argument("--as-is", action="store_true", help="the numbers, wherever they lead now")
+"""Every action of `pendant`."""
 
 
 # --- points
@@ -301,56 +352,29 @@ Every action prints JSON with --json.
 """
 
 
-POINT_ACTIONS: Mapping[str, tuple[tuple[str, ...], str]] = MappingProxyType(
-    {
-        "list": ((), "list the points and sequences, and where their file is"),
-        "show": (("name",), "show a point, or the steps of a sequence"),
-        "save": (("name",), "name the place where the arm stands; moves nothing"),
-        "go": (("name",), "move the arm to a point"),
-        "run": (("name",), "carry out a sequence"),
-        "rename": (("name", "new"), "give a point another name, in sequences too"),
-        "delete": (("name",), "take a point or a sequence away"),
-        "copy": (("name", "new"), "the same point or sequence once more, over new points"),
-        "mirror": (("name", "new"), "a point or a sequence with left and right exchanged"),
-        "export": (("name", "file"), "write a sequence as a program file"),
-        "offset": (("name", "new"), "a point or a sequence in another place"),
-    }
-)
-"""Every action of `points`: the names that it wants, and its line of help."""
+def _add_actions_of_points(parser: argparse.ArgumentParser) -> None:
+    add_actions(parser, POINT_ACTIONS)
 
 
-def _points(parser: argparse.ArgumentParser) -> None:
-    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
-    for name, (words, summary) in POINT_ACTIONS.items():
-        action = actions.add_parser(name, help=summary, description=summary)
-        for word in words:
-            action.add_argument(word, metavar=word.upper())
-        if name == "save":
-            action.add_argument("--note", default="", help="what the point is for")
-            action.add_argument("--again", action="store_true", help="move a point that is there")
-        if name == "run":
-            action.add_argument("--times", type=count, default=1, help="so often (default 1)")
-        if name == "export":
-            action.add_argument("--force", action="store_true", help="overwrite another file")
-        if name in ("copy", "mirror", "offset"):
-            _add_shape_options(action, name)
-        if name in ("go", "run"):
-            add_allow_restored(action)
-        if name == "go":
-            action.add_argument("--line", action="store_true", help="along a straight line")
-            action.add_argument(
-                "--speed", type=fraction, default=1.0, help="fraction of the limits"
-            )
-            action.add_argument(
-                "--preview", action="store_true", help="say what it would be; moves nothing"
-            )
-        add_arm_options(action)
+def _point_go(action: argparse.ArgumentParser) -> None:
+    add_allow_restored(action)
+    add_switches(action, {"--line": "along a straight line"})
+    action.add_argument("--speed", type=fraction, default=1.0, help="fraction of the limits")
+    add_switches(action, {"--preview": "say what it would be; moves nothing"})
 
 
-def _add_shape_options(action: argparse.ArgumentParser, name: str) -> None:
-    action.add_argument("--again", action="store_true", help="write over what is there")
-    if name != "offset":
-        return
+def _point_run(action: argparse.ArgumentParser) -> None:
+    action.add_argument("--times", type=count, default=1, help="so often (default 1)")
+    add_allow_restored(action)
+
+
+def _point_save(action: argparse.ArgumentParser) -> None:
+    action.add_argument("--note", default="", help="what the point is for")
+    add_switches(action, {"--again": "move a point that is there"})
+
+
+def _offset(action: argparse.ArgumentParser) -> None:
+    _again(action)
     for axis in ("x", "y", "z"):
         action.add_argument(
             f"--{axis}", type=number, default=0.0, metavar="MM", help=f"along the base's {axis}"
@@ -358,6 +382,62 @@ def _add_shape_options(action: argparse.ArgumentParser, name: str) -> None:
     action.add_argument(
         "--turn", type=number, default=0.0, metavar="DEG", help="about the base axis, first"
     )
+
+
+POINT_ACTIONS: Mapping[str, Action] = MappingProxyType(
+    {
+        "list": Action(
+            "list the points and sequences, and where their file is",
+            "drive.points:list_points",
+            _naming(),
+        ),
+        "show": Action(
+            "show a point, or the steps of a sequence", "drive.points:show", _naming("name")
+        ),
+        "save": Action(
+            "name the place where the arm stands; moves nothing",
+            "drive.points_driving:save",
+            _naming("name", more=_point_save),
+        ),
+        "go": Action(
+            "move the arm to a point",
+            "drive.points_driving:go",
+            _naming("name", more=_point_go),
+        ),
+        "run": Action(
+            "carry out a sequence",
+            "drive.points_driving:run",
+            _naming("name", more=_point_run),
+        ),
+        "rename": Action(
+            "give a point another name, in sequences too",
+            "drive.points:rename",
+            _naming("name", "new"),
+        ),
+        "delete": Action("take a point or a sequence away", "drive.points:delete", _naming("name")),
+        "copy": Action(
+            "the same point or sequence once more, over new points",
+            "drive.points:shape",
+            _naming("name", "new", more=_again),
+        ),
+        "mirror": Action(
+            "a point or a sequence with left and right exchanged",
+            "drive.points:shape",
+            _naming("name", "new", more=_again),
+        ),
+        "export": Action(
+            "write a sequence as a program file",
+            "drive.points:export",
+            _naming("name", "file", more=_force),
+        ),
+        "offset": Action(
+            "a point or a sequence in another place",
+            "drive.points:shape",
+            _naming("name", "new", more=_offset),
+        ),
+    }
+)
+"""Every action of `points`."""
 
 
 # --- reset
@@ -417,13 +497,12 @@ It ends with 1 where the arm is off and the posture was not taken for the new re
 
 
 def _verify(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--accept",
-        action="store_true",
-        help="take the posture at the mark for the new reference, without asking",
-    )
-    parser.add_argument(
-        "--keep", action="store_true", help="measure alone: take nothing for the new reference"
+    add_switches(
+        parser,
+        {
+            "--accept": "take the posture at the mark for the new reference, without asking",
+            "--keep": "measure alone: take nothing for the new reference",
+        },
     )
     parser.add_argument("--speed", type=fraction, default=0.5, help="fraction of the limits")
     add_allow_restored(parser)
@@ -438,8 +517,8 @@ ARGUMENTS: Mapping[str, Arguments] = MappingProxyType(
         "jog": Arguments(_jog, _JOG_EPILOG),
         "move": Arguments(_move, _MOVE_EPILOG),
         "pause": Arguments(add_arm_options, _PAUSE_EPILOG),
-        "pendant": Arguments(_pendant, _PENDANT_EPILOG),
-        "points": Arguments(_points, _POINTS_EPILOG),
+        "pendant": Arguments(_add_actions_of_pendant, _PENDANT_EPILOG),
+        "points": Arguments(_add_actions_of_points, _POINTS_EPILOG),
         "reset": Arguments(add_arm_options, _RESET_EPILOG),
         "resume": Arguments(add_arm_options, _RESUME_EPILOG),
         "slow": Arguments(_slow, _SLOW_EPILOG),

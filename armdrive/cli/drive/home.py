@@ -1,22 +1,22 @@
-"""Reference an arm: tell it that it stands in its reference posture."""
+"""The reference of an arm: tell it where it stands, and measure how far it has drifted."""
 
 from __future__ import annotations
 
 import argparse
-import contextlib
 import math
 import sys
 
 import tui
 from armdrive.arm import Arm
 from armdrive.blocking import run_blocking
-from armdrive.cli.chosen_arm import connect_chosen
+from armdrive.cli.chosen_arm import opened_arm
 from armdrive.cli.options import number
-from armdrive.cli.presenter import TerminalReporter, emit, say
+from armdrive.cli.presenter import Result, TerminalReporter, as_json, say, tell
 from armdrive.cli.screens import agreed
-from armdrive.cli.terminal_person import TerminalOperator
+from armdrive.cli.terminal_person import TerminalOperator, settle_trust
 from armdrive.errors import BadRequest, OperatorNeeded
 from armdrive.motion.resolve import park_pose
+from armdrive.motion.verify import Verdict, Verified, verified_view
 from armdrive.moves import GRIPPER_AXIS
 from armdrive.status import State, status_view
 from kinematics.spaces import Joints
@@ -25,17 +25,11 @@ PARK = "park"
 WAY_CLEAR = "Is its way clear, and a hand at its switch? Type yes: "
 
 
-def run(options: argparse.Namespace) -> int:
+def home(options: argparse.Namespace) -> Result:
     """Reference the arm and say where it is."""
-    with contextlib.closing(connect_chosen(options)) as arm:
-        if not options.json:
-            say(arm.status.which)
+    with opened_arm(options) as arm:
         _reference(arm, options)
-        if options.json:
-            emit(status_view(arm.status))
-        else:
-            say(f"referenced: tip {arm.pose}")
-    return 0
+        return Result(status_view(arm.status), f"referenced: tip {arm.pose}")
 
 
 def _reference(arm: Arm, options: argparse.Namespace) -> None:
@@ -54,7 +48,7 @@ def _reference(arm: Arm, options: argparse.Namespace) -> None:
     elif arm.simulated and not options.guide:
         _switch_on(arm)
         arm.home()
-    elif options.json:
+    elif as_json(options):
         arm.home()  # which says that somebody has to look
     else:
         _guided(arm)
@@ -91,16 +85,14 @@ def _in_the_desk(arm: Arm) -> None:
 
 def _by_switches(arm: Arm, options: argparse.Namespace) -> None:
     groups = arm.referencing.homing_groups
-    say_all = not options.json
-    if say_all:
-        named = ", then ".join(" and ".join(group) for group in groups)
-        order = f"the switches of {named}" if named else "its switches, in its own order"
-        say(f"THE ARM WILL MOVE: its controller seeks {order}.")
+    named = ", then ".join(" and ".join(group) for group in groups)
+    order = f"the switches of {named}" if named else "its switches, in its own order"
+    tell(options, f"THE ARM WILL MOVE: its controller seeks {order}.")
     sure = options.switches or arm.simulated
-    if not sure and (options.json or not agreed(WAY_CLEAR)):
+    if not sure and (as_json(options) or not agreed(WAY_CLEAR)):
         raise OperatorNeeded("nobody agreed, so nothing was moved: answer yes, or give --switches")
     _switch_on(arm)
-    with TerminalReporter(silent=not say_all) as reporter:
+    with TerminalReporter(silent=as_json(options)) as reporter:
         arm.home(told=lambda group: reporter.tell(f"homed: {' and '.join(group)}"))
 
 
@@ -130,3 +122,38 @@ def _named(word: str, names: tuple[str, ...]) -> tuple[str, float]:
         return plain, number(angle)
     except argparse.ArgumentTypeError as error:
         raise BadRequest(str(error)) from None
+
+
+# Measuring how far an arm has drifted: its finger tips on the mark say where it really is.
+
+OFF = 1
+FINE = "Finer is better here: shoulder 0.1, say. The smallest jog is one step of a motor."
+
+
+def verify(options: argparse.Namespace) -> Result:
+    """Measure, and say what was found."""
+    with opened_arm(options, allow_restored=options.allow_restored, enabled=True) as arm:
+        settle_trust(arm)
+        verified = _verified(arm, options)
+        logbook = () if arm.logbook is None else (f"written down in {arm.logbook}",)
+    right = verified.accepted or verified.verdict is Verdict.ROUNDING
+    return Result(verified_view(verified), (str(verified), *logbook), 0 if right else OFF)
+
+
+def _verified(arm: Arm, options: argparse.Namespace) -> Verified:
+    if arm.simulated:
+        return arm.verify(accept=options.accept, speed=options.speed)
+    if as_json(options):
+        return arm.verify(speed=options.speed)  # which says that somebody has to look
+    guide = TerminalOperator(terminal=False)
+    if not guide.prepare(arm, off=False):
+        raise OperatorNeeded("nobody agreed: nothing was moved")
+    say(FINE)
+
+    def accept(found: Verified) -> bool:
+        if options.accept or options.keep:
+            return bool(options.accept)
+        say(str(found))
+        return sys.stdin.isatty() and agreed("Take this posture for the new reference? Type yes: ")
+
+    return arm.verify(operator=guide, accept=accept, speed=options.speed)

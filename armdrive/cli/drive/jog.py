@@ -1,4 +1,4 @@
-"""Drive an arm from the keyboard, joint by joint or in Cartesian space."""
+"""Drive an arm from the keyboard, or jog a model with no arm: `armdrive jog --model NAME`."""
 
 from __future__ import annotations
 
@@ -8,25 +8,28 @@ from pathlib import Path
 import tui
 from armdrive.cli.arm_files import DEFAULT_SIM, arm_paths, chosen_target, default_arm
 from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.drive.jog_model import jog_model
 from armdrive.cli.drive.web_desk import jog_web
-from armdrive.cli.look.watch import watch_on_screen
-from armdrive.cli.presenter import emit, say
+from armdrive.cli.look.status import watch_on_screen
+from armdrive.cli.presenter import Outcome, Result, say
 from armdrive.cli.screens import agreed, require_screen
 from armdrive.cli.terminal_person import confirm_simulated
-from armdrive.errors import ArmInUse
+from armdrive.config.link_model import is_model_file, read_model
+from armdrive.errors import ArmInUse, BadRequest
 from armdrive.status import State, coded
 from armdrive.storage import files as places
+from kinematics.errors import suggestion
+from kinematics.textbook.study import Subject, named_subject, subject_names, subject_of_chain
 from tui.gamepad.evdev import check_gamepads
 from tui.keys.keyboard import Keyboard, as_rows, as_text
 from tui.keys.remap import load_keys
+from tui.theory.model import run_model
 
 
-def run(options: argparse.Namespace) -> int:
+def jog(options: argparse.Namespace) -> Outcome:
     """Open the desk."""
     keys = load_keys(options.keys)  # what is wrong with it is said before anything is opened
     if options.show_keys:
-        return _show_keys(keys, json=options.json)
+        return Result({"keys": as_rows(keys)}, as_text(keys))
     if options.web:
         return jog_web(options)
     if options.model is not None:
@@ -96,10 +99,48 @@ def _watch_instead(error: ArmInUse, options: argparse.Namespace) -> int:
     return watch_on_screen(chosen_target(options).config.name, ascii_only=options.ascii)
 
 
-def _show_keys(keys: Keyboard, *, json: bool) -> int:
-    if json:
-        emit({"keys": as_rows(keys)})
-    else:
-        for line in as_text(keys):
-            say(line)
-    return 0
+# A model with no arm.
+
+
+def jog_model(options: argparse.Namespace, keys: Keyboard) -> Outcome:
+    """Open the desk of a model, or list the names where none is given."""
+    if options.arm or options.sim or options.port:
+        raise BadRequest("a model has no arm: leave out --arm, --sim and --port, or --model")
+    if options.gamepad is not None:
+        raise BadRequest("a model is moved in steps, by keys: leave out --gamepad, or --model")
+    if not options.model:
+        return _models()
+    subject = find_subject(options.model)
+    if not options.served:
+        require_screen("jogging", "`armdrive explain` prints the same of one posture")
+    return run_model(subject, ascii_only=options.ascii, keys=keys)
+
+
+def find_subject(word: str) -> Subject:
+    """Return what a name or the path of a model file stands for.
+
+    Raises `BadRequest` for a name that nothing has, with the nearest one, and `ArmFileError` for
+    a file that cannot be used.
+    """
+    if is_model_file(word):
+        model = read_model(word)
+        return subject_of_chain(model.name, model.title, model.source, model.chain)
+    names = subject_names()
+    if word not in names:
+        raise BadRequest(
+            f"no model is named {word!r}{suggestion(word, names)} "
+            f"(there are {', '.join(names)}, and .toml files with a link table)"
+        )
+    return named_subject(word)
+
+
+def _models() -> Result:
+    titles = {name: named_subject(name).title for name in subject_names()}
+    width = max(map(len, titles)) + 2
+    return Result(
+        {"models": [{"name": name, "title": title} for name, title in titles.items()]},
+        [
+            *(f"{name:<{width}}{title}" for name, title in titles.items()),
+            "or a link table of your own: armdrive jog --model FILE.toml",
+        ],
+    )

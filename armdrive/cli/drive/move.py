@@ -8,13 +8,13 @@ from dataclasses import replace
 from typing import Any
 
 from armdrive.arm import Arm
-from armdrive.cli.chosen_arm import connect_chosen
+from armdrive.cli.chosen_arm import opened_arm
 from armdrive.cli.drive.arguments import COORDINATES
-from armdrive.cli.drive.preview_report import run_move
-from armdrive.cli.presenter import say
+from armdrive.cli.presenter import Result
 from armdrive.cli.terminal_person import settle_trust
-from armdrive.errors import BadRequest
+from armdrive.errors import BadRequest, Refused
 from armdrive.motion.frames import BASE, TOOL
+from armdrive.motion.preview import preview_lines, preview_view
 from armdrive.moves import (
     ArcMove,
     GripperMove,
@@ -25,21 +25,38 @@ from armdrive.moves import (
     ParkMove,
     PoseMove,
 )
+from armdrive.status import status_view
 from kinematics.spaces import JOINT_NAMES, Pose
 
 
-def run(options: argparse.Namespace) -> int:
+def move(options: argparse.Namespace) -> Result:
     """Move, and say where the arm is then."""
     _check(options)
-    with connect_chosen(options, allow_restored=options.allow_restored) as arm:
-        if not options.json:
-            say(arm.status.which)
+    with opened_arm(options, allow_restored=options.allow_restored, enabled=True) as arm:
         settle_trust(arm)
-        return run_move(arm, _move(arm, options), options)
+        return moved(arm, _asked(arm, options), options)
+
+
+def moved(arm: Arm, asked: Motion | MoveSequence, options: argparse.Namespace) -> Result:
+    """Carry a move out and say what it did, or with --preview what it would be.
+
+    A preview ends with the code of the motion itself: 0 where it may go.
+    """
+    if not options.preview:
+        done = arm.run(asked)
+        return Result(status_view(arm.status), str(done))
+    preview = arm.preview(asked)
+    refused = getattr(preview.refusal, "exit_code", Refused.exit_code)
+    code = 0 if preview.refusal is None else refused
+    return Result(preview_view(preview), preview_lines(preview), code)
+
+
+def _names_pose(options: argparse.Namespace) -> bool:
+    return any(getattr(options, axis) is not None for axis, _ in COORDINATES)
 
 
 def _check(options: argparse.Namespace) -> None:
-    pose = any(getattr(options, axis) is not None for axis, _ in COORDINATES)
+    pose = _names_pose(options)
     joints = bool(_joints(options))
     if pose + joints + options.park + (options.gripper is not None) == 0:
         raise BadRequest(
@@ -56,7 +73,7 @@ def _check(options: argparse.Namespace) -> None:
         raise BadRequest("--line needs a pose to lead to, for example --y 80 --line")
 
 
-def _move(arm: Arm, options: argparse.Namespace) -> Motion | MoveSequence:
+def _asked(arm: Arm, options: argparse.Namespace) -> Motion | MoveSequence:
     """Return what is asked for as one move: the arm's, then the fingers'."""
     moves = [*_arm_move(arm, options)]
     if options.gripper is not None:
@@ -70,7 +87,7 @@ def _arm_move(arm: Arm, options: argparse.Namespace) -> Iterator[Motion]:
         yield ParkMove(options.speed)
     elif named:
         yield JointMove(named, options.speed)
-    elif any(getattr(options, axis) is not None for axis, _ in COORDINATES):
+    elif _names_pose(options):
         goal = _goal(_here(arm, options.frame), options)
         if options.via is not None:
             yield ArcMove(_placed(goal, options.via), goal, options.speed, options.frame)
@@ -100,15 +117,15 @@ def _here(arm: Arm, frame: str) -> Pose:
 
 
 def _goal(here: Pose, options: argparse.Namespace) -> Pose:
-    def asked(axis: str, present: float) -> float:
+    def typed(axis: str, present: float) -> float:
         value = getattr(options, axis)
         return present if value is None else float(value)
 
     return Pose.of(
-        x_mm=asked("x", here.x_mm),
-        y_mm=asked("y", here.y_mm),
-        z_mm=asked("z", here.z_mm),
-        pitch_deg=asked("pitch", here.pitch_deg),
-        roll_deg=asked("roll", here.roll_deg),
-        yaw_deg=options.yaw if here.yaw_deg is None else asked("yaw", here.yaw_deg),
+        x_mm=typed("x", here.x_mm),
+        y_mm=typed("y", here.y_mm),
+        z_mm=typed("z", here.z_mm),
+        pitch_deg=typed("pitch", here.pitch_deg),
+        roll_deg=typed("roll", here.roll_deg),
+        yaw_deg=options.yaw if here.yaw_deg is None else typed("yaw", here.yaw_deg),
     )

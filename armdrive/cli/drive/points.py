@@ -1,26 +1,24 @@
-"""Named points of an arm: list, show and rename them, go to one, run a sequence over them."""
+"""Named points of an arm: the file of points, new points from old ones, a sequence as a program."""
 
 from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Mapping
-from types import MappingProxyType
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
+import armdrive.programs as programs
 from armdrive.cli.arm_files import chosen_target
-from armdrive.cli.options import Command
-from armdrive.cli.presenter import emit, say, say_lines
+from armdrive.cli.presenter import Result
 from armdrive.config.arm import ArmConfig
+from armdrive.errors import BadRequest
+from armdrive.programs.teaching.export import program_of
 from armdrive.programs.teaching.shape import Offset, Shape, mirrored, offset, shaped
 from armdrive.status import pose_view
+from armdrive.storage.files import DISK, replace_durably
 from armdrive.storage.point_file import Points, points_of
-from armdrive.storage.points import StepList, check_name, point_view
-
-
-def run(options: argparse.Namespace) -> int:
-    """Do what was asked for."""
-    return ACTIONS[options.action](options)
+from armdrive.storage.points import StepList, Taught, check_name, point_view
 
 
 def _book(options: argparse.Namespace) -> Points:
@@ -32,78 +30,71 @@ def _book(options: argparse.Namespace) -> Points:
 # -- the file of points ---------------------------------------------------------------------------
 
 
-def _list(options: argparse.Namespace) -> int:
+def list_points(options: argparse.Namespace) -> Result:
+    """List the points and sequences, and where their file is."""
     book = _book(options)
     taught = book.read()
-    if options.json:
-        emit(
-            {
-                "file": str(book.path),
-                "points": {name: point_view(each) for name, each in taught.points.items()},
-                "sequences": {name: _steps_view(each) for name, each in taught.sequences.items()},
-            }
-        )
-        return 0
-    say(str(book.path))
+    return Result(
+        {
+            "file": str(book.path),
+            "points": {name: point_view(each) for name, each in taught.points.items()},
+            "sequences": {name: _steps_view(each) for name, each in taught.sequences.items()},
+        },
+        _listed(book.path, taught),
+    )
+
+
+def _listed(path: Path, taught: Taught) -> Iterator[str]:
+    yield str(path)
     width = max(map(len, [*taught.points, *taught.sequences]), default=0) + 2
     for name, point in taught.points.items():
-        say(f"  {name:<{width}}{point.joints}{f'   {point.note}' * bool(point.note)}")
+        yield f"  {name:<{width}}{point.joints}{f'   {point.note}' * bool(point.note)}"
     for name, steps in taught.sequences.items():
         note = f"   {steps.note}" * bool(steps.note)
-        say(f"  {name:<{width}}sequence of {len(steps.steps)} steps{note}")
+        yield f"  {name:<{width}}sequence of {len(steps.steps)} steps{note}"
     if not (taught.points or taught.sequences):
-        say("  no points yet: `armdrive points save NAME` names the place where the arm stands")
-    return 0
+        yield "  no points yet: `armdrive points save NAME` names the place where the arm stands"
 
 
-def _show(options: argparse.Namespace) -> int:
-    target = chosen_target(options)
-    book = points_of(target.config.name, target.config.model.arm)
+def show(options: argparse.Namespace) -> Result:
+    """Show a point, or the steps of a sequence."""
+    config = chosen_target(options).config
+    book = points_of(config.name, config.model.arm)
     steps = book.read().sequences.get(options.name)
     if steps is not None:
-        if options.json:
-            emit({"name": options.name, **_steps_view(steps)})
-        else:
-            for number, step in enumerate(steps.steps, 1):
-                say(f"{number:>3}  {step}")
-        return 0
+        numbered = [f"{number:>3}  {step}" for number, step in enumerate(steps.steps, 1)]
+        return Result({"name": options.name, **_steps_view(steps)}, numbered)
     point = book[options.name]
-    pose = target.config.model.arm.fk(point.joints)
-    if options.json:
-        emit({"name": options.name, **point_view(point), "pose": pose_view(pose)})
-        return 0
-    say(f"joints {point.joints}")
-    say(f"tip {pose}")
+    pose = config.model.arm.fk(point.joints)
+    lines = [f"joints {point.joints}", f"tip {pose}"]
     if point.opening_mm is not None:
-        say(f"gripper {point.opening_mm:.1f} mm")
+        lines.append(f"gripper {point.opening_mm:.1f} mm")
     if point.taught is not None:
-        say(f"taught {point.taught:%Y-%m-%d %H:%M}")
+        lines.append(f"taught {point.taught:%Y-%m-%d %H:%M}")
     if point.note:
-        say_lines(point.note)
-    return 0
+        lines += point.note.split("\n")
+    return Result({"name": options.name, **point_view(point), "pose": pose_view(pose)}, lines)
 
 
-def _rename(options: argparse.Namespace) -> int:
+def rename(options: argparse.Namespace) -> Result:
+    """Give a point another name, in sequences too."""
     _book(options).rename(options.name, options.new)
-    return _said(options, f"{options.name} is {options.new} now")
+    return _done(f"{options.name} is {options.new} now")
 
 
-def _delete(options: argparse.Namespace) -> int:
+def delete(options: argparse.Namespace) -> Result:
+    """Take a point or a sequence away."""
     book = _book(options)
     taught = book.read()
     if options.name in taught.sequences:
         book.remove_sequence(options.name, instead_of=taught.sequences[options.name])
     else:
         del book[options.name]
-    return _said(options, f"{options.name} is deleted")
+    return _done(f"{options.name} is deleted")
 
 
-def _said(options: argparse.Namespace, text: str) -> int:
-    if options.json:
-        emit({"done": text})
-    else:
-        say(text)
-    return 0
+def _done(text: str) -> Result:
+    return Result({"done": text}, text)
 
 
 def _steps_view(steps: StepList) -> dict[str, Any]:
@@ -113,7 +104,7 @@ def _steps_view(steps: StepList) -> dict[str, Any]:
 # -- new points and sequences from old ones ----------------------------------------------------
 
 
-def _shape(options: argparse.Namespace) -> int:
+def shape(options: argparse.Namespace) -> Result:
     """Make the new from the old, look at every point, and write them all or none."""
     config = chosen_target(options).config
     book = points_of(config.name, config.model.arm)
@@ -126,14 +117,10 @@ def _shape(options: argparse.Namespace) -> int:
         _change(options, config),
     )
     book.put_all(points, sequences, again=options.again)
-    if options.json:
-        emit({"name": options.new, "points": list(points), "sequences": list(sequences)})
-    else:
-        for name, point in points.items():
-            say(f"{name}: {point.joints}")
-        for name, steps in sequences.items():
-            say(f"{name}: sequence of {len(steps.steps)} steps")
-    return 0
+    lines = [f"{name}: {point.joints}" for name, point in points.items()]
+    lines += [f"{name}: sequence of {len(each.steps)} steps" for name, each in sequences.items()]
+    view = {"name": options.new, "points": list(points), "sequences": list(sequences)}
+    return Result(view, lines)
 
 
 def _change(options: argparse.Namespace, config: ArmConfig) -> tuple[Shape, str]:
@@ -146,29 +133,21 @@ def _change(options: argparse.Namespace, config: ArmConfig) -> tuple[Shape, str]
     return (lambda joints: offset(config, joints, by)), f"{options.name} offset by {by}"
 
 
-# -- what needs more than the file of points -----------------------------------------------------
+# -- a sequence as a program ---------------------------------------------------------------------
 
 
-def _elsewhere(options: argparse.Namespace) -> int:
-    from armdrive.cli.drive import points_driving, points_export
-
-    actions = {**points_driving.ACTIONS, "export": points_export.export}
-    return actions[options.action](options)
-
-
-ACTIONS: Mapping[str, Command] = MappingProxyType(
-    {
-        "list": _list,
-        "show": _show,
-        "save": _elsewhere,
-        "go": _elsewhere,
-        "run": _elsewhere,
-        "rename": _rename,
-        "delete": _delete,
-        "copy": _shape,
-        "mirror": _shape,
-        "export": _elsewhere,
-        "offset": _shape,
-    }
-)
-"""What does each action."""
+def export(options: argparse.Namespace) -> Result:
+    """Write the program beside nothing that is there, unless told to, and say where."""
+    path = Path(options.file)
+    if path.exists() and not options.force:
+        raise BadRequest(f"{path} is there already: name another file, or say --force")
+    config = chosen_target(options).config
+    book = points_of(config.name, config.model.arm)
+    steps, taught = book.sequence(options.name), book.read()
+    tree = program_of(options.name, steps, taught.points, config.model.arm.fk)
+    program = programs.written_program(tree, str(path))
+    replace_durably(DISK, path.absolute(), program.text.encode("utf-8"))
+    return Result(
+        {"file": str(path), "sha256": program.digest, "steps": len(steps.steps)},
+        f"{options.name} is {path} now: `armdrive run {path} --check` tells what it would do",
+    )

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
-from types import MappingProxyType
 
-from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.drive.preview_report import run_move
-from armdrive.cli.options import Command
-from armdrive.cli.presenter import emit, say
+from armdrive.cli.chosen_arm import opened_arm
+from armdrive.cli.drive.move import moved
+from armdrive.cli.presenter import Result, tell
 from armdrive.cli.terminal_person import settle_trust
 from armdrive.moves import LineMove, PoseMove
 from armdrive.programs.teaching.sequence import Stepper
@@ -17,44 +14,30 @@ from armdrive.status import status_view
 from armdrive.storage.points import point_view
 
 
-def _save(options: argparse.Namespace) -> int:
-    with connect_chosen(options, allow_restored=True) as arm:
-        if not options.json:
-            say(arm.status.which)
+def save(options: argparse.Namespace) -> Result:
+    """Name the place where the arm stands."""
+    with opened_arm(options, allow_restored=True, enabled=True) as arm:
         point = arm.points.teach(options.name, note=options.note, again=options.again)
-    if options.json:
-        emit({"name": options.name, **point_view(point)})
-    else:
-        say(f"{options.name}: {point.joints}")
-    return 0
+    return Result({"name": options.name, **point_view(point)}, f"{options.name}: {point.joints}")
 
 
-def _go(options: argparse.Namespace) -> int:
+def go(options: argparse.Namespace) -> Result:
+    """Move to a point, or preview that."""
     kind = LineMove if options.line else PoseMove
-    move = kind(options.name, options.speed)
-    with connect_chosen(options, allow_restored=options.allow_restored) as arm:
-        if not options.json:
-            say(arm.status.which)
+    with opened_arm(options, allow_restored=options.allow_restored, enabled=True) as arm:
         settle_trust(arm)
-        return run_move(arm, move, options)
+        return moved(arm, kind(options.name, options.speed), options)
 
 
-def _run(options: argparse.Namespace) -> int:
-    with connect_chosen(options, allow_restored=options.allow_restored) as arm:
-        if not options.json:
-            say(arm.status.which)
+def run(options: argparse.Namespace) -> Result:
+    """Carry a sequence out, step by step."""
+    with opened_arm(options, allow_restored=options.allow_restored, enabled=True) as arm:
         settle_trust(arm)
         taught = arm.points.read()
         stepper = Stepper(arm, arm.points.sequence(options.name), taught.points)
-        shown = None if options.json else lambda step: say(f"{stepper.at + 1:>3}  {step}")
         stops = arm.stops
         for _ in range(options.times):
             stepper.rewind()
-            stepper.run(shown, since=stops)  # a stop between two times ends it as well
-        if options.json:
-            emit(status_view(arm.status))
-    return 0
-
-
-ACTIONS: Mapping[str, Command] = MappingProxyType({"save": _save, "go": _go, "run": _run})
-"""What does each action."""
+            # a stop between two times ends it as well
+            stepper.run(lambda step: tell(options, f"{stepper.at + 1:>3}  {step}"), since=stops)
+        return Result(status_view(arm.status))

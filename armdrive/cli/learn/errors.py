@@ -3,34 +3,31 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 from dataclasses import asdict
 
-from armdrive.cli.presenter import emit, put, say
+from armdrive.cli.presenter import Outcome, Result, as_json, put
 from armdrive.errors.printing import in_full, listing, page
 from armdrive.errors.table import ENTRIES, CatalogueEntry, by_code, found
 
 
-def run(options: argparse.Namespace) -> int:
-    """Print the catalogue or a part of it."""
+def errors(options: argparse.Namespace) -> Outcome:
+    """Show the catalogue or a part of it."""
     rows = ENTRIES if options.code is None else (by_code(options.code),)
     if options.find is not None:
         rows = tuple(row for row in found(options.find) if row in rows)
-    if options.json:
-        for row in rows:
-            emit(asdict(row))
-    elif options.markdown:
-        put(page())
-    elif options.code is None and options.find is None:
-        for line in listing():
-            say(line)
-    else:
-        _print_in_full(rows)
-    return 0
+    if as_json(options):
+        return [Result(asdict(row)) for row in rows]
+    if options.markdown:
+        put(page())  # in its own words: it is a page for all interfaces
+        return 0
+    if options.code is None and options.find is None:
+        return Result(None, listing())
+    return Result(None, _in_full(rows))
 
 
-def _print_in_full(rows: tuple[CatalogueEntry, ...]) -> None:
+def _in_full(rows: tuple[CatalogueEntry, ...]) -> Iterator[str]:
     for row in rows:
-        for line in in_full(row):
-            say(line)
+        yield from in_full(row)
     if not rows:
-        say("no error has these words; `armdrive errors` lists them all")
+        yield "no error has these words; `armdrive errors` lists them all"

@@ -3,48 +3,43 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 
-from armdrive.cli.presenter import emit, say
+from armdrive.cli.options import load
+from armdrive.cli.presenter import Outcome, Result
 from kinematics.presets import PRESETS
 from kinematics.textbook.systems import SYSTEMS
 
 
-def run(options: argparse.Namespace) -> int:
-    """Print it."""
-    if options.list or options.system is None:
-        _list(as_json=options.json)
-        return 0
-    # solvers, symbols and the studies of systems, which their list does without
-    from armdrive.cli.learn.explain_worked import explain_system
+def explain(options: argparse.Namespace) -> Outcome:
+    """Explain a system, or list the systems."""
+    if not options.list and options.system is not None:
+        # solvers, symbols and the studies of systems, which their list does without
+        explained: Outcome = load("learn.explain_worked:explain_system")(options)
+        return explained
+    systems = [
+        {
+            "name": each.name,
+            "title": each.title,
+            "source": each.source,
+            "joints": list(each.joint_names),
+            "goal": list(each.coordinates),
+        }
+        for each in SYSTEMS.values()
+    ]
+    return Result({"systems": systems}, _listed())
 
-    explain_system(options)
-    return 0
 
-
-def _list(*, as_json: bool) -> None:
-    if as_json:
-        emit(
-            {
-                "systems": [
-                    {
-                        "name": each.name,
-                        "title": each.title,
-                        "source": each.source,
-                        "joints": list(each.joint_names),
-                        "goal": list(each.coordinates),
-                    }
-                    for each in SYSTEMS.values()
-                ]
-            }
-        )
-        return
+def _listed() -> Iterator[str]:
     width = max(map(len, SYSTEMS)) + 2
     for name, each in SYSTEMS.items():
-        say(f"{name:<{width}}{each.title}")
-        say(f"{'':<{width}}{each.source}")
-    say("")
+        yield f"{name:<{width}}{each.title}"
+        yield f"{'':<{width}}{each.source}"
     others = ", ".join(key for key in PRESETS if key not in SYSTEMS)
-    say(f"or an arm of the Mini-mover's build: {others}")
-    say("or a link table of your own: armdrive explain FILE.toml")
-    say("what computing them costs:   armdrive explain efficiency")
-    say("how exact an arm is:         armdrive explain accuracy")
+    yield from (
+        "",
+        f"or an arm of the Mini-mover's build: {others}",
+        "or a link table of your own: armdrive explain FILE.toml",
+        "what computing them costs:   armdrive explain efficiency",
+        "how exact an arm is:         armdrive explain accuracy",
+    )

@@ -1,32 +1,45 @@
-"""The worked example of one system or arm: its numbers in sections, and as plain data."""
+"""The worked example of one system or arm, and studies of several: efficiency and accuracy.
+
+Its numbers in sections for people, and as plain data.
+"""
 
 from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict, fields, replace
 from typing import Any
 
-from armdrive.cli.learn.chains import solution_view
-from armdrive.cli.learn.explain_accuracy import explain_accuracy
-from armdrive.cli.learn.explain_efficiency import explain_efficiency
 from armdrive.cli.learn.models import (
-    coordinates_text,
     given_goal,
     given_joints,
     shown,
     shown_joints,
+    solution_view,
+    typed_coordinates,
 )
 from armdrive.cli.options import number
-from armdrive.cli.presenter import emit, say, say_lines
+from armdrive.cli.presenter import Outcome, Result, say_lines
 from armdrive.config.link_model import is_model_file, read_model
 from armdrive.errors import BadRequest, Refused
 from kinematics.chains.tables import rows_of
 from kinematics.chains.urdf import urdf_of_chain
 from kinematics.errors import OutOfReach, UnknownSystem
 from kinematics.frames.transforms import IN_PLACE, Transform, position_of
-from kinematics.presets import PRESETS, preset
+from kinematics.presets import PRESETS, ArmPreset, preset
+from kinematics.spaces import Joints
+from kinematics.textbook.accuracy import (
+    TipError,
+    explain_resolution,
+    gearing_errors,
+    length_errors,
+    rounding_bound_mm,
+    rounding_rms_mm,
+    step_errors,
+    zero_errors,
+)
+from kinematics.textbook.efficiency import Efficiency, Tally, Way, efficiency
 from kinematics.textbook.notation import Latex, SymbolText
 from kinematics.textbook.symbols import as_symbol
 from kinematics.textbook.systems import SYSTEMS, MiniMover, System, system
@@ -44,42 +57,37 @@ from kinematics.textbook.worked_example import (
     work_chain,
     work_system,
 )
+from kinematics.transmission import Transmission
 
 EFFICIENCY = "efficiency"
 ACCURACY = "accuracy"
 
 
-def explain_system(options: argparse.Namespace) -> None:
-    """Print the example of a system, or a study of several."""
+def explain_system(options: argparse.Namespace) -> Outcome:
+    """Explain a system: its worked example, its symbols or its URDF; or a study of several."""
     if options.system == EFFICIENCY:
-        explain_efficiency(options.joints, as_json=options.json)
-        return
+        return _efficiency(options.joints)
     if options.system == ACCURACY:
-        explain_accuracy(options.joints, as_json=options.json)
-        return
+        return _accuracy(options.joints)
     if options.urdf:
-        _say_urdf(options.system)
-        return
+        return _urdf(options.system)
     joints = _numbers(options.joints)
     if options.symbolic or options.latex:
         if joints or options.goal:
             raise BadRequest(
                 "--symbolic and --latex hold for any numbers; leave joints and goal out"
             )
-        _say_symbolic(options)
-        return
+        return _symbolic(options.system, latex=options.latex)
     example = _example(options.system, joints or None, options.goal)
-    if options.json:
-        emit(example_view(example))
-    else:
-        _say_heading(example.title or example.name, example.source)
-        _say_sections(sections(example))
+    heading = _heading(example.title or example.name, example.source)
+    return Result(example_view(example), (*heading, *_lines_of(sections(example))))
 
 
-def _say_urdf(word: str) -> None:
+def _urdf(word: str) -> int:
     chain = read_model(word).chain if is_model_file(word) else _system(word).chain()
     name = word if not is_model_file(word) else ""
     say_lines(urdf_of_chain(chain, name=name).rstrip())
+    return 0
 
 
 def _example(
@@ -103,7 +111,7 @@ def _example(
             goal and given_goal(named.coordinates, goal),
         )
     except OutOfReach as error:  # again, in degrees
-        instead = coordinates_text(error.coordinates, error.nearest)
+        instead = typed_coordinates(error.coordinates, error.nearest)
         raise Refused(
             f"{error.system} cannot reach this goal: {error.quantity} would be {error.value:.6g} "
             f"mm, {error.excess:.3g} mm beyond {error.bound:.6g} mm; a goal that it reaches: "
@@ -127,37 +135,30 @@ def _title(word: str, named: System) -> str:
     return named.title if word in SYSTEMS else preset(word).title
 
 
-def _say_symbolic(options: argparse.Namespace) -> None:
-    if is_model_file(options.system):
-        model = read_model(options.system)
+def _symbolic(word: str, *, latex: bool) -> Result:
+    if is_model_file(word):
+        model = read_model(word)
         title, source = model.title, model.source
         example: SymbolicExample = symbolic_chain_example(model.chain)
     else:
-        named = _system(options.system)
-        title, source = _title(options.system, named), named.source
+        named = _system(word)
+        title, source = _title(word, named), named.source
         example = symbolic_system_example(named)
-    if options.json:
-        emit({"title": title, "source": source, **symbolic_view(example, latex=options.latex)})
-        return
-    if options.latex:
-        say(f"% {title}; {source}")
-    else:
-        _say_heading(title, source)
-    _say_sections(symbolic_sections(example, latex=options.latex), comment=options.latex)
+    heading = (f"% {title}; {source}",) if latex else _heading(title, source)
+    lines = _lines_of(symbolic_sections(example, latex=latex), comment=latex)
+    view = {"title": title, "source": source, **symbolic_view(example, latex=latex)}
+    return Result(view, (*heading, *lines))
 
 
-def _say_heading(title: str, source: str) -> None:
-    say(title)
-    if source:
-        say(f"source: {source}")
+def _heading(title: str, source: str) -> tuple[str, ...]:
+    return (title, f"source: {source}") if source else (title,)
 
 
-def _say_sections(sections: Iterable[ExampleSection], *, comment: bool = False) -> None:
+def _lines_of(sections: Iterable[ExampleSection], *, comment: bool = False) -> Iterator[str]:
     for section in sections:
-        say("")
-        say(f"% {section.title}" if comment else f"== {section.title}")
-        for line in section.lines:
-            say(line)
+        yield ""
+        yield f"% {section.title}" if comment else f"== {section.title}"
+        yield from section.lines
 
 
 def _numbers(words: Sequence[str]) -> list[float]:
@@ -246,3 +247,118 @@ def _goal(example: WorkedExample, values: tuple[float, ...]) -> dict[str, float]
 
 def _rows(matrix: Transform) -> list[list[float]]:
     return [list(row) for row in matrix]
+
+
+# What each way of computing an arm costs, counted by running it (McKerrow, chapter 4, section 15).
+
+COUNTED = ("minimover5", "puma")
+
+
+def _efficiency(names: Sequence[str]) -> Result:
+    """Count the operations of these systems, or of the Mini-mover and the Puma."""
+    try:
+        counted = [efficiency(system(name)) for name in names or COUNTED]
+    except UnknownSystem as error:
+        raise BadRequest(str(error)) from None
+    lines = [line for one in counted for line in _efficiency_lines(one)]
+    lines.append(
+        "counted by running the code on numbers that count; constants of an arm cost nothing"
+    )
+    if not names:
+        others = ", ".join(name for name in SYSTEMS if name not in COUNTED)
+        lines.append(f"armdrive explain efficiency NAME ... counts others: {others}")
+    return Result({"efficiency": [_efficiency_view(one) for one in counted]}, lines)
+
+
+def _efficiency_lines(counted: Efficiency) -> Iterator[str]:
+    yield SYSTEMS[counted.system].title
+    for title, ways in (("forward", counted.forward), ("inverse", counted.inverse)):
+        if ways:
+            yield from _way_lines(title, ways)
+    yield ""
+
+
+def _way_lines(title: str, ways: Sequence[Way]) -> Iterator[str]:
+    kinds = [each.name for each in fields(Tally)]
+    width = max(len(way.name) for way in ways)
+    yield f"  {title:<{width}}  " + "  ".join(kinds)
+    for way in ways:
+        counts = (f"{getattr(way.tally, kind):>{len(kind)}}" for kind in kinds)
+        yield f"  {way.name:<{width}}  {'  '.join(counts)}"
+    for what in dict.fromkeys(way.what for way in ways):
+        names = [way.name for way in ways if way.what == what]
+        yield f"    {names[0] if len(names) == 1 else 'each branch'}: {what}"
+
+
+def _efficiency_view(counted: Efficiency) -> dict[str, Any]:
+    def ways(found: Sequence[Way]) -> list[dict[str, Any]]:
+        return [{"name": way.name, "what": way.what, **asdict(way.tally)} for way in found]
+
+    return {
+        "system": counted.system,
+        "forward": ways(counted.forward),
+        "inverse": ways(counted.inverse),
+    }
+
+
+# How exact an arm is at a posture, and why (McKerrow, chapter 4, section 14).
+
+DEFAULT_ARM = "minimover5"
+DEFAULT_DEG = (0.0, 40.0, -60.0, -70.0, 0.0)
+STATED_MM = 0.28
+"""The resolution that the Mini-mover's papers state."""
+
+GROUPS = ("a motor step", "1 mm of a length", "0.1 degrees of a zero", "1 % of a gearing")
+
+
+def _accuracy(words: Sequence[str]) -> Result:
+    """Tell what steps, lengths, zeros and gearings do to the tip of an arm in a posture."""
+    model = preset(words[0] if words else DEFAULT_ARM)
+    transmission = model.transmission
+    if transmission is None:
+        raise Refused(f"no motor steps are known of the {model.title}")
+    joints = _posture(words[1:])
+    errors = _errors(model, transmission, joints)
+    bound_mm = rounding_bound_mm(model.arm, transmission, joints)
+    rms_mm = rounding_rms_mm(model.arm, transmission, joints)
+    sentences = explain_resolution(model.arm, transmission, STATED_MM)
+    view = {
+        "arm": model.key,
+        "joints_deg": list(joints.deg.values()),
+        "errors": [
+            {"group": group, **asdict(each), "distance_mm": each.distance_mm}
+            for group, each in errors
+        ],
+        "rounding_rms_mm": rms_mm,
+        "rounding_bound_mm": bound_mm,
+        "resolution": list(sentences),
+    }
+    lines = [f"{model.title} at {joints}"]
+    for group in GROUPS:
+        lines += ["", f"what {group} does to the tip"]
+        lines += [
+            f"  {each.cause:<16}{each.distance_mm:8.3f} mm" for of, each in errors if of == group
+        ]
+    rounding = f"{rms_mm:.3f} mm in the mean, {bound_mm:.3f} mm at most"
+    lines += ["", f"rounding to whole steps: {rounding}"]
+    lines += ["", f"the stated resolution of {STATED_MM} mm", *(f"  {each}" for each in sentences)]
+    return Result(view, lines)
+
+
+def _posture(words: Sequence[str]) -> Joints:
+    if words and len(words) != len(DEFAULT_DEG):
+        raise BadRequest(f"{len(DEFAULT_DEG)} joint angles in degrees are needed, not {len(words)}")
+    return Joints.of(*(number(word) for word in words) if words else DEFAULT_DEG)
+
+
+def _errors(
+    model: ArmPreset, transmission: Transmission, joints: Joints
+) -> list[tuple[str, TipError]]:
+    arm = model.arm
+    columns = (
+        step_errors(arm, transmission, joints),
+        length_errors(arm, joints),
+        zero_errors(arm, joints),
+        gearing_errors(arm, transmission, joints),
+    )
+    return [(group, each) for group, column in zip(GROUPS, columns, strict=True) for each in column]

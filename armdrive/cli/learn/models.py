@@ -1,20 +1,38 @@
-"""The model that a command computes with, and its values as a person types and reads them.
+"""Kinematics of any model on the command line, both ways; the inverse by numbers.
 
-A model is a built-in arm, a named system, or the reader's own file.
+A model is a built-in arm, a named system, or the reader's own file. People type and read its values
+in degrees and mm.
 """
 
 from __future__ import annotations
 
+import argparse
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
 
+from armdrive.cli.presenter import Result
 from armdrive.config.link_model import Model, is_model_file, read_model
-from armdrive.errors import BadRequest
+from armdrive.errors import BadRequest, Refused
 from kinematics.chains.chain import Chain
+from kinematics.chains.goals import Goal, Part
+from kinematics.chains.inverse import Solution, solve_goal, solve_pose_ik
 from kinematics.chains.links import JointKind
+from kinematics.chains.task import HandTask, goal_of
 from kinematics.errors import suggestion
+from kinematics.frames.transforms import position_of
 from kinematics.presets import PRESETS
+from kinematics.spaces import Pose
 from kinematics.textbook.systems import SYSTEMS
+from kinematics.textbook.worked_example import (
+    FRAME_COORDINATES,
+    coordinates_text,
+    frame_coordinates,
+    frame_text,
+    joints_text,
+    violation_text,
+)
 
 
 def find_model(word: str) -> Model:
@@ -68,7 +86,7 @@ def given_goal(
     )
 
 
-def coordinates_text(coordinates: Sequence[str], values: Sequence[float]) -> str:
+def typed_coordinates(coordinates: Sequence[str], values: Sequence[float]) -> str:
     """Return the coordinates of a goal as they would be typed, in a sentence."""
     pairs = map(shown, coordinates, values)
     return ", ".join(f"{name} {value:.6g}" for name, value in pairs)
@@ -94,4 +112,88 @@ def shown_joints(chain: Chain, values: Sequence[float]) -> dict[str, float]:
     return {
         joint_name(name, kind): math.degrees(value) if kind is JointKind.REVOLUTE else value
         for name, kind, value in zip(chain.joint_names, chain.kinds, values, strict=True)
+    }
+
+
+# Forward and inverse.
+
+
+def fk(options: argparse.Namespace) -> Result:
+    """Tell where joint values put the tip of a chain, and the limits that they would pass."""
+    model = find_model(options.model)
+    values = given_joints(model.chain, options.joints)
+    frame = model.chain.fk(values)
+    x, y, z, *angles = frame_coordinates(frame)
+    broken = [violation_text(each) for each in model.chain.violations(values)]
+    view = {
+        "model": model.name,
+        "joints": shown_joints(model.chain, values),
+        "frame": [list(row) for row in frame],
+        "position_mm": [x, y, z],
+        "rpy_deg": [math.degrees(angle) for angle in angles],
+        "violations": broken,
+    }
+    lines = [
+        f"{model.title}: {joints_text(model.chain, values)}",
+        f"tip {coordinates_text(FRAME_COORDINATES, (x, y, z, *angles))}",
+        *frame_text(frame),
+        *(f"but: {sentence}" for sentence in broken),
+    ]
+    return Result(view, lines)
+
+
+def ik(options: argparse.Namespace) -> Iterator[Result]:
+    """Give the posture that meets the goal; pitch and roll that are not given are free.
+
+    Without a yaw the hand is asked into the plane of base axis and tip.
+
+    Raises `Refused` where it is not met, after the posture that comes nearest.
+    """
+    model = find_model(options.model)
+    pose = Pose.of(
+        x_mm=options.x,
+        y_mm=options.y,
+        z_mm=options.z,
+        pitch_deg=options.pitch or 0.0,
+        roll_deg=options.roll or 0.0,
+    )
+    pitch_free, roll_free = options.pitch is None, options.roll is None
+    if options.yaw is None:
+        solution = solve_pose_ik(model.chain, pose, pitch_free=pitch_free, roll_free=roll_free)
+    else:
+        goal = _headed(model.chain, pose, options.yaw, pitch_free, roll_free)
+        solution = solve_goal(model.chain, goal)
+    found = joints_text(model.chain, solution.joints)
+    lines = (
+        f"{model.title}, solved by numbers",
+        f"{'joints' if solution.ok else 'nearest'}: {found}",
+        f"tip {coordinates_text(FRAME_COORDINATES, frame_coordinates(solution.frame))}",
+        solution.sentence,
+    )
+    yield Result({"model": model.name, **solution_view(model.chain, solution)}, lines)
+    if not solution.ok:
+        raise Refused(f"the goal is not met: {solution.sentence}")
+
+
+def _headed(chain: Chain, pose: Pose, yaw_deg: float, pitch_free: bool, roll_free: bool) -> Goal:
+    """Return the goal of a hand that points in a direction of its own."""
+    headed = replace(pose, yaw_rad=math.radians(yaw_deg))
+    goal = goal_of(headed, HandTask.WHOLE, position_of(chain.base))
+    free = {Part.PITCH} if pitch_free else set()
+    free |= {Part.ROLL} if roll_free else set()
+    return replace(goal, parts=goal.parts - free)
+
+
+def solution_view(chain: Chain, solution: Solution) -> dict[str, Any]:
+    """Return a numerical solution as plain data, in mm and degrees."""
+    return {
+        "joints": shown_joints(chain, solution.joints),
+        "frame": [list(row) for row in solution.frame],
+        "ok": solution.ok,
+        "met": sorted(part.value for part in solution.met),
+        "missed": sorted(part.value for part in solution.missed),
+        "residual_mm": solution.residual_mm,
+        "residual_deg": math.degrees(solution.residual_rad),
+        "at_limit": list(solution.at_limit),
+        "sentence": solution.sentence,
     }

@@ -6,9 +6,10 @@ import argparse
 import os
 import shutil
 import sys
+from collections.abc import Iterable, Iterator
 
 from armdrive.cli.learn.models import find_model
-from armdrive.cli.presenter import emit, say
+from armdrive.cli.presenter import Result
 from armdrive.errors import BadRequest
 from armdrive.render.canvas import can_braille
 from armdrive.render.reach import reach_sketches, section_sketch
@@ -20,25 +21,20 @@ LEAST_ROWS = 8
 DEFAULT_PITCH_DEG = -90.0
 
 
-def run(options: argparse.Namespace) -> int:
-    """Draw it."""
+def plot(options: argparse.Namespace) -> Result:
+    """Draw it in the terminal, or into the file that is named."""
     title, sketches = _sketches(options)
+    lines: Iterable[str] = _drawn(title, sketches, plain=options.ascii)
     if options.output is not None:
         save_sketches(sketches, title, options.output)
-        if not options.json:
-            say(f"{title}: written to {options.output}")
-    if options.json:
-        emit(
-            {
-                "model": options.model,
-                "title": title,
-                "output": str(options.output) if options.output else None,
-                "views": [_view(sketch) for sketch in sketches],
-            }
-        )
-    elif options.output is None:
-        _draw(title, sketches, plain=options.ascii)
-    return 0
+        lines = (f"{title}: written to {options.output}",)
+    view = {
+        "model": options.model,
+        "title": title,
+        "output": str(options.output) if options.output else None,
+        "views": [_view(sketch) for sketch in sketches],
+    }
+    return Result(view, lines)
 
 
 def _sketches(options: argparse.Namespace) -> tuple[str, tuple[Sketch, ...]]:
@@ -57,18 +53,18 @@ def _sketches(options: argparse.Namespace) -> tuple[str, tuple[Sketch, ...]]:
     return f"{found.title}: places that the tool was brought to", reach_sketches(found.chain)
 
 
-def _draw(title: str, sketches: tuple[Sketch, ...], *, plain: bool) -> None:
+def _drawn(title: str, sketches: tuple[Sketch, ...], *, plain: bool) -> Iterator[str]:
     braille = not plain and can_braille(sys.stdout.encoding, os.environ)
     columns, lines = shutil.get_terminal_size()
     width = min(columns - 1, MOST_COLUMNS)
     height = max(min(lines - 4 - len(sketches), MOST_ROWS), LEAST_ROWS)
     each = (width - len(sketches) + 1) // len(sketches)
     pictures = [sketch_rows(sketch, each, height, braille=braille) for sketch in sketches]
-    say(title if braille else title.replace("°", " deg"))
+    yield title if braille else title.replace("°", " deg")
     for row in zip(*pictures, strict=True):
-        say(" ".join(row).rstrip())
+        yield " ".join(row).rstrip()
     for sketch in sketches:
-        say(sketch.caption)
+        yield sketch.caption
 
 
 def _view(sketch: Sketch) -> dict[str, object]:

@@ -1,63 +1,52 @@
-"""Forward and inverse kinematics on the command line: of a built-in arm here, else of a chain."""
+"""Forward and inverse kinematics of a built-in arm on the command line.
+
+Those of any other model are in models.py, with the textbook that a built-in arm does without.
+"""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator
+from typing import Any
 
-from armdrive.cli.options import Command
-from armdrive.cli.presenter import emit, say
+from armdrive.cli.options import load
+from armdrive.cli.presenter import Result
 from armdrive.errors import BadRequest
 from armdrive.status import joints_view, pose_view, violation_text
 from kinematics.five_axis.arm import Branch
-from kinematics.presets import PRESETS, ArmPreset, preset
+from kinematics.presets import PRESETS, preset
 from kinematics.spaces import JOINT_NAMES, Joints, Pose
 
 
-def _of_chains() -> Mapping[str, Command]:
-    from armdrive.cli.learn import chains  # the textbook, which a built-in arm does without
-
-    return {"fk": chains.fk, "ik": chains.ik}
-
-
-def fk(options: argparse.Namespace) -> int:
-    """Print the pose, and the limits and guards that the posture would pass."""
+def fk(options: argparse.Namespace) -> Result:
+    """Return the pose, and the limits and guards that the posture would pass."""
     if options.model not in PRESETS:
-        return _of_chains()["fk"](options)
-    _show_fk(preset(options.model), options.joints, as_json=options.json)
-    return 0
-
-
-def _show_fk(model: ArmPreset, typed: Sequence[float], *, as_json: bool) -> None:
-    if len(typed) != len(JOINT_NAMES):
+        found: Result = load("learn.models:fk")(options)
+        return found
+    if len(options.joints) != len(JOINT_NAMES):
         raise BadRequest(
             f"{len(JOINT_NAMES)} joint angles are required ({', '.join(JOINT_NAMES)}), "
-            f"not {len(typed)}"
+            f"not {len(options.joints)}"
         )
-    joints = Joints.of(*typed)
+    model, joints = preset(options.model), Joints.of(*options.joints)
     pose = model.arm.fk(joints)
     broken = [violation_text(each) for each in model.arm.violations(joints)]
     broken += [each.sentence for each in model.guards.violations(model.arm, joints)]
-    if as_json:
-        emit(
-            {
-                "model": model.key,
-                "joints": joints_view(joints),
-                "pose": pose_view(pose),
-                "violations": broken,
-            }
-        )
-        return
-    say(f"{model.title}: {joints}")
-    say(f"tip {pose}")
-    for sentence in broken:
-        say(f"but: {sentence}")
+    view = {
+        "model": model.key,
+        "joints": joints_view(joints),
+        "pose": pose_view(pose),
+        "violations": broken,
+    }
+    but = (f"but: {sentence}" for sentence in broken)
+    return Result(view, (f"{model.title}: {joints}", f"tip {pose}", *but))
 
 
-def ik(options: argparse.Namespace) -> int:
-    """Print every branch, then the one that the arm would take, or why there is none."""
+def ik(options: argparse.Namespace) -> Iterator[Result]:
+    """Give every branch, then the one that the arm would take, or why there is none."""
     if options.model not in PRESETS:
-        return _of_chains()["ik"](options)
+        yield from load("learn.models:ik")(options)
+        return
     if options.yaw is not None:
         raise BadRequest("--yaw is for a model of six joints: the hand of this one has none")
     if options.pitch is None:
@@ -71,29 +60,16 @@ def ik(options: argparse.Namespace) -> int:
         roll_deg=options.roll or 0.0,
     )
     branches = model.arm.branches(pose)
-    if options.json:
-        emit(
-            {
-                "model": model.key,
-                "pose": pose_view(pose),
-                "branches": [_branch_view(branch) for branch in branches],
-            }
-        )
-    else:
-        say(f"{model.title}: {pose}")
-        for branch in branches:
-            say(_line(branch))
+    view = {
+        "model": model.key,
+        "pose": pose_view(pose),
+        "branches": [_branch_view(branch) for branch in branches],
+    }
+    yield Result(view, (f"{model.title}: {pose}", *map(_line, branches)))
     joints = model.arm.ik(pose)  # refuses with the reason and the nearest pose
-    if not options.json:
-        say(f"taken: {joints}")
-        _say_guards(model, pose)
-    return 0
-
-
-def _say_guards(model: ArmPreset, pose: Pose) -> None:
-    broken = model.guards.violation(model.arm, model.arm.ik(pose))
-    if broken is not None:
-        say(f"but: {broken.sentence}")
+    broken = model.guards.violation(model.arm, joints)
+    but = () if broken is None else (f"but: {broken.sentence}",)
+    yield Result(None, (f"taken: {joints}", *but))
 
 
 def _line(branch: Branch) -> str:
@@ -102,7 +78,7 @@ def _line(branch: Branch) -> str:
     return f"  {name:<24}{branch.joints}" + (f"   ({against})" if against else "")
 
 
-def _branch_view(branch: Branch) -> dict[str, object]:
+def _branch_view(branch: Branch) -> dict[str, Any]:
     return {
         "base": branch.base.value,
         "elbow": branch.elbow.value,

@@ -6,7 +6,16 @@ import argparse
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from armdrive.cli.options import Arguments, Declare, add_json_option, count, number
+from armdrive.cli.options import (
+    Action,
+    Arguments,
+    Declare,
+    add_actions,
+    add_json_option,
+    add_switches,
+    count,
+    number,
+)
 from armdrive.registry import DIALECTS, LANGUAGES, USUAL
 from armdrive.setup.templates import available
 
@@ -38,58 +47,74 @@ def _config_default(parser: argparse.ArgumentParser) -> None:
     add_json_option(parser)
 
 
-def _config_limits(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("name", metavar="NAME", help="an arm file, by name or path")
-    parser.add_argument("--sim", action="store_true", help="on its simulated twin; writes nothing")
-    parser.add_argument("--yes", action="store_true", help="a simulated arm: press by itself")
-    add_json_option(parser)
-
-
 def _config_new(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("name", nargs="?", help="what the arm is called")
     parser.add_argument("--template", choices=list(available()), help="what to begin from")
     parser.add_argument("--port", help="the port that leads to it")
     parser.add_argument("--answers", metavar="FILE", help="answers in TOML; the rest: defaults")
-    parser.add_argument("--yes", action="store_true", help="every default, without asking")
-    parser.add_argument("--force", action="store_true", help="overwrite an arm file of that name")
-    parser.add_argument("--sim", action="store_true", help="find directions on a simulated arm")
+    add_switches(
+        parser,
+        {
+            "--yes": "every default, without asking",
+            "--force": "overwrite an arm file of that name",
+            "--sim": "find directions on a simulated arm",
+        },
+    )
     add_json_option(parser)
 
 
-def _config_show(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("name", metavar="NAME", help="an arm file, by name or path")
-    parser.add_argument("--toml", action="store_true", help="as an arm file with every default")
-    add_json_option(parser)
+def _of_arm_file(switches: Mapping[str, str]) -> Declare:
+    """Return what declares an action on one arm file."""
+
+    def declare(parser: argparse.ArgumentParser) -> None:
+        parser.add_argument("name", metavar="NAME", help="an arm file, by name or path")
+        add_switches(parser, switches)
+        add_json_option(parser)
+
+    return declare
 
 
-def _config_signs(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("name", metavar="NAME", help="an arm file, by name or path")
-    parser.add_argument("--sim", action="store_true", help="on its simulated twin")
-    parser.add_argument("--yes", action="store_true", help="a simulated arm: look by itself")
-    add_json_option(parser)
+_config_show = _of_arm_file({"--toml": "as an arm file with every default"})
+_config_signs = _of_arm_file(
+    {"--sim": "on its simulated twin", "--yes": "a simulated arm: look by itself"}
+)
+_config_limits = _of_arm_file(
+    {"--sim": "on its simulated twin; writes nothing", "--yes": "a simulated arm: press by itself"}
+)
 
 
-CONFIG_ACTIONS: Mapping[str, tuple[Declare, str]] = MappingProxyType(
+CONFIG_ACTIONS: Mapping[str, Action] = MappingProxyType(
     {
-        "new": (_config_new, "ask questions and write an arm file"),
-        "signs": (_config_signs, "turn each motor a little to find which way it counts"),
-        "limits": (_config_limits, "press each limit switch, and see that it raises an alarm"),
-        "list": (add_json_option, "list the arm files"),
-        "show": (_config_show, "show an arm as armdrive understands its file"),
-        "check": (_config_check, "say everything that is wrong with an arm file"),
-        "set-default": (_config_default, "choose the arm that is used where none is named"),
+        "new": Action("ask questions and write an arm file", "set_up.config_new:new", _config_new),
+        "signs": Action(
+            "turn each motor a little to find which way it counts",
+            "set_up.config_new:signs",
+            _config_signs,
+        ),
+        "limits": Action(
+            "press each limit switch, and see that it raises an alarm",
+            "set_up.config_new:limits",
+            _config_limits,
+        ),
+        "list": Action("list the arm files", "set_up.config:list_arms", add_json_option),
+        "show": Action(
+            "show an arm as armdrive understands its file", "set_up.config:show", _config_show
+        ),
+        "check": Action(
+            "say everything that is wrong with an arm file", "set_up.config:check", _config_check
+        ),
+        "set-default": Action(
+            "choose the arm that is used where none is named",
+            "set_up.config:set_default",
+            _config_default,
+        ),
     }
 )
-"""Every action of `config`: what declares its options, and its line of help."""
+"""Every action of `config`."""
 
 
 def _config(parser: argparse.ArgumentParser) -> None:
-    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
-    for name, (declare, help_line) in CONFIG_ACTIONS.items():
-        action = actions.add_parser(
-            name, help=help_line, description=help_line[0].upper() + help_line[1:] + "."
-        )
-        declare(action)
+    add_actions(parser, CONFIG_ACTIONS)
 
 
 # --- can
@@ -175,38 +200,38 @@ The adapter, exactly:
 def _can_setup(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("name", help="the arm: an arm file's name, or that of a new one")
     parser.add_argument("--port", help="the adapter, can:slcan:/dev/ttyACM0?bitrate=500000 say")
-    parser.add_argument("--again", action="store_true", help="do every step once more")
-    parser.add_argument("--sim", action="store_true", help="practise on simulated new drives")
-    parser.add_argument("--yes", action="store_true", help="with --sim: every answer by itself")
+    add_switches(
+        parser,
+        {
+            "--again": "do every step once more",
+            "--sim": "practise on simulated new drives",
+            "--yes": "with --sim: every answer by itself",
+        },
+    )
     add_json_option(parser)
 
 
-CAN_ACTIONS: Mapping[str, tuple[Arguments, str]] = MappingProxyType(
+CAN_ACTIONS: Mapping[str, Action] = MappingProxyType(
     {
-        "setup": (
-            Arguments(_can_setup, _CAN_SETUP_EPILOG),
+        "setup": Action(
             "commission new drives one at a time, and write the arm file",
+            "set_up.can_setup:set_up",
+            _can_setup,
+            _CAN_SETUP_EPILOG,
         ),
-        "monitor": (
-            Arguments(_can_monitor, _CAN_MONITOR_EPILOG),
+        "monitor": Action(
             "show what passes on a bus in words; sends nothing",
+            "set_up.can_monitor:monitor",
+            _can_monitor,
+            _CAN_MONITOR_EPILOG,
         ),
     }
 )
-"""Every action of `can`: what it takes, and its line of help."""
+"""Every action of `can`."""
 
 
 def _can(parser: argparse.ArgumentParser) -> None:
-    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
-    for name, (arguments, help_line) in CAN_ACTIONS.items():
-        action = actions.add_parser(
-            name,
-            help=help_line,
-            description=help_line[0].upper() + help_line[1:] + ".",
-            formatter_class=argparse.RawDescriptionHelpFormatter,
-            epilog=arguments.epilog,
-        )
-        arguments.declare(action)
+    add_actions(parser, CAN_ACTIONS)
 
 
 # --- doctor

@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from armdrive.cli.presenter import emit, put_error, say
+from armdrive.cli.presenter import Result, put_error, show, tell
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import PortOpening
 from armdrive.connect.target import find, simulation_forced
@@ -30,7 +30,7 @@ ONE_PROGRAM = (
 )
 
 
-def run(options: argparse.Namespace) -> int:
+def monitor(options: argparse.Namespace) -> int:
     """Listen until it is enough, or Ctrl-C."""
     config = _config(options)
     language = _language(options, config)
@@ -42,20 +42,19 @@ def run(options: argparse.Namespace) -> int:
         if not name:
             raise PortInUse(f"{error}. {ONE_PROGRAM}") from None
         frames = held_frames(name, options.seconds, _passed_over)
-        if not options.json:
-            say(f"{holder_words(name)} holds {name}: this is what it sends and hears")
-        shown, foreign = _show(options, language, frames)
+        tell(options, f"{holder_words(name)} holds {name}: this is what it sends and hears")
+        shown, foreign = _shown(options, language, frames)
     else:
         try:
-            shown, foreign = _show(options, language, _heard(link, options.seconds))
+            shown, foreign = _shown(options, language, _heard(link, options.seconds))
         finally:
             link.close()
-    if not options.json:
-        _explain(language, shown, foreign)
+    if said := _explanation(language, shown, foreign):
+        tell(options, said)
     return 0
 
 
-def _show(
+def _shown(
     options: argparse.Namespace, language: Language, frames: Iterator[tuple[float, Frame]]
 ) -> tuple[int, int]:
     """Print frames as they come; return how many, and how many of those were not readable."""
@@ -66,7 +65,7 @@ def _show(
             said = ear.hear(frame)
             if ids and said.node not in ids:
                 continue
-            emit(said.view(time_s)) if options.json else say(said.line(time_s))
+            show(Result(said.view(time_s), said.line(time_s)), options)
             shown, foreign = shown + 1, foreign + said.foreign
             if shown == options.count:
                 break
@@ -77,16 +76,17 @@ def _passed_over(count: int) -> None:
     put_error(f"{count} exchanges were passed over: they came faster than they were shown\n")
 
 
-def _explain(language: Language, shown: int, foreign: int) -> None:
-    """Say what it may mean that nothing, or nothing readable, was heard."""
+def _explanation(language: Language, shown: int, foreign: int) -> str:
+    """Say what it may mean that nothing, or nothing readable, was heard; else nothing."""
     if not shown:
-        say(
+        return (
             f"nothing passed. {language.silence}. Nor is anything heard at another bit rate: "
             "`armdrive doctor --can` looks into that"
         )
-    elif 2 * foreign > shown:
+    if 2 * foreign > shown:
         others = " or ".join(f"--protocol {name}" for name in LANGUAGES if name != language.name)
-        say(f"{foreign} of {shown} frames are none of {language.title}: try {others}")
+        return f"{foreign} of {shown} frames are none of {language.title}: try {others}"
+    return ""
 
 
 def _language(options: argparse.Namespace, config: ArmConfig | None) -> Language:

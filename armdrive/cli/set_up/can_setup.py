@@ -7,17 +7,18 @@ import contextlib
 import sys
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from armdrive.cli.presenter import emit, say, say_lines
-from armdrive.cli.questions import Back, agree, ask, ask_value
+from armdrive.cli.presenter import Outcome, Result, as_json, say, say_lines, tell
+from armdrive.cli.questions import TerminalPerson, agree, ask_value
 from armdrive.cli.set_up.arguments import ADAPTERS
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
 from armdrive.connect.port import PortOpening
 from armdrive.connect.target import simulation_forced
-from armdrive.dialog.conversation import AskPerson, Question, WrongAnswer
+from armdrive.dialog.conversation import Question, WrongAnswer
 from armdrive.errors import ArmFileError, BadRequest, OperatorNeeded
 from armdrive.registry.arm_files import load_arm, parse_arm, preset_arm
 from armdrive.registry.simulate import simulate
@@ -40,10 +41,10 @@ BEFORE = ".before"
 """How the old text of an arm file ends that was written anew."""
 
 
-def run(options: argparse.Namespace) -> int:
+def set_up(options: argparse.Namespace) -> Outcome:
     """Hold the talk, then write the arm file."""
     simulated = options.sim or simulation_forced()
-    alone = options.yes or options.json
+    alone = options.yes or as_json(options)
     if not simulated and (alone or not sys.stdin.isatty()):
         raise OperatorNeeded(
             "somebody has to plug real drives in and to watch their motors: answer at a terminal, "
@@ -51,10 +52,11 @@ def run(options: argparse.Namespace) -> int:
         )
     config = _config(options.name)
     plan = plan_of(config)
-    if not (options.json or _path(options.name).is_file()):
-        say(
+    if not _path(options.name).is_file():
+        tell(
+            options,
             f"No arm file is called {options.name} yet: its arm is taken for a {config.title}. For "
-            "another arm write its file first, by `armdrive config new` say."
+            "another arm write its file first, by `armdrive config new` say.",
         )
     if simulated:
         return _practise(config, plan, options, alone=alone)
@@ -84,7 +86,7 @@ def _commission(config: ArmConfig, plan: CommissioningPlan, options: argparse.Na
     notes = kept.read(plan.name, config.calibration)
     with _opened(config, port) as link:
         keep = lambda found: kept.write(plan.name, config.calibration, found)  # noqa: E731
-        person = TerminalPerson(plan.name)
+        person = TerminalPerson(f"armdrive can setup {plan.name}")
         outcome = _held(
             link, dialog_runner.RealClock(), person, plan, notes, keep, again=options.again
         )
@@ -128,22 +130,19 @@ def _known_port(config: ArmConfig) -> str:
 
 def _practise(
     config: ArmConfig, plan: CommissioningPlan, options: argparse.Namespace, *, alone: bool
-) -> int:
+) -> Result:
     """Commission simulated drives as they are shipped. Nothing is kept, and no file is written."""
     if options.port:
         raise BadRequest("--sim needs no --port: the drives are within this program")
     twin = simulate(config, factory=True)
-    terminal = TerminalPerson(f"{plan.name} --sim")
-    tell = (lambda _text: None) if options.json else say
-    person = Practice(twin, plan, tell, None if alone else terminal.answer)
-    tell("These drives are simulated, as they are shipped; nothing is written.")
+    terminal = TerminalPerson(f"armdrive can setup {plan.name} --sim")
+    person = Practice(twin, plan, partial(tell, options), None if alone else terminal.answer)
+    tell(options, "These drives are simulated, as they are shipped; nothing is written.")
     outcome = _held(twin.link, DialogClock(), person, plan, {}, lambda _notes: None, again=True)
     text = text_of(merged(config, plan, outcome.notes, ""), plan.name, outcome.left_out)
-    if options.json:
-        emit({"arm": plan.name, "left_out": list(outcome.left_out), "arm_file": text})
-    else:
-        say_lines(f"\nThe arm file would be:\n\n{text}")
-    return DONE if outcome.finished else UNFINISHED
+    view = {"arm": plan.name, "left_out": list(outcome.left_out), "arm_file": text}
+    lines = ("", "The arm file would be:", "", *text.split("\n"))
+    return Result(view, lines, DONE if outcome.finished else UNFINISHED)
 
 
 def _end(
@@ -198,43 +197,6 @@ def _say_next(path: Path, name: str) -> None:
         f"armdrive home --arm {name}",
     ):
         say(f"  {line}")
-
-
-# The person at the terminal, and which adapter is meant.
-
-
-class TerminalPerson:
-    """Reads answers line by line; `?` explains a question."""
-
-    def __init__(self, arm: str) -> None:
-        self._arm = arm
-
-    def tell(self, text: str) -> None:
-        """Print a line."""
-        say(text)
-
-    def watch(self, motor: int) -> None:
-        """Do nothing: people have eyes."""
-
-    def answer(self, asked: AskPerson) -> Any:
-        """Ask until the answer can be used. Raises `OperatorNeeded` where answers have ended."""
-        question = asked.question
-
-        def take(line: str) -> Any:
-            if not line and question.default is None:
-                raise WrongAnswer("an answer is needed; ? explains")
-            return question.read(line or question.default or "")
-
-        while True:
-            try:
-                return ask(question, take)
-            except Back:
-                say("  there is no way back here; Ctrl-C leaves, and the same command goes on")
-            except BadRequest as ended:
-                raise OperatorNeeded(
-                    f"the answers ended at {question.words!r}: what was done stays done, and "
-                    f"`armdrive can setup {self._arm}` goes on there"
-                ) from ended
 
 
 def chosen_port(adapters: str) -> str:

@@ -1,47 +1,126 @@
-"""Arm files: write one by an interview, list them, show what one means, check it, choose one."""
+"""Arm files: list them, show what one means, check it, choose the one that is used by default."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping
-from types import MappingProxyType
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
-from armdrive.cli.options import Command
+from armdrive.cli.arm_files import SIM, arm_paths, choose_default, default_arm, path_of, read
+from armdrive.cli.presenter import Result
+from armdrive.config.check import remarks_on
+from armdrive.config.write import complete
+from armdrive.errors import ArmFileError, BadRequest
+from armdrive.registry import dialect
+from armdrive.registry.arm_files import arm_problems, load_arm, parse_arm
+from armdrive.setup.arm_view import arm_lines, arm_view
+from armdrive.setup.limits import limit_remarks
+from armdrive.storage import files as places
+from kinematics.errors import KinematicsError
 
-# Actions that talk to a person or an arm need far more than those that read a file.
+
+def list_arms(options: argparse.Namespace) -> Result:  # noqa: ARG001
+    """List the arm files: model, dialect, port, and which one is the default."""
+    default = default_arm()
+    arms = [_row(path, default) for path in arm_paths()]
+    view = {"folder": str(places.arm_files()), "default": default, "arms": arms}
+    return Result(view, _listed(arms, default))
 
 
-def _reading_actions() -> Mapping[str, Command]:
-    from armdrive.cli.set_up import config_check, config_default, config_list, config_show
-
-    return {
-        "check": config_check.run,
-        "list": config_list.run,
-        "set-default": config_default.run,
-        "show": config_show.run,
+def _row(path: Path, default: str) -> dict[str, Any]:
+    row = {"name": path.stem, "default": path.stem == default, "error": ""}
+    try:
+        config = load_arm(path)
+    except ArmFileError as error:
+        return row | {"model": "", "title": "", "dialect": "", "port": "", "error": str(error)}
+    return row | {
+        "model": config.model.key,
+        "title": config.title,
+        "dialect": config.connection.dialect,
+        "port": config.connection.port,
     }
 
 
-def _asking_actions() -> Mapping[str, Command]:
-    from armdrive.cli.set_up import config_limits, config_new, config_signs
-
-    return {"limits": config_limits.run, "new": config_new.run, "signs": config_signs.run}
-
-
-ACTIONS: Mapping[str, Callable[[], Mapping[str, Command]]] = MappingProxyType(
-    {
-        "new": _asking_actions,
-        "signs": _asking_actions,
-        "limits": _asking_actions,
-        "list": _reading_actions,
-        "show": _reading_actions,
-        "check": _reading_actions,
-        "set-default": _reading_actions,
-    }
-)
-"""What loads each action."""
+def _listed(arms: Sequence[Mapping[str, Any]], default: str) -> Iterator[str]:
+    if not arms:
+        yield f"no arm files in {places.arm_files()}; `armdrive config new` writes one"
+    columns = ("name", "model", "dialect")
+    widths = {key: max((len(row[key]) for row in arms), default=0) for key in columns}
+    for row in arms:
+        if row["error"]:
+            yield f"! {row['name']}"
+            yield f"    {row['error']}"
+        else:
+            cells = "  ".join(row[key].ljust(widths[key]) for key in columns)
+            yield f"{'*' if row['default'] else ' '} {cells}  {row['port'] or '(no port)'}"
+    yield f"without a name, commands use {default}"
 
 
-def run(options: argparse.Namespace) -> int:
-    """Do what was asked."""
-    return ACTIONS[options.action]()[options.action](options)
+def show(options: argparse.Namespace) -> Result:
+    """Show an arm as its file is understood."""
+    arm = read(options.name)
+    try:
+        config = parse_arm(arm.table, name=arm.name, folder=arm.path.parent)
+    except (ArmFileError, KinematicsError) as error:
+        raise ArmFileError(f"{arm.path}: {error}; `armdrive config check` tells all") from None
+    if options.toml:
+        text = complete(config, arm.table)
+        return Result({"toml": text}, text.rstrip("\n").split("\n"))
+    view = arm_view(config)
+    return Result(view, arm_lines(view))
+
+
+WRONG = 2
+
+
+def check(options: argparse.Namespace) -> Iterator[Result]:
+    """Say everything that is wrong with each file at once; nothing is opened, nothing moves."""
+    names = options.arms or [str(path) for path in arm_paths()]
+    yield from map(_checked, names)
+    if not names:
+        yield Result(None, "no arm files to check; `armdrive config new` writes one")
+
+
+def _checked(name: str) -> Result:
+    remarks: list[str] = []
+    try:
+        arm = read(name)
+    except ArmFileError as error:
+        called, problems = name, [str(error)]
+    else:
+        called = arm.name
+        problems = arm_problems(arm.table, arm.name, arm.path.parent)
+        if not problems:
+            config = load_arm(arm.path)
+            remarks += [*remarks_on(config), *limit_remarks(config)]
+    view = {"arm": called, "ok": not problems, "problems": problems, "remarks": remarks}
+    verdict = f"{len(problems)} to mend" if problems else "fine"
+    lines = (
+        f"{called}: {verdict}",
+        *(f"  ! {sentence}" for sentence in problems),
+        *(f"  - {sentence}" for sentence in remarks),
+    )
+    return Result(view, lines, WRONG if problems else 0)
+
+
+def set_default(options: argparse.Namespace) -> Result:
+    """Choose the arm that commands use where none is named."""
+    if (options.name is None) != options.none:
+        raise BadRequest("give the name of an arm, or --none")
+    if options.name is not None:
+        _require_usable(options.name)
+    choose_default(options.name)
+    used = default_arm()
+    before = () if options.name in (None, used) else ("ARMDRIVE_ARM is set and goes before it",)
+    return Result({"default": used}, (f"commands that name no arm use {used}", *before))
+
+
+def _require_usable(name: str) -> None:
+    """Raise for what is no usable arm."""
+    if name.startswith(SIM):
+        dialect(name.removeprefix(SIM))
+        return
+    if name.endswith(".toml"):
+        raise BadRequest(f"the name of an arm file, not its path: {name!r}")
+    load_arm(path_of(name))

@@ -1,5 +1,6 @@
-"""Ask questions, show the arm file that they make, and write it once you have agreed.
+"""Arm files, with a person's help: the interview, the directions of motors, the limit switches.
 
+The interview asks, shows the arm file that the answers make, and writes it once you have agreed.
 `?` explains a question, `back` goes back to the one before, an empty line takes what stands in
 brackets, and Ctrl-C leaves nothing behind. For scripts: `--answers FILE`, or `--yes` for every
 default.
@@ -8,20 +9,41 @@ default.
 from __future__ import annotations
 
 import argparse
+import contextlib
+import sys
+from collections.abc import Iterator
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from armdrive.cli.presenter import emit, say, say_lines
-from armdrive.cli.questions import Back, agree, ask
-from armdrive.cli.set_up.config_signs import connected, find_signs
+from armdrive.arm import Arm
+from armdrive.cli.arm_files import read
+from armdrive.cli.presenter import Result, as_json, say, tell
+from armdrive.cli.questions import Back, TerminalPerson, agree, ask
+from armdrive.cli.terminal_person import posture_drawing
 from armdrive.config.arm import ArmConfig
+from armdrive.connect import parts as connecting
+from armdrive.connect.target import simulation_forced
 from armdrive.dialog.conversation import WrongAnswer
-from armdrive.errors import ArmError, BadRequest
+from armdrive.errors import ArmError, BadRequest, OperatorNeeded
+from armdrive.registry.arm_files import load_arm
 from armdrive.setup.arm_text import files_of
+from armdrive.setup.directions import Signs
 from armdrive.setup.draft import Draft, flattened
-from armdrive.setup.filing import checked, write
+from armdrive.setup.filing import FileProposal, checked, write
 from armdrive.setup.finding import surroundings
 from armdrive.setup.interview import Interview
+from armdrive.setup.limits import (
+    SawSwitch,
+    all_work,
+    limit_remarks,
+    make_ready,
+    record,
+    switches_of,
+)
+from armdrive.setup.signs import find_signs, lines_for
+from armdrive.setup.switches import check_switches
+from armdrive.sim.world.body import found_posture
 from armdrive.storage import files as places
 from armdrive.text.reading import read_toml
 from kinematics.errors import did_you_mean
@@ -30,11 +52,11 @@ GIVEN = ("name", "template", "port")
 KEYS = {"port": "connection.port"}
 
 
-def run(options: argparse.Namespace) -> int:
+def new(options: argparse.Namespace) -> Result:
     """Interview, show, ask, write."""
     given = _given(options)
     silent = options.yes or options.answers is not None
-    if options.json and not silent:
+    if as_json(options) and not silent:
         raise BadRequest("--json asks nothing: give --answers FILE or --yes beside it")
     if silent and not options.force and "name" in given:
         _refuse_overwriting(given["name"])
@@ -43,18 +65,14 @@ def run(options: argparse.Namespace) -> int:
         draft = _with_signs(draft, simulated=options.sim, alone=silent)
     files = files_of(draft)
     config = checked(files, draft.name)
-    if not options.json:
-        say_lines(f"\n{files.shown}")
+    for line in f"\n{files.shown}".split("\n"):
+        tell(options, line)
     path = places.arm_files() / f"{draft.name}.toml"
     if not silent and not _agreed(path, force=options.force):
-        say("nothing is written")
-        return 1
+        return Result(None, "nothing is written", 1)
     write(files, path)
-    if options.json:
-        emit({"arm": draft.name, "file": str(path), "model": config.model.key})
-    else:
-        _say_next(path, config)
-    return 0
+    view = {"arm": draft.name, "file": str(path), "model": config.model.key}
+    return Result(view, _next(path, config))
 
 
 def _given(options: argparse.Namespace) -> dict[str, str]:
@@ -108,8 +126,8 @@ def _with_signs(draft: Draft, *, simulated: bool, alone: bool) -> Draft:
     """Return the draft with the directions that were seen; a trouble leaves them for later."""
     config = checked(files_of(draft), draft.name)
     try:
-        with connected(config, simulated=simulated, alone=alone) as arm:
-            signs = find_signs(arm, alone=alone)
+        with _connected(config, simulated=simulated, alone=alone, wanted=WATCHED) as arm:
+            signs = _found_signs(arm, alone=alone)
     except ArmError as error:
         if alone:
             raise
@@ -127,10 +145,10 @@ def _agreed(path: Path, *, force: bool) -> bool:
     return agree(f"Write this to {path}?", "no leaves everything as it was.", "yes")
 
 
-def _say_next(path: Path, config: ArmConfig) -> None:
+def _next(path: Path, config: ArmConfig) -> Iterator[str]:
     name = config.name
-    say(f"written: {path}")
-    say("next, from the safest on:")
+    yield f"written: {path}"
+    yield "next, from the safest on:"
     lines = [
         (f"armdrive config check {name}", "anything wrong or worth knowing; opens nothing"),
         (f"ARMDRIVE_FORCE_SIM=1 armdrive home --arm {name}", "its simulated twin"),
@@ -144,4 +162,92 @@ def _say_next(path: Path, config: ArmConfig) -> None:
     lines.append((f"armdrive config set-default {name}", "use it where no arm is named"))
     width = max(len(command) for command, _ in lines)
     for command, words in lines:
-        say(f"  {command:<{width}}  {words}")
+        yield f"  {command:<{width}}  {words}"
+
+
+# What has to be tried on the arm itself: which way its motors turn, and its limit switches.
+
+WATCHED = "watch a real arm while its motors turn"
+PRESSED = "press the switches of a real arm"
+
+
+@contextlib.contextmanager
+def _connected(config: ArmConfig, *, simulated: bool, alone: bool, wanted: str) -> Iterator[Arm]:
+    """Open an arm for a trial: nothing is switched on before somebody has agreed.
+
+    Raises `OperatorNeeded` for a real one where nobody is there to do what is `wanted`.
+    """
+    simulated = simulated or simulation_forced()
+    if not simulated and (alone or not sys.stdin.isatty()):
+        raise OperatorNeeded(f"somebody has to {wanted}: answer at a terminal, or give --sim")
+    open_arm = connecting.connect_simulated if simulated else connecting.connect_real
+    with contextlib.closing(Arm(open_arm(config))) as arm:
+        yield arm
+
+
+def _found_signs(arm: Arm, *, alone: bool) -> Signs:
+    if alone:
+        return find_signs(arm, None)
+    picture = posture_drawing(arm, found_posture(arm.model.arm), 30.0)
+    return find_signs(arm, TerminalPerson(), picture)
+
+
+def signs(options: argparse.Namespace) -> Result:
+    """Find which way the motors count; print lines for the arm file, which stays as it is."""
+    text = read(options.name)
+    config = load_arm(text.path)
+    alone = options.yes or as_json(options)
+    with _connected(config, simulated=options.sim, alone=alone, wanted=WATCHED) as arm:
+        found = _found_signs(arm, alone=alone)
+    lines = lines_for(text.table, found)
+    unclear = ", ".join(found.unclear)
+    again = f"not told: {unclear}. Look at plugs and drivers, then ask for this once more"
+    return Result(
+        {
+            "reversed_motors": list(found.motors),
+            "reversed_joints": list(found.joints),
+            "unclear": list(found.unclear),
+            "lines": lines,
+        },
+        [*lines, again] if unclear else lines,
+        1 if unclear else 0,
+    )
+
+
+UNHEEDED = (
+    "A switch that closes in motion would stop nothing. The board's firmware takes no notice of "
+    "hard limits, as the default build of grbl-Mega-5X for RAMPS boards: take another build "
+    "(docs/grbl.md), or write hard_limits = false, so that nobody counts on them."
+)
+
+
+def limits(options: argparse.Namespace) -> Iterator[Result]:
+    """Look at each limit switch, and write down the day on which all work."""
+    path = read(options.name).path
+    config = load_arm(path)
+    switches = switches_of(config)
+    alone = options.yes or as_json(options)
+    with _connected(config, simulated=options.sim, alone=alone, wanted=PRESSED) as arm:
+        make_ready(arm)
+        seen = check_switches(arm, switches, None if alone else TerminalPerson())
+        simulated = arm.simulated
+    works = all_work(seen)
+    view = {"switches": {name: saw.name.lower() for name, saw in seen.items()}, "works": works}
+    lines = [f"{name}: {saw.value}" for name, saw in seen.items()]
+    if not works:
+        unheeded = SawSwitch.PIN_ALONE in seen.values()
+        lines.append(UNHEEDED if unheeded else "Look at the switches and their wires.")
+        lines += limit_remarks(config)
+    elif simulated:
+        lines.append("every switch works; nothing is written of a simulated arm")
+    yield Result(view, lines, 0 if works else 1)
+    if works and not (simulated or as_json(options)):
+        _write_down(record(path, config, datetime.now(UTC).astimezone().date()))
+
+
+def _write_down(proposal: FileProposal) -> None:
+    for line in proposal.difference:
+        say(f"  {line}")
+    if agree(f"Write this to {proposal.path}?", "no leaves the file as it was.", "yes"):
+        proposal.write()
+        say(f"written: {proposal.path}")

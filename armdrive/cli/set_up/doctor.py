@@ -3,30 +3,33 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
+import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from types import MappingProxyType
 
-from armdrive.cli.presenter import say
+from armdrive.cli.presenter import Result, as_json, put_error, say, tell
 from armdrive.cli.screens import agreed
-from armdrive.cli.set_up.doctor_keyboard import run as examine_keyboard
-from armdrive.cli.set_up.doctor_report import Report
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import PortOpening
 from armdrive.connect.target import find, simulation_forced
-from armdrive.dialog.conversation import any_problem
+from armdrive.dialog.conversation import Finding
 from armdrive.errors import BadRequest, OperatorNeeded, PortUnavailable
 from armdrive.registry import DIALECTS
 from armdrive.setup import findings as after
 from armdrive.setup import prober
+from armdrive.setup.diagnosis import Diagnosis, Report
+from armdrive.setup.keyboard import Examined, examine, raw_terminal, sentence
 from armdrive.setup.ports import Before, PortNaming, arm_files, look_at, unfound
 from armdrive.setup.prober import Examination
 from armdrive.storage.arm_lock import hold
-from armdrive.transports.address import is_can
+from armdrive.tasks import DeviceSettings
+from armdrive.transports.address import PREFIX, is_can
 
-DONE, MENDING, CLOSED, NOBODY = 0, 1, 4, 6
-
-Survey = Callable[[argparse.Namespace, ArmConfig | None], int]
-Comparison = Callable[[ArmConfig, Report, argparse.Namespace], None]
+EXIT_CODES: Mapping[Diagnosis, int] = MappingProxyType(
+    {Diagnosis.FINE: 0, Diagnosis.MENDING: 1, Diagnosis.CLOSED: 4, Diagnosis.NOBODY: 6}
+)
 
 WARNING = (
     "Opening {port} can restart the board behind it: its motors lose their current, and an arm "
@@ -34,44 +37,79 @@ WARNING = (
 )
 
 
-def run(options: argparse.Namespace) -> int:
+def doctor(options: argparse.Namespace) -> Result:
     """Examine the port, and say what was found."""
     if options.keyboard:
         return _keyboard(options)
     config = _config(options)
-    if _on_can(options, config):
-        survey, _ = _deeper()
-        return survey(options, config)
+    # by the option, by the port, or by the arm file's port
+    if options.can is not None or is_can(
+        options.port or (config.connection.port if config else "")
+    ):
+        return _on_bus(options, config)
     port, before = _before(options, config)
-    report = Report(port, options.json)
+    report = _report(port, options)
     report.more = {"arm_files": list(before.owners)}
-    report.add(list(before.findings))
+    report.add(before.findings)
     if not before.openable:
-        return report.end(CLOSED)
+        return _result(report, Diagnosis.CLOSED)
     report.add([after.finding(after.measure())])
     _agree(port, options)
     found = _examined(port, options, config)
-    return report.end(_weigh(found, before, report, options, config))
+    return _result(report, _weigh(found, before, report, options, config))
 
 
-def _deeper() -> tuple[Survey, Comparison]:
-    """Return what surveys a CAN bus, and what compares the settings of a controller."""
+def _report(port: str, options: argparse.Namespace) -> Report:
+    def told(finding: Finding) -> None:
+        tell(options, f"{finding.grade.value:<8} {finding.what}")
+        if finding.mend:
+            tell(options, f"{'':<8}   {finding.mend}")
+
+    return Report(port, told, options.arm or "")
+
+
+def _result(report: Report, diagnosis: Diagnosis) -> Result:
+    return Result(report.view(), _what_next(report), EXIT_CODES[diagnosis])
+
+
+def _what_next(report: Report) -> Iterator[str]:
+    for title, key in (("Next:", "next"), ("Or as an arm file:", "arm_file")):
+        if report.more.get(key):
+            yield title
+            yield from (f"  {line}".rstrip() for line in report.more[key])
+
+
+def _on_bus(options: argparse.Namespace, config: ArmConfig | None) -> Result:
+    """Survey the CAN bus that is meant."""
     # all that drives an arm, and every protocol of a bus: a silent port needs neither
-    from armdrive.cli.set_up import doctor_can, doctor_settings
+    from armdrive.setup.bus_survey import BusSurvey, ids_of, only_bus
 
-    return doctor_can.run, doctor_settings.compare
+    if options.can:
+        port = options.can if is_can(options.can) else PREFIX + options.can
+    elif config is not None:
+        port = PortOpening(config).find()
+    else:
+        port = options.port or only_bus()
+    if not is_can(port):
+        raise BadRequest(f"{port} is no CAN bus: write can:INTERFACE:CHANNEL")
+    report = _report(port, options)
+    ids = ids_of(options.ids) if options.ids else ()
+    survey = BusSurvey(report, config, ids, options.every_rate, _mending(options))
+    return _result(report, survey.run())
 
 
-def _keyboard(options: argparse.Namespace) -> int:
-    if options.port or options.arm:
-        raise BadRequest("--keyboard looks at this terminal, and at no port: leave the port out")
-    return examine_keyboard(options.json)
+def _mending(options: argparse.Namespace) -> Callable[[DeviceSettings], bool] | None:
+    """Return what agrees to settings being written, None where --mend does not ask for it."""
 
+    def agree(settings: DeviceSettings) -> bool:
+        if options.yes or as_json(options):
+            return bool(options.yes)
+        for each in settings.differences:
+            say(f"  {each}")
+        count = len(settings.differences)
+        return agreed(f"Write these {count} settings to the controller? Type yes: ")
 
-def _on_can(options: argparse.Namespace, config: ArmConfig | None) -> bool:
-    """Tell whether a CAN bus is meant: by the option, by the port, or by the arm file's port."""
-    wire = config.connection.port if config is not None else ""
-    return options.can is not None or is_can(options.port or wire)
+    return agree if options.mend else None
 
 
 def _before(options: argparse.Namespace, config: ArmConfig | None) -> tuple[str, Before]:
@@ -118,7 +156,7 @@ def _config(options: argparse.Namespace) -> ArmConfig | None:
 def _agree(port: str, options: argparse.Namespace) -> None:
     if options.yes:
         return
-    if options.json or not sys.stdin.isatty():
+    if as_json(options) or not sys.stdin.isatty():
         raise OperatorNeeded(f"{WARNING.format(port=port)} Add --yes if that may happen now")
     say(WARNING.format(port=port))
     if not agreed(f"Open {port}? Type yes: "):
@@ -148,7 +186,7 @@ def _weigh(
     report: Report,
     options: argparse.Namespace,
     config: ArmConfig | None,
-) -> int:
+) -> Diagnosis:
     wire = config.connection if config is not None else None
     expected = after.Expected(baud=_baud(options, config))
     if wire is not None:
@@ -156,21 +194,75 @@ def _weigh(
         expected = after.Expected(wire.dialect, expected.baud, spared)
     report.add(after.findings(found, expected))
     identity = found.identity
-    arm, port = options.arm or "", report.port
-    known = bool(arm or before.owners)
+    known = bool(report.arm or before.owners)
     report.more |= {
         "dialect": identity.dialect if identity else "",
         "firmware": identity.firmware if identity else "",
         "baud": found.baud if identity else None,
         "restarted": found.restarted,
         "next": after.next_steps(
-            port, found, arm=arm, owners=before.owners, compared=config is not None
+            report.port, found, arm=report.arm, owners=before.owners, compared=config is not None
         ),
-        "arm_file": [] if known else after.arm_file_lines(port, found, before.usb_serial),
+        "arm_file": [] if known else after.arm_file_lines(report.port, found, before.usb_serial),
     }
     if identity is None or not identity.dialect:
-        return NOBODY
+        return Diagnosis.NOBODY
     if config is not None and identity.dialect == config.connection.dialect:
-        _, compare = _deeper()
-        compare(config, report, options)
-    return MENDING if any_problem(report.findings) else DONE
+        from armdrive.setup.bus_survey import compare_settings
+
+        compare_settings(config, report, _mending(options))
+    return report.diagnosis
+
+
+# The keyboard of this terminal: hold a key, and hear whether holding will work here.
+
+
+def _keyboard(options: argparse.Namespace) -> Result:
+    """Examine the keyboard; touches no port. It ends with 1 where holding does not work."""
+    if options.port or options.arm:
+        raise BadRequest("--keyboard looks at this terminal, and at no port: leave the port out")
+    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+        raise OperatorNeeded(
+            "somebody has to hold a key at a terminal: run `armdrive doctor --keyboard` there"
+        )
+
+    def whisper(text: str) -> None:
+        """Tell the person, and leave the output to the document."""
+        put_error(f"{text}\n")
+
+    with raw_terminal() as terminal:
+        found = examine(terminal, os.environ, whisper if as_json(options) else say)
+    return Result(_keyboard_view(found), _keyboard_lines(found), 0 if found.works else 1)
+
+
+def _keyboard_lines(found: Examined) -> list[str]:
+    releases = "can" if found.releases else "cannot"
+    focus = {True: "can", False: "cannot", None: "did not say whether it can"}[found.focus]
+    where = [word for word, here in (("tmux", found.tmux), ("screen", found.screen)) if here]
+    where += ["a remote shell"] * found.remote
+    place = f" (in {', '.join(where)})" if where else ""
+    terminal = (
+        f"Terminal{place}: it {releases} tell that a key is let go; it {focus} tell when its "
+        "window loses the focus."
+    )
+    return [
+        f"Held key: {sentence(found.press)}.",
+        terminal,
+        *(f"- {remedy}." for remedy in found.remedies),
+        f"Verdict: {found.verdict}.",
+    ]
+
+
+def _keyboard_view(found: Examined) -> dict[str, object]:
+    press = dataclasses.asdict(found.press) | {"rate_hz": found.press.rate_hz}
+    return {
+        "held": press,
+        "focus_events": found.focus,
+        "key_releases": found.releases,
+        "tmux": found.tmux,
+        "screen": found.screen,
+        "remote": found.remote,
+        "works": found.works,
+        "verdict": found.verdict,
+        "remedies": found.remedies,
+    }

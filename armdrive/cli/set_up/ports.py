@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from armdrive.cli.presenter import emit, say
+from armdrive.cli.presenter import Result
 from armdrive.errors import NoSuchPort
 from armdrive.setup.ports import (
     PortNaming,
@@ -23,34 +24,42 @@ from armdrive.transports.can_address import CanAddress
 from armdrive.transports.ports import PortInfo, ask_drivers, list_can_ports, list_ports
 
 
-def run(options: argparse.Namespace) -> int:
+def ports(options: argparse.Namespace) -> Result:
     """List the ports."""
     files = tuple(map(_by_device, arm_files()))
-    ports = list_ports()
-    views = [_view(info, files) for info in ports]
-    absent = _absent(ports, files)
-    adapters = [*list_can_ports(ports), *(ask_drivers() if options.can else ())]
-    buses = [asdict(each) for each in {each.port: each for each in reversed(adapters)}.values()]
-    unusable = [{"arm": each.arm, "error": each.error} for each in files if each.error]
-    if options.json:
-        told = {"ports": views, "can": buses, "absent": absent, "unusable_arm_files": unusable}
-        emit(told)
-        return 0
-    for view in views:
-        _show(view)
-    for bus in buses:
-        say(f"{bus['port']}  {bus['description']}")
+    found = list_ports()
+    adapters = [*list_can_ports(found), *(ask_drivers() if options.can else ())]
+    view: dict[str, list[dict[str, Any]]] = {
+        "ports": [_view(info, files) for info in found],
+        "can": [asdict(each) for each in {each.port: each for each in reversed(adapters)}.values()],
+        "absent": _absent(found, files),
+        "unusable_arm_files": [
+            {"arm": each.arm, "error": each.error} for each in files if each.error
+        ],
+    }
+    return Result(view, _lines(**view))
+
+
+def _lines(
+    ports: list[dict[str, Any]],
+    can: list[dict[str, Any]],
+    absent: list[dict[str, Any]],
+    unusable_arm_files: list[dict[str, Any]],
+) -> Iterator[str]:
+    for port in ports:
+        yield from _port_lines(port)
+    for bus in can:
+        yield f"{bus['port']}  {bus['description']}"
         if bus["todo"]:
-            say(f"    {bus['todo']}")
-    if not views:
-        say("no serial port is there: plug the adapter in, or look at its driver")
+            yield f"    {bus['todo']}"
+    if not ports:
+        yield "no serial port is there: plug the adapter in, or look at its driver"
     for each in absent:
-        say(f"the arm file {each['arm']}: {each['why']}")
-    for each in unusable:
-        say(f"the arm file {each['arm']} cannot be used: {each['error']}")
-    if views:
-        say("`armdrive doctor PORT` finds out what a port leads to, without moving anything")
-    return 0
+        yield f"the arm file {each['arm']}: {each['why']}"
+    for each in unusable_arm_files:
+        yield f"the arm file {each['arm']} cannot be used: {each['error']}"
+    if ports:
+        yield "`armdrive doctor PORT` finds out what a port leads to, without moving anything"
 
 
 def _by_device(naming: PortNaming) -> PortNaming:
@@ -108,7 +117,7 @@ def _missing(naming: PortNaming, ports: tuple[PortInfo, ...]) -> str:
     return "" if there else f"it names {port}, which is not there: check the cable and the name"
 
 
-def _show(view: dict[str, Any]) -> None:
+def _port_lines(view: dict[str, Any]) -> Iterator[str]:
     what = ", ".join(
         word
         for word in (
@@ -119,15 +128,15 @@ def _show(view: dict[str, Any]) -> None:
         )
         if word
     )
-    say(f"{view['port']}  {what}".rstrip())
+    yield f"{view['port']}  {what}".rstrip()
     if view["stable_name"]:
-        say(f"    the name that stays: {view['stable_name']}")
+        yield f"    the name that stays: {view['stable_name']}"
     for owner in view["belongs_to"]:
-        say(f"    belongs to the arm file {owner}")
+        yield f"    belongs to the arm file {owner}"
     for arm in view["named_for_another_adapter"]:
-        say(f"    not the adapter of the arm file {arm}, which names this port")
+        yield f"    not the adapter of the arm file {arm}, which names this port"
     if view["holder"]:
         drives = f", which drives {view['holder']['arm']}" if view["holder"]["arm"] else ""
-        say(f"    held by {view['holder']['program']} (pid {view['holder']['pid']}){drives}")
+        yield f"    held by {view['holder']['program']} (pid {view['holder']['pid']}){drives}"
     if not view["allowed"]:
-        say(f"    you may not open it: {view['mend']}")
+        yield f"    you may not open it: {view['mend']}"

@@ -19,7 +19,7 @@ from armdrive.sim.faults.running import check_faults
 from armdrive.sim.listing import listing
 
 
-def run(options: argparse.Namespace) -> int:
+def sim(options: argparse.Namespace) -> int:
     """Serve until told to end."""
     if options.list:
         names = [options.dialect] if options.dialect else list(DIALECTS)

@@ -12,17 +12,23 @@ from cli_calls import Caller
 from armdrive import cli
 from armdrive.cli import COMMANDS, EXIT_CODES
 from armdrive.cli.drive import arguments as drive_arguments
-from armdrive.cli.drive import points
+from armdrive.cli.options import load
 from armdrive.cli.program import arguments as program_arguments
 from armdrive.cli.program import pendant, teach
 from armdrive.cli.set_up import arguments as set_up_arguments
-from armdrive.cli.set_up import can, config
 from armdrive.errors import ArmError
 
 HEAVY = {"numpy", "can", "serial", "textual", "argparse", "filelock", "platformdirs", "asyncio"}
 LOADED_TO_RUN = {
     "armdrive.arm", "armdrive.connect", "armdrive.programs.program", "numpy", "textual",
 }  # fmt: skip
+WITH_ACTIONS = {
+    "can": set_up_arguments.CAN_ACTIONS,
+    "config": set_up_arguments.CONFIG_ACTIONS,
+    "pendant": drive_arguments.PENDANT_ACTIONS,
+    "points": drive_arguments.POINT_ACTIONS,
+}
+"""The commands each of whose actions has a function of its own."""
 
 
 @pytest.fixture
@@ -203,18 +209,17 @@ def test_a_command_loads_nothing_that_only_others_need(words, spared, tmp_path):
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_what_is_declared_of_a_command_is_carried_out(name):
-    arguments, load, _ = cli._COMMANDS[name]
-    assert name in arguments()
-    assert callable(load()[name])
+    group, function, _ = cli._COMMANDS[name]
+    assert name in load(f"{group}.arguments:ARGUMENTS")
+    assert (name in WITH_ACTIONS) == (not function)
+    assert not function or callable(load(function))
 
 
 def test_what_is_declared_of_an_action_is_carried_out():
-    assert list(drive_arguments.POINT_ACTIONS) == list(points.ACTIONS)
     assert list(drive_arguments.PENDANT_ACTIONS) == list(pendant.ACTIONS)
     assert list(program_arguments.TEACH_ACTIONS) == list(teach.ACTIONS)
-    assert list(set_up_arguments.CAN_ACTIONS) == list(can.ACTIONS)
-    assert list(set_up_arguments.CONFIG_ACTIONS) == list(config.ACTIONS)
-    assert all(callable(load()[name]) for name, load in config.ACTIONS.items())
+    for actions in WITH_ACTIONS.values():
+        assert all(callable(load(action.function)) for action in actions.values())
 
 
 def test_the_package_itself_is_the_command_line():

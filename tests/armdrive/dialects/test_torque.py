@@ -11,7 +11,7 @@ from cli_calls import Caller
 from armdrive import Arm
 from armdrive.abilities import HELD, SAGS
 from armdrive.cli import terminal_person
-from armdrive.cli.drive import disable
+from armdrive.cli.drive import motors
 from armdrive.registry import DIALECTS
 
 PAGE = (Path(__file__).parents[3] / "docs" / "torque.md").read_text(encoding="utf-8")
@@ -32,7 +32,7 @@ def answers(monkeypatch):
         asked.append(question)
         return given.pop(0)
 
-    for module in (terminal_person, disable):
+    for module in (terminal_person, motors):
         monkeypatch.setattr(module, "agreed", agreed)
     monkeypatch.setattr("sys.stdin.isatty", lambda: True, raising=False)
     return given, asked

@@ -13,8 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import armdrive
-from armdrive.cli import COMMANDS
-from armdrive.cli.drive import home
+from armdrive.cli import COMMANDS, chosen_arm
 from armdrive.cli.set_up import ports as ports_command
 from armdrive.errors import ArmError, BadRequest, DeviceFault, UnknownPoint
 from armdrive.errors.printable import (
@@ -394,7 +393,7 @@ def test_the_words_of_a_device_are_not_printed_raw(call, text, monkeypatch):
     def refuses(*_, **__):
         raise DeviceFault(f"the board said {text!s}")
 
-    monkeypatch.setattr(home, "connect_chosen", refuses)
+    monkeypatch.setattr(chosen_arm, "connect_chosen", refuses)
     for words in (("home", *SIMULATED), ("home", *SIMULATED, "--json")):
         said = call(*words, code=DeviceFault.exit_code)
         assert not unprintable(said.out + said.err)

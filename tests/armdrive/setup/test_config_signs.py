@@ -12,15 +12,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from armdrive import Arm
-from armdrive.cli.arm_files import ArmText
-from armdrive.cli.set_up import config_signs
 from armdrive.cli.set_up.config_new import write
-from armdrive.cli.set_up.config_signs import find_signs, lines_for
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.dialog.conversation import WrongAnswer
 from armdrive.registry.arm_files import load_arm, parse_arm
 from armdrive.registry.simulate import simulate
+from armdrive.setup import signs as finding_signs
 from armdrive.setup.arm_text import files_of
 from armdrive.setup.directions import (
     NOTHING,
@@ -34,6 +32,7 @@ from armdrive.setup.directions import (
 )
 from armdrive.setup.draft import Surroundings
 from armdrive.setup.interview import Interview
+from armdrive.setup.signs import find_signs, lines_for
 from armdrive.sim.world.body import found_posture
 from armdrive.storage import files as places
 from kinematics import Joints, preset
@@ -70,7 +69,7 @@ def test_what_is_reversed_is_found_on_the_twin(dialect, motors, roll):
     twin = simulate(really(config, motors, (1, 1, 1, 1, roll, 1)))
     with Arm(connect_simulated(config, twin=twin)) as arm:
         before = twin.world.joints
-        found = find_signs(arm, alone=True)
+        found = find_signs(arm, None)
         assert tuple(twin.world.joints) == pytest.approx(tuple(before), abs=1e-9)
     names = [motor.name for motor in config.model.transmission.motors]
     assert tuple(sorted(found.motors)) == reversed_of(names, motors)
@@ -161,9 +160,9 @@ def test_positive_joints_are_seen_as_the_docs_say(joint, word):
 def test_lines_for_the_file_turn_over_what_it_says(known, turned):
     from armdrive.setup.directions import Signs
 
-    text = ArmText("a", None, {"model": "teachmover", "motor_signs": {"elbow": known}})
+    table = {"model": "teachmover", "motor_signs": {"elbow": known}}
     signs = Signs(motors=("elbow",) if turned < 0 else ())
-    lines = lines_for(text, signs)
+    lines = lines_for(table, signs)
     if turned < 0:
         assert lines == ["[motor_signs]", f'"elbow" = {-known}']
         table = {"model": "teachmover", "motor_signs": {"elbow": -known}}
@@ -187,7 +186,7 @@ def test_a_six_axis_board_that_is_locked_until_it_homes_is_looked_at_too(tmp_pat
     truth = config.model.transmission.with_signs((-1, 1, -1, -1, 1, -1))
     twin = simulate(replace(config, model=replace(config.model, transmission=truth)))
     with Arm(connect_simulated(config, twin=twin)) as arm:
-        found = find_signs(arm, alone=True)
+        found = find_signs(arm, None)
     assert found.motors == ("base", "elbow", "forearm_roll", "wrist_roll")
     assert found.joints == found.unclear == ()
 
@@ -196,7 +195,7 @@ def test_ctrl_c_while_a_motor_turns_stops_the_arm_and_writes_nothing(monkeypatch
     def interrupted(arm, trial, sign):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(config_signs, "_move", interrupted)
+    monkeypatch.setattr(finding_signs, "_move", interrupted)
     words = ("config", "new", "bench", "--template", "teachmover", "--sim")
     monkeypatch.setattr("sys.stdin", io.StringIO("\n" * 10 + "find\nyes\n\n"))
     Caller(capsys)(*words, code=130)

@@ -10,8 +10,7 @@ import pytest
 from grbl_arm import config, found, ready
 
 from armdrive import Arm
-from armdrive.cli.set_up import config_limits
-from armdrive.cli.set_up.config_limits import check
+from armdrive.cli.set_up import config_new
 from armdrive.connect.parts import connect_simulated
 from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.errors import ArmFileError, Refused, SettingsDiffer
@@ -25,6 +24,7 @@ from armdrive.setup.limits import (
     record,
     switches_of,
 )
+from armdrive.setup.switches import check_switches
 from armdrive.sim.device import SwitchState
 from armdrive.status import State
 from armdrive.storage import files as places
@@ -46,7 +46,7 @@ hard_limits = true      # the board stops at its switches
 
 def seen_of(arm):
     make_ready(arm)
-    return check(arm, switches_of(arm.config), alone=True)
+    return check_switches(arm, switches_of(arm.config), None)
 
 
 @pytest.mark.parametrize("firmware", ["mega5x", "grblhal"])
@@ -86,10 +86,10 @@ def test_a_switch_on_another_pin_and_one_without_a_wire_are_told():
     base, shoulder, *others = switches_of(arm.config)
     device, press = arm.twin.device, arm.twin.device.set_switch
     device.set_switch = lambda axis, state: press({0: 1}.get(axis, axis), state)
-    assert check(arm, (base,), alone=True) == {"base": SawSwitch.NOTHING}
-    assert check(arm, (base, shoulder), alone=True)["base"] is SawSwitch.ANOTHER
+    assert check_switches(arm, (base,), None) == {"base": SawSwitch.NOTHING}
+    assert check_switches(arm, (base, shoulder), None)["base"] is SawSwitch.ANOTHER
     device.set_switch = lambda axis, state: None
-    assert check(arm, tuple(others), alone=True) == dict.fromkeys(MOTORS[2:], SawSwitch.NOTHING)
+    assert check_switches(arm, tuple(others), None) == dict.fromkeys(MOTORS[2:], SawSwitch.NOTHING)
 
 
 def test_all_have_to_work_but_those_that_are_not_there():
@@ -181,8 +181,8 @@ def test_a_person_presses_each_switch_and_the_day_is_written(monkeypatch, call):
         return person.arm
 
     noon = SimpleNamespace(now=lambda zone: datetime(2026, 5, 4, 12, tzinfo=zone))
-    monkeypatch.setattr(config_limits, "datetime", noon)
-    monkeypatch.setattr(config_limits, "connected", opened)
+    monkeypatch.setattr(config_new, "datetime", noon)
+    monkeypatch.setattr(config_new, "_connected", opened)
     monkeypatch.setattr("sys.stdin", person)
     said = call("config", "limits", "bench", code=0).out
     assert "Press the limit switch of base (X) by hand" in said

@@ -247,7 +247,7 @@ def test_a_fault_is_one_sentence_and_a_file_with_the_details(call, monkeypatch):
     def fails(options):
         raise LookupError("\x1b[31m nobody foresaw this\n and a second line")
 
-    monkeypatch.setattr("armdrive.cli.learn.errors.run", fails)
+    monkeypatch.setattr("armdrive.cli.learn.errors.errors", fails)
     monkeypatch.setenv("ARMDRIVE_TRACEBACK", "")
     told = call.refused("errors", code=FAULT)
     details = places.states() / DETAILS
@@ -262,7 +262,7 @@ def test_a_fault_is_one_sentence_and_a_file_with_the_details(call, monkeypatch):
 
 
 def test_a_fault_is_json_where_json_is_asked_for(call, monkeypatch):
-    monkeypatch.setattr("armdrive.cli.learn.errors.run", lambda options: 1 / 0)
+    monkeypatch.setattr("armdrive.cli.learn.errors.errors", lambda options: 1 / 0)
     monkeypatch.setenv("ARMDRIVE_TRACEBACK", "0")
     said = call("errors", "--json", code=FAULT)
     assert json.loads(said.err)["code"] == "E005"
@@ -272,21 +272,21 @@ def test_an_endless_recursion_is_told_like_any_fault(call, monkeypatch):
     def again(options):
         return again(options)
 
-    monkeypatch.setattr("armdrive.cli.learn.errors.run", again)
+    monkeypatch.setattr("armdrive.cli.learn.errors.errors", again)
     monkeypatch.setenv("ARMDRIVE_TRACEBACK", "")
     assert "RecursionError" in call.refused("errors", code=FAULT)
     assert (places.states() / DETAILS).stat().st_size < 200_000
 
 
 def test_details_that_cannot_be_written_are_told(call, monkeypatch):
-    monkeypatch.setattr("armdrive.cli.learn.errors.run", lambda options: 1 / 0)
+    monkeypatch.setattr("armdrive.cli.learn.errors.errors", lambda options: 1 / 0)
     monkeypatch.setenv("ARMDRIVE_TRACEBACK", "")
     Path(os.environ["ARMDRIVE_HOME"]).write_text("a file where the folder would be")
     assert "ARMDRIVE_TRACEBACK=1" in call.refused("errors", code=FAULT)
 
 
 def test_the_environment_lets_the_exception_through(call, monkeypatch):
-    monkeypatch.setattr("armdrive.cli.learn.errors.run", lambda options: 1 / 0)
+    monkeypatch.setattr("armdrive.cli.learn.errors.errors", lambda options: 1 / 0)
     monkeypatch.setenv("ARMDRIVE_TRACEBACK", "1")
     with pytest.raises(ZeroDivisionError):
         call("errors")

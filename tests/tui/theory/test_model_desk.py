@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from armdrive.cli.drive.jog_model import find_subject
+from armdrive.cli.drive.jog import find_subject
 from armdrive.errors import KeyFileError
 from armdrive.render.camera import VIEWS
 from kinematics.textbook.worked_example import example_posture

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from armdrive.cli import screens
-from armdrive.cli.drive.jog_model import find_subject
+from armdrive.cli.drive.jog import find_subject
 from armdrive.errors import BadRequest
 from kinematics.textbook.study import subject_names
 
@@ -24,7 +24,7 @@ def opened(monkeypatch):
         shown.append((subject.name, ascii_only))
         return 0
 
-    monkeypatch.setattr("armdrive.cli.drive.jog_model.run_model", run_model)
+    monkeypatch.setattr("armdrive.cli.drive.jog.run_model", run_model)
     return shown
 
 

@@ -20,7 +20,7 @@ from waiting import LONG_S, tried, until
 from watched_sim import Watch
 
 from armdrive.cli.drive import web_desk
-from armdrive.cli.drive.web_access import HOST, Door, Visit
+from armdrive.cli.drive.web_desk import HOST, Door, Visit
 from armdrive.connect.target import find
 from armdrive.storage import files as places
 from armdrive.storage.lock_client import ask_holder

@@ -8,8 +8,8 @@ import contextlib
 import pytest
 from waiting import ends
 
-from armdrive.cli.drive import web_access
-from armdrive.cli.drive.web_access import (
+from armdrive.cli.drive import web_desk
+from armdrive.cli.drive.web_desk import (
     HOST,
     MOST_CALLERS,
     MOST_HEAD_BYTES,
@@ -170,7 +170,7 @@ def test_a_head_may_come_in_pieces_and_its_rest_is_handed_on():
 
 @pytest.mark.parametrize("data", [b"", b"GET / HT", b"GET / HTTP/1.1\r\n"])
 def test_who_says_no_whole_head_is_hung_up_on(monkeypatch, data):
-    monkeypatch.setattr(web_access, "HEAD_S", 0.05)
+    monkeypatch.setattr(web_desk, "HEAD_S", 0.05)
 
     async def talk(port):
         with contextlib.suppress(ConnectionError):
@@ -180,8 +180,8 @@ def test_who_says_no_whole_head_is_hung_up_on(monkeypatch, data):
 
 
 def test_who_goes_on_talking_after_a_refusal_is_hung_up_on(monkeypatch):
-    monkeypatch.setattr(web_access, "LINGER_S", 0.05)
-    monkeypatch.setattr(web_access, "HEAD_S", LONG_S)
+    monkeypatch.setattr(web_desk, "LINGER_S", 0.05)
+    monkeypatch.setattr(web_desk, "HEAD_S", LONG_S)
 
     async def talk(port):
         _, writer = await asyncio.open_connection(HOST, port)
@@ -195,7 +195,7 @@ def test_who_goes_on_talking_after_a_refusal_is_hung_up_on(monkeypatch):
 
 
 def test_silent_callers_make_room_for_new_ones(monkeypatch):
-    monkeypatch.setattr(web_access, "HEAD_S", LONG_S)
+    monkeypatch.setattr(web_desk, "HEAD_S", LONG_S)
 
     async def talk(port):
         silent = [await asyncio.open_connection(HOST, port) for _ in range(3 * MOST_CALLERS)]

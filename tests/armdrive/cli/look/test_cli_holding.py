@@ -12,7 +12,7 @@ from waiting import FOREVER_S, soon, until
 
 from armdrive import Stopped
 from armdrive.cli.chosen_arm import connect_remembered
-from armdrive.cli.look import watch
+from armdrive.cli.look import status
 from armdrive.connect.target import simulated_config
 from armdrive.moves import Move
 from armdrive.status import State
@@ -102,8 +102,8 @@ def test_a_held_arm_is_watched_until_it_is_given_back(call, held, monkeypatch):
         if view["state"] == "standby":
             soon(held.close)
 
-    watch_emit = watch.emit
-    monkeypatch.setattr(watch, "emit", seen)
+    watch_emit = status.emit
+    monkeypatch.setattr(status, "emit", seen)
     views = call("watch", "--every", "0.05", code=0).json_lines
     assert views[0]["state"] == "standby"
     assert views[-1]["state"] == "disconnected"
@@ -114,7 +114,7 @@ def test_ctrl_c_ends_the_watching_and_nothing_else(call, held, monkeypatch):
     def interrupted(view):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(watch, "emit", interrupted)
+    monkeypatch.setattr(status, "emit", interrupted)
     assert call("watch", code=0).err == ""
     assert not held.engine.stop_asked
 

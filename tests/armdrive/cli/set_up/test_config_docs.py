@@ -8,7 +8,7 @@ from pathlib import Path
 
 from cli_calls import Caller
 
-from armdrive.cli.set_up.config import ACTIONS
+from armdrive.cli.set_up.arguments import CONFIG_ACTIONS
 from armdrive.registry.arm_files import load_arm
 from armdrive.setup.interview import ROWS
 from armdrive.setup.templates import PRINTED_SIX, TEMPLATES
@@ -18,7 +18,7 @@ PAGE = (Path(__file__).parents[4] / "docs" / "config.md").read_text(encoding="ut
 
 
 def test_every_action_template_and_length_is_on_the_page():
-    for action in ACTIONS:
+    for action in CONFIG_ACTIONS:
         assert f"armdrive config {action}" in PAGE
     for template in TEMPLATES:
         assert f"| `{template}` |" in PAGE

@@ -12,7 +12,6 @@ from can_setup_bench import READING, Bench, ServedBus
 from cli_calls import write_arm_file
 from waiting import looks
 
-from armdrive.cli.set_up.doctor_can import ids_of
 from armdrive.dialects.bus import tools
 from armdrive.dialects.bus.tools import Listened, listen
 from armdrive.dialects.mks import survey as mks
@@ -20,6 +19,7 @@ from armdrive.dialects.mks.survey import Survey
 from armdrive.dialog.conversation import Grade
 from armdrive.errors import BadRequest
 from armdrive.setup import findings as can_findings
+from armdrive.setup.bus_survey import ids_of
 from armdrive.transports.can_health import BusHealth, BusState
 from armdrive.transports.opening import open_link
 from armdrive.transports.ports import CanPort

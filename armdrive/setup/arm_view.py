@@ -1,50 +1,19 @@
-"""Show an arm as its file is understood: lengths, steps, directions, limits, bursts, stopping."""
+"""An arm as its file is understood: lengths, steps, directions, limits, bursts, stopping."""
 
 from __future__ import annotations
 
-import argparse
 import math
 from dataclasses import asdict
 from typing import Any
 
 from armdrive.abilities import Budget
-from armdrive.cli.arm_files import ArmText, read
-from armdrive.cli.presenter import emit, say, say_lines
 from armdrive.config.arm import ArmConfig
 from armdrive.config.preset import LENGTHS
-from armdrive.config.write import complete
-from armdrive.errors import ArmFileError
 from armdrive.registry import dialect
-from armdrive.registry.arm_files import parse_arm
 from armdrive.runtime.stop_bounds import stop_bound
 from armdrive.status import pose_view
-from kinematics.errors import KinematicsError
 from kinematics.presets import ArmPreset
 from kinematics.transmission import MotorSpec, Transmission
-
-
-def run(options: argparse.Namespace) -> int:
-    """Print the arm."""
-    arm = read(options.name)
-    config = _config(arm)
-    if options.toml:
-        text = complete(config, arm.table)
-        emit({"toml": text}) if options.json else say_lines(text.rstrip("\n"))
-        return 0
-    view = arm_view(config)
-    if options.json:
-        emit(view)
-    else:
-        for line in lines_of(view):
-            say(line)
-    return 0
-
-
-def _config(arm: ArmText) -> ArmConfig:
-    try:
-        return parse_arm(arm.table, name=arm.name, folder=arm.path.parent)
-    except (ArmFileError, KinematicsError) as error:
-        raise ArmFileError(f"{arm.path}: {error}; `armdrive config check` tells all") from None
 
 
 def arm_view(config: ArmConfig) -> dict[str, Any]:
@@ -133,7 +102,7 @@ def _stopping(config: ArmConfig) -> dict[str, dict[str, float]]:
     return found
 
 
-def lines_of(view: dict[str, Any]) -> list[str]:
+def arm_lines(view: dict[str, Any]) -> list[str]:
     """Return the same for people."""
     port = view["port"] or "(no port: only simulated)"
     lines = [

@@ -1,14 +1,16 @@
-"""Switch the motors off: the arm can sag, so it is offered to park it first."""
+"""Switch the motors on and off, and leave an error: nothing here moves the arm unasked.
+
+An arm whose motors are switched off can sag, so `disable` offers to park it first.
+"""
 
 from __future__ import annotations
 
 import argparse
-import contextlib
 import sys
 
 from armdrive.arm import Arm
-from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.presenter import emit, say
+from armdrive.cli.chosen_arm import opened_arm
+from armdrive.cli.presenter import Result, tell
 from armdrive.cli.screens import agreed
 from armdrive.cli.terminal_person import settle_trust
 from armdrive.errors import NotReferenced, OperatorNeeded
@@ -16,21 +18,37 @@ from armdrive.registry import dialect
 from armdrive.status import State, status_view
 
 
-def run(options: argparse.Namespace) -> int:
+def enable(options: argparse.Namespace) -> Result:
+    """Switch on, and say how the motors stand."""
+    with opened_arm(options) as arm:
+        arm.enable()
+        status = arm.status
+    return Result(
+        status_view(status), f"state {status.state.value}, motor current {status.current.value}"
+    )
+
+
+def reset(options: argparse.Namespace) -> Result:
+    """Leave error-stop, and say how the arm is then."""
+    with opened_arm(options) as arm:
+        arm.reset()
+        status = arm.status
+    return Result(
+        status_view(status),
+        f"reset: state {status.state.value}, motor current {status.current.value}, "
+        f"position {status.trust.value}",
+    )
+
+
+def disable(options: argparse.Namespace) -> Result:
     """Park if that is wanted, switch the motors off, and say what that does to the arm."""
-    connected = connect_chosen(options, allow_restored=options.allow_restored)
-    with contextlib.closing(connected) as arm:  # nothing is switched on by itself
-        if not options.json:
-            say(arm.status.which)
-            say(f"after disable the arm {dialect(arm.status.dialect).torque.disable}")
+    with opened_arm(options, allow_restored=options.allow_restored) as arm:
+        tell(options, f"after disable the arm {dialect(arm.status.dialect).torque.disable}")
         if not options.no_park and _wants_to_park(arm, options):
             _park(arm, options)
         arm.disable()
-        if options.json:
-            emit(status_view(arm.status))
-        else:
-            say(f"the motors are off: motor current {arm.status.current.value}")
-    return 0
+        status = arm.status
+    return Result(status_view(status), f"the motors are off: motor current {status.current.value}")
 
 
 def _wants_to_park(arm: Arm, options: argparse.Namespace) -> bool:
@@ -52,11 +70,9 @@ def _wants_to_park(arm: Arm, options: argparse.Namespace) -> bool:
 def _park(arm: Arm, options: argparse.Namespace) -> None:
     settle_trust(arm)
     try:
-        arm.core.require_reference()
+        arm.referencing.require()
     except NotReferenced as refusal:
         raise NotReferenced(f"{refusal}; or support the arm and say --no-park") from None
-    if arm.core.state is State.DISABLED:
+    if arm.status.state is State.DISABLED:
         arm.enable()
-    moved = arm.park()
-    if not options.json:
-        say(f"parked: {moved}")
+    tell(options, f"parked: {arm.park()}")

@@ -1,0 +1,97 @@
+"""Recordings of the flight recorder: read in words, or replayed against a simulated twin."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from armdrive.cli.presenter import Result
+from armdrive.errors import BadRequest
+from armdrive.registry import simulated_kind
+from armdrive.sim.device import Options
+from armdrive.storage.files import recordings
+from armdrive.trace.entries import Topic
+from armdrive.trace.files import ENDING, Recording, read_recording
+from armdrive.trace.log import BETWEEN, Sieve, recorded
+from armdrive.trace.replay import Replayed, config_of, replay, replayed_view
+from armdrive.trace.timeline import Teller, heading, lines
+from kinematics.errors import suggestion
+
+
+def log(options: argparse.Namespace) -> Iterator[Result]:
+    """Read a recording: what passed on the wire, what was asked, what came of it."""
+    sieve = Sieve(_topics(options.only), options.find)
+    file = options.file or _newest()
+    recording = read_recording(file)
+    yield Result(None, f"{file}: {heading(recording)}")
+    for line in filter(sieve.passes, recorded(recording)):
+        yield Result(line.view(), str(line))
+
+
+def _topics(words: str | None) -> frozenset[Topic]:
+    if words is None:
+        return frozenset(Topic)
+    for word in words.split(BETWEEN):
+        if word not in list(Topic):
+            near = suggestion(word, list(Topic))
+            raise BadRequest(f"there is no topic {word!r}{near}: choose of {', '.join(Topic)}")
+    return frozenset(Topic(word) for word in words.split(BETWEEN))
+
+
+def _newest() -> Path:
+    files = sorted(recordings().glob(f"*{ENDING}"), key=lambda path: path.stat().st_mtime_ns)
+    if not files:
+        raise BadRequest(
+            f"there is no recording in {recordings()}: name a file, or have `armdrive record` "
+            "write one while an arm is driven"
+        )
+    return files[-1]
+
+
+# Offline, against a simulated twin: where do they part?
+
+PARTED = 1
+
+
+def replay_recording(options: argparse.Namespace) -> Iterator[Result]:
+    """Replay a recording, or show it alone."""
+    recording = read_recording(options.file)
+    replayed = None if options.show else _replayed(recording, options.set)
+    yield Result(None, heading(recording))
+    if not options.quiet:
+        parting = None if replayed is None else replayed.parting
+        yield Result(None, _in_time(lines(recording, parting), options.speed))
+    if replayed is None:
+        teller = Teller(recording.header.dialect)
+        yield from (Result(teller.view(entry)) for entry in recording.entries)
+    else:
+        code = 0 if replayed.parting is None else PARTED
+        yield Result(replayed_view(recording, replayed), _verdict(replayed), code)
+
+
+def _replayed(recording: Recording, words: list[str]) -> Replayed:
+    dialect = config_of(recording).connection.dialect
+    return replay(recording, Options.parse(simulated_kind(dialect).options, words))
+
+
+def _in_time(timed: Iterable[tuple[float, str]], speed: float | None) -> Iterator[str]:
+    """Yield the lines of a timeline, with a speed that many times as fast as they came."""
+    before_s = None
+    for time_s, text in timed:
+        if speed is not None and before_s is not None and time_s > before_s:
+            time.sleep((time_s - before_s) / speed)
+        before_s = time_s
+        yield text
+
+
+def _verdict(replayed: Replayed) -> Iterator[str]:
+    for note in replayed.notes:
+        yield f"note: {note}"
+    if replayed.late_s > 0.0:
+        yield f"note: the twin took {replayed.late_s:.3f} s longer than the arm, all in all"
+    if replayed.parting is None:
+        yield f"the twin answered as the arm did: {replayed.compared} answers and counts compared"
+    else:
+        yield str(replayed.parting)
