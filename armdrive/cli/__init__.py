@@ -34,7 +34,7 @@ _COMMANDS: Mapping[str, tuple[str, str, str]] = MappingProxyType(
         ),
         "teach": (
             "program",
-            "program.teach:run",
+            "",
             "record sequences as the arm is moved, and edit them step by step",
         ),
         "pendant": (

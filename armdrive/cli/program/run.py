@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 
 from armdrive.arm import Arm
-from armdrive.cli.presenter import put_error
+from armdrive.cli.presenter import as_json, put_error
 from armdrive.cli.program.arguments import PROGRAM, SCRIPT
 from armdrive.cli.program.run_common import (
     Display,
@@ -109,7 +109,7 @@ class _RunningScript:
 
     def _carry_out(self) -> int:
         # what a script prints is no JSON: it goes where the words for people go
-        output = contextlib.redirect_stdout(sys.stderr) if self._options.json else None
+        output = contextlib.redirect_stdout(sys.stderr) if as_json(self._options) else None
         with output or contextlib.nullcontext():
             return carry_out(self._options.program, self._options.words, self.connections)
 
@@ -155,7 +155,7 @@ class _RunningScript:
         known = self._last if self._last is not None and self._last.line else None
         mark = known if line is None else SourceMark(line, 1, str(self._options.program))
         tell_failure(self._display, mark, error, self._how_far())
-        if isinstance(error, ArmError | KinematicsError) and not self._options.json:
+        if isinstance(error, ArmError | KinematicsError) and not as_json(self._options):
             show_place(mark, self._lines, error)
 
     def _how_far(self) -> str:

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, Self
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.presenter import complain, put, put_error, say
+from armdrive.cli.presenter import as_json, complain, put, put_error, tell
 from armdrive.cli.terminal_person import ask_operator, settle_trust
 from armdrive.connect.target import Target
 from armdrive.errors import ArmError, ArmInUse, BadRequest, DeviceFault, LinkError, Stopped
@@ -453,11 +453,10 @@ def connect_to_run(options: argparse.Namespace, *, pace: PaceChoice = None) -> A
     try:
         put_blocks(arm, options.put)
         options.put = []  # once, however often a script connects
-        if not options.json:
-            say(arm.status.which)
+        tell(options, arm.status.which)
         if arm.simulated or not options.check:
             settle_trust(arm)
-        if not arm.simulated and sys.stdin.isatty() and not options.json:
+        if not arm.simulated and sys.stdin.isatty() and not as_json(options):
             arm.operator = ask_operator  # for a program that references the arm
     except BaseException:
         arm.close()
@@ -503,7 +502,7 @@ def display_for(options: argparse.Namespace, lines: list[str]) -> Display:
     def write(event: dict[str, Any]) -> None:
         put(f"{json.dumps(event)}\n", output=output)
 
-    return Display(lines, write if options.json else None, rewrites=output.isatty())
+    return Display(lines, write if as_json(options) else None, rewrites=output.isatty())
 
 
 def show_place(mark: SourceMark | None, lines: list[str], error: BaseException) -> None:

@@ -11,7 +11,7 @@ from functools import partial
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
-from armdrive.cli.presenter import put_error
+from armdrive.cli.presenter import as_json, put_error
 from armdrive.cli.program.run_common import (
     Display,
     RunTerminal,
@@ -154,7 +154,7 @@ class _RunningProgram:
         try:
             require_rehearsed(rehearsal, anyway=self._options.yes)
         except BaseException as error:
-            if not self._options.json:
+            if not as_json(self._options):
                 show_place(rehearsal.at, self._lines, rehearsal.refusal or error)
             raise
 
@@ -214,7 +214,7 @@ class _RunningProgram:
         resume = "" if run.at is None else resume_command(self._options)
         how_far = f"{run.done} acts done; {stands_at(self._arm)}"
         tell_failure(display, mark, error, how_far, resume)
-        if not self._options.json:
+        if not as_json(self._options):
             show_place(mark, self._lines, error)
             if resume:
                 put_error(f"to go on from there: {resume}\n")

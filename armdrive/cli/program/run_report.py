@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from armdrive.cli.arm_files import chosen_target
-from armdrive.cli.presenter import emit, put_error, say
+from armdrive.cli.presenter import Result, as_json, put_error, say, show, tell
 from armdrive.cli.program.run_common import (
     connect_to_check,
     duration,
@@ -41,19 +41,15 @@ def report(
 ) -> int:
     """Say what a rehearsal found, draw the path where that is wanted; raise what refused it."""
     output = Path(options.plot) if options.plot else None
-    if options.json:
-        emit({"event": "rehearsal", "not_asked": unasked or None, **rehearsal_view(rehearsal)})
-    else:
-        for line in rehearsal_lines(rehearsal, lines):
-            say(line)
-        if unasked:
-            say(f"assumed: {unasked}")
-    if options.plot is not None and not (options.json and output is None):
+    view = {"event": "rehearsal", "not_asked": unasked or None, **rehearsal_view(rehearsal)}
+    told = rehearsal_lines(rehearsal, lines) + [f"assumed: {unasked}"] * bool(unasked)
+    show(Result(view, told), options)
+    if output is not None or (options.plot is not None and not as_json(options)):
         draw_path(rehearsal.path, f"path of the tip in {options.program.name}", output)
-        if output is not None and not options.json:
-            say(f"path written to {output}")
+    if output is not None:
+        tell(options, f"path written to {output}")
     if rehearsal.refusal is not None:
-        if not options.json:
+        if not as_json(options):
             show_place(rehearsal.at, lines, rehearsal.refusal)
         raise rehearsal.refusal
     return 0
@@ -158,7 +154,7 @@ def check_script(options: argparse.Namespace, lines: list[str]) -> int:
         config = chosen_target(options).config
         if arm is not None:
             slow_down(arm, options)
-        output = contextlib.redirect_stdout(sys.stderr) if options.json else None
+        output = contextlib.redirect_stdout(sys.stderr) if as_json(options) else None
         with output or contextlib.nullcontext():
             rehearsal = rehearse_script(options.program, options.words, config, arm, plan)
         if (code := _own_error(rehearsal, options)) is not None:

@@ -13,7 +13,7 @@ from typing import NoReturn, Self
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.presenter import put, put_error, say
+from armdrive.cli.presenter import as_json, put, put_error, tell
 from armdrive.cli.program.run_common import make_ready, require_table
 from armdrive.cli.program.shell_session import Left, Shell, ask_at_prompt
 from armdrive.cli.program.shell_words import OWN_WORDS, known_words
@@ -140,13 +140,12 @@ PROMPT, MORE = "> ", "... "
 
 def run(options: argparse.Namespace) -> int:
     """Take lines until they end."""
-    at_terminal = sys.stdin.isatty() and not options.json
+    at_terminal = sys.stdin.isatty() and not as_json(options)
     require_table(chosen_target(options), options.put)
     arm = connect_chosen(options, pace=options.pace, allow_restored=options.allow_restored)
     with contextlib.closing(arm):
         put_blocks(arm, options.put)
-        if not options.json:
-            say(arm.status.which)
+        tell(options, arm.status.which)
         _settle(arm, at_terminal)
         make_ready(arm, options)
         return (from_a_terminal if at_terminal else from_a_pipe)(arm, options)

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from enum import Enum
 from types import MappingProxyType
 
-from armdrive.sim.world.table import PARTS
-
 
 class ValueKind(Enum):
     """What a value is."""
@@ -210,7 +208,11 @@ SHELL = (
     WordForm("save", f"save FILE.arm [{OVER}]", "Write the list into a program file."),
     WordForm("load", "load FILE.arm", "Take over a file's subprograms, points and values."),
     WordForm("new", "new", "Forget names, subprograms and the list."),
-    WordForm("put", f"put {PARTS}", "A simulated arm: put a block on its table, mm."),
+    WordForm(
+        "put",
+        "put NAME X Y [WIDTH [HEIGHT]]",
+        "A simulated arm: put a block on its table, mm.",
+    ),
     WordForm("blocks", "blocks", "A simulated arm: where its blocks stand."),
     WordForm("reset", "reset", "Leave an error, after looking at the arm. Moves nothing."),
     WordForm("reconnect", "reconnect", "Look for a wire that was lost. Moves nothing."),

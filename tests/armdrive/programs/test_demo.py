@@ -160,7 +160,7 @@ def test_what_is_said_under_an_ascii_picture_is_ascii_too(capsys, monkeypatch):
 
     monkeypatch.setattr(demo_display, "perform", lambda arm, jobs, tell: [tell("turned by 90°")])
     config = simulated_config("teachmover")
-    demo_display.show(config, simulate(config), pace=200.0, braille=False)
+    demo_display.draw(config, simulate(config), pace=200.0, braille=False)
     shown = capsys.readouterr().out
     assert "turned by 90 deg" in shown
     assert shown.isascii()
