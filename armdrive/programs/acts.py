@@ -14,9 +14,8 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 from armdrive.moves import GraspMove, GripperMove, Motion, MoveSequence, ParkMove
-from armdrive.programs.language.values import Value
+from armdrive.programs.language.values import PlaceValue, Value
 from armdrive.programs.problems import SourceMark
-from kinematics.spaces import Pose
 
 ProgramMove = Motion | GraspMove | MoveSequence
 """What a program moves by: no jog is in a program."""
@@ -72,16 +71,7 @@ class ReadInput:
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """Look where the arm stands; answered with `SeenInput`. Sends nothing that moves."""
-
-
-@dataclass(frozen=True, slots=True)
-class SeenInput:
-    """Where the arm stands: the answer to `Look`. `opening_mm` is None where nobody knows it."""
-
-    pose: Pose
-    joints_deg: Mapping[str, float]
-    opening_mm: float | None = None
+    """Look where the arm stands; answered with that place. Sends nothing that moves."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +101,7 @@ class Hold:
 Act: TypeAlias = (
     Go | Home | Delay | Outputs | AwaitInputs | ReadInput | Look | Remember | Say | Hold
 )
-Answer: TypeAlias = float | bool | SeenInput | None
+Answer: TypeAlias = float | bool | PlaceValue | None
 
 MOTIONS = (Go, Home)
 """The acts that move the arm."""

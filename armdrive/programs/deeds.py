@@ -61,8 +61,8 @@ from armdrive.programs.language.syntax import (
 )
 from armdrive.programs.language.values import (
     NUMERIC,
+    OPERATORS,
     PLACING,
-    SUMS,
     ForwardKinematics,
     PlaceValue,
     Trouble,
@@ -280,9 +280,10 @@ def _binary(found: Binary, doing: Doing) -> Value:
         return left if decided else value_of(found.right, doing)
     right = value_of(found.right, doing)
     doing.mark = found.mark
-    if found.sign in ("==", "!="):
+    compute = OPERATORS[found.sign].compute
+    if compute is None:
         return (left == right) is (found.sign == "==")
-    result = SUMS[found.sign](number(left), number(right))
+    result = compute(number(left), number(right))
     return result if isinstance(result, bool) else number(result)
 
 

@@ -24,7 +24,6 @@ from armdrive.programs.acts import (
     Look,
     ReadInput,
     RunStage,
-    SeenInput,
 )
 from armdrive.programs.deeds import DEEDS, STATE, VALUE, Asked, Doing, MachineState, by_name
 from armdrive.programs.language.checking import checked
@@ -329,9 +328,9 @@ def _brought(act: Act, answer: Answer) -> Value:
     """Return what an answer leaves for the line that asked; on of an act that only ends."""
     match act:
         case Look():
-            if not isinstance(answer, SeenInput):
+            if not isinstance(answer, PlaceValue):
                 raise Trouble("where the arm stands is needed")
-            return PlaceValue(answer.pose, dict(answer.joints_deg), answer.opening_mm)
+            return answer
         case ReadInput():
             return truth(answer)
         case AwaitInputs(within_s=limit_s) if limit_s is not None:

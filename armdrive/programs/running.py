@@ -33,9 +33,9 @@ from armdrive.programs.acts import (
     Remember,
     RunStage,
     Say,
-    SeenInput,
     act_name,
 )
+from armdrive.programs.language.values import PlaceValue
 from armdrive.programs.program import Machine
 from armdrive.programs.progress import FOR_EVER
 from armdrive.runtime.io_lines import input_bits, output_bits
@@ -211,9 +211,9 @@ class Performer:
         bit = input_bits(self.arm.core, act.number)
         return bool(self.arm.read_inputs() & bit)
 
-    def _look(self, _: Look) -> SeenInput:
+    def _look(self, _: Look) -> PlaceValue:
         status = self.arm.status
-        return SeenInput(self.arm.pose, self.arm.joints.deg, status.gripper_mm)
+        return PlaceValue(self.arm.pose, dict(self.arm.joints.deg), status.gripper_mm)
 
     def _remember(self, act: Remember) -> None:
         self.arm.points[act.name] = Point(joints_of(act.joints_deg, self.arm), act.opening_mm)

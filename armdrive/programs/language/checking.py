@@ -38,11 +38,12 @@ from armdrive.programs.language.syntax import (
     subprograms,
     variables,
 )
-from armdrive.programs.language.values import fewest, out_of_bounds, slot_of
+from armdrive.programs.language.values import OPERATORS, fewest, out_of_bounds, slot_of
 from armdrive.programs.language.words import (
     FIELDS,
     FUNCTIONS,
     HERE,
+    PLACE,
     RESERVED,
     SHAPES,
     WORDS,
@@ -53,9 +54,6 @@ from armdrive.programs.problems import Problem, SourceMark
 from kinematics.errors import suggestion
 
 # Of which kind every name of a program is: found out from the lines that give it a value.
-
-ARITHMETIC = ("+", "-", "*", "/")
-"""What gives a number of two numbers; all else that stands between two values gives on or off."""
 
 
 class Kinds:
@@ -111,23 +109,22 @@ class Kinds:
     def of(self, value: Expression, define: Define | None) -> ValueKind | None:
         """Return the kind of a value; None where nothing tells."""
         match value:
-            case Number() | FieldOf():
-                return ValueKind.NUMBER
-            case Truth():
-                return ValueKind.TRUTH
-            case TextValue():
-                return ValueKind.TEXT
-            case JointsOf():
-                return ValueKind.PLACE
             case Name():
                 return self.of_name(value.name, define)
-            case Unary():
-                return ValueKind.NUMBER if value.sign == "-" else ValueKind.TRUTH
-            case Binary():
-                return ValueKind.NUMBER if value.sign in ARITHMETIC else ValueKind.TRUTH
+            case Unary() | Binary():
+                return OPERATORS[value.sign].gives
             case Use():
                 row = FUNCTIONS.get(value.name)
                 return None if row is None else row.gives
+            case _:
+                return _KINDS[type(value)]
+
+
+_KINDS: Mapping[type[Expression], ValueKind] = MappingProxyType({
+    Number: ValueKind.NUMBER, FieldOf: ValueKind.NUMBER, Truth: ValueKind.TRUTH,
+    TextValue: ValueKind.TEXT, JointsOf: ValueKind.PLACE,
+})  # fmt: skip
+"""What a value is that is always of one kind."""
 
 
 def _scope(name: str, define: Define | None) -> tuple[str, str]:
@@ -260,12 +257,12 @@ class Fitting:
             case Number() if not isfinite(value.value):
                 yield Problem(value.mark, "this number is too large")
             case Unary():
-                wanted = ValueKind.NUMBER if value.sign == "-" else ValueKind.TRUTH
-                yield from self._value(value.value, Slot("value", wanted))
+                taken = OPERATORS[value.sign].takes
+                yield from self._value(value.value, Slot("value", taken))
             case Binary():
                 yield from self._binary(value)
             case FieldOf():
-                yield from self._value(value.value, Slot("place", ValueKind.PLACE))
+                yield from self._value(value.value, PLACE)
                 if value.name not in FIELDS:
                     text = f"a place has {', '.join(FIELDS)}, no {value.name}"
                     yield Problem(value.mark, text)
@@ -275,20 +272,17 @@ class Fitting:
                 yield from self._use(value)
 
     def _binary(self, value: Binary) -> Iterator[Problem]:
-        if value.sign not in ("==", "!="):
-            number = value.sign in ARITHMETIC or value.sign in ("<", "<=", ">", ">=")
-            slot = Slot("value", ValueKind.NUMBER if number else ValueKind.TRUTH)
-            yield from self._value(value.left, slot)
-            yield from self._value(value.right, slot)
-            return
-        sides = [self._kinds.of(side, self._define) for side in (value.left, value.right)]
-        kind = next((each for each in sides if each in (ValueKind.NUMBER, ValueKind.TRUTH)), None)
-        if kind is None and ValueKind.PLACE in sides:
-            yield Problem(value.mark, "places are not compared: compare their x, y and z")
-        for side in (value.left, value.right):
-            yield from self._value(side, Slot("value", kind or ValueKind.ANY))
-        if kind is None and ValueKind.TEXT in sides:
-            yield Problem(value.mark, "texts are not compared")
+        sides, kind = (value.left, value.right), OPERATORS[value.sign].takes
+        if kind is ValueKind.ANY:  # both are of the kind that one of them shows
+            kinds = [self._kinds.of(side, self._define) for side in sides]
+            shown = (each for each in kinds if each in (ValueKind.NUMBER, ValueKind.TRUTH))
+            kind = next(shown, ValueKind.ANY)
+            if kind is ValueKind.ANY and ValueKind.PLACE in kinds:
+                yield Problem(value.mark, "places are not compared: compare their x, y and z")
+            if kind is ValueKind.ANY and ValueKind.TEXT in kinds:
+                yield Problem(value.mark, "texts are not compared")
+        for side in sides:
+            yield from self._value(side, Slot("value", kind))
 
     def _joints(self, value: JointsOf) -> Iterator[Problem]:
         names = [name for name, _ in value.angles]

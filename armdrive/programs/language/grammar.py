@@ -53,6 +53,7 @@ from armdrive.programs.language.syntax import (
     While,
     negative,
 )
+from armdrive.programs.language.values import OPERATORS
 from armdrive.programs.language.words import LINKS, RESERVED, SHAPES, SPELLINGS
 from armdrive.programs.problems import Problem, SourceMark, lines_of, program_error
 from kinematics.errors import suggestion
@@ -262,11 +263,10 @@ DEEPEST_VALUE = 60
 LONGEST_LINE = 10_000
 """Characters. A longer line is a mistake of a generator, and takes seconds to be read."""
 
-SIGNS: Mapping[str, str] = MappingProxyType({
-    "=": "==", "is": "==", "eq": "==", "is not": "!=", "<>": "!=", "ne": "!=",
-    "lt": "<", "le": "<=", "gt": ">", "ge": ">=",
-})  # fmt: skip
-"""What the other spellings of a comparison mean."""
+SIGNS: Mapping[str, str] = MappingProxyType(
+    {spelt: row.sign for row in OPERATORS.values() for spelt in (row.sign, *row.also)}
+)
+"""Which operator each spelling means."""
 
 _TRUE = ("on", "true")
 
@@ -473,7 +473,7 @@ class _LineReader(Transformer[Token, list[Item]]):
 
     def binary(self, meta: Meta, left: Expression, sign: Token, right: Expression) -> Binary:
         said = " ".join(str(sign).lower().split())
-        return Binary(left, SIGNS.get(said, said), right, mark=self._mark(sign))
+        return Binary(left, SIGNS[said], right, mark=self._mark(sign))
 
 
 # Putting lines together to blocks.

@@ -30,12 +30,13 @@ from armdrive.programs.language.syntax import (
     While,
     bodies,
 )
+from armdrive.programs.language.values import COMPARES, OPERATORS
 
 INDENT = "  "
 """What each block stands further in by."""
 
-_STRENGTH = {"or": 1, "and": 2, "not": 3, "+": 5, "-": 5, "*": 6, "/": 6}
-_COMPARES, _MINUS, _PART = 4, 7, 8
+_MINUS, _PART = 7, 8
+"""How close `-` before a value binds, and the parts of a place."""
 
 
 def unparse(tree: Tree) -> str:
@@ -125,10 +126,10 @@ def _value(value: Expression, strength: int) -> str:
         case FieldOf():
             return f"{_value(value.value, _PART)}.{value.name}"
         case JointsOf():
-            angles = (f"{name} {_value(each, _COMPARES)}" for name, each in value.angles)
+            angles = (f"{name} {_value(each, COMPARES)}" for name, each in value.angles)
             return f"joints({', '.join(angles)})"
         case Unary():
-            own = _MINUS if value.sign == "-" else _STRENGTH["not"]
+            own = _MINUS if value.sign == "-" else OPERATORS[value.sign].strength
             space = "" if value.sign == "-" else " "
             text = f"{value.sign}{space}{_value(value.value, own - 1)}"
         case Binary():
@@ -137,11 +138,11 @@ def _value(value: Expression, strength: int) -> str:
 
 
 def _binary(value: Binary) -> tuple[int, str]:
-    own = _STRENGTH.get(value.sign, _COMPARES)
+    own = OPERATORS[value.sign].strength
     sign = value.sign
     if isinstance(value.right, Truth):
         sign = {"==": "is", "!=": "is not"}.get(sign, sign)
-    left_bound = own if own == _COMPARES else own - 1
+    left_bound = own if own == COMPARES else own - 1
     return own, f"{_value(value.left, left_bound)} {sign} {_value(value.right, own)}"
 
 

@@ -20,8 +20,8 @@ from armdrive.programs.acts import (
     ReadInput,
     Remember,
     Say,
-    SeenInput,
 )
+from armdrive.programs.language.values import PlaceValue
 from armdrive.programs.progress import FOR_EVER
 from armdrive.programs.running import Performer, ProgramRun
 from armdrive.status import Trust
@@ -84,7 +84,7 @@ def test_a_reference_is_taken_only_where_nobody_has(arm, does, monkeypatch):
 
 def test_it_looks_and_remembers(arm, does):
     seen = does(Look())
-    assert isinstance(seen, SeenInput)
+    assert isinstance(seen, PlaceValue)
     assert seen.pose == arm.pose
     does(Remember("here", seen.joints_deg, seen.opening_mm))
     assert arm.points["here"].joints.deg == pytest.approx(seen.joints_deg, abs=1e-3)
