@@ -9,7 +9,6 @@ import sys
 from dataclasses import replace
 
 import pytest
-from cli_calls import Caller
 from waiting import LONG_S
 
 from armdrive.cli import main
@@ -23,11 +22,6 @@ PACE = "20"
 needs_pty = pytest.mark.skipif(
     sys.platform == "win32", reason="Windows has no pseudo-terminal that a test could open"
 )
-
-
-@pytest.fixture
-def call(capsys):
-    return Caller(capsys)
 
 
 def test_it_stacks_every_block_and_says_so(call):

@@ -4,7 +4,6 @@ import json
 import threading
 
 import pytest
-from cli_calls import Caller
 from waiting import LONG_S
 
 from armdrive.cli.chosen_arm import connect_remembered
@@ -18,11 +17,6 @@ from armdrive.storage.points import Point, Step, StepList
 from kinematics import Joints
 
 UP, DOWN = Joints.of(20.0, 40.0, -80.0, -40.0, 0.0), Joints.of(20.0, 30.0, -85.0, -35.0, 0.0)
-
-
-@pytest.fixture
-def call(capsys):
-    return Caller(capsys)
 
 
 @pytest.fixture
