@@ -9,14 +9,14 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import count
 from typing import Any, cast
 
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import connect_simulated
-from armdrive.errors import ArmError, BadRequest, NotReferenced, Refused
+from armdrive.errors import ArmError, NotReferenced, Refused
 from armdrive.moves import GraspMove
 from armdrive.programs.acts import (
     Act,
@@ -27,7 +27,6 @@ from armdrive.programs.acts import (
     Hold,
     Home,
     Outputs,
-    ProgramMove,
     ReadInput,
     Remember,
     Say,
@@ -35,7 +34,7 @@ from armdrive.programs.acts import (
 from armdrive.programs.problems import SourceMark
 from armdrive.programs.program import Machine
 from armdrive.programs.progress import FOR_EVER, LOOPS_REHEARSED, Took
-from armdrive.programs.running import NewMachine, Performer, ProgramRun, RunStep
+from armdrive.programs.running import Performer, ProgramRun, RunPlan, RunStep
 from armdrive.registry.simulate import simulate
 from armdrive.runtime.drive import PaceChoice
 from armdrive.runtime.io_lines import input_bits
@@ -334,33 +333,6 @@ class Rehearsal:
         return any(each.matters for each in self.assumptions)
 
 
-def no_machine() -> Machine:
-    """Refuse to give the machine of what has none: a script."""
-    raise BadRequest("a Python script has no acts")
-
-
-@dataclass(frozen=True, slots=True)
-class RehearsedPlan:
-    """What is to be rehearsed, and on which assumptions.
-
-    `inputs` say which inputs, counted from 1, are on and off; `width_mm` how wide is what the
-    fingers find where no block is known, None for nothing. With `settle`, a position that nobody
-    knows is assumed. With `traced` the tip's path is kept. `left` is what is left of the first
-    move of a program that is taken up by `machine`.
-    """
-
-    source: NewMachine
-    loops: int = 1
-    loop: int = 1
-    machine: Callable[[], Machine] | None = None
-    left: ProgramMove | None = None
-    inputs: Mapping[int, bool] = field(default_factory=dict)
-    width_mm: float | None = None
-    outputs: int = 0
-    settle: bool = False
-    traced: bool = False
-
-
 class TooLong(BaseException):
     """The rehearsal has come far enough; no script that catches errors keeps it from ending."""
 
@@ -410,7 +382,7 @@ def _waited_s(act: Act, answer: Answer, took_s: float) -> float:
     return took_s
 
 
-def rehearse(config: ArmConfig, arm: Arm | None, plan: RehearsedPlan) -> Rehearsal:
+def rehearse(config: ArmConfig, arm: Arm | None, plan: RunPlan) -> Rehearsal:
     """Rehearse a program on the twin of an arm. Sends nothing to the arm itself.
 
     Without `arm` it cannot be asked where it stands. Raises what reading the program raises, and
@@ -432,16 +404,7 @@ def rehearse(config: ArmConfig, arm: Arm | None, plan: RehearsedPlan) -> Rehears
         watch = _RehearsalWatch(assumptions)
         last = LOOPS_REHEARSED + plan.loop - 1
         loops = last if plan.loops == FOR_EVER else min(plan.loops, last)
-        machine = None if plan.machine is None else plan.machine()
-        run = ProgramRun(
-            plan.source,
-            rehearser,
-            [watch],
-            loops=loops,
-            loop=plan.loop,
-            machine=machine,
-            left=plan.left,
-        )
+        run = ProgramRun(replace(plan, loops=loops), rehearser, [watch])
         refusal, whole = _carried_out(run)
         if isinstance(refusal, NotReferenced) and arm is not None:
             refusal = _own_words(arm, refusal)
@@ -465,9 +428,9 @@ def _own_words(arm: Arm, refusal: NotReferenced) -> NotReferenced:
     return refusal
 
 
-def _references_first(plan: RehearsedPlan) -> bool:
+def _references_first(plan: RunPlan) -> bool:
     """Tell whether a program takes a reference before anything that needs one."""
-    machine = plan.source() if plan.machine is None else plan.machine()
+    machine = plan.first()
     while (stage := machine.next()) is not None and isinstance(stage.act, Say | Delay | Outputs):
         machine.answer(None)
     return stage is not None and isinstance(stage.act, Home)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol, cast
 
 from armdrive.arm import Arm
@@ -237,8 +237,40 @@ def joints_of(angles_deg: Mapping[str, float], arm: Arm) -> Joints:
 # Whatever goes wrong is raised as it is; `at` is the step at which it did.
 
 
-NewMachine = Callable[[], Machine]
-"""Gives the machine of a loop, which stands at its beginning."""
+def no_machine() -> Machine:
+    """Refuse to give the machine of what has none: a script."""
+    raise BadRequest("a Python script has no acts")
+
+
+@dataclass(frozen=True, slots=True)
+class RunPlan:
+    """What is to be run, and what its rehearsal assumes.
+
+    `source` gives the machine of a loop, which stands at its beginning; `loops` is how many there
+    are, `FOR_EVER` for no end. A program that is taken up stands in loop number `loop`, where
+    `machine` gives it; `left` is what is left of its first move, and `outputs` is what it had
+    switched.
+
+    `inputs` say which inputs, counted from 1, are on and off; `width_mm` how wide is what the
+    fingers find where no block is known, None for nothing. With `settle`, a position that nobody
+    knows is assumed. With `traced` the tip's path is kept.
+    """
+
+    source: Callable[[], Machine] = no_machine
+    loops: int = 1
+    loop: int = 1
+    machine: Callable[[], Machine] | None = None
+    left: ProgramMove | None = None
+    outputs: int = 0
+    inputs: Mapping[int, bool] = field(default_factory=dict)
+    width_mm: float | None = None
+    settle: bool = False
+    traced: bool = False
+
+    @property
+    def first(self) -> Callable[[], Machine]:
+        """What gives the machine that the run begins with."""
+        return self.machine or self.source
 
 
 @dataclass(frozen=True, slots=True)
@@ -292,36 +324,23 @@ class ProgramRun:
     """One run of a program, from its beginning or from where a machine stands."""
 
     def __init__(
-        self,
-        source: NewMachine,
-        performer: Performer,
-        onlookers: Sequence[Onlooker] = (),
-        *,
-        loops: int = 1,
-        loop: int = 1,
-        machine: Machine | None = None,
-        left: ProgramMove | None = None,
+        self, plan: RunPlan, performer: Performer, onlookers: Sequence[Onlooker] = ()
     ) -> None:
-        """Run `loops` times, `FOR_EVER` for no end; `machine` stands in loop number `loop`.
-
-        `left` is what is left of its first move, where that was interrupted.
-        """
-        self._source = source
+        self._plan = plan
         self._performer = performer
         self._onlookers = onlookers
-        self._loops = loops
-        self.loop = loop
+        self.loop = plan.loop
         self.done = 0
         self.at: RunStep | None = None
         self.took_s = 0.0
-        self._machine = machine
-        self._left = left
+        self._left = plan.left
 
     def carry_out(self) -> int:
         """Carry out everything that is left; return how many acts that was."""
         began_s = self._performer.arm.pace.now_s()
-        while self._loops == FOR_EVER or self.loop <= self._loops:
-            machine, self._machine = self._machine or self._source(), None
+        loops, new_machine = self._plan.loops, self._plan.first
+        while loops == FOR_EVER or self.loop <= loops:
+            machine, new_machine = new_machine(), self._plan.source
             while (stage := machine.next()) is not None:
                 self._carry_out(self._step(stage), machine)
             self.loop += 1

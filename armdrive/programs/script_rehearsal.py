@@ -20,13 +20,13 @@ from armdrive.programs.rehearsal import (
     Assumptions,
     Patience,
     Rehearsal,
-    RehearsedPlan,
     Things,
     TooLong,
     knows_its_world,
     rehearsing_arm,
     trace,
 )
+from armdrive.programs.running import RunPlan
 from armdrive.programs.scripts import Connections, ScriptCall, carry_out, line_of, simulation_only
 from armdrive.runtime.drive import PaceChoice
 from kinematics.geometry import Point
@@ -35,9 +35,7 @@ from kinematics.geometry import Point
 class _Stage:
     """Gives a script its twins, and notes what it does with them."""
 
-    def __init__(
-        self, config: ArmConfig, arm: Arm | None, plan: RehearsedPlan, script: Path
-    ) -> None:
+    def __init__(self, config: ArmConfig, arm: Arm | None, plan: RunPlan, script: Path) -> None:
         self.assumptions = Assumptions()
         self.path: list[Point] = []
         self.calls: list[tuple[SourceMark, str, float]] = []
@@ -116,7 +114,7 @@ class _Stage:
 
 
 def rehearse_script(
-    script: Path, words: Sequence[str], config: ArmConfig, arm: Arm | None, plan: RehearsedPlan
+    script: Path, words: Sequence[str], config: ArmConfig, arm: Arm | None, plan: RunPlan
 ) -> Rehearsal:
     """Rehearse a script. What it raises, other than to end, is the refusal of the answer.
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import shlex
-from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
@@ -31,18 +29,12 @@ from armdrive.cli.program.run_common import (
 )
 from armdrive.cli.program.run_report import report
 from armdrive.programs.acts import Answer
-from armdrive.programs.journal import (
-    Journal,
-    JournalEntry,
-    interrupted,
-    require_place,
-    require_same_program,
-)
+from armdrive.programs.journal import Journal, taken_up
 from armdrive.programs.problems import lines_of
 from armdrive.programs.program import ArmProgram, Machine, Program, read_program_file
 from armdrive.programs.progress import RunProgress
-from armdrive.programs.rehearsal import Rehearsal, RehearsedPlan, rehearse, require_rehearsed
-from armdrive.programs.running import Performer, ProgramRun, RunStep
+from armdrive.programs.rehearsal import Rehearsal, rehearse, require_rehearsed
+from armdrive.programs.running import Performer, ProgramRun, RunPlan, RunStep
 
 
 def run_program(options: argparse.Namespace) -> int:
@@ -61,50 +53,26 @@ def _check(program: Program, options: argparse.Namespace) -> int:
         if arm is not None:
             slow_down(arm, options)
         source = ArmProgram(program, config)
-        plan = _plan(source, options, _taken_up(program, source, arm, options), settle=True)
+        plan = _plan(source, arm, options, settle=True)
         rehearsal = rehearse(config, arm, plan)
         return report(rehearsal, options, lines_of(program.text), unasked)
 
 
-def _taken_up(
-    program: Program, source: ArmProgram, arm: Arm | None, options: argparse.Namespace
-) -> JournalEntry | None:
-    """Return where the program is to be taken up, None for its beginning. Raises `Refused`."""
-    if not options.resume:
-        return None
-    entry = interrupted(source.config.name)
-    require_same_program(entry, program.digest, str(options.program.resolve()))
-    stage = source.restored(entry.snapshot).next()
-    if arm is not None and stage is not None:
-        how, move = resume_command(options), move_command(options)
-        return replace(entry, move=require_place(arm, entry, stage.act, how, move=move))
-    return entry
-
-
 def _plan(
-    source: ArmProgram, options: argparse.Namespace, entry: JournalEntry | None, *, settle: bool
-) -> RehearsedPlan:
-    machine: Callable[[], Machine] | None = None
-    if entry is not None:
-        machine = partial(source.restored, entry.snapshot)
-    return RehearsedPlan(
+    source: ArmProgram, arm: Arm | None, options: argparse.Namespace, *, settle: bool
+) -> RunPlan:
+    """Return what the options ask for, from its beginning or from where it was interrupted."""
+    plan = RunPlan(
         source.machine,
-        _loops(options, entry),
-        1 if entry is None else entry.loop,
-        machine,
-        None if entry is None else entry.move,
-        dict(options.input),
-        options.assume_width,
-        0 if entry is None else entry.outputs,
+        inputs=dict(options.input),
+        width_mm=options.assume_width,
         settle=settle,
         traced=options.plot is not None,
     )
-
-
-def _loops(options: argparse.Namespace, entry: JournalEntry | None) -> int:
-    if options.loops is not None:
-        return int(options.loops)
-    return 1 if entry is None else entry.loops
+    if options.resume:
+        how, move = resume_command(options), move_command(options)
+        plan = taken_up(plan, source, options.program, arm, how=how, move=move)
+    return plan if options.loops is None else replace(plan, loops=options.loops)
 
 
 class _StepGate:
@@ -139,8 +107,7 @@ class _RunningProgram:
         """Rehearse, carry out, and say how it ended."""
         source = ArmProgram(self._program, self._arm.config)
         slow_down(self._arm, self._options)
-        entry = _taken_up(self._program, source, self._arm, self._options)
-        plan = _plan(source, self._options, entry, settle=False)
+        plan = _plan(source, self._arm, self._options, settle=False)
         rehearsal = rehearse(self._arm.config, self._arm, plan)
         self._require(rehearsal)
         make_ready(self._arm, self._options)
@@ -148,7 +115,7 @@ class _RunningProgram:
             self._begin(display, rehearsal, plan)
             person = RunTerminal(self._arm, display, standard_input().keys)
             performer = Performer(self._arm, person, since=self._stops, outputs=plan.outputs)
-            return self._carry_out(source, plan, performer, display)
+            return self._carry_out(plan, performer, display)
 
     def _require(self, rehearsal: Rehearsal) -> None:
         try:
@@ -158,7 +125,7 @@ class _RunningProgram:
                 show_place(rehearsal.at, self._lines, rehearsal.refusal or error)
             raise
 
-    def _begin(self, display: Display, rehearsal: Rehearsal, plan: RehearsedPlan) -> None:
+    def _begin(self, display: Display, rehearsal: Rehearsal, plan: RunPlan) -> None:
         known = rehearsal.whole and rehearsal.refusal is None
         progress = RunProgress(rehearsal.loops if known else (), repeated=plan.loops)
         display.use(self._arm)
@@ -179,21 +146,11 @@ class _RunningProgram:
         }
         display.tell(event, f"{self._options.program}{takes}{assumed}")
 
-    def _carry_out(
-        self, source: ArmProgram, plan: RehearsedPlan, performer: Performer, display: Display
-    ) -> int:
+    def _carry_out(self, plan: RunPlan, performer: Performer, display: Display) -> int:
         path, digest = self._options.program.resolve(), self._program.digest
         journal = Journal(self._arm, performer, path, digest, plan.loops)
         gate = [_StepGate(performer, display)] if self._options.step else []
-        run = ProgramRun(
-            source.machine,
-            performer,
-            [journal, *gate, display],
-            loops=plan.loops,
-            loop=plan.loop,
-            machine=None if plan.machine is None else plan.machine(),
-            left=plan.left,
-        )
+        run = ProgramRun(plan, performer, [journal, *gate, display])
         try:
             run.carry_out()
         except BaseException as error:

@@ -25,7 +25,8 @@ from armdrive.errors import ArmError
 from armdrive.errors.table import error_view
 from armdrive.programs.acts import Look
 from armdrive.programs.progress import Took
-from armdrive.programs.rehearsal import Rehearsal, RehearsedPlan, no_machine
+from armdrive.programs.rehearsal import Rehearsal
+from armdrive.programs.running import RunPlan
 from armdrive.programs.script_rehearsal import rehearse_script
 from armdrive.programs.scripts import own_traceback
 from armdrive.render.canvas import can_braille
@@ -144,8 +145,7 @@ def check_script(options: argparse.Namespace, lines: list[str]) -> int:
     """Rehearse a script on the arm that the options name, and report what was found."""
     arm, unasked = connect_to_check(options)
     with contextlib.closing(arm) if arm is not None else contextlib.nullcontext():
-        plan = RehearsedPlan(
-            no_machine,  # a script runs by itself
+        plan = RunPlan(
             inputs=dict(options.input),
             width_mm=options.assume_width,
             settle=True,

@@ -178,7 +178,7 @@ def from_a_pipe(arm: Arm, options: argparse.Namespace) -> int:
     except UnicodeDecodeError as error:
         raise BadRequest(f"the input is no text in UTF-8: {error.reason}") from None
     pose = pose_view(arm.status.pose)
-    shell.tell({"event": "end", "entries": shell.done, "pose": pose}, "")
+    shell.tell({"event": "end", "entries": shell.on_arm.done, "pose": pose}, "")
     return 0
 
 

@@ -14,7 +14,6 @@ from types import MappingProxyType
 from typing import Any, TypeAlias
 
 from armdrive.arm import Arm
-from armdrive.blocking import run_blocking
 from armdrive.cli.presenter import put, put_error, say, say_lines
 from armdrive.cli.program.run_common import (
     LOOK_EVERY_S,
@@ -32,9 +31,8 @@ from armdrive.errors.table import tagged
 from armdrive.programs.acts import Say
 from armdrive.programs.language.values import to_json
 from armdrive.programs.problems import ProgramError, SourceMark
-from armdrive.programs.program import ArmProgram, Machine
-from armdrive.programs.running import Performer, ProgramRun
-from armdrive.programs.session import PromptEntry, Session
+from armdrive.programs.program import Machine
+from armdrive.programs.session import INPUT, ArmSession, PromptEntry, Session
 from armdrive.setup.keyboard import raw_terminal
 from armdrive.status import State
 
@@ -64,9 +62,6 @@ def ask_at_prompt(request: PostureRequest) -> bool:
     finally:
         signal.signal(signal.SIGINT, before)
 
-
-INPUT = "standard input"
-"""What the lines of a pipe are called."""
 
 WAYS_OUT: Mapping[State, str] = MappingProxyType(
     {
@@ -116,15 +111,12 @@ class Shell:
         self.words = words
         self.json = bool(options.json)
         self.typing = typing
-        self.saved: set[str] = set()
-        self.done = 0
-        self._stops = arm.stops
-        self._outputs = 0
-        self.begin_anew()
+        self.on_arm = ArmSession(arm, typing=typing)
 
-    def begin_anew(self) -> None:
-        """Forget all that was typed; what the arm does stays."""
-        self.session = Session("" if self.typing else INPUT)
+    @property
+    def session(self) -> Session:
+        """What has been typed so far."""
+        return self.on_arm.session
 
     def tell(self, event: dict[str, Any], text: str) -> None:
         """Say something: an event for programs, lines for people."""
@@ -161,29 +153,26 @@ class Shell:
             raise
 
     def carry_out(self, entry: PromptEntry) -> None:
-        """Carry an entry out, and learn what it brought, also where it broke off."""
+        """Carry an entry out, shown as it is."""
         try:
-            machine = ArmProgram(entry.program, self.arm.config).machine()
-            self._perform(entry, machine)
+            self._perform(entry, self.on_arm.machine(entry))
         except ProgramError as error:
             raise self.session.typed.shown(error) from None
-        self.done += 1
 
     def _perform(self, entry: PromptEntry, machine: Machine) -> None:
         rewrites = self.typing and sys.stdout.isatty()
         emit = self.emit if self.json else None
         shown = Display([], emit, rewrites=rewrites, typed=self.session.typed)
+        keys = keys_at_prompt if self.typing else None  # lines of a pipe are no answers
+        said = partial(self._say_values, machine) if entry.says else None
+        person = RunTerminal(self.arm, shown, keys, said)
         with shown, stopped_by_interrupt(lambda: [self.arm], ends=not self.typing):
-            self._forget_stops()
-            keys = keys_at_prompt if self.typing else None  # lines of a pipe are no answers
-            said = partial(self._say_values, machine) if entry.says else None
-            person = RunTerminal(self.arm, shown, keys, said)
-            performer = Performer(self.arm, person, since=self._stops, outputs=self._outputs)
             shown.use(self.arm)
-            onlookers = [] if entry.says else [shown]
-            run = ProgramRun(lambda: machine, performer, onlookers)
-            self._carry_out(entry, machine, run)
-            self._outputs = performer.outputs
+            try:
+                self.on_arm.carry_out(entry, machine, person, [] if entry.says else [shown])
+            except BaseException as error:
+                self._tell_place(entry, error)
+                raise
 
     def _say_values(self, machine: Machine, text: str) -> None:
         """Say values: to programs as such."""
@@ -192,28 +181,10 @@ class Shell:
         view = {"event": "value", "values": list(map(to_json, values)), "text": text}
         self.tell(view, text)
 
-    def _forget_stops(self) -> None:
-        """Take a stop between two entries of a person for one of neither; a pipe it ends."""
-        if self.typing and self.arm.stops != self._stops:
-            # a stop that the engine has not seen yet would end the next motion
-            run_blocking(self.arm.runner.stand_still())
-            self._stops = self.arm.stops
-
-    def _carry_out(self, entry: PromptEntry, machine: Machine, run: ProgramRun) -> None:
-        done = False
-        try:
-            run.carry_out()
-            done = True
-        except BaseException as error:
-            self._tell_place(entry, run, error)
-            raise
-        finally:
-            self.session.learn(entry, machine, done=done)
-            self.arm.program = None
-
-    def _tell_place(self, entry: PromptEntry, run: ProgramRun, error: BaseException) -> None:
+    def _tell_place(self, entry: PromptEntry, error: BaseException) -> None:
         """Say at which line an entry broke off, where the person would not know."""
-        mark = None if run.at is None else run.at.stage.mark
+        at = self.on_arm.at
+        mark = None if at is None else at.stage.mark
         if self.json:
             self.emit(failed_view(getattr(error, "mark", None) or mark, error, ""))
         elif mark is not None and not isinstance(error, ProgramError):

@@ -24,12 +24,11 @@ from armdrive.programs.language.words import (
     overview,
 )
 from armdrive.programs.language.writing import unparse
-from armdrive.programs.program import ENDING, ArmProgram, read_program, read_program_file
+from armdrive.programs.program import ENDING, read_program_file
 from armdrive.registry import dialect
 from armdrive.sim.world.scene import GripScene
 from armdrive.sim.world.table import block_of
 from armdrive.status import joints_view, pose_view, status_view
-from armdrive.storage.files import DISK, replace_durably
 from kinematics.errors import suggestion
 
 
@@ -59,16 +58,7 @@ def _save(shell: Shell, rest: str) -> None:
     name, _, over = rest.rpartition(" ")
     named, force = (name, True) if over.lower() == OVER and name else (rest, False)
     path = _program_path(named, "save stack.arm")
-    text = shell.session.text
-    if not text.strip():
-        raise BadRequest("there is nothing to save: nothing has been carried out yet")
-    if path.exists() and not force and str(path.absolute()) not in shell.saved:
-        raise BadRequest(f"{path} is there already: name another, or `save {path} {OVER}`")
-    program = read_program(text, str(path))
-    ArmProgram(program, shell.arm.config).machine()  # what is written can be run here
-    replace_durably(DISK, path.absolute(), text.encode("utf-8"))
-    shell.saved.add(str(path.absolute()))
-    lines = len(text.splitlines())
+    lines = shell.on_arm.save(path, over=force)
     shell.tell(
         {"event": "saved", "file": str(path), "lines": lines},
         f"{lines} lines are in {path}: `armdrive run {path} --check` rehearses them",
@@ -96,7 +86,7 @@ def _program_path(word: str, example: str) -> Path:
 
 
 def _new(shell: Shell, _: str) -> None:
-    shell.begin_anew()
+    shell.on_arm.begin_anew()
     shell.tell({"event": "new"}, "names, subprograms and the list are forgotten; the arm stays")
 
 

@@ -23,7 +23,7 @@ from armdrive.programs.acts import (
 )
 from armdrive.programs.language.values import PlaceValue
 from armdrive.programs.progress import FOR_EVER
-from armdrive.programs.running import Performer, ProgramRun
+from armdrive.programs.running import Performer, ProgramRun, RunPlan
 from armdrive.status import Trust
 from armdrive.tasks import never
 
@@ -179,7 +179,7 @@ def test_a_stop_between_two_acts_ends_the_program_too(arm):
         def ended(self, step, answer, took_s):
             carried_out.append(step.number)
 
-    run = ProgramRun(script, performer(arm), [Presser()])
+    run = ProgramRun(RunPlan(script), performer(arm), [Presser()])
     with pytest.raises(Stopped):
         run.carry_out()
     assert carried_out == [1, 2, 3]
@@ -220,7 +220,7 @@ def test_a_stop_ends_a_program_that_waits_in_a_pause(arm, monkeypatch):
 
 def test_it_runs_as_often_as_it_is_told(arm):
     script = Script((Outputs(on=(1,)), Outputs(off=(1,))))
-    run = ProgramRun(script, performer(arm), loops=3)
+    run = ProgramRun(RunPlan(script, loops=3), performer(arm))
     assert run.carry_out() == 6
     assert len(script.made) == 3
 
@@ -237,13 +237,13 @@ def test_it_runs_as_often_as_it_is_told(arm):
 
     ender = Ender()
     with pytest.raises(Stopped):
-        ProgramRun(script, performer(arm), [ender], loops=FOR_EVER).carry_out()
+        ProgramRun(RunPlan(script, loops=FOR_EVER), performer(arm), [ender]).carry_out()
     assert ender.loops == 50
 
 
 def test_a_refused_act_is_told_with_its_place(arm):
     script = Script((go(down(250, 0, 120)), go(down(900, 0, 120))))
-    run = ProgramRun(script, performer(arm))
+    run = ProgramRun(RunPlan(script), performer(arm))
     with pytest.raises(Exception, match="reach"):
         run.carry_out()
     assert run.at.stage.mark.line == 2

@@ -20,7 +20,7 @@ from armdrive.programs.journal import (
     require_place,
     require_same_program,
 )
-from armdrive.programs.running import Performer, ProgramRun
+from armdrive.programs.running import Performer, ProgramRun, RunPlan
 from armdrive.registry.simulate import simulate
 from armdrive.storage.record import FileRecorder
 
@@ -73,7 +73,7 @@ def journal_of(arm, performer, tmp_path):
 def begin(arm, script, tmp_path, *onlookers):
     performer = Performer(arm, Listener())
     journal = journal_of(arm, performer, tmp_path)
-    ProgramRun(script, performer, [journal, *onlookers]).carry_out()
+    ProgramRun(RunPlan(script), performer, [journal, *onlookers]).carry_out()
     journal.finish()
 
 
@@ -111,10 +111,8 @@ def resume(arm, script, tmp_path):
     require_place(arm, entry, machine.next().act, "armdrive run t.arm --resume")
     performer = Performer(arm, Listener(), outputs=entry.outputs)
     journal = journal_of(arm, performer, tmp_path)
-    run = ProgramRun(
-        script, performer, [journal], loop=entry.loop, loops=entry.loops, machine=machine
-    )
-    run.carry_out()
+    plan = RunPlan(script, loop=entry.loop, loops=entry.loops, machine=lambda: machine)
+    ProgramRun(plan, performer, [journal]).carry_out()
     journal.finish()
     return machine
 
@@ -252,7 +250,7 @@ def test_why_it_ended_is_written_down(arm, tmp_path):
     assert not journal.path.exists()
     script = Script(PICK_AND_PLACE)
     with pytest.raises(Killed):
-        ProgramRun(script, performer, [journal, Killer(2, "begins")]).carry_out()
+        ProgramRun(RunPlan(script), performer, [journal, Killer(2, "begins")]).carry_out()
     journal.broke_off(Stopped("the program was stopped"))
     entry = interrupted(arm.config.name)
     assert entry.why == "the program was stopped"

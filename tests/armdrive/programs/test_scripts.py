@@ -17,7 +17,7 @@ from armdrive.cli import main
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
-from armdrive.programs.rehearsal import RehearsedPlan
+from armdrive.programs.running import RunPlan
 from armdrive.programs.script_rehearsal import rehearse_script
 from armdrive.programs.scripts import (
     Connections,
@@ -180,7 +180,7 @@ def test_an_arm_that_the_script_names_as_the_command_does_stands_where_it_stands
         "    with Arm.connect(name) as arm:\n"
         "        assert round(arm.joints.deg['base']) == 33, arm.joints\n"
     )
-    found = rehearse_script(Path(script), (), arm.config, arm, RehearsedPlan(None, settle=True))
+    found = rehearse_script(Path(script), (), arm.config, arm, RunPlan(settle=True))
     assert (found.refusal, found.assumptions) == (None, ())
 
 
@@ -351,7 +351,7 @@ ROUND = f"""{CENTRE}
 @pytest.fixture
 def traced(write):
     def trace(text, *, wanted=True):
-        plan = RehearsedPlan(source=None, settle=True, traced=wanted)
+        plan = RunPlan(settle=True, traced=wanted)
         found = rehearse_script(Path(write(text)), (), simulated_config("teachmover"), None, plan)
         assert found.refusal is None
         return found.path
