@@ -1,6 +1,7 @@
-"""Runs a Python script on the arm that the command names, and shows what it asks of its arms.
+"""Run a program, or rehearse it: a program file (.arm) or a Python script (.py).
 
-A script is rehearsed with --check alone, and not before each run: whatever else it does besides
+A script runs on the arm that the command names, and what it asks of its arms is shown. It is
+rehearsed with --check alone, and not before each run: whatever else it does besides
 moving arms would be done twice.
 """
 
@@ -163,7 +164,7 @@ class _RunningScript:
         return f"{self._calls} calls{''.join(stands)}"
 
 
-# Run a program: a program file (.arm) or a Python script (.py), rehearsed or for good.
+# The command, for both kinds of programs.
 
 
 def run(options: argparse.Namespace) -> int:

@@ -138,7 +138,7 @@ def draw_path(path: Sequence[Point], title: str, output: Path | None) -> None:
         say(sketch.caption)
 
 
-# Rehearses a Python script, and reports what it would do.
+# The rehearsal of a Python script.
 
 
 def check_script(options: argparse.Namespace, lines: list[str]) -> int:

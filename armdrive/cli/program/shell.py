@@ -1,4 +1,8 @@
-"""Lines that a person types: with a history and completion where this system has readline."""
+"""Type the words of a program at a prompt: each is carried out at once.
+
+Lines come from a person, with a history and completion where this system has readline, or from a
+pipe.
+"""
 
 from __future__ import annotations
 
@@ -133,7 +137,7 @@ def _write_history(readline: ModuleType) -> None:
     replace_file(places.states() / HISTORY, text.decode("utf-8"))
 
 
-# Type the words of a program at a prompt: each is carried out at once.
+# Taking lines until they end: of a pipe up to the first error, at a prompt through every error.
 
 PROMPT, MORE = "> ", "... "
 

@@ -1,4 +1,4 @@
-"""`armdrive teach record`: write down what an arm does that another program drives."""
+"""Teach sequences: record them as the arm is moved, and edit them step by step."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def _require_free(book: Points, options: argparse.Namespace) -> None:
         raise BadRequest(f"there is {taken} already: take another name, or say --again")
 
 
-# Teach sequences: record them as the arm is moved, and edit them step by step.
+# Editing a sequence step by step, in the arm's file of points.
 
 
 def _changed(

@@ -1,6 +1,7 @@
-"""A taught sequence as a program: points at the top, then the steps, the notes as comments.
+"""A taught sequence in other forms: as a program, and as rows for an arm's own memory.
 
-What the program does is what the sequence does, act by act and to the last digit of every angle.
+A program has the points at the top, then the steps, the notes as comments. It does what the
+sequence does, act by act and to the last digit of every angle.
 """
 
 from __future__ import annotations
@@ -130,7 +131,7 @@ def _is_way(step: Step) -> bool:
     return bool(step.point) and step.how == "joint"
 
 
-# A taught sequence as rows for an arm's own memory, so that its pendant can run it alone.
+# As rows for an arm's own memory, so that its pendant can run it alone.
 #
 # Nobody audits what the pendant runs: each way between rows is looked at here, before there are
 # any.
