@@ -148,13 +148,14 @@ def test_in_a_terminal_it_is_drawn_and_leaves_the_terminal_as_it_was():
 
 
 def test_what_is_said_under_an_ascii_picture_is_ascii_too(capsys, monkeypatch):
-    from armdrive.cli.program import demo as demo_display
+    from armdrive.cli.program.demo import draw
     from armdrive.connect.target import simulated_config
     from armdrive.registry.simulate import simulate
 
-    monkeypatch.setattr(demo_display, "perform", lambda arm, jobs, tell: [tell("turned by 90°")])
+    said = "armdrive.cli.program.demo.perform"
+    monkeypatch.setattr(said, lambda arm, jobs, tell: [tell("turned by 90°")])
     config = simulated_config("teachmover")
-    demo_display.draw(config, simulate(config), pace=200.0, braille=False)
+    draw(config, simulate(config), pace=200.0, braille=False)
     shown = capsys.readouterr().out
     assert "turned by 90 deg" in shown
     assert shown.isascii()

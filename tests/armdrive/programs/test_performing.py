@@ -9,7 +9,7 @@ from waiting import until
 
 from armdrive import Arm
 from armdrive.errors import BadRequest, Refused, Stopped
-from armdrive.programs import running as performing
+from armdrive.programs import running
 from armdrive.programs.acts import (
     AwaitInputs,
     Delay,
@@ -203,7 +203,7 @@ def test_while_the_arm_is_paused_no_act_begins(arm, monkeypatch):
         if len(slept) == 3:
             arm.resume()
 
-    monkeypatch.setattr(performing.time, "sleep", breath)
+    monkeypatch.setattr(running.time, "sleep", breath)
     arm.pause()
     performer(arm).perform(Outputs(on=(1,)))
     assert len(slept) == 3
@@ -211,7 +211,7 @@ def test_while_the_arm_is_paused_no_act_begins(arm, monkeypatch):
 
 
 def test_a_stop_ends_a_program_that_waits_in_a_pause(arm, monkeypatch):
-    monkeypatch.setattr(performing.time, "sleep", lambda _: arm.request_stop() or arm.sleep(0.1))
+    monkeypatch.setattr(running.time, "sleep", lambda _: arm.request_stop() or arm.sleep(0.1))
     arm.pause()
     with pytest.raises(Stopped):
         performer(arm).perform(Outputs(on=(1,)))
@@ -318,7 +318,7 @@ def test_a_person_lets_a_program_go_on_after_a_suspension(arm, monkeypatch):
 
     does = performer(arm, Sleeper()).perform
     does(Hold("look"))
-    monkeypatch.setattr(performing.time, "sleep", lambda _: arm.engine.absent(9.0) or arm.resume())
+    monkeypatch.setattr(running.time, "sleep", lambda _: arm.engine.absent(9.0) or arm.resume())
     arm.pause()
     does(Outputs(on=(1,)))
     assert arm.status.outputs == 1

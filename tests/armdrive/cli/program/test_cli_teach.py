@@ -7,7 +7,7 @@ import pytest
 from waiting import LONG_S
 
 from armdrive.cli.chosen_arm import connect_remembered
-from armdrive.cli.program import teach as teach_recording
+from armdrive.cli.program import teach
 from armdrive.connect.target import find, simulated_config
 from armdrive.errors import ArmError
 from armdrive.programs.teaching.record import StepRecorder
@@ -135,7 +135,7 @@ def views(monkeypatch, call):
     call("home", code=0)
     view = json.loads(call("status", "--json", code=0).out)
     told = []
-    monkeypatch.setattr(teach_recording, "one_holder", lambda _: "sim:teachmover")
+    monkeypatch.setattr(teach, "one_holder", lambda _: "sim:teachmover")
     monkeypatch.setattr("armdrive.cli.program.teach.watch_holder", lambda *_: iter_views(told))
     return view, told
 
