@@ -12,126 +12,88 @@ TYPE_CHECKING = False  # as typing's, which is slow to import
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-_COMMANDS: Mapping[str, tuple[str, str, str]] = MappingProxyType(
+_COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
-        "demo": ("program", "program.demo:run", "watch the simulated arm pick and place blocks"),
-        "jog": ("drive", "drive.jog:jog", "drive an arm from the keyboard"),
-        "move": ("drive", "drive.move:move", "move an arm to joint angles or to a pose"),
+        "demo": ("program.demo:run", "watch the simulated arm pick and place blocks"),
+        "jog": ("drive.jog:jog", "drive an arm from the keyboard"),
+        "move": ("drive.move:move", "move an arm to joint angles or to a pose"),
         "run": (
-            "program",
             "program.run:run",
             "run a program, or rehearse it: a program file or a Python script",
         ),
         "shell": (
-            "program",
             "program.shell:run",
             "type the words of a program at a prompt, each carried out at once",
         ),
         "points": (
             "drive",
-            "",
             "name places of an arm, and go to them; step through sequences of them",
         ),
-        "teach": (
-            "program",
-            "",
-            "record sequences as the arm is moved, and edit them step by step",
-        ),
-        "pendant": (
-            "drive",
-            "",
-            "the program in an arm's own memory: into a file, and back",
-        ),
-        "home": ("drive", "drive.home:home", "reference an arm in its reference posture"),
-        "verify": (
-            "drive",
-            "drive.home:verify",
-            "measure at the reference mark how far an arm has drifted",
-        ),
-        "enable": (
-            "drive",
-            "drive.motors:enable",
-            "switch the motors on, where the controller can",
-        ),
-        "reset": (
-            "drive",
-            "drive.motors:reset",
-            "leave an error, after looking at the arm; moves nothing",
-        ),
+        "teach": ("program", "record sequences as the arm is moved, and edit them step by step"),
+        "pendant": ("drive", "the program in an arm's own memory: into a file, and back"),
+        "home": ("drive.home:home", "reference an arm in its reference posture"),
+        "verify": ("drive.home:verify", "measure at the reference mark how far an arm has drifted"),
+        "enable": ("drive.motors:enable", "switch the motors on, where the controller can"),
+        "reset": ("drive.motors:reset", "leave an error, after looking at the arm; moves nothing"),
         "disable": (
-            "drive",
             "drive.motors:disable",
             "switch the motors off, which lets the arm sag: parks it first",
         ),
-        "stop": ("drive", "control_requests:stop", "stop an arm that another program drives"),
-        "pause": (
-            "drive",
-            "control_requests:pause",
-            "have an arm wait that another program drives",
-        ),
-        "resume": ("drive", "control_requests:resume", "let a paused arm go on"),
+        "stop": ("drive.control_requests:stop", "stop an arm that another program is driving"),
+        "pause": ("drive.control_requests:pause", "pause an arm that another program is driving"),
+        "resume": ("drive.control_requests:resume", "resume a paused arm"),
         "slow": (
-            "drive",
-            "control_requests:slow",
-            "have an arm go slower than the program that drives it asks for",
+            "drive.control_requests:slow",
+            "slow down an arm that another program is driving",
         ),
-        "watch": ("look", "look.status:watch", "watch an arm that another program drives"),
-        "status": (
-            "look",
-            "look.status:status",
-            "show where an arm is, and whether that can be trusted",
-        ),
+        "watch": ("look.status:watch", "watch an arm that another program is driving"),
+        "status": ("look.status:status", "show where an arm is, and whether that can be trusted"),
         "record": (
-            "look",
-            "control_requests:record",
-            "write down what has passed between an arm and the program that drives it",
+            "drive.control_requests:record",
+            "save a recording of an arm that another program is driving",
         ),
         "log": (
-            "look",
             "look.recordings:log",
             "read a recording in words: bytes, requests, intents, states, errors",
         ),
         "replay": (
-            "look",
             "look.recordings:replay_recording",
-            "replay a recording against a simulated twin, and show where they part",
+            "replay a recording against a simulated arm, and show where they differ",
         ),
-        "fk": ("learn", "learn.poses:fk", "joint angles to the pose of the finger tips"),
-        "ik": ("learn", "learn.poses:ik", "a pose to joint angles, every solution"),
+        "fk": ("learn.poses:fk", "joint angles to the pose of the finger tips"),
+        "ik": ("learn.poses:ik", "a pose to joint angles, every solution"),
         "explain": (
-            "learn",
             "learn.explain:explain",
             "an arm worked out: link table, A matrices, forward, every inverse",
         ),
-        "plot": ("learn", "learn.plot:plot", "draw what an arm can reach"),
-        "config": ("set_up", "", "arm files: write one by an interview, list, show, check them"),
+        "plot": ("learn.plot:plot", "draw what an arm can reach"),
+        "config": ("set_up", "arm files: write one by an interview, list, show, check them"),
         "ports": (
-            "set_up",
             "set_up.ports:ports",
             "list the serial ports, who has them, and which arm files name them",
         ),
-        "can": ("set_up", "", "set up drives on a CAN bus, and watch what passes there"),
+        "can": ("set_up", "set up drives on a CAN bus, and watch what passes there"),
         "doctor": (
-            "set_up",
             "set_up.doctor:doctor",
             "find out what a port leads to, and what is wrong with it; moves nothing",
         ),
-        "sim": ("set_up", "set_up.sim:sim", "run a simulated arm that speaks the real bytes"),
+        "sim": ("set_up.sim:sim", "run a simulated arm that speaks the real bytes"),
         "errors": (
-            "learn",
             "learn.errors:errors",
             "what an error means for the arm, and what to do, by its code",
         ),
     }
 )
-"""Every command: the group that declares its arguments, its function, and its line of help.
+"""Every command: its function, written `drive.move:move`, and its line of help.
 
-A command with actions, as `points`, has a function for each of them, in the group's table. The
-arguments of a group are light to load: `--help` of a command needs no more. The module of the
-function is loaded to carry the command out, and may load all that drives an arm.
+A command with actions, as `points`, has a function for each of them, in the table of its group.
+The arguments of a group are light to load: `--help` of a command needs no more. The module of a
+function may load all that drives an arm.
 """
 
-COMMANDS: Mapping[str, str] = MappingProxyType({name: row[2] for name, row in _COMMANDS.items()})
+COMMANDS: Mapping[str, str] = MappingProxyType(
+    {name: text for name, (_, text) in _COMMANDS.items()}
+)
 """Every command with its line of help."""
 
 EXIT_CODES: Mapping[int, str] = MappingProxyType(
@@ -168,8 +130,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     if word not in COMMANDS:
         return refuse(word, COMMANDS)
-    group, function, summary = _COMMANDS[word]
-    return run_command(word, summary, group, function, words[1:])
+    function, summary = _COMMANDS[word]
+    return run_command(word, summary, function, words[1:])
 
 
 def _help() -> str:

@@ -40,9 +40,14 @@ def arm_paths() -> list[Path]:
     return [path for path in sorted(places.arm_files().glob(f"*{ENDING}")) if not _is_model(path)]
 
 
+def file_of(name: str) -> Path:
+    """Return where the file of an arm's name is, or would be; a path is taken as it is."""
+    return Path(name) if name.endswith(ENDING) else places.arm_files() / f"{name}{ENDING}"
+
+
 def path_of(name: str) -> Path:
-    """Return the file of an arm's name, or of a path. Raises `ArmFileError`."""
-    path = Path(name) if name.endswith(ENDING) else places.arm_files() / f"{name}{ENDING}"
+    """Return the file of an arm's name, or of a path. Raises `ArmFileError` where there is none."""
+    path = file_of(name)
     if is_there(path) and path.is_file():
         return path
     known = [each.stem for each in arm_paths()]
@@ -76,7 +81,7 @@ def default_arm() -> str:
     named = os.environ.get("ARMDRIVE_ARM") or chosen_default()
     if named:
         return named
-    if (places.arm_files() / f"{DEFAULT_FILE}.toml").is_file():
+    if file_of(DEFAULT_FILE).is_file():
         return DEFAULT_FILE
     return DEFAULT_SIM
 

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import inspect
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
+
+from armdrive.errors import BadRequest
 
 Command = Callable[[argparse.Namespace], int]
 """Carries a command out, and returns the exit code."""
@@ -27,15 +30,23 @@ def load(place: str) -> Any:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Arguments:
-    """What may be typed after a command, and the text that ends its help."""
+    """What may be typed after a command, and the text that ends its help.
+
+    Where none is given, that is what the declaring function's docstring says after its first line.
+    """
 
     declare: Declare
     epilog: str = ""
 
+    @property
+    def help_end(self) -> str:
+        """The text that ends the help of the command: notes and examples."""
+        return self.epilog or inspect.cleandoc(self.declare.__doc__ or "").partition("\n\n")[2]
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Action:
-    """An action of a command, as `list` of `points`: its line of help, its options, its function.
+    """An action of a command, as `list` of `points`: its line of help, its function, its options.
 
     The function is written `drive.points:show`; its module is loaded to carry the action out.
     """
@@ -50,15 +61,19 @@ def add_actions(parser: argparse.ArgumentParser, actions: Mapping[str, Action]) 
     """Add the actions of a command, one of which has to be named."""
     listed = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
     for name, row in actions.items():
-        action = listed.add_parser(
-            name,
-            help=row.summary,
-            description=row.summary[0].upper() + row.summary[1:] + ".",
-            formatter_class=argparse.RawDescriptionHelpFormatter,
-            epilog=row.epilog,
-        )
+        words = help_of(row.summary, Arguments(row.declare, row.epilog))
+        action = listed.add_parser(name, help=row.summary, **words)
         row.declare(action)
         action.set_defaults(function=row.function)
+
+
+def help_of(summary: str, arguments: Arguments) -> Any:
+    """Return what an argument parser has to know to print the help of a command or an action."""
+    return {
+        "description": summary[0].upper() + summary[1:] + ".",
+        "formatter_class": argparse.RawDescriptionHelpFormatter,
+        "epilog": arguments.help_end,
+    }
 
 
 def add_switches(parser: argparse._ActionsContainer, switches: Mapping[str, str]) -> None:
@@ -76,17 +91,25 @@ def add_json_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON")
 
 
-def number(text: str) -> float:
-    """Return a finite number, for argparse's `type=`; digits are 0 to 9, with nothing between."""
+def typed_number(text: str) -> float:
+    """Return a finite number; digits are 0 to 9, with nothing between. Raises `BadRequest`."""
     try:
         value = float(text)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+        raise BadRequest(f"{text!r} is not a number") from None
     if not text.isascii() or "_" in text:  # Python would take both: `1_5` for 15
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number")
+        raise BadRequest(f"{text!r} is not a number")
     if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a finite number")
+        raise BadRequest(f"{text!r} is not a finite number")
     return value
+
+
+def number(text: str) -> float:
+    """Return a finite number, for argparse's `type=`."""
+    try:
+        return typed_number(text)
+    except BadRequest as error:  # argparse shows the words of its own kind of error alone
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def positive(text: str) -> float:

@@ -10,7 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from armdrive.cli.presenter import put, say
+from armdrive.cli.presenter import say
+from armdrive.cli.screens import typed
 from armdrive.dialog.conversation import AskPerson, Question, WrongAnswer, yes_or_no
 from armdrive.errors import BadRequest, OperatorNeeded
 
@@ -25,7 +26,7 @@ def ask(question: Question, take: Callable[[str], Any]) -> Any:
     """Ask until `take` accepts a line; return what it returns. Raises `Back`."""
     _show(question)
     while True:
-        line = _line(question).strip()
+        line = _line(question)
         if line == HELP:
             say(question.why)
             continue
@@ -97,13 +98,11 @@ def _show(question: Question) -> None:
 
 def _line(question: Question) -> str:
     default = f" [{question.default}]" if question.default is not None else ""
-    put(f"{question.words}{default} ")
-    line = sys.stdin.readline()
-    if not line:
-        say("")
+    line = typed(f"{question.words}{default} ")
+    if line is None:
         raise BadRequest(
             f"the answers ended at the question {question.words!r}: nothing is written"
         )
     if not sys.stdin.isatty():
-        say(line.strip())
+        say(line)
     return line

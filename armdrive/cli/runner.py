@@ -16,7 +16,7 @@ from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
-from armdrive.cli.options import Arguments, load
+from armdrive.cli.options import Arguments, help_of, load
 from armdrive.cli.presenter import Outcome, as_json, complain, present, put_error
 from armdrive.errors import ArmError
 from armdrive.errors.actions import COMMAND_LINE, presented
@@ -51,20 +51,16 @@ class CommandParser(argparse.ArgumentParser):
         super().exit(status, None if message is None else as_message(message))
 
 
-def run_command(name: str, summary: str, group: str, function: str, words: list[str]) -> int:
+def run_command(name: str, summary: str, function: str, words: list[str]) -> int:
     """Parse the words of a command, load and run it, and return its exit code.
 
     What a command needs to run is loaded once its words are understood: help and a wrong option
     do not wait for it. An action of a command has a function of its own.
     """
     _fill_closed_streams()
+    group = function.partition(".")[0]
     arguments: Arguments = load(f"{group}.arguments:ARGUMENTS")[name]
-    parser = CommandParser(
-        prog=f"armdrive {name}",
-        description=summary[0].upper() + summary[1:] + ".",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog=arguments.epilog,
-    )
+    parser = CommandParser(prog=f"armdrive {name}", **help_of(summary, arguments))
     options = argparse.Namespace(function=function)
     try:
         arguments.declare(parser)

@@ -1,4 +1,4 @@
-"""The terminal that a command runs in: whether a screen can be drawn there, and a yes or a no."""
+"""The terminal that a command runs in: whether a screen can be drawn there, and what is typed."""
 
 from __future__ import annotations
 
@@ -26,9 +26,19 @@ def require_screen(what: str, otherwise: str) -> None:
         )
 
 
+def typed(prompt: str) -> str | None:
+    """Return the next line of the input, from the terminal or a pipe; None where it has ended."""
+    put(prompt)
+    line = sys.stdin.readline()
+    if not line:
+        put("\n")  # what is said next does not stand behind the prompt
+        return None
+    return line.strip()
+
+
 def agreed(question: str) -> bool:
     """Ask a question at the terminal; anything but a yes is a no."""
     if not sys.stdin.isatty():
         return False
-    put(question)
-    return sys.stdin.readline().strip().lower() in ("yes", "y")
+    answer = typed(question)
+    return answer is not None and answer.lower() in ("yes", "y")

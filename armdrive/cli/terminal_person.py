@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable
 
 from armdrive.arm import Arm
-from armdrive.cli.presenter import put, say
-from armdrive.cli.screens import agreed
+from armdrive.cli.options import typed_number
+from armdrive.cli.presenter import say
+from armdrive.cli.screens import agreed, typed
 from armdrive.dialog.operator import JoggedArm, PostureRequest
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS
@@ -94,20 +94,19 @@ CLEAR, MOTORS_ON = "ok", "on"
 class TerminalOperator:
     """Leads through the steps. As an operator it returns True when the person has confirmed."""
 
-    def __init__(self, read: Callable[[], str] | None = None, *, terminal: bool) -> None:
+    def __init__(self, *, terminal: bool) -> None:
         self.wants_desk = False
-        self._read = read or sys.stdin.readline
         self._terminal = terminal
 
     def prepare(self, arm: Arm, *, off: bool) -> bool:
         """Go through what comes before the first jog; False where the person wants no more."""
         say("Step 1 of 3. Clear the arm's way, and keep a hand at the switch of its power.")
-        if not self._types(CLEAR, "Its way is clear"):
+        if not _types(CLEAR, "Its way is clear"):
             return False
         if off:
             say("Step 2 of 3. Its motors are off, or not known to be on. Hold the arm: it is")
             say("held where it stands, once they are switched on.")
-            if not self._types(MOTORS_ON, "Switch them on"):
+            if not _types(MOTORS_ON, "Switch them on"):
                 return False
             arm.enable()
         else:
@@ -119,8 +118,8 @@ class TerminalOperator:
         say("Step 3 of 3. Bring the arm to this posture (side view, and from above):")
         self._show(request)
         say(f"{HELP}.")
-        while (line := self._line("> ")) is not None:
-            words = line.split()
+        while (line := typed("> ")) is not None:
+            words = line.lower().split()
             if words == ["done"]:
                 return True
             if words == ["quit"]:
@@ -154,16 +153,9 @@ class TerminalOperator:
         if rest := difference(request):
             say(rest)
 
-    def _types(self, word: str, question: str) -> bool:
-        return self._line(f"{question}? Type {word}: ") == word
 
-    def _line(self, prompt: str) -> str | None:
-        """Return the next line in small letters; None at the end of input."""
-        put(prompt)
-        line = self._read()
-        if not line:
-            say("")  # what is said next does not stand behind the prompt
-        return line.strip().lower() if line else None
+def _types(word: str, question: str) -> bool:
+    return (typed(f"{question}? Type {word}: ") or "").lower() == word
 
 
 def posture_pictures(request: PostureRequest) -> list[str]:
@@ -215,11 +207,8 @@ def _axis(word: str, axes: tuple[str, ...]) -> str:
 
 
 def _amount(word: str) -> float:
-    try:
-        amount = float(word)
-    except ValueError:
-        raise BadRequest(f"{word!r} is no number") from None
-    if not abs(amount) <= MOST_DEG:
+    amount = typed_number(word)
+    if abs(amount) > MOST_DEG:
         raise BadRequest(f"jog by at most {MOST_DEG:g} degrees or mm at a time, not {word}")
     return amount
 

@@ -7,6 +7,7 @@ from textwrap import dedent
 
 import pytest
 from can_bench import LONG_S, failing_link
+from chain_files import shown_links
 from cli_calls import Caller
 from doctor_bench import lead
 from serial.tools import list_ports as pyserial
@@ -39,6 +40,14 @@ def write(tmp_path):
         return str(path)
 
     return written
+
+
+@pytest.fixture
+def own(tmp_path):
+    """Return a link table of the reader's own: the one that the docs show."""
+    path = tmp_path / "mine.toml"
+    path.write_text(shown_links(), encoding="utf-8")
+    return str(path)
 
 
 @pytest.fixture

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
+from pathlib import Path
 from types import MappingProxyType
 
 from armdrive.cli.arm_options import add_allow_restored, add_arm_options
@@ -47,14 +48,13 @@ def _force(action: argparse.ArgumentParser) -> None:
 # --- disable
 
 
-_DISABLE_EPILOG = """\
-armdrive disable              asks whether to park first; on a simulated arm it parks
-armdrive disable --yes        parks, then switches off
-armdrive disable --no-park    switches off where the arm stands: support it
-"""
-
-
 def _disable(parser: argparse.ArgumentParser) -> None:
+    """Declare what `disable` takes.
+
+    armdrive disable              asks whether to park first; on a simulated arm it parks
+    armdrive disable --yes        parks, then switches off
+    armdrive disable --no-park    switches off where the arm stands: support it
+    """
     choice = parser.add_mutually_exclusive_group()
     add_switches(
         choice,
@@ -70,27 +70,30 @@ def _disable(parser: argparse.ArgumentParser) -> None:
 # --- enable
 
 
-_ENABLE_EPILOG = """\
-An arm that has sagged is not lifted: it is held where it is, and its position is suspect.
-"""
+def _enable(parser: argparse.ArgumentParser) -> None:
+    """Declare what `enable` takes.
+
+    An arm that has sagged is not lifted: it is held where it is, and its position is suspect.
+    """
+    add_arm_options(parser)
 
 
 # --- home
 
 
-_HOME_EPILOG = """\
-An arm without switches is brought there by you, step by step: the posture is drawn, you jog on
-lines such as `shoulder -2` or in the desk, and `done` confirms. An arm with switches MOVES to them
-once you have agreed. A simulated arm has a simulated operator, who jogs it there.
-
-Examples:
-  armdrive home
-  armdrive home --declare park                         it stands in its park posture
-  armdrive home --declare base=0 shoulder=40 elbow=-60 wrist_pitch=-70 wrist_roll=0
-"""
-
-
 def _home(parser: argparse.ArgumentParser) -> None:
+    """Declare what `home` takes.
+
+    An arm without switches is brought there by you, step by step: the posture is drawn, you jog on
+    lines such as `shoulder -2` or in the desk, and `done` confirms. An arm with switches MOVES to
+    them once you have agreed. A simulated arm has a simulated operator, who jogs it there.
+
+    Examples:
+      armdrive home
+      armdrive home --declare park                         it stands in its park posture
+      armdrive home --declare base=0 shoulder=40 elbow=-60 wrist_pitch=-70 wrist_roll=0
+
+    """
     how = parser.add_mutually_exclusive_group()
     add_switches(
         how,
@@ -118,18 +121,18 @@ def _home(parser: argparse.ArgumentParser) -> None:
 # --- jog
 
 
-_JOG_EPILOG = """\
-Holding a key jogs, releasing it stops; space always stops. The screen shows its keys. A link that
-was lost is looked for by L, or by itself with --reconnect; the arm then stands in error-stop.
-With --model a named system of the lecture notes, or a link table, is jogged with no arm at all.
-"""
-
-
 WEB_PORT = 8765
 """Where a browser finds the desk, unless another port is named."""
 
 
 def _jog(parser: argparse.ArgumentParser) -> None:
+    """Declare what `jog` takes.
+
+    Holding a key jogs, releasing it stops; space always stops. The screen shows its keys. A link
+    that was lost is looked for by L, or by itself with --reconnect; the arm then stands in
+    error-stop. With --model a named system of the lecture notes, or a link table, is jogged with no
+    arm at all.
+    """
     parser.add_argument("--ascii", action="store_true", help="draw without braille characters")
     parser.add_argument(
         "--reconnect",
@@ -177,19 +180,6 @@ def _jog(parser: argparse.ArgumentParser) -> None:
 # --- move
 
 
-_MOVE_EPILOG = """\
-Examples:
-  armdrive move --x 250 --z 120 --pitch -90           to a pose, by a joint motion
-  armdrive move --y 80 --line                         along a straight line
-  armdrive move --y 80 --via 270,0,120                along an arc through that point
-  armdrive move --frame tool --z -30 --line           30 mm back, as the hand points
-  armdrive move --shoulder 40 --elbow -60 --speed 0.5
-  armdrive move --gripper 40
-  armdrive move --park
-  armdrive move --y 80 --line --preview               moves nothing: what it would be
-"""
-
-
 COORDINATES = (
     ("x", "mm"), ("y", "mm"), ("z", "mm"), ("pitch", "deg"), ("roll", "deg"), ("yaw", "deg"),
 )  # fmt: skip
@@ -197,6 +187,19 @@ COORDINATES = (
 
 
 def _move(parser: argparse.ArgumentParser) -> None:
+    """Declare what `move` takes.
+
+    Examples:
+      armdrive move --x 250 --z 120 --pitch -90           to a pose, by a joint motion
+      armdrive move --y 80 --line                         along a straight line
+      armdrive move --y 80 --via 270,0,120                along an arc through that point
+      armdrive move --frame tool --z -30 --line           30 mm back, as the hand points
+      armdrive move --shoulder 40 --elbow -60 --speed 0.5
+      armdrive move --gripper 40
+      armdrive move --park
+      armdrive move --y 80 --line --preview               moves nothing: what it would be
+
+    """
     goal = parser.add_argument_group("to a pose (what is not named stays)")
     for axis, unit in COORDINATES:
         goal.add_argument(f"--{axis}", type=number, metavar=unit.upper())
@@ -249,32 +252,16 @@ def _point(word: str) -> tuple[float, ...]:
 # --- pause
 
 
-_PAUSE_EPILOG = """\
-The arm stands, held, until `armdrive resume`; `armdrive stop` ends the motion for good. Without a
-name, every arm that a program of yours holds. The controller's own homing is not paused.
-"""
+def _pause(parser: argparse.ArgumentParser) -> None:
+    """Declare what `pause` takes.
+
+    The arm stands, held, until `armdrive resume`; `armdrive stop` ends the motion for good. Without
+    a name, every arm that a program of yours holds. The controller's own homing is not paused.
+    """
+    add_arm_options(parser)
 
 
 # --- pendant
-
-
-_PENDANT_EPILOG = """\
-Nothing moves. A file can be read, compared and edited; every row comes back word for word.
-
-Examples:
-  armdrive pendant show                              what is in the arm, row by row
-  armdrive pendant read monday.pendant               into a file
-  armdrive pendant write monday.pendant              back, and read once more to be sure
-  armdrive pendant write monday.pendant --shift      after the arm was homed anew
-  armdrive pendant points monday.pendant stack       as points and a sequence `stack`
-  armdrive pendant make stack stack.pendant          and a sequence as rows for the pendant
-
-Every action prints JSON with --json.
-"""
-
-
-def _add_actions_of_pendant(parser: argparse.ArgumentParser) -> None:
-    add_actions(parser, PENDANT_ACTIONS)
 
 
 def _into_file(action: argparse.ArgumentParser) -> None:
@@ -332,28 +319,26 @@ PENDANT_ACTIONS: Mapping[str, Action] = MappingProxyType(
 """Every action of `pendant`."""
 
 
+def _pendant(parser: argparse.ArgumentParser) -> None:
+    """Declare what `pendant` takes.
+
+    Nothing moves. A file can be read, compared and edited; every row comes back word for word.
+
+    Examples:
+      armdrive pendant show                              what is in the arm, row by row
+      armdrive pendant read monday.pendant               into a file
+      armdrive pendant write monday.pendant              back, and read once more to be sure
+      armdrive pendant write monday.pendant --shift      after the arm was homed anew
+      armdrive pendant points monday.pendant stack       as points and a sequence `stack`
+      armdrive pendant make stack stack.pendant          and a sequence as rows for the pendant
+
+    Every action prints JSON with --json.
+
+    """
+    add_actions(parser, PENDANT_ACTIONS)
+
+
 # --- points
-
-
-_POINTS_EPILOG = """\
-Points are kept in a file of their own, which may be edited: docs/points.md tells every key.
-
-Examples:
-  armdrive points save pick --note "above the block"
-  armdrive points list
-  armdrive points go pick --line --speed 0.3          or --preview, which moves nothing
-  armdrive points rename pick grip
-  armdrive points run stack
-  armdrive points mirror stack stack-left             the same on the other side
-  armdrive points offset stack stack2 --x 40 --turn 30
-  armdrive points export stack stack.arm              as a program: `armdrive run stack.arm`
-
-Every action prints JSON with --json.
-"""
-
-
-def _add_actions_of_points(parser: argparse.ArgumentParser) -> None:
-    add_actions(parser, POINT_ACTIONS)
 
 
 def _point_go(action: argparse.ArgumentParser) -> None:
@@ -440,38 +425,78 @@ POINT_ACTIONS: Mapping[str, Action] = MappingProxyType(
 """Every action of `points`."""
 
 
+def _points(parser: argparse.ArgumentParser) -> None:
+    """Declare what `points` takes.
+
+    Points are kept in a file of their own, which may be edited: docs/points.md tells every key.
+
+    Examples:
+      armdrive points save pick --note "above the block"
+      armdrive points list
+      armdrive points go pick --line --speed 0.3          or --preview, which moves nothing
+      armdrive points rename pick grip
+      armdrive points run stack
+      armdrive points mirror stack stack-left             the same on the other side
+      armdrive points offset stack stack2 --x 40 --turn 30
+      armdrive points export stack stack.arm              as a program: `armdrive run stack.arm`
+
+    Every action prints JSON with --json.
+
+    """
+    add_actions(parser, POINT_ACTIONS)
+
+
+# --- record
+
+
+def _record(parser: argparse.ArgumentParser) -> None:
+    """Declare what `record` takes.
+
+    Without a name, every arm that a program of yours holds. A fault is written without being asked
+    for.
+    """
+    add_arm_options(parser)
+    parser.add_argument("--output", type=Path, metavar="FILE", help="copy the recording there")
+
+
 # --- reset
 
 
-_RESET_EPILOG = """\
-A controller that is locked, or in alarm, stays so from one command to the next: this unlocks it. A
-position that is suspect stays suspect, until the arm is homed.
-"""
+def _reset(parser: argparse.ArgumentParser) -> None:
+    """Declare what `reset` takes.
+
+    A controller that is locked, or in alarm, stays so from one command to the next: this unlocks
+    it. A position that is suspect stays suspect, until the arm is homed.
+    """
+    add_arm_options(parser)
 
 
 # --- resume
 
 
-_RESUME_EPILOG = """\
-Nothing goes on that an error, a stop or a lost wire has ended. Without a name, every arm that a
-program of yours holds.
-"""
+def _resume(parser: argparse.ArgumentParser) -> None:
+    """Declare what `resume` takes.
+
+    Nothing goes on that an error, a stop or a lost wire has ended. Without a name, every arm that a
+    program of yours holds.
+    """
+    add_arm_options(parser)
 
 
 # --- slow
 
 
-_SLOW_EPILOG = """\
-Holds for what is sent next, bursts, segments and jogs, until it is changed; 100 ends it. Without a
-name, every arm that a program of yours holds.
-
-Examples:
-  armdrive slow 20
-  armdrive slow 100 --arm bench
-"""
-
-
 def _slow(parser: argparse.ArgumentParser) -> None:
+    """Declare what `slow` takes.
+
+    Holds for what is sent next, bursts, segments and jogs, until it is changed; 100 ends it.
+    Without a name, every arm that a program of yours holds.
+
+    Examples:
+      armdrive slow 20
+      armdrive slow 100 --arm bench
+
+    """
     parser.add_argument("percent", type=_percent, help="1 to 100")
     add_arm_options(parser)
 
@@ -486,17 +511,16 @@ def _percent(word: str) -> float:
 # --- verify
 
 
-_VERIFY_EPILOG = """\
-The arm MOVES to a little above its reference mark. Then you jog the tips onto the mark by small
-steps, on lines such as `shoulder -0.5`, and type `done`. What the registers read beyond the
-reference posture is told by motor, by joint and at the tip, with what it means, and is written down
-with the date in the state folder. A simulated arm has a simulated operator.
-
-It ends with 1 where the arm is off and the posture was not taken for the new reference.
-"""
-
-
 def _verify(parser: argparse.ArgumentParser) -> None:
+    """Declare what `verify` takes.
+
+    The arm MOVES to a little above its reference mark. Then you jog the tips onto the mark by small
+    steps, on lines such as `shoulder -0.5`, and type `done`. What the registers read beyond the
+    reference posture is told by motor, by joint and at the tip, with what it means, and is written
+    down with the date in the state folder. A simulated arm has a simulated operator.
+
+    It ends with 1 where the arm is off and the posture was not taken for the new reference.
+    """
     add_switches(
         parser,
         {
@@ -511,18 +535,19 @@ def _verify(parser: argparse.ArgumentParser) -> None:
 
 ARGUMENTS: Mapping[str, Arguments] = MappingProxyType(
     {
-        "disable": Arguments(_disable, _DISABLE_EPILOG),
-        "enable": Arguments(add_arm_options, _ENABLE_EPILOG),
-        "home": Arguments(_home, _HOME_EPILOG),
-        "jog": Arguments(_jog, _JOG_EPILOG),
-        "move": Arguments(_move, _MOVE_EPILOG),
-        "pause": Arguments(add_arm_options, _PAUSE_EPILOG),
-        "pendant": Arguments(_add_actions_of_pendant, _PENDANT_EPILOG),
-        "points": Arguments(_add_actions_of_points, _POINTS_EPILOG),
-        "reset": Arguments(add_arm_options, _RESET_EPILOG),
-        "resume": Arguments(add_arm_options, _RESUME_EPILOG),
-        "slow": Arguments(_slow, _SLOW_EPILOG),
+        "disable": Arguments(_disable),
+        "enable": Arguments(_enable),
+        "home": Arguments(_home),
+        "jog": Arguments(_jog),
+        "move": Arguments(_move),
+        "pause": Arguments(_pause),
+        "pendant": Arguments(_pendant),
+        "points": Arguments(_points),
+        "record": Arguments(_record),
+        "reset": Arguments(_reset),
+        "resume": Arguments(_resume),
+        "slow": Arguments(_slow),
         "stop": Arguments(add_arm_options),
-        "verify": Arguments(_verify, _VERIFY_EPILOG),
+        "verify": Arguments(_verify),
     }
 )

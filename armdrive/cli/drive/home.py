@@ -10,7 +10,7 @@ import tui
 from armdrive.arm import Arm
 from armdrive.blocking import run_blocking
 from armdrive.cli.chosen_arm import opened_arm
-from armdrive.cli.options import number
+from armdrive.cli.options import typed_number
 from armdrive.cli.presenter import Result, TerminalReporter, as_json, say, tell
 from armdrive.cli.screens import agreed
 from armdrive.cli.terminal_person import TerminalOperator, settle_trust
@@ -118,10 +118,7 @@ def _named(word: str, names: tuple[str, ...]) -> tuple[str, float]:
     plain = name.strip().replace("-", "_")
     if not equals or plain not in names:
         raise BadRequest(f"write NAME=DEGREES with one of {', '.join(names)}, not {word!r}")
-    try:
-        return plain, number(angle)
-    except argparse.ArgumentTypeError as error:
-        raise BadRequest(str(error)) from None
+    return plain, typed_number(angle)
 
 
 # Measuring how far an arm has drifted: its finger tips on the mark say where it really is.

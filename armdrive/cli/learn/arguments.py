@@ -22,12 +22,11 @@ def _add_model(parser: argparse.ArgumentParser) -> None:
 # --- errors
 
 
-_ERRORS_EPILOG = """\
-The code stands in brackets before the sentence of every error.
-"""
-
-
 def _errors(parser: argparse.ArgumentParser) -> None:
+    """Declare what `errors` takes.
+
+    The code stands in brackets before the sentence of every error.
+    """
     parser.add_argument("code", nargs="?", metavar="CODE", help="the code of one error, E502 say")
     parser.add_argument(
         "--find", metavar="WORDS", help="the errors in which these words stand, in full: lost,wire"
@@ -39,21 +38,20 @@ def _errors(parser: argparse.ArgumentParser) -> None:
 # --- explain
 
 
-_EXPLAIN_EPILOG = """\
-SYSTEM is a named one (`armdrive explain --list`), a built-in arm, the reader's own link table (a
-.toml file), `efficiency` (what each way of computing the named systems costs), or `accuracy` (what
-steps and errors of the model do to the tip). JOINTS are in degrees and mm, in the order of the
-joints, and so is the goal, in the system's own coordinates.
-
-examples: armdrive explain two-link-1 30 40
-          armdrive explain minimover5 --goal 250 0 120 -90 0
-          armdrive explain puma --symbolic
-          armdrive explain accuracy teachmover 0 40 -60 -70 0
-          armdrive explain alpha2 --urdf > alpha2.urdf
-"""
-
-
 def _explain(parser: argparse.ArgumentParser) -> None:
+    """Declare what `explain` takes.
+
+    SYSTEM is a named one (`armdrive explain --list`), a built-in arm, the reader's own link table
+    (a .toml file), `efficiency` (what each way of computing the named systems costs), or `accuracy`
+    (what steps and errors of the model do to the tip). JOINTS are in degrees and mm, in the order
+    of the joints, and so is the goal, in the system's own coordinates.
+
+    examples: armdrive explain two-link-1 30 40
+              armdrive explain minimover5 --goal 250 0 120 -90 0
+              armdrive explain puma --symbolic
+              armdrive explain accuracy teachmover 0 40 -60 -70 0
+              armdrive explain alpha2 --urdf > alpha2.urdf
+    """
     parser.add_argument("system", nargs="?", metavar="SYSTEM", help="a name, a .toml file")
     parser.add_argument(
         "joints", nargs="*", metavar="JOINT", help="degrees (revolute) and mm (prismatic)"
@@ -73,15 +71,14 @@ def _explain(parser: argparse.ArgumentParser) -> None:
 # --- fk
 
 
-_FK_EPILOG = """\
-JOINTS are in degrees (mm for a joint that slides), in the order of the arm's joints.
-
-examples: armdrive fk 0 40 -60 -70 0
-          armdrive fk --model myarm.toml 0 -40 60 -110 0
-"""
-
-
 def _fk(parser: argparse.ArgumentParser) -> None:
+    """Declare what `fk` takes.
+
+    JOINTS are in degrees (mm for a joint that slides), in the order of the arm's joints.
+
+    examples: armdrive fk 0 40 -60 -70 0
+              armdrive fk --model myarm.toml 0 -40 60 -110 0
+    """
     parser.add_argument(
         "joints",
         nargs="+",
@@ -96,16 +93,15 @@ def _fk(parser: argparse.ArgumentParser) -> None:
 # --- ik
 
 
-_IK_EPILOG = """\
-Of a built-in arm every branch is printed, and the one that the arm would take. Any other model is
-solved by numbers, which says what was met; there, pitch and roll not given are left free.
-
-examples: armdrive ik --x 250 --y 0 --z 120 --pitch -90
-          armdrive ik --model myarm.toml --x 300 --y 40 --z 150 --pitch -60
-"""
-
-
 def _ik(parser: argparse.ArgumentParser) -> None:
+    """Declare what `ik` takes.
+
+    Of a built-in arm every branch is printed, and the one that the arm would take. Any other model
+    is solved by numbers, which says what was met; there, pitch and roll not given are left free.
+
+    examples: armdrive ik --x 250 --y 0 --z 120 --pitch -90
+              armdrive ik --model myarm.toml --x 300 --y 40 --z 150 --pitch -60
+    """
     for axis in ("x", "y", "z"):
         parser.add_argument(f"--{axis}", type=number, required=True, metavar="MM")
     parser.add_argument(
@@ -128,17 +124,16 @@ def _ik(parser: argparse.ArgumentParser) -> None:
 # --- plot
 
 
-_PLOT_EPILOG = """\
-An arm of the Mini-mover's build is cut by the vertical plane through its base axis, the hand held
-at one pitch: inside the drawn line the finger tips can be put. Of any other arm, places are drawn
-that its tool was brought to, from the side and from above.
-
-examples: armdrive plot workspace --pitch -90
-          armdrive plot workspace --model puma --output puma.svg
-"""
-
-
 def _plot(parser: argparse.ArgumentParser) -> None:
+    """Declare what `plot` takes.
+
+    An arm of the Mini-mover's build is cut by the vertical plane through its base axis, the hand
+    held at one pitch: inside the drawn line the finger tips can be put. Of any other arm, places
+    are drawn that its tool was brought to, from the side and from above.
+
+    examples: armdrive plot workspace --pitch -90
+              armdrive plot workspace --model puma --output puma.svg
+    """
     parser.add_argument("what", choices=["workspace"], help="what to draw")
     _add_model(parser)
     parser.add_argument(
@@ -154,10 +149,10 @@ def _plot(parser: argparse.ArgumentParser) -> None:
 
 ARGUMENTS: Mapping[str, Arguments] = MappingProxyType(
     {
-        "errors": Arguments(_errors, _ERRORS_EPILOG),
-        "explain": Arguments(_explain, _EXPLAIN_EPILOG),
-        "fk": Arguments(_fk, _FK_EPILOG),
-        "ik": Arguments(_ik, _IK_EPILOG),
-        "plot": Arguments(_plot, _PLOT_EPILOG),
+        "errors": Arguments(_errors),
+        "explain": Arguments(_explain),
+        "fk": Arguments(_fk),
+        "ik": Arguments(_ik),
+        "plot": Arguments(_plot),
     }
 )

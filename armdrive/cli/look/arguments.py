@@ -15,17 +15,17 @@ from armdrive.trace.entries import Topic
 # --- log
 
 
-_LOG_EPILOG = """\
-Examples:
-  armdrive log                              the newest recording
-  armdrive log FILE --only errors,intents   two topics of it
-  armdrive log FILE --find elbow,speed      the lines that have both words
-
-Topics: bytes, requests, intents, states, errors. `armdrive record` writes a recording.
-"""
-
-
 def _log(parser: argparse.ArgumentParser) -> None:
+    """Declare what `log` takes.
+
+    Examples:
+      armdrive log                              the newest recording
+      armdrive log FILE --only errors,intents   two topics of it
+      armdrive log FILE --find elbow,speed      the lines that have both words
+
+    Topics: bytes, requests, intents, states, errors. `armdrive record` writes a recording.
+
+    """
     parser.add_argument(
         "file", metavar="FILE", type=Path, nargs="?", help="a recording (.jsonl); else the newest"
     )
@@ -38,33 +38,20 @@ def _log(parser: argparse.ArgumentParser) -> None:
     add_json_option(parser)
 
 
-# --- record
-
-
-_RECORD_EPILOG = """\
-Without a name, every arm that a program of yours holds. A fault is written without being asked for.
-"""
-
-
-def _record(parser: argparse.ArgumentParser) -> None:
-    add_arm_options(parser)
-    parser.add_argument("--output", type=Path, metavar="FILE", help="copy the recording there")
-
-
 # --- replay
 
 
-_REPLAY_EPILOG = """\
-Examples:
-  armdrive replay FILE                         the timeline, and the first difference if any
-  armdrive replay FILE --show                  the timeline alone
-  armdrive replay FILE --set speed_error=0.2   is it so because the motors are slower?
-
-Ends with 0 if the twin answered as the arm did, with 1 if they part, with 2 if FILE is broken.
-"""
-
-
 def _replay(parser: argparse.ArgumentParser) -> None:
+    """Declare what `replay` takes.
+
+    Examples:
+      armdrive replay FILE                         the timeline, and the first difference if any
+      armdrive replay FILE --show                  the timeline alone
+      armdrive replay FILE --set speed_error=0.2   is it so because the motors are slower?
+
+    Ends with 0 if the twin answered as the arm did, with 1 if they part, with 2 if FILE is broken.
+
+    """
     parser.add_argument("file", metavar="FILE", type=Path, help="a recording (.jsonl)")
     parser.add_argument("--show", action="store_true", help="print it, and compare nothing")
     parser.add_argument("--quiet", action="store_true", help="print what was found alone")
@@ -84,13 +71,13 @@ def _replay(parser: argparse.ArgumentParser) -> None:
 # --- watch
 
 
-_WATCH_EPILOG = """\
-Ends when that program gives the arm back, or with Ctrl-C. Watching changes nothing. With --screen
-it is drawn instead, with keys for a stop, a pause and a slower tempo; leaving stops nothing.
-"""
-
-
 def _watch(parser: argparse.ArgumentParser) -> None:
+    """Declare what `watch` takes.
+
+    Ends when that program gives the arm back, or with Ctrl-C. Watching changes nothing. With
+    --screen it is drawn instead, with keys for a stop, a pause and a slower tempo; leaving stops
+    nothing.
+    """
     parser.add_argument(
         "--every",
         type=number,
@@ -104,10 +91,9 @@ def _watch(parser: argparse.ArgumentParser) -> None:
 
 ARGUMENTS: Mapping[str, Arguments] = MappingProxyType(
     {
-        "log": Arguments(_log, _LOG_EPILOG),
-        "record": Arguments(_record, _RECORD_EPILOG),
-        "replay": Arguments(_replay, _REPLAY_EPILOG),
+        "log": Arguments(_log),
+        "replay": Arguments(_replay),
         "status": Arguments(add_arm_options),
-        "watch": Arguments(_watch, _WATCH_EPILOG),
+        "watch": Arguments(_watch),
     }
 )

@@ -13,7 +13,7 @@ from typing import Any
 import tui
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.control_requests import one_holder
+from armdrive.cli.drive.control_requests import one_holder
 from armdrive.cli.presenter import Result, emit
 from armdrive.cli.screens import require_screen
 from armdrive.connect.target import find

@@ -10,7 +10,7 @@ from typing import Any
 
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import opened_arm
-from armdrive.cli.control_requests import one_holder
+from armdrive.cli.drive.control_requests import one_holder
 from armdrive.cli.presenter import Result, show, tell
 from armdrive.connect.target import find
 from armdrive.errors import ArmError, BadRequest, Refused

@@ -22,20 +22,6 @@ from armdrive.setup.templates import available
 # --- config
 
 
-_CONFIG_EPILOG = """\
-Examples:
-  armdrive config new                                 questions, line by line
-  armdrive config new bench --template printed-six --yes
-  armdrive config signs bench                         which way the motors turn
-  armdrive config limits bench                        do the limit switches stop the arm?
-  armdrive config show bench --toml                   every key with its value
-  armdrive config check bench
-  armdrive config set-default bench
-
-Every action prints JSON with --json.
-"""
-
-
 def _config_check(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("arms", nargs="*", metavar="NAME", help="names or paths; none: all")
     add_json_option(parser)
@@ -114,45 +100,47 @@ CONFIG_ACTIONS: Mapping[str, Action] = MappingProxyType(
 
 
 def _config(parser: argparse.ArgumentParser) -> None:
+    """Declare what `config` takes.
+
+    Examples:
+      armdrive config new                                 questions, line by line
+      armdrive config new bench --template printed-six --yes
+      armdrive config signs bench                         which way the motors turn
+      armdrive config limits bench                        do the limit switches stop the arm?
+      armdrive config show bench --toml                   every key with its value
+      armdrive config check bench
+      armdrive config set-default bench
+
+    Every action prints JSON with --json.
+
+    """
     add_actions(parser, CONFIG_ACTIONS)
 
 
 # --- can
 
 
-_CAN_EPILOG = """\
-Examples:
-  armdrive can setup bench --port 'can:slcan:/dev/ttyACM0?bitrate=500000'
-  armdrive can setup bench --sim                      practise on simulated new drives
-  armdrive can monitor can:socketcan:can0             what passes, in words; sends nothing
-  armdrive can monitor --arm bench --seconds 5 --json
-
-`armdrive doctor --can` asks who is on a bus, and how the bus is. The page docs/can-setup.md goes
-from the box to the first motion.
-"""
-
-
-_CAN_MONITOR_EPILOG = """\
-Each line has the time in seconds, the frame as candump writes it, > for a request, < for an answer
-and ? for what is none of this protocol; a check byte that is wrong is said. Frames of other devices
-are shown as they are.
-
-What the drives speak is what the arm file says; of a bus that is named, --protocol: mks where it is
-left out, or canopen. Of CANopen, --id is the number of a node: all of its services are shown.
-
-On socketcan any number of programs listen beside the one that drives. An slcan adapter is a
-serial port, which one program alone can have. Where that is one of yours that drives the arm, it is
-asked what it says and hears, by the arm's name or the port as the arm file has it: these are the
-frames of its own drives. To hear all, put a second adapter on the bus, or listen while nobody
-drives. `armdrive record --arm NAME` writes down what has passed so far.
-
-  armdrive can monitor can:socketcan:can0 --id 3
-  armdrive can monitor can:socketcan:can0 --protocol canopen
-  armdrive can monitor --arm bench --seconds 10 --json
-"""
-
-
 def _can_monitor(parser: argparse.ArgumentParser) -> None:
+    """Declare what `can monitor` takes.
+
+    Each line has the time in seconds, the frame as candump writes it, > for a request, < for an
+    answer and ? for what is none of this protocol; a check byte that is wrong is said. Frames of
+    other devices are shown as they are.
+
+    What the drives speak is what the arm file says; of a bus that is named, --protocol: mks where
+    it is left out, or canopen. Of CANopen, --id is the number of a node: all of its services are
+    shown.
+
+    On socketcan any number of programs listen beside the one that drives. An slcan adapter is a
+    serial port, which one program alone can have. Where that is one of yours that drives the arm,
+    it is asked what it says and hears, by the arm's name or the port as the arm file has it: these
+    are the frames of its own drives. To hear all, put a second adapter on the bus, or listen while
+    nobody drives. `armdrive record --arm NAME` writes down what has passed so far.
+
+      armdrive can monitor can:socketcan:can0 --id 3
+      armdrive can monitor can:socketcan:can0 --protocol canopen
+      armdrive can monitor --arm bench --seconds 10 --json
+    """
     parser.add_argument("port", nargs="?", metavar="PORT", help="can:INTERFACE:CHANNEL?...")
     parser.add_argument("--arm", metavar="NAME", help="instead: the adapter of an arm file")
     parser.add_argument(
@@ -223,7 +211,6 @@ CAN_ACTIONS: Mapping[str, Action] = MappingProxyType(
             "show what passes on a bus in words; sends nothing",
             "set_up.can_monitor:monitor",
             _can_monitor,
-            _CAN_MONITOR_EPILOG,
         ),
     }
 )
@@ -231,31 +218,43 @@ CAN_ACTIONS: Mapping[str, Action] = MappingProxyType(
 
 
 def _can(parser: argparse.ArgumentParser) -> None:
+    """Declare what `can` takes.
+
+    Examples:
+      armdrive can setup bench --port 'can:slcan:/dev/ttyACM0?bitrate=500000'
+      armdrive can setup bench --sim                      practise on simulated new drives
+      armdrive can monitor can:socketcan:can0             what passes, in words; sends nothing
+      armdrive can monitor --arm bench --seconds 5 --json
+
+    `armdrive doctor --can` asks who is on a bus, and how the bus is. The page docs/can-setup.md
+    goes from the box to the first motion.
+
+    """
     add_actions(parser, CAN_ACTIONS)
 
 
 # --- doctor
 
 
-_DOCTOR_EPILOG = """\
-Opening a port can restart the board behind it: motors then lose their current, and an arm that is
-raised sags. So this asks first, unless --yes is given.
-
-With --arm or --dialect it connects as every other command does, once the dialect is seen to be the
-right one, and compares the controller's settings; --mend asks, and writes the lines that mend them.
-
-  armdrive doctor /dev/ttyUSB0
-  armdrive doctor --arm bench --mend
-  armdrive doctor socket://192.168.4.1:23 --yes --json
-  armdrive doctor --can                 who is on a CAN bus, and how the bus is; only reads
-  armdrive doctor --keyboard            will holding a key jog the arm here? touches no port
-
-It ends with 0 where nothing has to be mended, 1 where something has to be, 3 where nobody agreed
-to the opening, 4 where the port cannot be opened, and 6 where no arm was recognised.
-"""
-
-
 def _doctor(parser: argparse.ArgumentParser) -> None:
+    """Declare what `doctor` takes.
+
+    Opening a port can restart the board behind it: motors then lose their current, and an arm that
+    is raised sags. So this asks first, unless --yes is given.
+
+    With --arm or --dialect it connects as every other command does, once the dialect is seen to be
+    the right one, and compares the controller's settings; --mend asks, and writes the lines that
+    mend them.
+
+      armdrive doctor /dev/ttyUSB0
+      armdrive doctor --arm bench --mend
+      armdrive doctor socket://192.168.4.1:23 --yes --json
+      armdrive doctor --can                 who is on a CAN bus, and how the bus is; only reads
+      armdrive doctor --keyboard            will holding a key jog the arm here? touches no port
+
+    It ends with 0 where nothing has to be mended, 1 where something has to be, 3 where nobody
+    agreed to the opening, 4 where the port cannot be opened, and 6 where no arm was recognised.
+    """
     parser.add_argument("port", nargs="?", metavar="PORT", help="a serial port or a pyserial URL")
     parser.add_argument("--arm", metavar="NAME", help="instead: the port of an arm file")
     parser.add_argument("--dialect", choices=list(DIALECTS), help="what PORT should speak")
@@ -276,12 +275,11 @@ def _doctor(parser: argparse.ArgumentParser) -> None:
 # --- ports
 
 
-_PORTS_EPILOG = """\
-Nothing is opened to find that out: `armdrive doctor PORT` does that, and asks first.
-"""
-
-
 def _ports(parser: argparse.ArgumentParser) -> None:
+    """Declare what `ports` takes.
+
+    Nothing is opened to find that out: `armdrive doctor PORT` does that, and asks first.
+    """
     add_json_option(parser)
     parser.add_argument(
         "--can", action="store_true", help="ask every CAN driver of python-can too: takes seconds"
@@ -291,20 +289,20 @@ def _ports(parser: argparse.ArgumentParser) -> None:
 # --- sim
 
 
-_SIM_EPILOG = """\
-Examples:
-  armdrive sim teachmover --pty /tmp/arm          then: armdrive jog --port /tmp/arm
-  armdrive sim teachmover --tcp 127.0.0.1:4001    then: armdrive jog --port socket://127.0.0.1:4001
-  armdrive sim teachmover --pty /tmp/arm --fault drop:0.01,from=host --fault unplug@20
-  armdrive sim mks --slcan /tmp/can0              then: armdrive jog --port 'can:slcan:/tmp/can0'
-  armdrive sim --list                             every dialect, its settings and its faults
-
-One-line commands on standard input steer it (`help` lists them); the end of input does not end
-it, Ctrl-C does.
-"""
-
-
 def _sim(parser: argparse.ArgumentParser) -> None:
+    """Declare what `sim` takes.
+
+    Examples:
+      armdrive sim teachmover --pty /tmp/arm         then: armdrive jog --port /tmp/arm
+      armdrive sim teachmover --tcp 127.0.0.1:4001   then: armdrive jog --port socket://127.0.0.1:4001
+      armdrive sim teachmover --pty /tmp/arm --fault drop:0.01,from=host --fault unplug@20
+      armdrive sim mks --slcan /tmp/can0             then: armdrive jog --port 'can:slcan:/tmp/can0'
+      armdrive sim --list                            every dialect, its settings and its faults
+
+    One-line commands on standard input steer it (`help` lists them); the end of input does not end
+    it, Ctrl-C does.
+
+    """
     parser.add_argument("dialect", nargs="?", choices=list(DIALECTS), help="what it speaks")
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--pty", metavar="PATH", help="a new serial port, linked from PATH")
@@ -346,10 +344,10 @@ def _sim(parser: argparse.ArgumentParser) -> None:
 
 ARGUMENTS: Mapping[str, Arguments] = MappingProxyType(
     {
-        "can": Arguments(_can, _CAN_EPILOG),
-        "config": Arguments(_config, _CONFIG_EPILOG),
-        "doctor": Arguments(_doctor, _DOCTOR_EPILOG),
-        "ports": Arguments(_ports, _PORTS_EPILOG),
-        "sim": Arguments(_sim, _SIM_EPILOG),
+        "can": Arguments(_can),
+        "config": Arguments(_config),
+        "doctor": Arguments(_doctor),
+        "ports": Arguments(_ports),
+        "sim": Arguments(_sim),
     }
 )

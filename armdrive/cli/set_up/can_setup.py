@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from armdrive.cli.arm_files import file_of
 from armdrive.cli.presenter import Outcome, Result, as_json, say, say_lines, tell
 from armdrive.cli.questions import TerminalPerson, agree, ask_value
 from armdrive.cli.set_up.arguments import ADAPTERS
@@ -52,7 +53,7 @@ def set_up(options: argparse.Namespace) -> Outcome:
         )
     config = _config(options.name)
     plan = plan_of(config)
-    if not _path(options.name).is_file():
+    if not file_of(options.name).is_file():
         tell(
             options,
             f"No arm file is called {options.name} yet: its arm is taken for a {config.title}. For "
@@ -65,7 +66,7 @@ def set_up(options: argparse.Namespace) -> Outcome:
 
 def _config(name: str) -> ArmConfig:
     """Return the arm of a file, or that of the preset for one that is not there yet."""
-    path = _path(name)
+    path = file_of(name)
     if path.is_file():
         return load_arm(path)
     word = path.stem if name.endswith(".toml") else name
@@ -76,13 +77,9 @@ def _config(name: str) -> ArmConfig:
     return preset_arm(row.preset, name=path.stem, connection=wire)
 
 
-def _path(name: str) -> Path:
-    return Path(name) if name.endswith(".toml") else places.arm_files() / f"{name}.toml"
-
-
 def _commission(config: ArmConfig, plan: CommissioningPlan, options: argparse.Namespace) -> int:
     """Commission real drives."""
-    port = options.port or _known_port(config) or chosen_port(ADAPTERS)
+    port = options.port or _known_port(config) or chosen_port()
     notes = kept.read(plan.name, config.calibration)
     with _opened(config, port) as link:
         keep = lambda found: kept.write(plan.name, config.calibration, found)  # noqa: E731
@@ -155,7 +152,7 @@ def _end(
     """Show the arm file, and write it once that is agreed to."""
     table = merged(config, plan, outcome.notes, port)
     text = text_of(table, plan.name, outcome.left_out)
-    path = _path(options.name)
+    path = file_of(options.name)
     parse_arm(tomllib.loads(text), name=plan.name, folder=path.parent)
     if unclear := signs_of(plan, outcome.notes).unclear:
         say(f"The directions of {', '.join(unclear)} contradict each other: try them with --again.")
@@ -199,10 +196,10 @@ def _say_next(path: Path, name: str) -> None:
         say(f"  {line}")
 
 
-def chosen_port(adapters: str) -> str:
-    """Have the person choose an adapter; `adapters` says which lines there are. Opens none."""
+def chosen_port() -> str:
+    """Have the person choose an adapter, after saying how one is named. Opens none."""
     found = ports.list_can_ports(ports.list_ports())
-    say(adapters)
+    say_lines(ADAPTERS)
     lines = tuple((each.port, each.todo or each.description) for each in found)
 
     def read(line: str) -> str:

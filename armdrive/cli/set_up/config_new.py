@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from armdrive.arm import Arm
-from armdrive.cli.arm_files import read
+from armdrive.cli.arm_files import file_of, read
 from armdrive.cli.presenter import Result, as_json, say, tell
 from armdrive.cli.questions import Back, TerminalPerson, agree, ask
 from armdrive.cli.terminal_person import posture_drawing
@@ -44,7 +44,6 @@ from armdrive.setup.limits import (
 from armdrive.setup.signs import find_signs, lines_for
 from armdrive.setup.switches import check_switches
 from armdrive.sim.world.body import found_posture
-from armdrive.storage import files as places
 from armdrive.text.reading import read_toml
 from kinematics.errors import did_you_mean
 
@@ -67,7 +66,7 @@ def new(options: argparse.Namespace) -> Result:
     config = checked(files, draft.name)
     for line in f"\n{files.shown}".split("\n"):
         tell(options, line)
-    path = places.arm_files() / f"{draft.name}.toml"
+    path = file_of(draft.name)
     if not silent and not _agreed(path, force=options.force):
         return Result(None, "nothing is written", 1)
     write(files, path)
@@ -84,7 +83,7 @@ def _given(options: argparse.Namespace) -> dict[str, str]:
 
 
 def _refuse_overwriting(name: str) -> None:
-    path = places.arm_files() / f"{name}.toml"
+    path = file_of(name)
     if path.exists():
         raise BadRequest(f"{path} exists: --force overwrites it")
 

@@ -16,14 +16,11 @@ from armdrive.connect.port import PortOpening
 from armdrive.connect.target import find, simulation_forced
 from armdrive.dialog.conversation import Finding
 from armdrive.errors import BadRequest, OperatorNeeded, PortUnavailable
-from armdrive.registry import DIALECTS
 from armdrive.setup import findings as after
-from armdrive.setup import prober
 from armdrive.setup.diagnosis import Diagnosis, Report
 from armdrive.setup.keyboard import Examined, examine, raw_terminal, sentence
-from armdrive.setup.ports import Before, PortNaming, arm_files, look_at, unfound
-from armdrive.setup.prober import Examination
-from armdrive.storage.arm_lock import hold
+from armdrive.setup.port_survey import PortSurvey, closed_port
+from armdrive.setup.ports import arm_files, look_at
 from armdrive.tasks import DeviceSettings
 from armdrive.transports.address import PREFIX, is_can
 
@@ -47,7 +44,10 @@ def doctor(options: argparse.Namespace) -> Result:
         options.port or (config.connection.port if config else "")
     ):
         return _on_bus(options, config)
-    port, before = _before(options, config)
+    if config is not None and options.arm:
+        port, before = closed_port(config)
+    else:
+        port, before = options.port, look_at(options.port, arm_files())
     report = _report(port, options)
     report.more = {"arm_files": list(before.owners)}
     report.add(before.findings)
@@ -55,8 +55,8 @@ def doctor(options: argparse.Namespace) -> Result:
         return _result(report, Diagnosis.CLOSED)
     report.add([after.finding(after.measure())])
     _agree(port, options)
-    found = _examined(port, options, config)
-    return _result(report, _weigh(found, before, report, options, config))
+    survey = PortSurvey(report, before, config, options.baud, _mending(options))
+    return _result(report, survey.run())
 
 
 def _report(port: str, options: argparse.Namespace) -> Report:
@@ -112,19 +112,6 @@ def _mending(options: argparse.Namespace) -> Callable[[DeviceSettings], bool] | 
     return agree if options.mend else None
 
 
-def _before(options: argparse.Namespace, config: ArmConfig | None) -> tuple[str, Before]:
-    """Return the port's present name, and what can be said of it while it is closed."""
-    if config is None or not options.arm:
-        return str(options.port), look_at(str(options.port), arm_files())
-    try:
-        port = PortOpening(config).find()
-    except PortUnavailable as error:
-        return "", unfound(error)
-    wire = config.connection
-    own = PortNaming(config.name, wire.port, wire.usb_serial)  # its file may lie elsewhere
-    return port, look_at(port, (own, *(each for each in arm_files() if each.arm != own.arm)))
-
-
 def _config(options: argparse.Namespace) -> ArmConfig | None:
     """Return the arm that is expected at the port, if one is."""
     if simulation_forced():
@@ -161,57 +148,6 @@ def _agree(port: str, options: argparse.Namespace) -> None:
     say(WARNING.format(port=port))
     if not agreed(f"Open {port}? Type yes: "):
         raise OperatorNeeded(f"{port} was not opened, and nothing was sent")
-
-
-def _examined(port: str, options: argparse.Namespace, config: ArmConfig | None) -> Examination:
-    holding = hold(config.name if config is not None else port, port)
-    try:
-        return prober.examine_port(port, _baud(options, config))
-    finally:
-        holding.release()
-
-
-def _baud(options: argparse.Namespace, config: ArmConfig | None) -> int | None:
-    """Return the one baud rate to try: a given one, or one that is not its dialect's usual."""
-    given: int | None = options.baud
-    if given is not None or config is None:
-        return given
-    wire = config.connection
-    return None if wire.baud == DIALECTS[wire.dialect].baud else wire.baud
-
-
-def _weigh(
-    found: Examination,
-    before: Before,
-    report: Report,
-    options: argparse.Namespace,
-    config: ArmConfig | None,
-) -> Diagnosis:
-    wire = config.connection if config is not None else None
-    expected = after.Expected(baud=_baud(options, config))
-    if wire is not None:
-        spared = wire.raise_dtr and wire.keep_dtr_on_close
-        expected = after.Expected(wire.dialect, expected.baud, spared)
-    report.add(after.findings(found, expected))
-    identity = found.identity
-    known = bool(report.arm or before.owners)
-    report.more |= {
-        "dialect": identity.dialect if identity else "",
-        "firmware": identity.firmware if identity else "",
-        "baud": found.baud if identity else None,
-        "restarted": found.restarted,
-        "next": after.next_steps(
-            report.port, found, arm=report.arm, owners=before.owners, compared=config is not None
-        ),
-        "arm_file": [] if known else after.arm_file_lines(report.port, found, before.usb_serial),
-    }
-    if identity is None or not identity.dialect:
-        return Diagnosis.NOBODY
-    if config is not None and identity.dialect == config.connection.dialect:
-        from armdrive.setup.bus_survey import compare_settings
-
-        compare_settings(config, report, _mending(options))
-    return report.diagnosis
 
 
 # The keyboard of this terminal: hold a key, and hear whether holding will work here.

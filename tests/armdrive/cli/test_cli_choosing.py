@@ -3,14 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from cli_calls import Caller, write_arm_file
+from cli_calls import write_arm_file
 
 NOWHERE = 'model = "teachmover"\n[connection]\nport = "/dev/ttyNOWHERE"\n'
-
-
-@pytest.fixture
-def call(capsys):
-    return Caller(capsys)
 
 
 def arm_of(called):

@@ -7,7 +7,6 @@ import subprocess
 import sys
 
 import pytest
-from cli_calls import Caller
 from waiting import LONG_S, suspended, until
 
 from kinematics import Motors
@@ -19,11 +18,6 @@ from watched_sim import WatchedSim
 
 SUSPENDED_S = 1.5
 """Longer than what a driver takes for a busy computer."""
-
-
-@pytest.fixture
-def call(capsys):
-    return Caller(capsys)
 
 
 @pytest.fixture

@@ -5,18 +5,13 @@ from __future__ import annotations
 import json
 
 import pytest
-from cli_calls import Caller, state_files
+from cli_calls import state_files
 
 from armdrive.cli.chosen_arm import world_file
 from armdrive.connect.target import state_file
 from armdrive.storage import files as places
 
 ARM = "sim:teachmover"
-
-
-@pytest.fixture
-def call(capsys):
-    return Caller(capsys)
 
 
 @pytest.fixture

@@ -7,7 +7,6 @@ import subprocess
 import sys
 
 import pytest
-from cli_calls import Caller
 
 from armdrive import cli
 from armdrive.cli import COMMANDS, EXIT_CODES
@@ -29,11 +28,6 @@ WITH_ACTIONS = {
     "teach": program_arguments.TEACH_ACTIONS,
 }
 """The commands each of whose actions has a function of its own."""
-
-
-@pytest.fixture
-def call(capsys):
-    return Caller(capsys)
 
 
 def error_classes(kind=ArmError):
@@ -58,6 +52,19 @@ def test_every_command_has_its_own_help(call, name):
     text = call(name, "--help", code=0).out
     assert text.startswith(f"usage: armdrive {name}")
     assert COMMANDS[name][1:] in " ".join(text.split())
+
+
+@pytest.mark.parametrize(
+    ("words", "example"),
+    [
+        ("home", "  armdrive home --declare park  "),
+        ("sim", "  armdrive sim --list  "),
+        ("can setup", "  can:socketcan:can0  "),
+        ("can monitor", "  armdrive can monitor can:socketcan:can0 --id 3\n"),
+    ],
+)
+def test_the_help_ends_with_examples_as_they_are_written(call, words, example):
+    assert example in call(*words.split(), "--help", code=0).out
 
 
 @pytest.mark.parametrize("name", sorted(COMMANDS.keys() - {"demo", "jog", "sim"}))
@@ -209,10 +216,9 @@ def test_a_command_loads_nothing_that_only_others_need(words, spared, tmp_path):
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_what_is_declared_of_a_command_is_carried_out(name):
-    group, function, _ = cli._COMMANDS[name]
-    assert name in load(f"{group}.arguments:ARGUMENTS")
-    assert (name in WITH_ACTIONS) == (not function)
-    assert not function or callable(load(function))
+    function, _ = cli._COMMANDS[name]
+    assert name in load(f"{function.partition('.')[0]}.arguments:ARGUMENTS")
+    assert callable(load(function)) if name not in WITH_ACTIONS else ":" not in function
 
 
 def test_what_is_declared_of_an_action_is_carried_out():

@@ -6,7 +6,7 @@ import io
 import sys
 
 import pytest
-from cli_calls import Caller, write_arm_file
+from cli_calls import write_arm_file
 
 from armdrive import Arm
 from armdrive.cli import terminal_person
@@ -20,11 +20,6 @@ from kinematics import preset
 
 AXES = ("base", "shoulder", "elbow", "wrist_pitch", "wrist_roll", "gripper")
 ARM = "sim:teachmover"
-
-
-@pytest.fixture
-def call(capsys):
-    return Caller(capsys)
 
 
 @pytest.fixture
@@ -76,7 +71,13 @@ def test_a_line_that_means_nothing_is_answered_and_moves_nothing(call, typing):
     wrong = ("shoulder", "elbow x", "shoulder nan", "shoulder 200", "w 2", "tail 3", "x 5", "", "?")
     typing("ok", *wrong, "done")
     said = call("home", "--guide", code=0).out
-    for words in ("'tail' is none of", "'x' is no number", "at most 20", "a name and an amount"):
+    for words in (
+        "'tail' is none of",
+        "'x' is not a number",
+        "'nan' is not a finite number",
+        "at most 20",
+        "a name and an amount",
+    ):
         assert words in said
     assert call("status", "--json", code=0).json["acknowledged_steps"] is not None
 
@@ -106,11 +107,11 @@ def test_the_posture_is_drawn_from_two_sides_with_what_is_left(dialect):
     assert "base -5." in difference(request)
 
 
-def test_the_arm_stays_where_it_was_when_the_guide_only_looked():
+def test_the_arm_stays_where_it_was_when_the_guide_only_looked(typing):
     arm = Arm.connect(ARM)
     before = arm.twin.world.motors
-    guide = TerminalOperator(iter(["show\n", "help\n", ""]).__next__, terminal=False)
-    assert not guide(arm.reference_request())
+    typing("show", "help")
+    assert not TerminalOperator(terminal=False)(arm.reference_request())
     assert arm.twin.world.motors == before
 
 
@@ -257,11 +258,11 @@ def test_an_accepted_verification_ends_well(call):
     call("move", "--base", "0", code=0)
 
 
-def test_a_person_types_the_tips_onto_the_mark():
+def test_a_person_types_the_tips_onto_the_mark(typing):
     arm = Arm.connect(ARM)
     arm.home()
-    lines = iter(["z -10\n", "z -10\n", "z -10\n", "done\n"])
-    found = arm.verify(operator=TerminalOperator(lines.__next__, terminal=False))
+    typing("z -10", "z -10", "z -10", "done")
+    found = arm.verify(operator=TerminalOperator(terminal=False))
     assert found.drift.steps.largest <= 1
     assert arm.status.state is State.STANDBY
     assert arm.status.trust is Trust.REFERENCED

@@ -6,7 +6,6 @@ from dataclasses import astuple
 from pathlib import Path
 
 import pytest
-from cli_calls import Caller
 
 from armdrive import Arm
 from armdrive.abilities import HELD, SAGS
@@ -15,11 +14,6 @@ from armdrive.cli.drive import motors
 from armdrive.registry import DIALECTS
 
 PAGE = (Path(__file__).parents[3] / "docs" / "torque.md").read_text(encoding="utf-8")
-
-
-@pytest.fixture
-def call(capsys):
-    return Caller(capsys)
 
 
 @pytest.fixture

@@ -7,7 +7,6 @@ import json
 from pathlib import Path
 
 import pytest
-from cli_calls import Caller
 from hostile import HOSTILE_TEXT, toml_text, unprintable
 from hypothesis import given
 from hypothesis import strategies as st
@@ -31,11 +30,6 @@ from armdrive.transports.open_errors import PortHolder
 from armdrive.transports.ports import PortInfo
 
 SOURCES = Path(armdrive.__file__).parent
-
-
-@pytest.fixture
-def call(capsys):
-    return Caller(capsys)
 
 
 # -- the rule itself --------------------------------------------------------------------------

@@ -35,17 +35,52 @@ def ink(rows):
     return {(x, y) for y, row in enumerate(rows) for x, cell in enumerate(row) if cell != " "}
 
 
-def test_a_line_along_the_top_fills_the_upper_dots_of_every_braille_cell():
-    canvas = Canvas(3, 1, braille=True)
-    canvas.line(0, 0, 5, 0)
-    assert canvas.rows() == ["⠉⠉⠉"]
+def drawn(width, height, braille, *calls):
+    """Call the methods of an empty canvas, and return its rows."""
+    canvas = Canvas(width, height, braille=braille)
+    for method, *values in calls:
+        options = values.pop() if isinstance(values[-1], dict) else {}
+        getattr(canvas, method)(*values, **options)
+    return canvas.rows()
 
 
-def test_a_full_braille_cell_has_all_eight_dots():
-    canvas = Canvas(1, 1, braille=True)
-    for row in range(4):
-        canvas.line(0, row, 1, row)
-    assert canvas.rows() == ["⣿"]
+SMALL_PICTURES = {
+    "a line along the top fills the upper dots of every braille cell": (
+        (3, 1, True), [("line", 0, 0, 5, 0)], ["⠉⠉⠉"],
+    ),
+    "a full braille cell has all eight dots": (
+        (1, 1, True), [("line", 0, row, 1, row) for row in range(4)], ["⣿"],
+    ),
+    "crossing ASCII lines meet in a plus": (
+        (3, 3, False), [("line", 0, 1, 2, 1), ("line", 1, 0, 1, 2)], [" | ", "-+-", " | "],
+    ),
+    "a faint mark gives way to a stroke drawn later": (
+        (3, 1, False), [("line", 0, 0, 2, 0, {"stroke": "."}), ("line", 0, 0, 2, 0)], ["---"],
+    ),
+    "a faint mark gives way to a stroke that is there": (
+        (3, 1, False), [("line", 0, 0, 2, 0), ("line", 0, 0, 2, 0, {"stroke": "."})], ["---"],
+    ),
+    "a marked joint is not crossed out by a line": (
+        (3, 1, False), [("dot", 1, 0, "o"), ("line", 0, 0, 2, 0)], ["-o-"],
+    ),
+    "text is clipped at every edge": (
+        (4, 1, True),
+        [("text", -1, 0, "abc"), ("text", 3, 0, "xyz"), ("text", 0, 1, "below"),
+         ("text", 0, -1, "above")],
+        ["bc x"],
+    ),
+    "a sparse line leaves dots out": (
+        (6, 1, False), [("line", 0, 0, 5, 0, {"every": 3})], ["-  -  "],
+    ),
+    "nothing is drawn on an empty canvas": (
+        (0, 0, True), [("line", 0, 0, 5, 5), ("dot", 0, 0)], [],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("size", "calls", "rows"), SMALL_PICTURES.values(), ids=SMALL_PICTURES)
+def test_a_small_picture(size, calls, rows):
+    assert drawn(*size, *calls) == rows
 
 
 @pytest.mark.parametrize(
@@ -56,43 +91,6 @@ def test_ascii_lines_take_the_stroke_of_their_slope(end, stroke):
     down = 0 if end[1] >= 0 else 4
     canvas.line(0, down, end[0], down + end[1])
     assert {canvas.rows()[y][x] for x, y in ink(canvas.rows())} == {stroke}
-
-
-def test_crossing_ascii_lines_meet_in_a_plus():
-    canvas = Canvas(3, 3, braille=False)
-    canvas.line(0, 1, 2, 1)
-    canvas.line(1, 0, 1, 2)
-    assert canvas.rows() == [" | ", "-+-", " | "]
-
-
-def test_faint_marks_give_way_to_strokes_in_either_order():
-    for order in ((".", ""), ("", ".")):
-        canvas = Canvas(3, 1, braille=False)
-        for stroke in order:
-            canvas.line(0, 0, 2, 0, stroke=stroke)
-        assert canvas.rows() == ["---"]
-
-
-def test_a_marked_joint_is_not_crossed_out_by_a_line():
-    canvas = Canvas(3, 1, braille=False)
-    canvas.dot(1, 0, "o")
-    canvas.line(0, 0, 2, 0)
-    assert canvas.rows() == ["-o-"]
-
-
-def test_text_is_clipped_at_every_edge():
-    canvas = Canvas(4, 1, braille=True)
-    canvas.text(-1, 0, "abc")
-    canvas.text(3, 0, "xyz")
-    canvas.text(0, 1, "below")
-    canvas.text(0, -1, "above")
-    assert canvas.rows() == ["bc x"]
-
-
-def test_a_sparse_line_leaves_dots_out():
-    canvas = Canvas(6, 1, braille=False)
-    canvas.line(0, 0, 5, 0, every=3)
-    assert canvas.rows() == ["-  -  "]
 
 
 anywhere = st.floats(-1e6, 1e6)
@@ -126,13 +124,6 @@ def test_every_dot_of_a_clipped_line_lies_on_the_whole_one(x, y):
     for column, row in dots:
         off = abs((column - 20) * dy - (row - 10) * dx) / length if length > 1 else 0.0
         assert off <= 1.0
-
-
-def test_nothing_is_drawn_on_an_empty_canvas():
-    canvas = Canvas(0, 0, braille=True)
-    canvas.line(0, 0, 5, 5)
-    canvas.dot(0, 0)
-    assert canvas.rows() == []
 
 
 @pytest.mark.parametrize("view", [side_view, top_view])

@@ -8,7 +8,6 @@ import os
 from pathlib import Path
 
 import pytest
-from cli_calls import Caller
 from hostile import CONTENTS, special_files, unprintable
 
 from armdrive.cli.runner import FAULT
@@ -49,11 +48,6 @@ READERS = {
     "keys of the desk": ("jog", "--keys", "{}.toml", *SIMULATED),
 }
 """The commands that take a file of each kind; the ending is put behind its name."""
-
-
-@pytest.fixture
-def call(capsys):
-    return Caller(capsys)
 
 
 def named(words, path):

@@ -3,28 +3,11 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
-from cli_calls import Caller
 
 from kinematics.textbook.systems import SYSTEMS
-
-PAGE = Path(__file__).parents[4] / "docs" / "model-file.md"
-
-
-@pytest.fixture
-def call(capsys):
-    return Caller(capsys)
-
-
-@pytest.fixture
-def own(tmp_path):
-    shown = re.search(r"```toml\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)[1]
-    path = tmp_path / "mine.toml"
-    path.write_text(shown, encoding="utf-8")
-    return str(path)
 
 
 def test_the_list_names_every_system_with_its_source(call):

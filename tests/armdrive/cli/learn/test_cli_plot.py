@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 
 import pytest
-from cli_calls import Caller
 
 from armdrive.render.reach import reach_sketches, section_sketch
 from armdrive.render.sketch import Sketch, sketch_rows
@@ -13,11 +12,6 @@ from kinematics import PRESETS, preset
 from kinematics.textbook.systems import SYSTEMS, system
 
 WORKSPACE = ("plot", "workspace")
-
-
-@pytest.fixture
-def call(capsys):
-    return Caller(capsys)
 
 
 @pytest.mark.parametrize("key", PRESETS)

@@ -7,7 +7,6 @@ import signal
 from itertools import count
 
 import pytest
-from cli_calls import Caller
 from waiting import FOREVER_S, soon, until
 
 from armdrive import Stopped
@@ -18,11 +17,6 @@ from armdrive.moves import Move
 from armdrive.status import State
 
 ARM = "sim:teachmover"
-
-
-@pytest.fixture
-def call(capsys):
-    return Caller(capsys)
 
 
 @pytest.fixture

@@ -7,7 +7,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from cli_calls import Caller
 from recorder_bench import recorded_arm
 
 from armdrive import Arm, ArmError
@@ -17,11 +16,6 @@ from armdrive.storage.files import recordings
 from armdrive.storage.lock_client import ask_holder
 
 sys.path.insert(0, str(Path(__file__).parents[4] / "benchmarks"))
-
-
-@pytest.fixture
-def call(capsys):
-    return Caller(capsys)
 
 
 @pytest.fixture

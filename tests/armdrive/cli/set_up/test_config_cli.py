@@ -6,16 +6,11 @@ import tomllib
 
 import pytest
 from chain_files import NAMES, shown_files, six_arm, six_links
-from cli_calls import Caller, write_arm_file
+from cli_calls import write_arm_file
 
 from armdrive.registry.arm_files import load_arm, parse_arm
 
 PLAIN = 'model = "teachmover"\n[connection]\nport = "/dev/ttyNOWHERE"\n'
-
-
-@pytest.fixture
-def call(capsys):
-    return Caller(capsys)
 
 
 def test_arms_are_listed_with_the_default_and_what_is_broken(call):

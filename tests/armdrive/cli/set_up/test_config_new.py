@@ -6,7 +6,7 @@ import io
 import tomllib
 
 import pytest
-from cli_calls import Caller, write_arm_file
+from cli_calls import write_arm_file
 
 from armdrive.connect.target import simulated_config
 from armdrive.registry.arm_files import load_arm
@@ -14,11 +14,6 @@ from armdrive.sim import simulated_arm as twins
 from armdrive.storage import files as places
 
 PLAIN = 'model = "teachmover"\n[connection]\nport = "/dev/ttyNOWHERE"\n'
-
-
-@pytest.fixture
-def call(capsys):
-    return Caller(capsys)
 
 
 @pytest.fixture
