@@ -392,6 +392,8 @@ _Needs = dict[tuple[str, SourceMark], int | None]
 
 
 class _Settled:
+    """Finds the names that may have no value where they are used; `known` have one already."""
+
     def __init__(self, code: CompiledCode, known: frozenset[str]) -> None:
         self._known = known
         self._rows = code.instructions
@@ -467,11 +469,6 @@ class _Settled:
                 return [(at + 1, row.sets)]
 
 
-def unsettled(code: CompiledCode, known: frozenset[str] = frozenset()) -> list[Problem]:
-    """Return the names that may have no value where they are used; `known` have one already."""
-    return list(_Settled(code, known).problems())
-
-
 def checked(
     tree: Tree, known: Mapping[str, ValueKind] = MappingProxyType({})
 ) -> tuple[CompiledCode | None, list[Problem]]:
@@ -480,11 +477,12 @@ def checked(
     `known` are the kinds of the names that have a value already. There is no code where it does
     not hold together, nor where a value does not fit.
     """
-    problems = list(shape_problems(tree, frozenset(known)))
+    names = frozenset(known)
+    problems = list(shape_problems(tree, names))
     kinds = Kinds(tree, known)
     for define, line in scoped(tree):
         problems += Fitting(kinds, define).line(line)
     if problems:
         return None, problems
-    code = compiled(tree, frozenset(known))
-    return code, unsettled(code, frozenset(known))
+    code = compiled(tree, names)
+    return code, list(_Settled(code, names).problems())
