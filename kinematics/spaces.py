@@ -21,6 +21,10 @@ _UNITS = MappingProxyType({"deg": math.degrees(1.0), "rad": 1.0})
 JOINT_NAMES = ("base", "shoulder", "elbow", "wrist_pitch", "wrist_roll")
 """Joints of the Mini-mover's build, from the table to the hand."""
 
+Jacobian = tuple[tuple[float, ...], ...]
+"""Six rows, one column a joint: the tip's velocity (mm per rad or mm of the joint) along the
+world's x, y and z, then its rate of turning (rad per rad or mm) about them."""
+
 
 @dataclass(frozen=True, slots=True)
 class Pose:

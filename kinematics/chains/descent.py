@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.chains.chain import Chain
-from kinematics.chains.generated import Jacobian, generated
+from kinematics.chains.generated import generated
 from kinematics.chains.goals import Goal, Part
 from kinematics.chains.jacobians import length_of, units_of
 from kinematics.frames.transforms import Transform
 from kinematics.frames.vectors import dot
+from kinematics.spaces import Jacobian
 
 Floats = NDArray[np.float64]
 

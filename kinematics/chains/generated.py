@@ -22,6 +22,7 @@ from kinematics.chains.links import Convention, DHLink, JointKind
 from kinematics.errors import KinematicsError
 from kinematics.frames.numbers import cos_sin, is_own_kind
 from kinematics.frames.transforms import IN_PLACE, Transform
+from kinematics.spaces import Jacobian
 
 # Straight-line code under construction: sums of products, constants folded, nothing twice.
 #
@@ -122,10 +123,6 @@ def _signed(factor: float, variables: Monomial, *, first: bool) -> str:
     factors = [repr(size), *variables] if size != 1.0 or not variables else list(variables)
     return sign + "*".join(factors)
 
-
-Jacobian = tuple[tuple[float, ...], ...]
-"""Six rows, one column a joint: the tip's velocity (mm per rad or mm of the joint) along the
-world's x, y and z, then its rate of turning (rad per rad or mm) about them."""
 
 Column = tuple[Term, Term, Term]
 

@@ -11,12 +11,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from kinematics.chains.chain import Chain
-from kinematics.chains.generated import Generated, Jacobian, generated
+from kinematics.chains.generated import Generated, generated
 from kinematics.chains.links import JointKind
 from kinematics.errors import KinematicsError, finite
 from kinematics.frames.matrices import Singular, singular, times, transposed
 from kinematics.frames.transforms import position_of
 from kinematics.frames.vectors import cross, norm, subtract
+from kinematics.spaces import Jacobian
 
 POSITION_ROWS = (0, 1, 2)
 """The rows of a geometric Jacobian that concern the tip's position."""

@@ -14,11 +14,10 @@ from enum import Enum
 from math import cos, inf, sin, sqrt
 from operator import add, sub
 
-from kinematics.chains.generated import Jacobian
 from kinematics.five_axis.arm import FiveAxisArm
 from kinematics.five_axis.closed_form import AXIS_MM, Angles, Lengths, plane_tip
 from kinematics.limits import wrap
-from kinematics.spaces import Joints, RollFrame
+from kinematics.spaces import Jacobian, Joints, RollFrame
 
 # The arithmetic of one jog cycle: ramps, joint rates of a moving tip, braking. A jog is decided
 # many times a second, so that nothing but floats and tuples is made, and nothing is checked.

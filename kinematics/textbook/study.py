@@ -15,7 +15,7 @@ from types import MappingProxyType
 
 from kinematics.chains.arm import ChainArm
 from kinematics.chains.chain import Chain
-from kinematics.chains.generated import Jacobian, generated
+from kinematics.chains.generated import generated
 from kinematics.chains.jacobians import (
     ALL_ROWS,
     Condition,
@@ -32,6 +32,7 @@ from kinematics.frames.orientations import RPY, OrientationSolution, solve_rpy
 from kinematics.frames.transforms import Transform, rotation_of
 from kinematics.geometry import ArmGeometry
 from kinematics.presets import PRESETS, preset
+from kinematics.spaces import Jacobian
 from kinematics.textbook.systems import SYSTEMS
 from kinematics.textbook.systems.mini_movers import MINI_MOVER, with_arm
 from kinematics.textbook.systems.mini_movers import own_jacobian as five_axis_jacobian

@@ -14,7 +14,6 @@ from dataclasses import replace
 from types import MappingProxyType
 
 from kinematics.chains.chain import Chain
-from kinematics.chains.generated import Jacobian
 from kinematics.chains.links import DHLink
 from kinematics.chains.spherical_wrist import REACH_MM, broken_bound
 from kinematics.chains.urdf import urdf_of_chain
@@ -27,7 +26,7 @@ from kinematics.frames.numbers import atan2, cos, sin, sqrt
 from kinematics.frames.transforms import LAST_ROW, Transform
 from kinematics.limits import turn_into
 from kinematics.presets import preset
-from kinematics.spaces import JOINT_NAMES, Joints, Pose, RollFrame
+from kinematics.spaces import JOINT_NAMES, Jacobian, Joints, Pose, RollFrame
 from kinematics.textbook.systems.named import (
     ON_AXIS,
     QUARTER_TURN,
