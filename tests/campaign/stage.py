@@ -135,7 +135,7 @@ class Stage:
         self.watch = Watch(self.world, guarded, self._step_mm() * near, speeds, near, slowest_hz)
         # its firmware gives up the target of a motion that is stopped
         self.watch.overshoot_steps = OVERSHOOT_STEPS if name == "robko01" else 0
-        if isinstance(self.twin.device, DrivesOnBus):  # others catch nothing up
+        if isinstance(self.twin.board, DrivesOnBus):  # others catch nothing up
             self.watch.freed.hears = self._hears
             self.world.measured = True
 
@@ -280,7 +280,7 @@ class Stage:
         """Have somebody bring the arm to a posture."""
         self.world.by_person = True
         try:
-            if isinstance(self.twin.device, DrivesOnBus):  # which would turn their shafts back
+            if isinstance(self.twin.board, DrivesOnBus):  # which would turn their shafts back
                 self.twin.device.bring_to(joints, opening_mm)
             else:
                 self.world.drive_to(self.world.body.transmission.to_motors(joints, opening_mm))

@@ -58,7 +58,7 @@ def test_the_wrong_dialect_moves_nothing_and_says_so(asked, there, same_baud):
     for state in PREPARED[there]:
         if (there, state) not in LINE_ENDS_ACT:
             port = prepared(there, state)
-            refused(asked, port, port.device.baud if same_baud else None)
+            refused(asked, port, port.device.board.baud if same_baud else None)
             check_unmoved(port, there, state)
 
 
@@ -99,7 +99,7 @@ def test_a_banner_in_mid_stream_does_no_harm(asked):
     port = prepared(asked, "fresh")
     before = port.device.world.motors
     if hasattr(port.device, "opened"):
-        port.device.opened()
+        port.device.board.opened()
     port.line.say(b"offse\r\n<Idle|MP\xaa\x02\x0e", port.now)
     connected(asked, port).close()
     port.pass_time(20.0)
