@@ -20,10 +20,9 @@ from reporting import report
 from starting import command
 
 from armdrive import Arm, AsyncArm, Pose, PoseMove
-from armdrive.programs.performing import Performer
 from armdrive.programs.program import ArmProgram, read_program
 from armdrive.programs.rehearsal import UnattendedPerson
-from armdrive.programs.running import ProgramRun
+from armdrive.programs.running import Performer, ProgramRun, RunPlan
 
 NEAR, FAR = (
     Pose.of(x_mm=240, y_mm=-40, z_mm=120, pitch_deg=-90),
@@ -114,7 +113,7 @@ def ways(rounds: int = 15, times: int = 20) -> Section:
 
         def by_program() -> None:
             ProgramRun(
-                ArmProgram(program, arm.config), Performer(arm, UnattendedPerson())
+                RunPlan(ArmProgram(program, arm.config).machine), Performer(arm, UnattendedPerson())
             ).carry_out()
 
         async def lines() -> None:

@@ -29,10 +29,7 @@ _COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
             "drive",
             "name places of an arm, and go to them; step through sequences of them",
         ),
-        "teach": (
-            "program.teach:run",
-            "record sequences as the arm is moved, and edit them step by step",
-        ),
+        "teach": ("program", "record sequences as the arm is moved, and edit them step by step"),
         "pendant": ("drive", "the program in an arm's own memory: into a file, and back"),
         "home": ("drive.home:home", "reference an arm in its reference posture"),
         "verify": ("drive.home:verify", "measure at the reference mark how far an arm has drifted"),

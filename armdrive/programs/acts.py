@@ -8,38 +8,14 @@ a name says so, s; `speed` is a fraction of the limits.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Protocol, TypeAlias
+from typing import TypeAlias
 
-from armdrive.moves import (
-    GraspMove,
-    GripperMove,
-    JointMove,
-    LineMove,
-    Motion,
-    MoveSequence,
-    ParkMove,
-    PoseMove,
-)
-from armdrive.programs.language.values import (
-    ForwardKinematics,
-    PlaceValue,
-    Trouble,
-    Value,
-    backed,
-    moved,
-    number,
-    out_of_bounds,
-    place,
-    pose_of,
-    said,
-    slot_of,
-)
-from armdrive.programs.language.words import WORDS
+from armdrive.moves import GraspMove, GripperMove, Motion, MoveSequence, ParkMove
+from armdrive.programs.language.values import PlaceValue, Value
 from armdrive.programs.problems import SourceMark
-from kinematics.spaces import Joints, Pose
 
 ProgramMove = Motion | GraspMove | MoveSequence
 """What a program moves by: no jog is in a program."""
@@ -95,16 +71,7 @@ class ReadInput:
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """Look where the arm stands; answered with `SeenInput`. Sends nothing that moves."""
-
-
-@dataclass(frozen=True, slots=True)
-class SeenInput:
-    """Where the arm stands: the answer to `Look`. `opening_mm` is None where nobody knows it."""
-
-    pose: Pose
-    joints_deg: Mapping[str, float]
-    opening_mm: float | None = None
+    """Look where the arm stands; answered with that place. Sends nothing that moves."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,9 +85,10 @@ class Remember:
 
 @dataclass(frozen=True, slots=True)
 class Say:
-    """Tell the person a line of text."""
+    """Tell the person a line of text, made of values."""
 
     text: str
+    values: tuple[Value, ...] = field(default=(), compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +101,7 @@ class Hold:
 Act: TypeAlias = (
     Go | Home | Delay | Outputs | AwaitInputs | ReadInput | Look | Remember | Say | Hold
 )
-Answer: TypeAlias = float | bool | SeenInput | None
+Answer: TypeAlias = float | bool | PlaceValue | None
 
 MOTIONS = (Go, Home)
 """The acts that move the arm."""
@@ -156,161 +124,3 @@ class RunStage:
     act: Act
     mark: SourceMark
     calls: tuple[SourceMark, ...] = field(default=())
-
-
-class ProgramMachine(Protocol):
-    """A program under way, pure: it knows no arm and no clock."""
-
-    def next(self) -> RunStage | None:
-        """Return the act to be carried out now, the same until it is answered; None at the end."""
-
-    def answer(self, answer: Answer) -> None:
-        """Say what the act brought, and go on behind it."""
-
-    def snapshot(self) -> dict[str, object]:
-        """Return all that the program knows at this point, as plain JSON data."""
-
-
-# The acts of the words: which one a word asks for, from values that have been computed.
-
-# ruff: noqa: ARG001 - one form for all functions of the table below
-
-
-@dataclass(frozen=True, slots=True)
-class RunSetting:
-    """What is so when an act is asked for."""
-
-    speed: float
-    opening_mm: float | None
-    """What the fingers are to do with a move, where that is an opening in mm."""
-    about: str
-    fk: ForwardKinematics | None
-
-
-Values = Sequence[Value]
-
-
-def act_of(word: str, values: Values, setting: RunSetting) -> Act:
-    """Return the act of a word. Raises `Trouble` for values that it does not take."""
-    return _ACTS[word](word, values, setting)
-
-
-def bounded(word: str, index: int, value: object) -> float:
-    """Return a number that a word takes there. Raises `Trouble` where it is out of its bounds."""
-    found = number(value)
-    slot = slot_of(WORDS[word].slots, index)
-    wrong = None if slot is None else out_of_bounds(slot, found)
-    if wrong is not None:
-        raise Trouble(wrong)
-    return found
-
-
-def _go(word: str, goal: PlaceValue, setting: RunSetting, opening_mm: float | None = None) -> Go:
-    move = _move_to(goal.goal, setting.speed, line="_line" in word or word == "draw")
-    opening = setting.opening_mm if opening_mm is None else opening_mm
-    if opening is None:
-        return Go(move, setting.about)
-    return Go(MoveSequence((GripperMove(opening, setting.speed), move)), setting.about)
-
-
-def _move_to(goal: Pose | Mapping[str, float], speed: float, *, line: bool) -> Motion:
-    if isinstance(goal, Pose):
-        return LineMove(goal, speed) if line else PoseMove(goal, speed)
-    joints = Joints.of(*goal.values(), names=tuple(goal))
-    return LineMove(joints, speed) if line else JointMove(joints, speed)
-
-
-def _move(word: str, values: Values, setting: RunSetting) -> Act:
-    return _go(word, place(values[0]), setting)
-
-
-def _move_with(word: str, values: Values, setting: RunSetting) -> Act:
-    return _go(word, place(values[0]), setting, bounded(word, 1, values[1]))
-
-
-def _approach(word: str, values: Values, setting: RunSetting) -> Act:
-    pose = pose_of(place(values[0]), setting.fk)
-    return _go(word, PlaceValue(backed(pose, number(values[1]))), setting)
-
-
-def _draw(word: str, values: Values, setting: RunSetting) -> Act:
-    pose = pose_of(place(values[0]), setting.fk)
-    return _go(word, PlaceValue(moved(pose, *(number(value) for value in values[1:]))), setting)
-
-
-def _ready(word: str, values: Values, setting: RunSetting) -> Act:
-    return Go(ParkMove(setting.speed))
-
-
-def _home(word: str, values: Values, setting: RunSetting) -> Act:
-    return Home()
-
-
-def _open_now(word: str, values: Values, setting: RunSetting) -> Act:
-    return Go(GripperMove(bounded(word, 0, values[0]) if values else None, setting.speed))
-
-
-def _close_now(word: str, values: Values, setting: RunSetting) -> Act:
-    return Go(GripperMove(0.0, setting.speed))
-
-
-def _grasp(word: str, values: Values, setting: RunSetting) -> Act:
-    return Go(GraspMove())
-
-
-def _delay(word: str, values: Values, setting: RunSetting) -> Act:
-    return Delay(bounded(word, 0, values[0]))
-
-
-def _parted(word: str, values: Values) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Return the numbers that are on, and those with a minus, which are off."""
-    counts = [int(bounded(word, index, value)) for index, value in enumerate(values)]
-    on = tuple(dict.fromkeys(count for count in counts if count > 0))
-    off = tuple(dict.fromkeys(-count for count in counts if count < 0))
-    both = set(on) & set(off)
-    if both:
-        raise Trouble(f"{min(both)} cannot be both on and off")
-    return on, off
-
-
-def _signal(word: str, values: Values, setting: RunSetting) -> Act:
-    return Outputs(*_parted(word, values))
-
-
-def _wait(word: str, values: Values, setting: RunSetting) -> Act:
-    return AwaitInputs(*_parted("wait", values))
-
-
-def _wait_within(word: str, values: Values, setting: RunSetting) -> Act:
-    limit = number(values[-1])
-    if limit < 0.0:
-        raise Trouble(f"a time is at least 0 s, not {said(limit)}")
-    return AwaitInputs(*_parted("wait", values[:-1]), limit)
-
-
-def told(values: Values) -> str:
-    """Return values as one line for people."""
-    return " ".join(said(value) for value in values)
-
-
-def _say(word: str, values: Values, setting: RunSetting) -> Act:
-    return Say(told(values))
-
-
-def _hold(word: str, values: Values, setting: RunSetting) -> Act:
-    return Hold(told(values))
-
-
-def _remember(word: str, values: Values, setting: RunSetting) -> Act:
-    found = place(values[0])
-    return Remember(setting.about, found.joints_deg or {}, found.opening_mm)
-
-
-_ACTS: Mapping[str, Callable[[str, Values, RunSetting], Act]] = MappingProxyType({
-    "move": _move, "move_line": _move, "move_with": _move_with, "move_line_with": _move_with,
-    "approach": _approach, "approach_line": _approach, "depart": _approach,
-    "depart_line": _approach, "draw": _draw, "ready": _ready, "home": _home,
-    "open_now": _open_now, "close_now": _close_now, "grasp": _grasp, "delay": _delay,
-    "signal": _signal, "wait": _wait, "wait within": _wait_within, "type": _say, "hold": _hold,
-    "remember": _remember,
-})  # fmt: skip

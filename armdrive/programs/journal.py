@@ -11,6 +11,7 @@ import json
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
@@ -23,11 +24,10 @@ from armdrive.programs.acts import (
     Act,
     Answer,
     Home,
-    ProgramMachine,
     ProgramMove,
 )
-from armdrive.programs.performing import Performer, joints_of
-from armdrive.programs.running import RunStep
+from armdrive.programs.program import ArmProgram, Machine
+from armdrive.programs.running import Performer, RunPlan, RunStep, joints_of
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, remove_durably, replace_file
@@ -87,7 +87,7 @@ class Journal:
         self._loops = loops
         self._entry: JournalEntry | None = None
 
-    def begins(self, step: RunStep, machine: ProgramMachine) -> None:
+    def begins(self, step: RunStep, machine: Machine) -> None:
         """Write down where the program is. Raises `StateFileError`: then the act does not begin."""
         self._write(
             JournalEntry(
@@ -222,6 +222,29 @@ NEAR_RAD = math.radians(3.0)
 
 NEAR_MM = 2.0
 """Fingers as near as this are where they should be."""
+
+
+def taken_up(
+    plan: RunPlan, source: ArmProgram, path: Path, arm: Arm | None, *, how: str, move: str
+) -> RunPlan:
+    """Return the plan of a program that goes on where it was interrupted. Raises `Refused`.
+
+    Without `arm` it cannot be asked where it stands. `how` is the command that takes the program
+    up, `move` the one that moves this arm.
+    """
+    entry = interrupted(source.config.name)
+    require_same_program(entry, source.program.digest, str(path.resolve()))
+    stage, left = source.restored(entry.snapshot).next(), entry.move
+    if arm is not None and stage is not None:
+        left = require_place(arm, entry, stage.act, how, move=move)
+    return replace(
+        plan,
+        loops=entry.loops,
+        loop=entry.loop,
+        machine=partial(source.restored, entry.snapshot),
+        left=left,
+        outputs=entry.outputs,
+    )
 
 
 def require_same_program(entry: JournalEntry, sha256: str, path: str) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from armdrive.errors import ArmError
@@ -89,7 +89,12 @@ def program_error(problems: Iterable[Problem], text: str, file: str | None = Non
     """Return the error that tells of these problems of a program, in the order of its lines."""
     found = tuple(sorted(set(problems), key=lambda each: (each.mark.line, each.mark.column)))
     lines = lines_of(text)
-    told = [pointed(each, lines, file) for each in found[:MOST_TOLD]]
-    if len(found) > MOST_TOLD:
-        told.append(f"and {len(found) - MOST_TOLD} more")
-    return ProgramError("\n".join(told), mark=found[0].mark, problems=found)
+    told = tell_all(found, lambda each: pointed(each, lines, file))
+    return ProgramError(told, mark=found[0].mark, problems=found)
+
+
+def tell_all(problems: Sequence[Problem], point: Callable[[Problem], str]) -> str:
+    """Return what is wrong with a program, as much as a person may want to read at once."""
+    told = [point(each) for each in problems[:MOST_TOLD]]
+    more = len(problems) - MOST_TOLD
+    return "\n".join(told + [f"and {more} more"] * (more > 0))

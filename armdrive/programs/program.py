@@ -1,4 +1,9 @@
-"""A program that has been read, checked as a whole, and compiled: what runs are made from."""
+"""A program that has been read, checked as a whole and compiled, and the machine that runs it.
+
+A machine gives acts one at a time, takes their answers, and can be written down. It is pure: it
+knows no arm and no clock. A snapshot holds the state before the act that is to be carried out now,
+so that a machine restored from it gives the same act again, and the same rest.
+"""
 
 from __future__ import annotations
 
@@ -9,31 +14,86 @@ from functools import cached_property
 from pathlib import Path
 
 from armdrive.config.arm import ArmConfig
-from armdrive.errors import BadRequest
+from armdrive.errors import ArmError, BadRequest
+from armdrive.moves import GraspMove
+from armdrive.programs.acts import (
+    Act,
+    Answer,
+    AwaitInputs,
+    Go,
+    Look,
+    ReadInput,
+    RunStage,
+)
+from armdrive.programs.deeds import DEEDS, STATE, VALUE, Asked, Doing, MachineState, by_name
 from armdrive.programs.language.checking import checked
-from armdrive.programs.language.compiling import CompiledCode, OpCode
-from armdrive.programs.language.reading import read_tree
-from armdrive.programs.language.syntax import Define, Tree
-from armdrive.programs.language.values import ForwardKinematics, PlaceValue
+from armdrive.programs.language.compiling import STOP, CompiledCode, Instruction
+from armdrive.programs.language.grammar import read_tree
+from armdrive.programs.language.syntax import Define, JointsOf, Tree, within
+from armdrive.programs.language.values import (
+    ForwardKinematics,
+    PlaceValue,
+    Trouble,
+    Value,
+    number,
+    place,
+    truth,
+)
+from armdrive.programs.language.words import ValueKind
 from armdrive.programs.language.writing import unparse
-from armdrive.programs.machine import Context, Machine, MachineState, ProgramWorld
-from armdrive.programs.problems import Problem, SourceMark, program_error
+from armdrive.programs.problems import Problem, ProgramError, SourceMark, program_error
 from armdrive.storage.point_file import points_of
 from armdrive.text.reading import read_text
-from kinematics.errors import suggestion
+from kinematics.errors import KinematicsError, suggestion
 from kinematics.spaces import Joints, Pose
+
+# What a program is read with when others have run before it, as the lines of a prompt do.
+
+
+@dataclass(frozen=True, slots=True)
+class Context:
+    """The subprograms and values that are known already, by names in lower case.
+
+    `opening` is what the fingers are to do with the next move, see state.State.
+    """
+
+    defines: tuple[Define, ...] = ()
+    variables: Mapping[str, Value] = field(default_factory=dict)
+    speed: float = 1.0
+    opening: float | str | None = None
+
+    @property
+    def kinds(self) -> dict[str, ValueKind]:
+        """Of which kind each value is."""
+        return {name: kind_of(value) for name, value in self.variables.items()}
+
+    def but(self, defines: tuple[Define, ...]) -> tuple[Define, ...]:
+        """Return the subprograms that these do not replace, and behind them these."""
+        said = {define.name.lower() for define in defines}
+        return (*(each for each in self.defines if each.name.lower() not in said), *defines)
+
+
+def kind_of(value: Value) -> ValueKind:
+    """Return of which kind a value is."""
+    if isinstance(value, bool):
+        return ValueKind.TRUTH
+    if isinstance(value, PlaceValue):
+        return ValueKind.PLACE
+    return ValueKind.TEXT if isinstance(value, str) else ValueKind.NUMBER
 
 
 @dataclass(frozen=True)
 class Program:
-    """A program; `tree` is what was written, `code` what the machine carries out."""
+    """A program that was read and checked; `tree` is what was written, `code` what is carried out.
+
+    `context` is what was known before it.
+    """
 
     text: str
     file: str
     tree: Tree
     code: CompiledCode
     context: Context = field(default_factory=Context)
-    """What was known before it."""
 
     @cached_property
     def digest(self) -> str:
@@ -43,18 +103,12 @@ class Program:
     @cached_property
     def code_digest(self) -> str:
         """What changes when it is compiled to something else: its sha256."""
-        rows = self.code.instructions
-        plain = [(row.op.name, row.name, row.value, row.target, row.count) for row in rows]
-        return _sha256(repr(plain))
+        return _sha256(repr([row.plain for row in self.code.instructions]))
 
-    @cached_property
+    @property
     def wanted(self) -> Mapping[str, SourceMark]:
         """The points of the arm's own book that it goes by, and where each stands first."""
-        found: dict[str, SourceMark] = {}
-        for row in self.code.instructions:
-            if row.op in (OpCode.LOAD_POINT, OpCode.LOAD_SHIFTED):
-                found.setdefault(row.name, row.mark)
-        return found
+        return self.code.points
 
     def machine(
         self,
@@ -68,76 +122,63 @@ class Program:
         says the pose of joint angles; `joint_names` are the arm's joints. Raises `ProgramError`
         with every name that there is not.
         """
-        book = {} if points is None else points
-        places, problems = self._places(book)
+        places, problems = self._places({} if points is None else points)
         if joint_names is not None:
             problems += self._wrong_joints(joint_names)
         if problems:
             raise program_error(problems, self.text, self.file)
         known = self.context
-        state = MachineState(
-            variables=dict(known.variables), speed=known.speed, opening=known.opening
-        )
-        return Machine(self, ProgramWorld(places, fk), state)
+        variables = dict(known.variables)
+        state = MachineState(variables=variables, speed=known.speed, opening=known.opening)
+        return Machine(self, places, fk, state)
 
     def restored(
         self, snapshot: Mapping[str, object], *, fk: ForwardKinematics | None = None
     ) -> Machine:
-        """Return a run taken up again where its snapshot was made. Raises `ProgramError`."""
-        return Machine.restored(self, snapshot, fk=fk)
+        """Take a run up again where its snapshot was made, with the points that it had then.
+
+        Raises `ProgramError` for a snapshot of another program, or of another form.
+        """
+        if snapshot.get("format") != FORMAT:
+            raise ProgramError("this state of a program was written by another version of armdrive")
+        if (snapshot.get("program"), snapshot.get("code")) != (self.digest, self.code_digest):
+            raise ProgramError("the program has been changed since: begin it anew")
+        try:
+            values = by_name(VALUE).read(snapshot["points"], "points")
+            points = {name: place(value) for name, value in values.items()}
+            state = STATE.read(snapshot["state"], "state")
+            _ = self.code.instructions[state.at]  # a state that stands nowhere is none
+        except (KeyError, TypeError, ValueError, IndexError, ArmError, Trouble) as error:
+            raise ProgramError(f"this state of a program cannot be used: {error}") from None
+        return Machine(self, points, fk, state)
 
     def _places(
         self, book: Mapping[str, Mapping[str, float]]
     ) -> tuple[dict[str, PlaceValue], list[Problem]]:
+        own = {name for row in self.code.instructions for name in row.sets}
         places, problems = {}, []
         for name, mark in self.wanted.items():
-            found = _in_book(name, book, self._names_set)
+            found = _in_book(name, book, own | {*self.context.variables})
             if isinstance(found, str):
                 problems.append(Problem(mark, found))
             else:
                 places[name] = PlaceValue(joints_deg=dict(found))
         return places, problems
 
-    @property
-    def _names_set(self) -> set[str]:
-        """The names that it sets, or that were set before it."""
-        rows = self.code.instructions
-        return {row.name for row in rows if row.op is OpCode.STORE} | {*self.context.variables}
-
     def _wrong_joints(self, joint_names: tuple[str, ...]) -> list[Problem]:
-        problems = []
-        for row in self.code.instructions:
-            if row.op is OpCode.JOINTS:
-                text = _joints_wrong(row.name.split(","), joint_names)
-                problems += [Problem(row.mark, text)] if text else []
-        return problems
+        found = [
+            each
+            for row in self.code.instructions
+            for value in row.values
+            for each in within(value)
+            if isinstance(each, JointsOf)
+        ]
+        wrong = [(each.mark, _joints_wrong([*dict(each.angles)], joint_names)) for each in found]
+        return [Problem(mark, text) for mark, text in wrong if text]
 
 
 def _sha256(text: str) -> str:
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
-
-
-def written_program(tree: Tree, file: str = "") -> Program:
-    """Return the program of a tree: written down, and read again, so that it can be run."""
-    return read_program(unparse(tree), file)
-
-
-def read_program(
-    text: str, file: str = "", context: Context | None = None, first: int = 1
-) -> Program:
-    """Read a program and check it as a whole. Raises `ProgramError` with all that is wrong.
-
-    With a context, as `Machine.context` gives it, the subprograms and values of what ran before
-    are known, and may be replaced. Its lines are counted from `first`, as part of a longer text.
-    """
-    known = Context() if context is None else context
-    tree, problems = read_tree(text, file, first)
-    own = tuple(line for line in tree.body if isinstance(line, Define))
-    rest = tuple(line for line in tree.body if not isinstance(line, Define))
-    code, wrong = checked(Tree((*rest, *known.but(own))), known.kinds)
-    if code is None or problems or wrong:
-        raise program_error([*problems, *wrong], text, file)
-    return Program(text, file, tree, code, known)
 
 
 def _in_book(
@@ -166,6 +207,164 @@ def _joints_wrong(said: list[str], known: tuple[str, ...]) -> str:
     return (
         f"a place in joint angles says every joint: {', '.join(missing)} missing" if missing else ""
     )
+
+
+MOST_STEPS = 100_000
+"""So many instructions may be carried out between two acts: some tenths of a second."""
+
+FORMAT = 2
+"""The form of a snapshot."""
+
+
+class Machine:
+    """One run of a program, in which it asks for the acts of `points` and `fk`'s arm.
+
+    `points` are the places of the arm's book that the program goes by.
+    """
+
+    def __init__(
+        self,
+        program: Program,
+        points: Mapping[str, PlaceValue],
+        fk: ForwardKinematics | None,
+        state: MachineState,
+    ) -> None:
+        self.program = program
+        self._points = points
+        self._fk = fk
+        self._state = state
+        self._stage: RunStage | None = None
+        self._error: ProgramError | None = None
+
+    @property
+    def ended_by_stop(self) -> bool:
+        """Whether it ended at a `stop`, and not behind its last line."""
+        return self._state.ended and self._row.word == STOP
+
+    @property
+    def context(self) -> Context:
+        """What it has brought so far, for a program that is read with it: see `read_program`."""
+        known, state = self.program.context, self._state
+        own = tuple(line for line in self.program.tree.body if isinstance(line, Define))
+        opening = None if state.moved else state.opening
+        return Context(known.but(own), dict(state.variables), state.speed, opening)
+
+    def next(self) -> RunStage | None:
+        """Return the act to be carried out now, the same until it is answered; None at the end.
+
+        Raises `ProgramError` where a line cannot be carried out; asked again, it raises again.
+        """
+        if self._error is not None:
+            raise self._error
+        if self._stage is None and not self._state.ended:
+            self._stage = self._run_on()
+        return self._stage
+
+    def answer(self, answer: Answer) -> None:
+        """Say what the act brought, and go on behind it. Raises `ProgramError` for a wrong kind."""
+        stage = self.next()
+        if stage is None:
+            raise ProgramError("the program has ended: nothing is to be answered")
+        try:
+            brought = _brought(stage.act, answer)
+        except Trouble as error:
+            raise self._failure(f"the answer does not fit: {error}", stage.mark) from None
+        self._state.answers += (brought,)
+        if isinstance(stage.act, Go):
+            self._state.moved = True  # the fingers went along, or did something else
+        self._stage = None
+
+    def snapshot(self) -> dict[str, object]:
+        """Return all that the program knows at this point, as plain JSON data."""
+        return {
+            "format": FORMAT,
+            "program": self.program.digest,
+            "code": self.program.code_digest,
+            "points": by_name(VALUE).write(dict(self._points)),
+            "state": STATE.write(self._state),
+        }
+
+    @property
+    def _row(self) -> Instruction:
+        return self.program.code.instructions[self._state.at]
+
+    def _run_on(self) -> RunStage | None:
+        """Go on to the next act. Where that fails, the state stays what it was after the last."""
+        before = STATE.write(self._state)
+        wrong = "the program goes round here without ever asking anything of the arm"
+        for _ in range(MOST_STEPS):
+            doing = Doing(self._state, self._row, self._points, self._fk)
+            try:
+                DEEDS[doing.row.word](doing)
+            except Asked as asked:
+                return RunStage(asked.act, asked.mark, self._calls)
+            except (Trouble, ArmError, KinematicsError) as error:
+                wrong = str(error)
+                break
+            if self._state.ended:
+                return None
+            self._go_to(doing.following)
+        self._error = self._failure(wrong, doing.mark)
+        self._state = STATE.read(before, "state")
+        raise self._error
+
+    def _go_to(self, at: int) -> None:
+        state = self._state
+        state.at, state.answers = at, ()
+        if state.moved:
+            state.opening, state.moved = None, False
+
+    @property
+    def _calls(self) -> tuple[SourceMark, ...]:
+        """The calls that led to where it stands."""
+        return tuple(frame.mark for frame in self._state.frames if frame.mark is not None)
+
+    def _failure(self, text: str, mark: SourceMark) -> ProgramError:
+        led = "".join(f", called in line {call.line}" for call in reversed(self._calls[-3:]))
+        return program_error([Problem(mark, text + led)], self.program.text, self.program.file)
+
+
+def _brought(act: Act, answer: Answer) -> Value:
+    """Return what an answer leaves for the line that asked; on of an act that only ends."""
+    match act:
+        case Look():
+            if not isinstance(answer, PlaceValue):
+                raise Trouble("where the arm stands is needed")
+            return answer
+        case ReadInput():
+            return truth(answer)
+        case AwaitInputs(within_s=limit_s) if limit_s is not None:
+            return truth(answer)
+        case Go(move=GraspMove()):
+            return number(answer)
+        case _:
+            return True
+
+
+# Reading a program.
+
+
+def written_program(tree: Tree, file: str = "") -> Program:
+    """Return the program of a tree: written down, and read again, so that it can be run."""
+    return read_program(unparse(tree), file)
+
+
+def read_program(
+    text: str, file: str = "", context: Context | None = None, first: int = 1
+) -> Program:
+    """Read a program and check it as a whole. Raises `ProgramError` with all that is wrong.
+
+    With a context, as `Machine.context` gives it, the subprograms and values of what ran before
+    are known, and may be replaced. Its lines are counted from `first`, as part of a longer text.
+    """
+    known = Context() if context is None else context
+    tree, problems = read_tree(text, file, first)
+    own = tuple(line for line in tree.body if isinstance(line, Define))
+    rest = tuple(line for line in tree.body if not isinstance(line, Define))
+    code, wrong = checked(Tree((*rest, *known.but(own))), known.kinds)
+    if code is None or problems or wrong:
+        raise program_error([*problems, *wrong], text, file)
+    return Program(text, file, tree, code, known)
 
 
 # A program file on one arm: where its machines come from, with the arm's own points and joints.

@@ -6,10 +6,12 @@ that nobody knows. A refusal is part of the answer.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import count
+from typing import Any, cast
 
 from armdrive.arm import Arm
 from armdrive.arm.device import input_bits
@@ -26,21 +28,19 @@ from armdrive.programs.acts import (
     Hold,
     Home,
     Outputs,
-    ProgramMachine,
-    ProgramMove,
     ReadInput,
     Remember,
     Say,
 )
-from armdrive.programs.performing import Performer
 from armdrive.programs.problems import SourceMark
+from armdrive.programs.program import Machine
 from armdrive.programs.progress import FOR_EVER, LOOPS_REHEARSED, Took
-from armdrive.programs.running import MachineSource, ProgramRun, RunStep
+from armdrive.programs.running import Performer, ProgramRun, RunPlan, RunStep
 from armdrive.registry.simulate import simulate
 from armdrive.runtime.clock import PaceChoice
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.sim.simulated_arm import SimulatedArm
-from armdrive.sim.world.table import TableBlock
+from armdrive.sim.world.table import GripScene, Incident, TableBlock
 from armdrive.status import State, Trust
 from armdrive.trace.calls import NO_TRACER
 from kinematics.errors import KinematicsError
@@ -124,7 +124,7 @@ class Things:
 
 
 class Rehearser(Performer):
-    """Carries out acts on a twin; with `traced` the path of the tip is kept."""
+    """Carries out acts on a twin."""
 
     def __init__(
         self,
@@ -133,19 +133,14 @@ class Rehearser(Performer):
         *,
         inputs: Mapping[int, bool],
         things: Things,
-        traced: bool,
         outputs: int = 0,
     ) -> None:
         super().__init__(twin, UnattendedPerson(), outputs=outputs)
-        self.path: list[Point] = []
         self._assumptions = assumptions
         self._inputs = inputs
         self._things = things
-        self._traced = traced
 
     def _go(self, act: Go) -> float | None:
-        if self._traced:
-            self.path += self.arm.preview(act.move).path
         if isinstance(act.move, GraspMove):
             self._things.before_grasp(self.arm)
         return super()._go(act)
@@ -180,10 +175,41 @@ class Rehearser(Performer):
         """Leave the arm's points as they are."""
 
 
-def tip_of(arm: Arm) -> Point:
-    """Return where the tip is, in mm."""
-    pose = arm.pose
-    return pose.x_mm, pose.y_mm, pose.z_mm
+# Keeps the path of a simulated arm's tip, for the picture of a rehearsal.
+#
+# It is the physical path, whatever makes the arm move: acts of a program, and calls of a script.
+
+NEAREST_MM = 1.0
+"""Points of the path are no nearer to one another."""
+
+
+class TracedScene:
+    """The scene of an arm's world, which is told every motion of the tip; all else is its own."""
+
+    def __init__(self, arm: Arm, scene: GripScene, path: list[Point]) -> None:
+        self._arm = arm
+        self._scene = scene
+        self._path = path
+
+    def follow(
+        self, before: Point, after: Point, opening_mm: float, time_s: float
+    ) -> list[Incident]:
+        """Keep where the tip goes, once the arm knows where it stands."""
+        if self._arm.core.position_known:
+            for point in (before, after):
+                if not self._path or math.dist(self._path[-1], point) >= NEAREST_MM:
+                    self._path.append(point)
+        return self._scene.follow(before, after, opening_mm, time_s)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._scene, name)
+
+
+def trace(arm: Arm, path: list[Point]) -> None:
+    """Have a twin's tip leave its points in a path, in mm in the arm's base frame."""
+    if arm.twin is not None:
+        world = arm.twin.world
+        world.scene = cast("GripScene", TracedScene(arm, world.scene, path))
 
 
 # The twin that a program is rehearsed on: the arm's own, standing where the arm stands.
@@ -306,28 +332,6 @@ class Rehearsal:
         return any(each.matters for each in self.assumptions)
 
 
-@dataclass(frozen=True, slots=True)
-class RehearsedPlan:
-    """What is to be rehearsed, and on which assumptions.
-
-    `inputs` say which inputs, counted from 1, are on and off; `width_mm` how wide is what the
-    fingers find where no block is known, None for nothing. With `settle`, a position that nobody
-    knows is assumed. With `traced` the tip's path is kept. `left` is what is left of the first
-    move of a program that is taken up by `machine`.
-    """
-
-    source: MachineSource
-    loops: int = 1
-    loop: int = 1
-    machine: Callable[[], ProgramMachine] | None = None
-    left: ProgramMove | None = None
-    inputs: Mapping[int, bool] = field(default_factory=dict)
-    width_mm: float | None = None
-    outputs: int = 0
-    settle: bool = False
-    traced: bool = False
-
-
 class TooLong(BaseException):
     """The rehearsal has come far enough; no script that catches errors keeps it from ending."""
 
@@ -356,7 +360,7 @@ class _RehearsalWatch:
         self._took_s = 0.0
         self._patience = Patience()
 
-    def begins(self, step: RunStep, machine: ProgramMachine) -> None:  # noqa: ARG002 - as every onlooker
+    def begins(self, step: RunStep, machine: Machine) -> None:  # noqa: ARG002 - as every onlooker
         """Say where the program is, to what is assumed there."""
         self._patience.ask(self._took_s)
         self._assumptions.mark = step.stage.mark
@@ -377,7 +381,7 @@ def _waited_s(act: Act, answer: Answer, took_s: float) -> float:
     return took_s
 
 
-def rehearse(config: ArmConfig, arm: Arm | None, plan: RehearsedPlan) -> Rehearsal:
+def rehearse(config: ArmConfig, arm: Arm | None, plan: RunPlan) -> Rehearsal:
     """Rehearse a program on the twin of an arm. Sends nothing to the arm itself.
 
     Without `arm` it cannot be asked where it stands. Raises what reading the program raises, and
@@ -391,22 +395,15 @@ def rehearse(config: ArmConfig, arm: Arm | None, plan: RehearsedPlan) -> Rehears
             assumptions,
             inputs=plan.inputs,
             things=Things(assumptions, plan.width_mm, known=knows_its_world(arm)),
-            traced=plan.traced,
             outputs=plan.outputs,
         )
+        path: list[Point] = []
+        if plan.traced:
+            trace(twin, path)
         watch = _RehearsalWatch(assumptions)
         last = LOOPS_REHEARSED + plan.loop - 1
         loops = last if plan.loops == FOR_EVER else min(plan.loops, last)
-        machine = None if plan.machine is None else plan.machine()
-        run = ProgramRun(
-            plan.source,
-            rehearser,
-            [watch],
-            loops=loops,
-            loop=plan.loop,
-            machine=machine,
-            left=plan.left,
-        )
+        run = ProgramRun(replace(plan, loops=loops), rehearser, [watch])
         refusal, whole = _carried_out(run)
         if isinstance(refusal, NotReferenced) and arm is not None:
             refusal = _own_words(arm, refusal)
@@ -417,7 +414,7 @@ def rehearse(config: ArmConfig, arm: Arm | None, plan: RehearsedPlan) -> Rehears
         run.at.stage.mark if refusal is not None and run.at is not None else None,
         whole,
         twin.speed_override,
-        tuple(rehearser.path),
+        tuple(path),
     )
 
 
@@ -430,9 +427,9 @@ def _own_words(arm: Arm, refusal: NotReferenced) -> NotReferenced:
     return refusal
 
 
-def _references_first(plan: RehearsedPlan) -> bool:
+def _references_first(plan: RunPlan) -> bool:
     """Tell whether a program takes a reference before anything that needs one."""
-    machine = plan.source.machine() if plan.machine is None else plan.machine()
+    machine = plan.first()
     while (stage := machine.next()) is not None and isinstance(stage.act, Say | Delay | Outputs):
         machine.answer(None)
     return stage is not None and isinstance(stage.act, Home)

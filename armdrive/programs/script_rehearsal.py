@@ -5,10 +5,8 @@ Only what it does to arms is rehearsed. Whatever else it does, it does.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, cast
 
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
@@ -22,60 +20,22 @@ from armdrive.programs.rehearsal import (
     Assumptions,
     Patience,
     Rehearsal,
-    RehearsedPlan,
     Things,
     TooLong,
     knows_its_world,
     rehearsing_arm,
+    trace,
 )
+from armdrive.programs.running import RunPlan
 from armdrive.programs.scripts import Connections, ScriptCall, carry_out, line_of, simulation_only
 from armdrive.runtime.clock import PaceChoice
-from armdrive.sim.world.table import GripScene, Incident
 from kinematics.geometry import Point
-
-# Keeps the way of a simulated arm's tip, for the picture of a rehearsed script.
-#
-# It is the physical way, whichever call makes the arm move: lines, arcs, routes and jogs alike.
-
-NEAREST_MM = 1.0
-"""Points of the path are no nearer to one another."""
-
-
-class TracedScene:
-    """The scene of an arm's world, which is told every motion of the tip; all else is its own."""
-
-    def __init__(self, arm: Arm, scene: GripScene, path: list[Point]) -> None:
-        self._arm = arm
-        self._scene = scene
-        self._path = path
-
-    def follow(
-        self, before: Point, after: Point, opening_mm: float, time_s: float
-    ) -> list[Incident]:
-        """Keep where the tip goes, once the arm knows where it stands."""
-        if self._arm.core.position_known:
-            for point in (before, after):
-                if not self._path or math.dist(self._path[-1], point) >= NEAREST_MM:
-                    self._path.append(point)
-        return self._scene.follow(before, after, opening_mm, time_s)
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._scene, name)
-
-
-def trace(arm: Arm, path: list[Point]) -> None:
-    """Have a twin's tip leave its points in a path, in mm in the arm's base frame."""
-    if arm.twin is not None:
-        world = arm.twin.world
-        world.scene = cast("GripScene", TracedScene(arm, world.scene, path))
 
 
 class _Stage:
     """Gives a script its twins, and notes what it does with them."""
 
-    def __init__(
-        self, config: ArmConfig, arm: Arm | None, plan: RehearsedPlan, script: Path
-    ) -> None:
+    def __init__(self, config: ArmConfig, arm: Arm | None, plan: RunPlan, script: Path) -> None:
         self.assumptions = Assumptions()
         self.path: list[Point] = []
         self.calls: list[tuple[SourceMark, str, float]] = []
@@ -154,7 +114,7 @@ class _Stage:
 
 
 def rehearse_script(
-    script: Path, words: Sequence[str], config: ArmConfig, arm: Arm | None, plan: RehearsedPlan
+    script: Path, words: Sequence[str], config: ArmConfig, arm: Arm | None, plan: RunPlan
 ) -> Rehearsal:
     """Rehearse a script. What it raises, other than to end, is the refusal of the answer.
 

@@ -1,40 +1,48 @@
 """What is typed at a prompt, entry by entry: each is a program that knows what came before it.
 
-Pure: it reads and remembers, and others carry out. An entry is a line or a whole block, or values
-alone, which are said. Of what was carried out a program is kept, for a list and for a file.
+A `Session` is pure: it reads and remembers; an `ArmSession` carries out. An entry is a line or a
+whole block, or values alone, which are said. Of what was carried out a program is kept, for a list
+and for a file.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
+from armdrive.arm import Arm
+from armdrive.blocking import run_blocking
 from armdrive.errors import BadRequest
-from armdrive.programs.language.lines import Item, LineMistake, read_line
-from armdrive.programs.language.reading import read_tree
+from armdrive.programs.language.grammar import End, Item, LineMistake, opens, read_line, read_tree
 from armdrive.programs.language.syntax import (
     NAME,
     Assign,
     Call,
     Define,
     Do,
-    End,
     Label,
     Name,
-    Opening,
     Statement,
     Tree,
     Use,
     every,
     subprograms,
-    used_by,
     within,
 )
-from armdrive.programs.language.words import FUNCTIONS, HERE
+from armdrive.programs.language.words import FUNCTIONS, HERE, OVER
 from armdrive.programs.language.writing import unparse
-from armdrive.programs.machine import Context, Machine
-from armdrive.programs.problems import MOST_TOLD, Problem, ProgramError, SourceMark, pointed
-from armdrive.programs.program import Program, read_program
+from armdrive.programs.problems import Problem, ProgramError, SourceMark, excerpt, tell_all
+from armdrive.programs.program import ArmProgram, Context, Machine, Program, read_program
+from armdrive.programs.running import (
+    Onlooker,
+    Performer,
+    ProgramRun,
+    RunPerson,
+    RunPlan,
+    RunStep,
+)
+from armdrive.storage.files import DISK, replace_durably
 
 # The lines that were typed at a prompt, and how what is wrong with them is shown.
 
@@ -63,11 +71,8 @@ class Typed:
 
     def error(self, problems: Sequence[Problem]) -> ProgramError:
         """Return the error that tells of problems, at least one."""
-        texts = [self._pointed(each) for each in problems[:MOST_TOLD]]
-        if len(problems) > MOST_TOLD:
-            texts.append(f"and {len(problems) - MOST_TOLD} more")
-        mark = self._typed(problems[0].mark)
-        return ProgramError("\n".join(texts), mark=mark, problems=tuple(problems))
+        told, mark = tell_all(problems, self._pointed), self._typed(problems[0].mark)
+        return ProgramError(told, mark=mark, problems=tuple(problems))
 
     def line_at(self, mark: SourceMark) -> str:
         """Return the line that a mark points at; nothing where there is none."""
@@ -80,9 +85,7 @@ class Typed:
     def _pointed(self, problem: Problem) -> str:
         """Return what is wrong, the line, and a caret under the place."""
         mark, line = self._typed(problem.mark), self.line_at(problem.mark)
-        alone = SourceMark(1, mark.column)
-        told = pointed(Problem(alone, problem.text), [line] if line else [])
-        told = told.removeprefix(f"{alone}: ")
+        told = problem.text + (f"\n{excerpt(line, mark.column)}" if line else "")
         seen = mark.file == self._latest and not self.title
         return told if seen else f"{mark}: {told}"
 
@@ -140,7 +143,7 @@ class Session:
         if items is None:
             return self._values(line)
         self._block.append(line)
-        self._depth += sum(isinstance(item, Opening) - isinstance(item, End) for item in items)
+        self._depth += sum(opens(item) - isinstance(item, End) for item in items)
         if self._depth > 0:
             return None
         lines = list(self._block)
@@ -288,7 +291,83 @@ def _given(line: Statement) -> bool:
     if isinstance(line, Assign):
         return not any(
             isinstance(each, Name | Use) and each.name.lower() in OF_THE_ARM
-            for value in used_by(line)
-            for each in within(value)
+            for each in within(line.value)
         )
     return isinstance(line, Define)
+
+
+# A session on one arm: entries are carried out there, and programs read and written.
+
+INPUT = "standard input"
+"""What the lines of a pipe are called."""
+
+
+class ArmSession:
+    """A session whose entries are carried out on one arm; `typing` tells that a person types.
+
+    `at` is the step at which the last entry broke off, if it did.
+    """
+
+    def __init__(self, arm: Arm, *, typing: bool) -> None:
+        self.arm = arm
+        self.typing = typing
+        self.done = 0
+        self.at: RunStep | None = None
+        self._saved: set[Path] = set()
+        self._stops = arm.stops
+        self._outputs = 0
+        self.begin_anew()
+
+    def begin_anew(self) -> None:
+        """Forget all that was typed; what the arm does stays."""
+        self.session = Session("" if self.typing else INPUT)
+
+    def machine(self, entry: PromptEntry) -> Machine:
+        """Return the machine of an entry, with the arm's points as they are now."""
+        return ArmProgram(entry.program, self.arm.config).machine()
+
+    def carry_out(
+        self,
+        entry: PromptEntry,
+        machine: Machine,
+        person: RunPerson,
+        onlookers: Sequence[Onlooker],
+    ) -> None:
+        """Carry an entry out, and learn what it brought, also where it broke off."""
+        self.at = None
+        self._forget_stops()
+        performer = Performer(self.arm, person, since=self._stops, outputs=self._outputs)
+        run = ProgramRun(RunPlan(lambda: machine), performer, onlookers)
+        done = False
+        try:
+            run.carry_out()
+            done = True
+        finally:
+            self.at = run.at
+            self.session.learn(entry, machine, done=done)
+            self.arm.program = None
+        self._outputs = performer.outputs
+        self.done += 1
+
+    def _forget_stops(self) -> None:
+        """Take a stop between two entries of a person for one of neither; a pipe it ends."""
+        if self.typing and self.arm.stops != self._stops:
+            # a stop that the engine has not seen yet would end the next motion
+            run_blocking(self.arm.runner.stand_still())
+            self._stops = self.arm.stops
+
+    def save(self, path: Path, *, over: bool) -> int:
+        """Write what was carried out as a program; return its lines. Raises `BadRequest`.
+
+        Over another file it is written only where that is wanted.
+        """
+        text = self.session.text
+        if not text.strip():
+            raise BadRequest("there is nothing to save: nothing has been carried out yet")
+        if path.exists() and not over and path.absolute() not in self._saved:
+            raise BadRequest(f"{path} is there already: name another, or `save {path} {OVER}`")
+        program = read_program(text, str(path))
+        ArmProgram(program, self.arm.config).machine()  # what is written can be run here
+        replace_durably(DISK, path.absolute(), text.encode("utf-8"))
+        self._saved.add(path.absolute())
+        return len(text.splitlines())

@@ -67,6 +67,12 @@ def write_arm_file(name: str, text: str) -> Path:
     return path
 
 
+def write_bench() -> Path:
+    """Put the arm file of an arm called `bench`, on a port that is not there."""
+    connection = '[connection]\ndialect = "teachmover"\nport = "/dev/none"\n'
+    return write_arm_file("bench", f'model = "teachmover"\n{connection}')
+
+
 def state_files(ending: str) -> list[Path]:
     """Return the files of one kind in the state folder."""
     return sorted(places.states().glob(f"*{ending}"))

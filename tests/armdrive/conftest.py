@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from textwrap import dedent
 
 import pytest
 from can_bench import LONG_S, failing_link
@@ -20,6 +21,25 @@ from armdrive.transports import can_link, can_threads
 def call(capsys):
     """Call a command."""
     return Caller(capsys)
+
+
+@pytest.fixture
+def homed(call):
+    """Call a command on the simulated arm, which has been referenced."""
+    call("home", code=0)
+    return call
+
+
+@pytest.fixture
+def write(tmp_path):
+    """Write a program; return its path as a command takes it."""
+
+    def written(text, name="t.arm"):
+        path = tmp_path / name
+        path.write_text(dedent(text), encoding="utf-8")
+        return str(path)
+
+    return written
 
 
 @pytest.fixture

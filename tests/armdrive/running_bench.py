@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,8 +12,8 @@ from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.programs.acts import RunStage
-from armdrive.programs.performing import Performer
 from armdrive.programs.problems import SourceMark
+from armdrive.programs.running import Performer
 from armdrive.registry.simulate import simulate
 from armdrive.sim.world.table import TableBlock
 from kinematics import Pose
@@ -23,8 +24,9 @@ class Keys:
 
     taken = 0
 
-    def forget(self):
-        pass
+    @contextmanager
+    def keys(self):
+        yield self.take
 
     def take(self):
         self.taken += 1
@@ -63,7 +65,7 @@ class Script:
             RunStage(act, SourceMark(number, 1, "t.arm")) for number, act in enumerate(self.acts, 1)
         ]
 
-    def machine(self):
+    def __call__(self):
         self.made.append(ScriptedMachine(self.stages))
         return self.made[-1]
 

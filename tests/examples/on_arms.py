@@ -16,10 +16,9 @@ from armdrive.abilities import Abilities
 from armdrive.arm import standing_in
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import simulated_config
-from armdrive.programs.performing import Performer
 from armdrive.programs.program import ENDING, ArmProgram, read_program
 from armdrive.programs.rehearsal import rehearsing_arm
-from armdrive.programs.running import ProgramRun
+from armdrive.programs.running import Performer, ProgramRun, RunPlan
 from armdrive.registry import DIALECTS
 from armdrive.sim.world.table import block_of
 
@@ -112,7 +111,7 @@ class _Listener:
 def _run_program(text: str, file: str, arm: Arm) -> tuple[str, Mapping[str, Any]]:
     person = _Listener()
     source = ArmProgram(read_program(text, file), arm.config)
-    ProgramRun(source, Performer(arm, person)).carry_out()
+    ProgramRun(RunPlan(source.machine), Performer(arm, person)).carry_out()
     return "\n".join(person.said), {}
 
 

@@ -291,27 +291,27 @@ PENDANT_ACTIONS: Mapping[str, Action] = MappingProxyType(
     {
         "show": Action(
             "print the program in the arm, row by row",
-            "program.pendant:run",
+            "program.pendant:show",
             _naming(more=add_allow_restored),
         ),
         "read": Action(
             "read the program out of the arm into a file",
-            "program.pendant:run",
+            "program.pendant:read",
             _naming("file", more=_into_file),
         ),
         "write": Action(
             "write a file's rows into the arm, and read them back",
-            "program.pendant:run",
+            "program.pendant:write",
             _naming("file", more=_into_arm),
         ),
         "points": Action(
             "make points and a sequence of a file's rows",
-            "program.pendant:run",
+            "program.pendant:make_points",
             _naming("file", "name", more=_again),
         ),
         "make": Action(
             "make a file of rows of a taught sequence",
-            "program.pendant:run",
+            "program.pendant:make_rows",
             _naming("name", "file", more=_into_file),
         ),
     }

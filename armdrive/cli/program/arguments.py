@@ -8,7 +8,17 @@ from pathlib import Path
 from types import MappingProxyType
 
 from armdrive.cli.arm_options import add_allow_restored, add_arm_options, add_pace_option
-from armdrive.cli.options import Arguments, Declare, count, fraction, number, positive
+from armdrive.cli.options import (
+    Action,
+    Arguments,
+    Declare,
+    add_actions,
+    add_switches,
+    count,
+    fraction,
+    number,
+    positive,
+)
 from armdrive.errors import BadRequest
 from armdrive.moves import REST_S
 from armdrive.sim.world.table import TableBlock, block_of
@@ -35,8 +45,11 @@ def _demo(parser: argparse.ArgumentParser) -> None:
         metavar="FACTOR",
         help=f"in a terminal, show it this many times faster than real time ({DEMO_SPEED:g})",
     )
-    parser.add_argument("--plain", action="store_true", help="lines instead of a drawing")
-    parser.add_argument("--ascii", action="store_true", help="draw without braille characters")
+    switches = {
+        "--plain": "lines instead of a drawing",
+        "--ascii": "draw without braille characters",
+    }
+    add_switches(parser, switches)
     add_allow_restored(parser)
     add_arm_options(parser)
 
@@ -70,7 +83,7 @@ def _run(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("words", nargs="*", metavar="WORD", help="arguments of a Python script")
     before = parser.add_argument_group("before it runs")
-    before.add_argument("--check", action="store_true", help="rehearse it; moves nothing")
+    add_switches(before, {"--check": "rehearse it; moves nothing"})
     before.add_argument(
         "--plot",
         nargs="?",
@@ -92,17 +105,15 @@ def _run(parser: argparse.ArgumentParser) -> None:
         metavar="MM",
         help="what a rehearsal's fingers find where no block is known (else nothing)",
     )
-    before.add_argument(
-        "--yes", action="store_true", help="run it though a rehearsal failed on an assumption"
-    )
+    add_switches(before, {"--yes": "run it though a rehearsal failed on an assumption"})
     _add_put_option(before)
     how = parser.add_argument_group("how it runs")
-    how.add_argument("--step", action="store_true", help="wait for Enter before each motion")
+    add_switches(how, {"--step": "wait for Enter before each motion"})
     how.add_argument(
         "--loops", type=_loops, metavar="N", help="run it so often, 0 for ever (default 1)"
     )
     how.add_argument("--speed", type=number, metavar="PERCENT", help="go slower than it asks for")
-    how.add_argument("--resume", action="store_true", help="go on where it was interrupted")
+    add_switches(how, {"--resume": "go on where it was interrupted"})
     how.add_argument("--record", type=Path, metavar="FILE", help="keep a recording of the run")
     add_pace_option(how)
     add_allow_restored(parser)
@@ -184,6 +195,20 @@ Every action prints JSON with --json.
 """
 
 
+def _sequence(*numbers: str, more: Declare | None = None) -> Declare:
+    """Return what declares a sequence, numbers of its steps, further options, and the arm."""
+
+    def declare(action: argparse.ArgumentParser) -> None:
+        action.add_argument("name", metavar="SEQUENCE")
+        for word in numbers:
+            action.add_argument(word, type=count, metavar=word.upper())
+        if more is not None:
+            more(action)
+        add_arm_options(action)
+
+    return declare
+
+
 def _step_words(action: argparse.ArgumentParser) -> None:
     action.add_argument("step", nargs="+", metavar="WORD", help="the step, as `points show` has it")
 
@@ -203,51 +228,48 @@ def _retime_words(action: argparse.ArgumentParser) -> None:
 
 def _here_words(action: argparse.ArgumentParser) -> None:
     action.add_argument("--point", metavar="NAME", help="what to call the place")
-    action.add_argument("--line", action="store_true", help="to be gone to along a straight line")
+    add_switches(action, {"--line": "to be gone to along a straight line"})
     action.add_argument("--speed", type=fraction, default=1.0, help="a fraction of the limits")
 
 
 def _record_words(action: argparse.ArgumentParser) -> None:
-    action.add_argument("--line", action="store_true", help="every way along a straight line")
+    add_switches(action, {"--line": "every way along a straight line"})
     action.add_argument("--speed", type=fraction, default=1.0, help="of every way")
-    action.add_argument("--waits", action="store_true", help="keep how long the arm stood")
+    add_switches(action, {"--waits": "keep how long the arm stood"})
     action.add_argument(
         "--rest", type=number, default=REST_S, metavar="SECONDS",
         help=f"a place is where the arm stands for so long (default {REST_S:g})",
     )  # fmt: skip
-    action.add_argument("--again", action="store_true", help="write over what is there")
+    add_switches(action, {"--again": "write over what is there"})
 
 
 def _reverse_words(action: argparse.ArgumentParser) -> None:
     action.add_argument("new", metavar="NEW", help="what the way back is called")
 
 
-TEACH_ACTIONS: Mapping[str, tuple[tuple[Declare, ...], tuple[str, ...], str]] = MappingProxyType(
-    {
-        "record": ((_record_words,), (), "record an arm that another program drives, until Ctrl-C"),
-        "here": ((_here_words,), (), "name the place where the arm stands, as the next step"),
-        "add": ((_step_words,), (), "add a step at the end, of a new sequence too"),
-        "insert": ((_step_words,), ("at",), "put a step before another"),
-        "remove": ((_to_last,), ("first",), "take steps away"),
-        "move": ((), ("old", "new"), "put a step in another place"),
-        "retime": ((_retime_words,), (), "change speeds and waits, of all steps or of some"),
-        "reverse": ((_reverse_words,), (), "make a sequence that goes the way back"),
-    }
-)
-"""Every action of `teach`: what else declares its options, the numbers of steps that it wants, and
-its line of help."""
+TEACH_ACTIONS: Mapping[str, Action] = MappingProxyType({
+    "record": Action("record an arm that another program drives, until Ctrl-C",
+                     "program.teach:record", _sequence(more=_record_words)),
+    "here": Action("name the place where the arm stands, as the next step",
+                   "program.teach:here", _sequence(more=_here_words)),
+    "add": Action("add a step at the end, of a new sequence too",
+                  "program.teach:add", _sequence(more=_step_words)),
+    "insert": Action("put a step before another",
+                     "program.teach:insert", _sequence("at", more=_step_words)),
+    "remove": Action("take steps away",
+                     "program.teach:remove", _sequence("first", more=_to_last)),
+    "move": Action("put a step in another place",
+                   "program.teach:move", _sequence("old", "new")),
+    "retime": Action("change speeds and waits, of all steps or of some",
+                     "program.teach:retime", _sequence(more=_retime_words)),
+    "reverse": Action("make a sequence that goes the way back",
+                      "program.teach:reverse", _sequence(more=_reverse_words)),
+})  # fmt: skip
+"""Every action of `teach`."""
 
 
 def _teach(parser: argparse.ArgumentParser) -> None:
-    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
-    for name, (further, words, summary) in TEACH_ACTIONS.items():
-        action = actions.add_parser(name, help=summary, description=summary)
-        action.add_argument("name", metavar="SEQUENCE")
-        for word in words:
-            action.add_argument(word, type=count, metavar=word.upper())
-        for declare in further:
-            declare(action)
-        add_arm_options(action)
+    add_actions(parser, TEACH_ACTIONS)
 
 
 ARGUMENTS: Mapping[str, Arguments] = MappingProxyType(

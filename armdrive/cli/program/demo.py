@@ -1,34 +1,130 @@
-"""The simulated arm takes three blocks, measures each with its fingers, and stacks them."""
+"""The simulated arm takes three blocks, measures each with its fingers, and stacks them.
+
+In a terminal that is drawn: the script runs in a thread, and the drawing follows it.
+"""
 
 from __future__ import annotations
 
 import argparse
+import os
 import shutil
 import sys
+import threading
 import time
+from collections.abc import Iterator
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import DEFAULT_SIM, chosen_target, default_arm
 from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.presenter import emit, say
-from armdrive.cli.program.demo_display import show
+from armdrive.cli.presenter import Result, as_json, draw_over, put, say, show, tell
 from armdrive.cli.screens import agreed
 from armdrive.cli.terminal_person import ask_operator, settle_trust
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, OperatorNeeded
+from armdrive.programs.attended import between_steps, time_s
 from armdrive.programs.demo import JOBS, CarriedBlock, Job, blocks_of, misplaced, perform
 from armdrive.registry import DEFAULT
 from armdrive.registry.simulate import simulate
+from armdrive.render.canvas import can_braille
+from armdrive.render.side_view import ArmScene, DrawnBox, side_view, top_view
 from armdrive.sim.simulated_arm import SimulatedArm
+
+FRAME_S = 1.0 / 15.0
+MOST_COLUMNS, MOST_ROWS = 110, 22
+CLEAR_LINE, CURSOR_OFF, CURSOR_ON = "\x1b[K", "\x1b[?25l", "\x1b[?25h"
+
+
+class _Performance(threading.Thread):
+    """The script in a thread of its own, with what it last said."""
+
+    def __init__(self, arm: Arm) -> None:
+        super().__init__(name="demo", daemon=True)
+        self.arm = arm
+        self.said = ""
+        self.carried: list[CarriedBlock] = []
+        self.error: Exception | None = None
+
+    def run(self) -> None:
+        """Perform, and keep what went wrong for the thread that draws."""
+        try:
+            self.carried = perform(self.arm, JOBS, self._hear)
+        except Exception as error:
+            self.error = error
+
+    def _hear(self, text: str) -> None:
+        self.said = text
+
+
+def draw(
+    config: ArmConfig, twin: SimulatedArm, *, pace: float, braille: bool
+) -> tuple[list[CarriedBlock], float]:
+    """Perform at `pace` times real time, drawn; return what was carried, and the arm's time."""
+    braille = braille and can_braille(sys.stdout.encoding, os.environ)
+    with Arm(connect_simulated(config, twin=twin, pace=pace)) as arm:
+        performance = _Performance(arm)
+        performance.start()
+        lines = 0
+        put("", control=CURSOR_OFF)
+        try:
+            while performance.is_alive():
+                lines = _draw(arm, twin, performance.said, pace, braille, lines)
+                performance.join(FRAME_S)
+            lines = _draw(arm, twin, performance.said, pace, braille, lines)
+        finally:
+            put("", control=CURSOR_ON)
+        if performance.error is not None:
+            raise performance.error
+        return performance.carried, time_s(arm)
+
+
+def _draw(
+    arm: Arm, twin: SimulatedArm, said: str, pace: float, braille: bool, last_lines: int
+) -> int:
+    """Draw over the last picture; return how many lines there are now."""
+    columns, rows = shutil.get_terminal_size()
+    width, height = min(columns - 1, MOST_COLUMNS), max(min(rows - 4, MOST_ROWS), 4)
+    with between_steps(arm):
+        scene = _scene(twin)
+    left = width * 3 // 5
+    side = side_view(scene, left, height, braille)
+    top = top_view(scene, width - left - 1, height, braille)
+    picture = [f"{a:<{left}} {b}" for a, b in zip(side, top, strict=True)]
+    status = arm.status
+    picture.append(f"{status.which}, shown {pace:g} times faster"[:width])
+    if not braille:
+        said = said.replace("°", " deg")
+    picture.append(f"{time_s(arm):6.1f} s  {said}"[:width])
+    back = f"\x1b[{last_lines}F" if last_lines else ""
+    draw_over(picture, control=back, line_end=f"{CLEAR_LINE}\n")
+    return len(picture)
+
+
+def _scene(twin: SimulatedArm) -> ArmScene:
+    """Return the physical world as there is to draw."""
+    world = twin.world
+    geometry = world.body.arm
+    return ArmScene(
+        points=geometry.points(world.joints),
+        opening_mm=world.opening_mm,
+        base_rad=world.joints[0],
+        reach_mm=geometry.levers_mm(None)[0],
+        blocks=tuple(
+            DrawnBox(b.name, b.x_mm, b.y_mm, b.z_mm, b.width_mm, b.height_mm)
+            for b in world.scene.blocks.values()
+        ),
+    )
+
+
+# The simulated arm takes three blocks, measures each with its fingers, and stacks them.
 
 DIALECT = DEFAULT
 """Its blocks are measured by a grip switch, which the other simulated arms do not have."""
 ELSEWHERE = "`armdrive run examples/stacking.arm --fresh --put A,190,50,25 ...` (docs/examples.md)"
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> Result:
     """Show the demonstration, check the world, and say what to try next."""
     if options.arm or options.port or options.sim:
         target = chosen_target(options)
@@ -39,47 +135,35 @@ def run(options: argparse.Namespace) -> int:
                 f"the demonstration is about the simulated TeachMover, and {target.config.name} is "
                 f"another arm: leave the option out, or see one carry blocks with {ELSEWHERE}"
             )
-    return _run_simulated(options)
-
-
-def _run_simulated(options: argparse.Namespace) -> int:
     config = simulated_config(DIALECT)
     twin = simulate(config, blocks=blocks_of(JOBS))
-    drawn = sys.stdout.isatty() and not (options.plain or options.json)
     began_s = time.monotonic()
-    if drawn:
-        carried, simulated_s = show(config, twin, pace=options.pace, braille=not options.ascii)
+    if sys.stdout.isatty() and not (options.plain or as_json(options)):
+        carried, simulated_s = draw(config, twin, pace=options.pace, braille=not options.ascii)
     else:
-        carried, simulated_s = _perform_plainly(twin, config, as_json=options.json)
+        with Arm(connect_simulated(config, twin=twin)) as arm:
+            tell(options, arm.status.which)
+            carried = perform(arm, JOBS, lambda text: show(Result({"step": text}, text), options))
+            simulated_s = time_s(arm)
     wrong = misplaced(twin.world, JOBS) + [each.sentence for each in twin.world.incidents]
-    if options.json:
-        emit(_summary(carried, twin, wrong, simulated_s))
-    else:
-        _tell_end(carried, wrong, simulated_s, time.monotonic() - began_s)
-    return 1 if wrong else 0
-
-
-def _perform_plainly(
-    twin: SimulatedArm, config: ArmConfig, *, as_json: bool
-) -> tuple[list[CarriedBlock], float]:
-    with Arm(connect_simulated(config, twin=twin)) as arm:
-        tell = (lambda text: emit({"step": text})) if as_json else say
-        if not as_json:
-            say(arm.status.which)
-        carried = perform(arm, JOBS, tell)
-        return carried, arm.pace.now_s()
+    return Result(
+        _summary(carried, twin, wrong, simulated_s),
+        _end(carried, wrong, simulated_s, time.monotonic() - began_s),
+        1 if wrong else 0,
+    )
 
 
 def _summary(
     carried: list[CarriedBlock], twin: SimulatedArm, wrong: list[str], simulated_s: float
 ) -> dict[str, object]:
+    places = {name: block.place for name, block in twin.world.scene.blocks.items()}
     return {
         "blocks": [
             {
                 "name": each.job.name,
                 "measured_mm": round(each.measured_mm, 2),
                 "width_mm": each.job.width_mm,
-                "place_mm": [round(v, 2) for v in twin.world.scene.blocks[each.job.name].place],
+                "place_mm": [round(v, 2) for v in places.get(each.job.name, ())] or None,
                 "wanted_mm": list(each.job.to_mm),
             }
             for each in carried
@@ -89,22 +173,22 @@ def _summary(
     }
 
 
-def _tell_end(
+def _end(
     carried: list[CarriedBlock], wrong: list[str], simulated_s: float, took_s: float
-) -> None:
+) -> Iterator[str]:
     for each in carried:
-        say(
+        yield (
             f"block {each.job.name}: measured {each.measured_mm:.1f} mm, "
             f"is {each.job.width_mm:.1f} mm wide"
         )
     for sentence in wrong:
-        say(f"WRONG: {sentence}")
+        yield f"WRONG: {sentence}"
     if not wrong:
-        say("Every block stands where it belongs, in the simulated world itself.")
-    say(f"{simulated_s:.0f} s of the arm's time in {took_s:.1f} s.")
-    say("Next, for example:")
+        yield "Every block stands where it belongs, in the simulated world itself."
+    yield f"{simulated_s:.0f} s of the arm's time in {took_s:.1f} s."
+    yield "Next, for example:"
     for words in ("home", "move --x 250 --y 40 --z 120 --pitch -90", "jog"):
-        say(f"  {_program()} {words}{_simulated()}")
+        yield f"  {_program()} {words}{_simulated()}"
 
 
 def _simulated() -> str:
@@ -125,7 +209,7 @@ def _program() -> str:
 # On a real arm a person puts the blocks down, and looks where they end.
 
 
-def run_on_real_arm(options: argparse.Namespace) -> int:
+def run_on_real_arm(options: argparse.Namespace) -> Result:
     """Have the blocks put down, reference the arm if it is not, and perform."""
     if not sys.stdin.isatty():
         raise OperatorNeeded("on a real arm the demonstration needs a person at a terminal")
@@ -141,7 +225,7 @@ def run_on_real_arm(options: argparse.Namespace) -> int:
         for each in perform(arm, JOBS, say):
             say(f"block {each.job.name}: measured {each.measured_mm:.1f} mm")
     say("Whether every block stands where it belongs, only you can see.")
-    return 0
+    return Result(None)
 
 
 def _placing(job: Job) -> str:

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
+import contextlib
+from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
-from types import MappingProxyType
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
-from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.options import Command
-from armdrive.cli.presenter import emit, put_error, say, say_lines
+from armdrive.cli.chosen_arm import opened_arm
+from armdrive.cli.presenter import Result, as_json, put_error, say
 from armdrive.cli.screens import agreed
 from armdrive.cli.terminal_person import settle_trust
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest, OperatorNeeded, PendantFileError
 from armdrive.motion.device import named_rows
-from armdrive.programs.teaching.pendant_program import rows_of
+from armdrive.programs.teaching.export import rows_of
 from armdrive.registry import pendant_of
 from armdrive.registry.pendant import PendantProgram
 from armdrive.status import Trust
@@ -27,50 +26,38 @@ from armdrive.storage.point_file import points_of
 from armdrive.text.reading import read_text
 
 
-def run(options: argparse.Namespace) -> int:
-    """Do what was asked for."""
-    return ACTIONS[options.action](options)
-
-
 def _read_from(options: argparse.Namespace) -> tuple[ArmConfig, PendantProgram]:
     with _connected(options) as arm:
         return arm.config, arm.read_pendant_program()
 
 
-def _connected(options: argparse.Namespace) -> Arm:
-    arm = connect_chosen(options, allow_restored=options.allow_restored)
-    try:
-        if not options.json:
-            say(arm.status.which)
+@contextlib.contextmanager
+def _connected(options: argparse.Namespace) -> Iterator[Arm]:
+    with opened_arm(options, allow_restored=options.allow_restored) as arm:
         settle_trust(arm)
-    except BaseException:
-        arm.close()
-        raise
-    return arm
+        with arm:
+            yield arm
 
 
-def _show(options: argparse.Namespace) -> int:
+def show(options: argparse.Namespace) -> Result:
+    """Print the program in the arm."""
     config, program = _read_from(options)
-    if options.json:
-        emit(pendant_of(config).view(config, program))
-    else:
-        say_lines(text_of(config, program).rstrip("\n"))
-    return 0
+    lines = text_of(config, program).rstrip("\n").split("\n")
+    return Result(pendant_of(config).view(config, program), lines)
 
 
-def _read(options: argparse.Namespace) -> int:
+def read(options: argparse.Namespace) -> Result:
+    """Read the program out of the arm into a file."""
     path = Path(options.file)
     require_free(path, force=options.force)
     config, program = _read_from(options)
     into_file(path, config, program)
-    if options.json:
-        emit({"file": str(path), **pendant_of(config).view(config, program)})
-    else:
-        say(f"{len(program.rows)} rows are in {path} now")
-    return 0
+    view = {"file": str(path), **pendant_of(config).view(config, program)}
+    return Result(view, f"{len(program.rows)} rows are in {path} now")
 
 
-def _write(options: argparse.Namespace) -> int:
+def write(options: argparse.Namespace) -> Result:
+    """Write a file's rows into the arm."""
     program = from_file(Path(options.file), chosen_target(options).config)
     with _connected(options) as arm:
         if options.as_is:
@@ -78,14 +65,11 @@ def _write(options: argparse.Namespace) -> int:
         if options.shift:
             program = program.moved_to(arm.read_pendant_program().origin)
         count = len(program.rows)
-        if not options.yes and (options.json or not agreed(_question(arm, program))):
+        if not options.yes and (as_json(options) or not agreed(_question(arm, program))):
             raise OperatorNeeded("not confirmed, nothing was written: say --yes to write unasked")
         written = _written(arm, program, leave_others=options.leave_others)
-    if options.json:
-        emit({"rows": count, "written": written})
-    else:
-        say(f"{count} rows are in the arm: {written} written, and all read back as they should")
-    return 0
+    said = f"{count} rows are in the arm: {written} written, and all read back as they should"
+    return Result({"rows": count, "written": written}, said)
 
 
 def _question(arm: Arm, program: PendantProgram) -> str:
@@ -145,7 +129,7 @@ def text_of(config: ArmConfig, program: PendantProgram) -> str:
 # From a pendant's rows to taught points, and back.
 
 
-def make_points(options: argparse.Namespace) -> int:
+def make_points(options: argparse.Namespace) -> Result:
     """Make points and a sequence of a file's rows; the arm need not be there."""
     config = chosen_target(options).config
     program = from_file(Path(options.file), config)
@@ -153,14 +137,14 @@ def make_points(options: argparse.Namespace) -> int:
     points, steps = pendant_of(config).taught_by(config, program, options.name, note)
     book = points_of(config.name, config.model.arm)
     book.put_all(points, {options.name: steps}, again=options.again)
-    if options.json:
-        emit({"sequence": options.name, "points": list(points), "steps": len(steps.steps)})
-    else:
-        say(f"{options.name}: {len(steps.steps)} steps over {len(points)} points, in {book.path}")
-    return 0
+    count = len(steps.steps)
+    return Result(
+        {"sequence": options.name, "points": list(points), "steps": count},
+        f"{options.name}: {count} steps over {len(points)} points, in {book.path}",
+    )
 
 
-def make_rows(options: argparse.Namespace) -> int:
+def make_rows(options: argparse.Namespace) -> Result:
     """Make a file of rows of a sequence, as the arm's registers count now."""
     require_free(Path(options.file), force=options.force)
     with _connected(options) as arm:
@@ -168,20 +152,5 @@ def make_rows(options: argparse.Namespace) -> int:
         origin = arm.read_pendant_program().origin
         program = rows_of(arm.config, steps, taught.points, origin)
         into_file(Path(options.file), arm.config, program)
-    if options.json:
-        emit({"file": options.file, "rows": len(program.rows)})
-    else:
-        say(f"{options.name} is {len(program.rows)} rows in {options.file} now")
-    return 0
-
-
-ACTIONS: Mapping[str, Command] = MappingProxyType(
-    {
-        "show": _show,
-        "read": _read,
-        "write": _write,
-        "points": make_points,
-        "make": make_rows,
-    }
-)
-"""What does each action."""
+    view = {"file": options.file, "rows": len(program.rows)}
+    return Result(view, f"{options.name} is {len(program.rows)} rows in {options.file} now")

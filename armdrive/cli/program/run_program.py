@@ -5,42 +5,36 @@ from __future__ import annotations
 import argparse
 import contextlib
 import shlex
-from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
-from armdrive.cli.presenter import put_error
+from armdrive.cli.presenter import as_json, put_error
 from armdrive.cli.program.run_common import (
+    Display,
+    RunTerminal,
     connect_to_check,
     connect_to_run,
     display_for,
+    duration,
     ended_view,
-    failed_view,
     keep_recording,
     make_ready,
     show_place,
     slow_down,
+    standard_input,
     stands_at,
+    stopped_by_interrupt,
+    tell_failure,
 )
-from armdrive.cli.program.run_display import Display, duration
-from armdrive.cli.program.run_input import RunTerminal, standard_input, stopped_by_interrupt
 from armdrive.cli.program.run_report import report
-from armdrive.programs.acts import Answer, ProgramMachine
-from armdrive.programs.journal import (
-    Journal,
-    JournalEntry,
-    interrupted,
-    require_place,
-    require_same_program,
-)
-from armdrive.programs.performing import Performer
+from armdrive.programs.acts import Answer
+from armdrive.programs.journal import Journal, taken_up
 from armdrive.programs.problems import lines_of
-from armdrive.programs.program import ArmProgram, Program, read_program_file
+from armdrive.programs.program import ArmProgram, Machine, Program, read_program_file
 from armdrive.programs.progress import RunProgress
-from armdrive.programs.rehearsal import Rehearsal, RehearsedPlan, rehearse, require_rehearsed
-from armdrive.programs.running import ProgramRun, RunStep
+from armdrive.programs.rehearsal import Rehearsal, rehearse, require_rehearsed
+from armdrive.programs.running import Performer, ProgramRun, RunPlan, RunStep
 
 
 def run_program(options: argparse.Namespace) -> int:
@@ -59,50 +53,26 @@ def _check(program: Program, options: argparse.Namespace) -> int:
         if arm is not None:
             slow_down(arm, options)
         source = ArmProgram(program, config)
-        plan = _plan(source, options, _taken_up(program, source, arm, options), settle=True)
+        plan = _plan(source, arm, options, settle=True)
         rehearsal = rehearse(config, arm, plan)
         return report(rehearsal, options, lines_of(program.text), unasked)
 
 
-def _taken_up(
-    program: Program, source: ArmProgram, arm: Arm | None, options: argparse.Namespace
-) -> JournalEntry | None:
-    """Return where the program is to be taken up, None for its beginning. Raises `Refused`."""
-    if not options.resume:
-        return None
-    entry = interrupted(source.config.name)
-    require_same_program(entry, program.digest, str(options.program.resolve()))
-    stage = source.restored(entry.snapshot).next()
-    if arm is not None and stage is not None:
-        how, move = resume_command(options), move_command(options)
-        return replace(entry, move=require_place(arm, entry, stage.act, how, move=move))
-    return entry
-
-
 def _plan(
-    source: ArmProgram, options: argparse.Namespace, entry: JournalEntry | None, *, settle: bool
-) -> RehearsedPlan:
-    machine: Callable[[], ProgramMachine] | None = None
-    if entry is not None:
-        machine = partial(source.restored, entry.snapshot)
-    return RehearsedPlan(
-        source,
-        _loops(options, entry),
-        1 if entry is None else entry.loop,
-        machine,
-        None if entry is None else entry.move,
-        dict(options.input),
-        options.assume_width,
-        0 if entry is None else entry.outputs,
+    source: ArmProgram, arm: Arm | None, options: argparse.Namespace, *, settle: bool
+) -> RunPlan:
+    """Return what the options ask for, from its beginning or from where it was interrupted."""
+    plan = RunPlan(
+        source.machine,
+        inputs=dict(options.input),
+        width_mm=options.assume_width,
         settle=settle,
         traced=options.plot is not None,
     )
-
-
-def _loops(options: argparse.Namespace, entry: JournalEntry | None) -> int:
-    if options.loops is not None:
-        return int(options.loops)
-    return 1 if entry is None else entry.loops
+    if options.resume:
+        how, move = resume_command(options), move_command(options)
+        plan = taken_up(plan, source, options.program, arm, how=how, move=move)
+    return plan if options.loops is None else replace(plan, loops=options.loops)
 
 
 class _StepGate:
@@ -112,7 +82,7 @@ class _StepGate:
         self._performer = performer
         self._display = display
 
-    def begins(self, step: RunStep, machine: ProgramMachine) -> None:  # noqa: ARG002 - as every onlooker
+    def begins(self, step: RunStep, machine: Machine) -> None:  # noqa: ARG002 - as every onlooker
         """Wait before a motion; a stop meanwhile ends the run."""
         if not step.moves:
             return
@@ -137,26 +107,25 @@ class _RunningProgram:
         """Rehearse, carry out, and say how it ended."""
         source = ArmProgram(self._program, self._arm.config)
         slow_down(self._arm, self._options)
-        entry = _taken_up(self._program, source, self._arm, self._options)
-        plan = _plan(source, self._options, entry, settle=False)
+        plan = _plan(source, self._arm, self._options, settle=False)
         rehearsal = rehearse(self._arm.config, self._arm, plan)
         self._require(rehearsal)
         make_ready(self._arm, self._options)
         with display_for(self._options, self._lines) as display:
             self._begin(display, rehearsal, plan)
-            person = RunTerminal(self._arm, display, standard_input())
+            person = RunTerminal(self._arm, display, standard_input().keys)
             performer = Performer(self._arm, person, since=self._stops, outputs=plan.outputs)
-            return self._carry_out(source, plan, performer, display)
+            return self._carry_out(plan, performer, display)
 
     def _require(self, rehearsal: Rehearsal) -> None:
         try:
             require_rehearsed(rehearsal, anyway=self._options.yes)
         except BaseException as error:
-            if not self._options.json:
+            if not as_json(self._options):
                 show_place(rehearsal.at, self._lines, rehearsal.refusal or error)
             raise
 
-    def _begin(self, display: Display, rehearsal: Rehearsal, plan: RehearsedPlan) -> None:
+    def _begin(self, display: Display, rehearsal: Rehearsal, plan: RunPlan) -> None:
         known = rehearsal.whole and rehearsal.refusal is None
         progress = RunProgress(rehearsal.loops if known else (), repeated=plan.loops)
         display.use(self._arm)
@@ -177,51 +146,35 @@ class _RunningProgram:
         }
         display.tell(event, f"{self._options.program}{takes}{assumed}")
 
-    def _carry_out(
-        self, source: ArmProgram, plan: RehearsedPlan, performer: Performer, display: Display
-    ) -> int:
+    def _carry_out(self, plan: RunPlan, performer: Performer, display: Display) -> int:
         path, digest = self._options.program.resolve(), self._program.digest
         journal = Journal(self._arm, performer, path, digest, plan.loops)
         gate = [_StepGate(performer, display)] if self._options.step else []
-        machine = None if plan.machine is None else plan.machine()
-        run = ProgramRun(
-            source,
-            performer,
-            [journal, *gate, display],
-            loops=plan.loops,
-            loop=plan.loop,
-            machine=machine,
-            left=plan.left,
-        )
-        began_s = self._arm.pace.now_s()
+        run = ProgramRun(plan, performer, [journal, *gate, display])
         try:
             run.carry_out()
         except BaseException as error:
-            self._failed(error, run, journal, display)
+            with contextlib.suppress(Exception):  # what went wrong first is what is told
+                journal.broke_off(error)
+            self._failed(error, run, display)
             raise
         finally:
             keep_recording(self._arm, self._options)
         journal.finish()
-        took_s = self._arm.pace.now_s() - began_s
-        words = f"done: {run.done} acts in {duration(took_s)}; {stands_at(self._arm)}"
-        display.tell(ended_view(self._arm, run.done, took_s), words)
+        words = f"done: {run.done} acts in {duration(run.took_s)}; {stands_at(self._arm)}"
+        display.tell(ended_view(self._arm, run.done, run.took_s), words)
         return 0
 
-    def _failed(
-        self, error: BaseException, run: ProgramRun, journal: Journal, display: Display
-    ) -> None:
-        with contextlib.suppress(Exception):  # what went wrong first is what is told
-            journal.broke_off(error)
+    def _failed(self, error: BaseException, run: ProgramRun, display: Display) -> None:
         mark = None if run.at is None else run.at.stage.mark
         mark = getattr(error, "mark", None) or mark
         resume = "" if run.at is None else resume_command(self._options)
-        if self._options.json:
-            display.tell(failed_view(mark, error, resume), "")
-            return
-        display.tell({}, f"ended early: {run.done} acts done; {stands_at(self._arm)}")
-        show_place(mark, self._lines, error)
-        if resume:
-            put_error(f"to go on from there: {resume}\n")
+        how_far = f"{run.done} acts done; {stands_at(self._arm)}"
+        tell_failure(display, mark, error, how_far, resume)
+        if not as_json(self._options):
+            show_place(mark, self._lines, error)
+            if resume:
+                put_error(f"to go on from there: {resume}\n")
 
 
 # The commands that resume an interrupted program: on the same arm, and no faster.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import math
 import os
 import shutil
@@ -11,15 +12,26 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from armdrive.cli.presenter import emit, say
-from armdrive.cli.program.run_common import show_place
-from armdrive.cli.program.run_display import duration, line_words
+from armdrive.cli.arm_files import chosen_target
+from armdrive.cli.presenter import Result, as_json, put_error, say, show, tell
+from armdrive.cli.program.run_common import (
+    connect_to_check,
+    duration,
+    line_words,
+    show_place,
+    slow_down,
+)
+from armdrive.errors import ArmError
 from armdrive.errors.table import error_view
 from armdrive.programs.acts import Look
 from armdrive.programs.progress import Took
 from armdrive.programs.rehearsal import Rehearsal
+from armdrive.programs.running import RunPlan
+from armdrive.programs.script_rehearsal import rehearse_script
+from armdrive.programs.scripts import own_traceback
 from armdrive.render.canvas import can_braille
 from armdrive.render.sketch import Sketch, save_sketches, sketch_rows
+from kinematics.errors import KinematicsError
 from kinematics.geometry import Point
 
 MOST_COLUMNS, MOST_ROWS = 110, 30
@@ -30,19 +42,15 @@ def report(
 ) -> int:
     """Say what a rehearsal found, draw the path where that is wanted; raise what refused it."""
     output = Path(options.plot) if options.plot else None
-    if options.json:
-        emit({"event": "rehearsal", "not_asked": unasked or None, **rehearsal_view(rehearsal)})
-    else:
-        for line in rehearsal_lines(rehearsal, lines):
-            say(line)
-        if unasked:
-            say(f"assumed: {unasked}")
-    if options.plot is not None and not (options.json and output is None):
+    view = {"event": "rehearsal", "not_asked": unasked or None, **rehearsal_view(rehearsal)}
+    told = rehearsal_lines(rehearsal, lines) + [f"assumed: {unasked}"] * bool(unasked)
+    show(Result(view, told), options)
+    if output is not None or (options.plot is not None and not as_json(options)):
         draw_path(rehearsal.path, f"path of the tip in {options.program.name}", output)
-        if output is not None and not options.json:
-            say(f"path written to {output}")
+    if output is not None:
+        tell(options, f"path written to {output}")
     if rehearsal.refusal is not None:
-        if not options.json:
+        if not as_json(options):
             show_place(rehearsal.at, lines, rehearsal.refusal)
         raise rehearsal.refusal
     return 0
@@ -128,3 +136,36 @@ def draw_path(path: Sequence[Point], title: str, output: Path | None) -> None:
         say(" ".join(row).rstrip())
     for sketch in sketches:
         say(sketch.caption)
+
+
+# The rehearsal of a Python script.
+
+
+def check_script(options: argparse.Namespace, lines: list[str]) -> int:
+    """Rehearse a script on the arm that the options name, and report what was found."""
+    arm, unasked = connect_to_check(options)
+    with contextlib.closing(arm) if arm is not None else contextlib.nullcontext():
+        plan = RunPlan(
+            inputs=dict(options.input),
+            width_mm=options.assume_width,
+            settle=True,
+            traced=options.plot is not None,
+        )
+        config = chosen_target(options).config
+        if arm is not None:
+            slow_down(arm, options)
+        output = contextlib.redirect_stdout(sys.stderr) if as_json(options) else None
+        with output or contextlib.nullcontext():
+            rehearsal = rehearse_script(options.program, options.words, config, arm, plan)
+        if (code := _own_error(rehearsal, options)) is not None:
+            return code
+        return report(rehearsal, options, lines, unasked)
+
+
+def _own_error(rehearsal: Rehearsal, options: argparse.Namespace) -> int | None:
+    """Show the traceback of an error that is the script's own; return what it ends with."""
+    error = rehearsal.refusal
+    if error is None or isinstance(error, ArmError | KinematicsError):
+        return None
+    put_error(own_traceback(error, options.program))
+    return 1

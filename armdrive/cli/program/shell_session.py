@@ -3,33 +3,65 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import re
+import signal
 import sys
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeAlias
 
 from armdrive.arm import Arm
-from armdrive.blocking import run_blocking
-from armdrive.cli.presenter import put_error, say, say_lines
-from armdrive.cli.program.run_common import failed_view
-from armdrive.cli.program.run_input import stopped_by_interrupt
-from armdrive.cli.program.shell_person import AtPrompt, ShellSaid, ShellShown
+from armdrive.cli.presenter import put, put_error, say, say_lines
+from armdrive.cli.program.run_common import (
+    LOOK_EVERY_S,
+    Display,
+    Pressed,
+    RunTerminal,
+    failed_view,
+    stopped_by_interrupt,
+)
+from armdrive.cli.terminal_person import ask_operator
+from armdrive.dialog.operator import PostureRequest
 from armdrive.errors import ArmError, NotReferenced, OperatorNeeded
 from armdrive.errors.actions import SHELL, presented
 from armdrive.errors.table import tagged
-from armdrive.programs.machine import Machine
-from armdrive.programs.performing import Performer
+from armdrive.programs.acts import Say
+from armdrive.programs.language.values import to_json
 from armdrive.programs.problems import ProgramError, SourceMark
-from armdrive.programs.program import ArmProgram
-from armdrive.programs.running import ProgramRun
-from armdrive.programs.session import PromptEntry, Session
+from armdrive.programs.program import Machine
+from armdrive.programs.session import INPUT, ArmSession, PromptEntry, Session
+from armdrive.setup.keyboard import raw_terminal
 from armdrive.status import State
 
-INPUT = "standard input"
-"""What the lines of a pipe are called."""
+ENTER = (b"\r", b"\n")
+
+
+@contextlib.contextmanager
+def keys_at_prompt() -> Iterator[Pressed]:
+    """Yield what tells whether Enter was pressed: not as a line, which readline would take."""
+    with raw_terminal() as terminal:
+
+        def pressed() -> bool:
+            keys = terminal.read(LOOK_EVERY_S)
+            return any(key in keys for key in ENTER)
+
+        yield pressed
+
+
+def ask_at_prompt(request: PostureRequest) -> bool:
+    """Ask whether the arm stands in a posture; Ctrl-C is a no."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        return ask_operator(request)
+    except KeyboardInterrupt:
+        put("\n")
+        return False
+    finally:
+        signal.signal(signal.SIGINT, before)
+
 
 WAYS_OUT: Mapping[State, str] = MappingProxyType(
     {
@@ -50,31 +82,15 @@ class Left(Exception):
     """The person is done."""
 
 
-@dataclass(frozen=True, slots=True)
-class OwnWord:
-    """A word of the shell: what stands behind it, what it does."""
-
-    usage: str
-    says: str
-    deed: Callable[[Shell, str], None]
+Deed: TypeAlias = Callable[["Shell", str], None]
+"""What does a word of the shell, with what stands behind it."""
 
 
-def own_word(line: str, words: Mapping[str, OwnWord]) -> tuple[OwnWord, str] | None:
-    """Return the word of the shell that a line is, and what stands behind it; None for none."""
+def own_word(line: str, words: Mapping[str, Deed]) -> tuple[Deed, str] | None:
+    """Return what does the word of the shell that a line is, and what stands behind the word."""
     match = _LINE.fullmatch(line)
-    word = None if match is None else words.get(match[1].lower())
-    return None if word is None or match is None else (word, match[2] or "")
-
-
-class _Once:
-    """The source of a machine that has been made already."""
-
-    def __init__(self, made: Machine) -> None:
-        self._made = made
-
-    def machine(self) -> Machine:
-        """Return it."""
-        return self._made
+    deed = None if match is None else words.get(match[1].lower())
+    return None if deed is None or match is None else (deed, match[2] or "")
 
 
 class Shell:
@@ -87,7 +103,7 @@ class Shell:
         self,
         arm: Arm,
         options: argparse.Namespace,
-        words: Mapping[str, OwnWord],
+        words: Mapping[str, Deed],
         *,
         typing: bool,
     ) -> None:
@@ -95,15 +111,12 @@ class Shell:
         self.words = words
         self.json = bool(options.json)
         self.typing = typing
-        self.saved: set[str] = set()
-        self.done = 0
-        self._stops = arm.stops
-        self._outputs = 0
-        self.begin_anew()
+        self.on_arm = ArmSession(arm, typing=typing)
 
-    def begin_anew(self) -> None:
-        """Forget all that was typed; what the arm does stays."""
-        self.session = Session("" if self.typing else INPUT)
+    @property
+    def session(self) -> Session:
+        """What has been typed so far."""
+        return self.on_arm.session
 
     def tell(self, event: dict[str, Any], text: str) -> None:
         """Say something: an event for programs, lines for people."""
@@ -130,60 +143,48 @@ class Shell:
         if entry is not None:
             self.carry_out(entry)
 
-    def _do(self, word: OwnWord, rest: str, position: int) -> None:
+    def _do(self, deed: Deed, rest: str, position: int) -> None:
         try:
             with stopped_by_interrupt(lambda: [self.arm]):
-                word.deed(self, rest)
+                deed(self, rest)
         except ArmError as error:
             if not (self.typing or self.json or isinstance(error, ProgramError)):
                 put_error(f"{SourceMark(position, 1, INPUT)}\n")
             raise
 
     def carry_out(self, entry: PromptEntry) -> None:
-        """Carry an entry out, and learn what it brought, also where it broke off."""
+        """Carry an entry out, shown as it is."""
         try:
-            machine = ArmProgram(entry.program, self.arm.config).machine()
-            self._perform(entry, machine)
+            self._perform(entry, self.on_arm.machine(entry))
         except ProgramError as error:
             raise self.session.typed.shown(error) from None
-        self.done += 1
 
     def _perform(self, entry: PromptEntry, machine: Machine) -> None:
         rewrites = self.typing and sys.stdout.isatty()
-        shown = ShellShown(self.session.typed, self.emit if self.json else None, rewrites=rewrites)
-        said = ShellSaid(self.tell)
+        emit = self.emit if self.json else None
+        shown = Display([], emit, rewrites=rewrites, typed=self.session.typed)
+        keys = keys_at_prompt if self.typing else None  # lines of a pipe are no answers
+        said = partial(self._say_values, machine) if entry.says else None
+        person = RunTerminal(self.arm, shown, keys, said)
         with shown, stopped_by_interrupt(lambda: [self.arm], ends=not self.typing):
-            self._forget_stops()
-            show = said.say if entry.says else shown.say
-            person = AtPrompt(self.arm, shown, show, typing=self.typing)
-            performer = Performer(self.arm, person, since=self._stops, outputs=self._outputs)
             shown.use(self.arm)
-            onlooker = said if entry.says else shown
-            self._carry_out(entry, machine, ProgramRun(_Once(machine), performer, [onlooker]))
-            self._outputs = performer.outputs
+            try:
+                self.on_arm.carry_out(entry, machine, person, [] if entry.says else [shown])
+            except BaseException as error:
+                self._tell_place(entry, error)
+                raise
 
-    def _forget_stops(self) -> None:
-        """Take a stop between two entries of a person for one of neither; a pipe it ends."""
-        if self.typing and self.arm.stops != self._stops:
-            # a stop that the engine has not seen yet would end the next motion
-            run_blocking(self.arm.runner.stand_still())
-            self._stops = self.arm.stops
+    def _say_values(self, machine: Machine, text: str) -> None:
+        """Say values: to programs as such."""
+        stage = machine.next()
+        values = stage.act.values if stage is not None and isinstance(stage.act, Say) else ()
+        view = {"event": "value", "values": list(map(to_json, values)), "text": text}
+        self.tell(view, text)
 
-    def _carry_out(self, entry: PromptEntry, machine: Machine, run: ProgramRun) -> None:
-        done = False
-        try:
-            run.carry_out()
-            done = True
-        except BaseException as error:
-            self._tell_place(entry, run, error)
-            raise
-        finally:
-            self.session.learn(entry, machine, done=done)
-            self.arm.program = None
-
-    def _tell_place(self, entry: PromptEntry, run: ProgramRun, error: BaseException) -> None:
+    def _tell_place(self, entry: PromptEntry, error: BaseException) -> None:
         """Say at which line an entry broke off, where the person would not know."""
-        mark = None if run.at is None else run.at.stage.mark
+        at = self.on_arm.at
+        mark = None if at is None else at.stage.mark
         if self.json:
             self.emit(failed_view(getattr(error, "mark", None) or mark, error, ""))
         elif mark is not None and not isinstance(error, ProgramError):

@@ -7,33 +7,28 @@ from dataclasses import asdict
 from pathlib import Path
 from types import MappingProxyType
 
-from armdrive.cli.program.run_common import put_blocks
-from armdrive.cli.program.shell_session import Left, OwnWord, Shell
+from armdrive.cli.program.shell_session import Deed, Left, Shell
 from armdrive.cli.screens import agreed
 from armdrive.errors import BadRequest, OperatorNeeded
+from armdrive.programs.attended import put_blocks
 from armdrive.programs.language.syntax import Tree
 from armdrive.programs.language.values import PlaceValue, said, to_json
 from armdrive.programs.language.words import (
     FORMS,
     FUNCTIONS,
-    GROUPS,
+    OVER,
     RESERVED,
+    SHELL,
     SPELLINGS,
-    WORDS,
-    Function,
-    Word,
-    usage,
+    meanings,
+    overview,
 )
 from armdrive.programs.language.writing import unparse
-from armdrive.programs.program import ENDING, ArmProgram, read_program, read_program_file
+from armdrive.programs.program import ENDING, read_program_file
 from armdrive.registry import dialect
-from armdrive.sim.world.table import PARTS, GripScene, block_of
+from armdrive.sim.world.table import GripScene, block_of
 from armdrive.status import joints_view, pose_view, status_view
-from armdrive.storage.files import DISK, replace_durably
 from kinematics.errors import suggestion
-
-OVER = "over"
-"""What has to stand behind the name of a file that is to be written over."""
 
 
 def _help(shell: Shell, rest: str) -> None:
@@ -62,16 +57,7 @@ def _save(shell: Shell, rest: str) -> None:
     name, _, over = rest.rpartition(" ")
     named, force = (name, True) if over.lower() == OVER and name else (rest, False)
     path = _program_path(named, "save stack.arm")
-    text = shell.session.text
-    if not text.strip():
-        raise BadRequest("there is nothing to save: nothing has been carried out yet")
-    if path.exists() and not force and str(path.absolute()) not in shell.saved:
-        raise BadRequest(f"{path} is there already: name another, or `save {path} {OVER}`")
-    program = read_program(text, str(path))
-    ArmProgram(program, shell.arm.config).machine()  # what is written can be run here
-    replace_durably(DISK, path.absolute(), text.encode("utf-8"))
-    shell.saved.add(str(path.absolute()))
-    lines = len(text.splitlines())
+    lines = shell.on_arm.save(path, over=force)
     shell.tell(
         {"event": "saved", "file": str(path), "lines": lines},
         f"{lines} lines are in {path}: `armdrive run {path} --check` rehearses them",
@@ -99,7 +85,7 @@ def _program_path(word: str, example: str) -> Path:
 
 
 def _new(shell: Shell, _: str) -> None:
-    shell.begin_anew()
+    shell.on_arm.begin_anew()
     shell.tell({"event": "new"}, "names, subprograms and the list are forgotten; the arm stays")
 
 
@@ -227,50 +213,18 @@ def _scene(shell: Shell) -> GripScene:
 # -- help and completion ------------------------------------------------------------------------
 
 
-WIDTH = 34
-
-
 def help_on(word: str, shell: Shell) -> list[str]:
     """Return what a word means, or all words with a line each. Raises `BadRequest`."""
     low = word.strip().lower()
     if not low:
-        return _everything(shell.words)
-    found: list[str] = []
-    if low in SPELLINGS:
-        found += _of_word(WORDS[SPELLINGS[low]])
-    if low in FUNCTIONS:
-        found += _of_function(FUNCTIONS[low])
-    found += [f"{row.pattern}\n  {row.says}" for row in FORMS if row.name == low]
-    if low in shell.words:
-        own = shell.words[low]
-        found.append(f"{own.usage}\n  {own.says}")
+        return overview()
+    found = meanings(low)
     named = [each for each in shell.session.context.defines if each.name.lower() == low]
     found += [f"{each.name}({', '.join(each.parameters)})\n  A subprogram." for each in named]
     if not found:
-        known = (*SPELLINGS, *FUNCTIONS, *shell.words, *(row.name for row in FORMS))
+        known = (*SPELLINGS, *FUNCTIONS, *(row.name for row in (*SHELL, *FORMS)))
         raise BadRequest(f"there is no word {word!r}{suggestion(low, known)}")
     return found
-
-
-def _everything(own: Mapping[str, OwnWord]) -> list[str]:
-    found = ["words of a program: `help WORD` tells more, docs/programs.md everything"]
-    for title, words in GROUPS.items():
-        found.append(f"  {title}: {', '.join(word.name for word in words)}")
-    found.append(f"  Shape: {', '.join(row.name for row in FORMS)}")
-    found.append(f"  Values: {', '.join((*FUNCTIONS, 'joints', 'here'))}; a value alone is shown")
-    found.append("words of the shell")
-    found += [f"  {row.usage:<{WIDTH}}{row.says}" for row in own.values()]
-    found.append("Ctrl-C stops what moves; a block ends with `end`")
-    return found
-
-
-def _of_word(word: Word) -> list[str]:
-    old = f"\n  old spelling: {', '.join(each.upper() for each in word.old)}" if word.old else ""
-    return [f"{usage(word)}\n  {word.says}\n  {word.example}{old}"]
-
-
-def _of_function(row: Function) -> list[str]:
-    return [f"{row.name}(...)\n  {row.says}\n  {row.example}"]
 
 
 def known_words(shell: Shell) -> list[str]:
@@ -285,24 +239,10 @@ def known_words(shell: Shell) -> list[str]:
     ]
 
 
-OWN_WORDS: Mapping[str, OwnWord] = MappingProxyType({
-    "help": OwnWord("help [WORD]", "What there is to type, or what one word means.", _help),
-    "where": OwnWord("where", "Where the arm stands.", _where),
-    "status": OwnWord("status", "All that is known of the arm.", _status),
-    "names": OwnWord("names", "Values, subprograms and points that have been named.", _names),
-    "points": OwnWord("points", "The points, named here and in the arm's own book.", _points),
-    "list": OwnWord("list", "What was carried out so far, as a program.", _list),
-    "drop": OwnWord("drop NUMBER", "Leave an entry out of the list. Undoes nothing.", _drop),
-    "save": OwnWord(f"save FILE.arm [{OVER}]", "Write the list into a program file.", _save),
-    "load": OwnWord("load FILE.arm", "Take over a file's subprograms, points and values.", _load),
-    "new": OwnWord("new", "Forget names, subprograms and the list.", _new),
-    "put": OwnWord(f"put {PARTS}", "A simulated arm: put a block on its table, mm.", _put),
-    "blocks": OwnWord("blocks", "A simulated arm: where its blocks stand.", _blocks),
-    "reset": OwnWord("reset", "Leave an error, after looking at the arm. Moves nothing.", _reset),
-    "reconnect": OwnWord("reconnect", "Look for a wire that was lost. Moves nothing.", _reconnect),
-    "enable": OwnWord("enable", "Switch the motors on. Moves nothing.", _enable),
-    "disable": OwnWord("disable [yes]", "Switch the motors off: the arm can sag.", _disable),
-    "quit": OwnWord("quit", "Leave, as Ctrl-D does. `exit` is the same.", _quit),
-    "exit": OwnWord("exit", "Leave, as `quit` does.", _quit),
+OWN_WORDS: Mapping[str, Deed] = MappingProxyType({
+    "help": _help, "where": _where, "status": _status, "names": _names, "points": _points,
+    "list": _list, "drop": _drop, "save": _save, "load": _load, "new": _new, "put": _put,
+    "blocks": _blocks, "reset": _reset, "reconnect": _reconnect, "enable": _enable,
+    "disable": _disable, "quit": _quit, "exit": _quit,
 })  # fmt: skip
-"""Every word of the shell. `help`, docs/shell.md and completion are made from it."""
+"""What does each word of the shell; what is said of it stands in the language's table of words."""

@@ -3,125 +3,185 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping
-from types import MappingProxyType
+import re
+import time
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
 
 from armdrive.cli.arm_files import chosen_target
-from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.options import Command
-from armdrive.cli.presenter import emit, say
-from armdrive.cli.program.teach_recording import record
+from armdrive.cli.chosen_arm import opened_arm
+from armdrive.cli.drive.control_requests import one_holder
+from armdrive.cli.presenter import Result, show, tell
+from armdrive.connect.target import find
+from armdrive.errors import ArmError, BadRequest, Refused
 from armdrive.programs.teaching import edit as editing
 from armdrive.programs.teaching.edit import Edited
+from armdrive.programs.teaching.record import Choices, StepRecorder, seen_in
+from armdrive.storage.lock_client import watch_holder
 from armdrive.storage.point_file import Points, points_of
-from armdrive.storage.points import Step, StepList, parse_step
+from armdrive.storage.points import Step, StepList, check_name, parse_step
+
+LOOK_EVERY_S = 0.1
 
 
-def run(options: argparse.Namespace) -> int:
-    """Do what was asked for."""
-    return ACTIONS[options.action](options)
+def record(options: argparse.Namespace) -> Result:
+    """Record until Ctrl-C, or until the arm is given back."""
+    name = one_holder(options)
+    named = options.arm or options.sim or options.port
+    config = (chosen_target(options) if named else find(name)).config
+    book = points_of(config.name, config.model.arm)
+    _require_free(book, options)
+    how = "line" if options.line else "joint"
+    recorder = StepRecorder(options.name, Choices(how, options.speed, options.waits, options.rest))
+    what = f"recording {name} as {options.name}: a step wherever it comes to rest"
+    tell(options, f"{what}; Ctrl-C ends it")
+    kept = _Kept(options, book, recorder)
+    try:
+        _follow(recorder, watch_holder(name, LOOK_EVERY_S), config.model.arm.joint_names, kept)
+    except KeyboardInterrupt:  # how a recording ends
+        pass
+    finally:
+        kept.take(recorder.end(time.monotonic()))
+    if not recorder.steps:
+        raise Refused("nothing was recorded: the arm was never seen at rest")
+    count = f"{len(recorder.steps)} steps over {len(recorder.points)} points"
+    return Result(None, f"{options.name}: {count}, in {book.path}")
+
+
+def _follow(
+    recorder: StepRecorder, views: Iterator[Mapping[str, Any]], names: tuple[str, ...], kept: _Kept
+) -> None:
+    """Take up what is seen of an arm, until it is given back."""
+    for view in views:
+        if "state" not in view:
+            raise ArmError(str(view.get("error", "the holder does not let itself be watched")))
+        if view["state"] == "disconnected":
+            return
+        now_s = time.monotonic()
+        kept.take(recorder.see(seen_in(view, names), now_s))
+
+
+class _Kept:
+    """Prints steps as they come, and writes them down at once: no way to end loses any."""
+
+    def __init__(self, options: argparse.Namespace, book: Points, recorder: StepRecorder) -> None:
+        self._options, self._again = options, options.again
+        self._book = book
+        self._recorder = recorder
+
+    def take(self, made: tuple[Step, ...]) -> None:
+        """Take the steps that were made last."""
+        if not made:
+            return
+        recorder = self._recorder
+        sequences = {recorder.name: recorder.sequence}
+        self._book.put_all(recorder.points, sequences, again=self._again)
+        self._again = True  # what stands there from now on is this recording
+        for number, step in enumerate(made, len(recorder.steps) - len(made) + 1):
+            view = {"step": number, "text": str(step)}
+            show(Result(view, f"{number:>3}  {step}"), self._options)
+
+
+def _require_free(book: Points, options: argparse.Namespace) -> None:
+    """Refuse a name that is taken before anything is recorded, not after it."""
+    taught = book.read()
+    check_name(options.name)
+    numbered = re.compile(f"{options.name}-[0-9]+")
+    mine = [name for name in taught.points if numbered.fullmatch(name)]
+    if not options.again and (options.name in taught.sequences or mine):
+        taken = ", ".join([*mine, *[options.name] * (options.name in taught.sequences)])
+        raise BadRequest(f"there is {taken} already: take another name, or say --again")
+
+
+# Editing a sequence step by step, in the arm's file of points.
+
+
+def _changed(
+    options: argparse.Namespace,
+    change: Callable[[StepList], StepList | Edited],
+    *,
+    new: bool = False,
+) -> Result:
+    """Change a sequence of the arm that the options name, which stays unconnected.
+
+    With `new` there may be none of that name yet.
+    """
+    book = _book(options)
+    before = book.sequences.get(options.name) if new else book.sequence(options.name)
+    made = change(StepList() if before is None else before)
+    after = made if isinstance(made, Edited) else Edited(made)
+    book.put_sequence(options.name, after.steps, instead_of=before)
+    return _shown(options.name, after)
 
 
 def _book(options: argparse.Namespace) -> Points:
-    """Return the points of the arm that the options name, which stays unconnected."""
     config = chosen_target(options).config
     return points_of(config.name, config.model.arm)
 
 
-def _changed(options: argparse.Namespace, change: Callable[[StepList], StepList]) -> int:
-    book = _book(options)
-    before = book.sequence(options.name)
-    after = change(before)
-    book.put_sequence(options.name, after, instead_of=before)
-    return _shown(options, options.name, after)
+def _shown(name: str, made: Edited) -> Result:
+    """Return a sequence as it is now."""
+    steps = made.steps.steps
+    lines = [f"{index:>3}  {step}" for index, step in enumerate(steps, 1)]
+    lines += [f"note: {note}" for note in made.notes]
+    view = {"name": name, "steps": [str(step) for step in steps], "notes": list(made.notes)}
+    return Result(view, lines)
 
 
-def _shown(
-    options: argparse.Namespace, name: str, steps: StepList, notes: tuple[str, ...] = ()
-) -> int:
-    """Print a sequence as it is now."""
-    if options.json:
-        emit({"name": name, "steps": [str(step) for step in steps.steps], "notes": list(notes)})
-        return 0
-    for index, step in enumerate(steps.steps, 1):
-        say(f"{index:>3}  {step}")
-    for note in notes:
-        say(f"note: {note}")
-    return 0
+def _appended(steps: StepList, step: Step) -> StepList:
+    return editing.inserted(steps, len(steps.steps) + 1, (step,))
 
 
-def _typed(options: argparse.Namespace) -> Step:
-    return parse_step(" ".join(options.step))
+def add(options: argparse.Namespace) -> Result:
+    """Add a step at the end."""
+    step = parse_step(" ".join(options.step))
+    return _changed(options, lambda steps: _appended(steps, step), new=True)
 
 
-def _add(options: argparse.Namespace) -> int:
-    book, step = _book(options), _typed(options)
-    before = book.sequences.get(options.name)
-    steps = before or StepList()
-    after = editing.inserted(steps, len(steps.steps) + 1, (step,))
-    book.put_sequence(options.name, after, instead_of=before)
-    return _shown(options, options.name, after)
-
-
-def _insert(options: argparse.Namespace) -> int:
-    step = _typed(options)
+def insert(options: argparse.Namespace) -> Result:
+    """Put a step before another."""
+    step = parse_step(" ".join(options.step))
     return _changed(options, lambda steps: editing.inserted(steps, options.at, (step,)))
 
 
-def _remove(options: argparse.Namespace) -> int:
+def remove(options: argparse.Namespace) -> Result:
+    """Take steps away."""
     return _changed(options, lambda steps: editing.removed(steps, options.first, options.last))
 
 
-def _move(options: argparse.Namespace) -> int:
+def move(options: argparse.Namespace) -> Result:
+    """Put a step in another place."""
     return _changed(options, lambda steps: editing.moved(steps, options.old, options.new))
 
 
-def _retime(options: argparse.Namespace) -> int:
+def retime(options: argparse.Namespace) -> Result:
+    """Change speeds and waits."""
     timing = editing.Timing(options.speed, options.wait, options.factor, options.wait_factor)
-    book = _book(options)
-    before = book.sequence(options.name)
-    made = editing.retimed(before, timing, options.first, options.last)
-    book.put_sequence(options.name, made.steps, instead_of=before)
-    return _shown(options, options.name, made.steps, made.notes)
+    span = (options.first, options.last)
+    return _changed(options, lambda steps: editing.retimed(steps, timing, *span))
 
 
-def _reverse(options: argparse.Namespace) -> int:
+def reverse(options: argparse.Namespace) -> Result:
+    """Make a sequence that goes the way back."""
     book = _book(options)
-    made: Edited = editing.reverse(book.sequence(options.name), book.read().points)
+    made = editing.reverse(book.sequence(options.name), book.read().points)
     book.put_sequence(options.new, made.steps, instead_of=None)
-    return _shown(options, options.new, made.steps, made.notes)
+    return _shown(options.new, made)
 
 
-def _here(options: argparse.Namespace) -> int:
-    with connect_chosen(options, allow_restored=True) as arm:
-        if not options.json:
-            say(arm.status.which)
+def here(options: argparse.Namespace) -> Result:
+    """Name the place where the arm stands, as the next step."""
+    with opened_arm(options, allow_restored=True, enabled=True) as arm:
         taught = arm.points.read()
         point = options.point or _free_name(options.name, taught.points)
         arm.points.teach(point)
         before = taught.sequences.get(options.name)
         step = Step(point, "line" if options.line else "joint", options.speed)
-        steps = before or StepList()
-        after = editing.inserted(steps, len(steps.steps) + 1, (step,))
+        after = _appended(before or StepList(), step)
         arm.points.put_sequence(options.name, after, instead_of=before)
-    return _shown(options, options.name, after)
+    return _shown(options.name, Edited(after))
 
 
 def _free_name(sequence: str, taken: Mapping[str, object]) -> str:
     numbers = range(1, len(taken) + 2)
     return next(name for n in numbers if (name := f"{sequence}-{n}") not in taken)
-
-
-ACTIONS: Mapping[str, Command] = MappingProxyType(
-    {
-        "record": record,
-        "here": _here,
-        "add": _add,
-        "insert": _insert,
-        "remove": _remove,
-        "move": _move,
-        "retime": _retime,
-        "reverse": _reverse,
-    }
-)
-"""What does each action."""

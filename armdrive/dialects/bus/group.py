@@ -12,20 +12,30 @@ from enum import Enum
 from types import MappingProxyType
 from typing import Any, Protocol, TypeAlias, TypeVar
 
-from armdrive import tasks
 from armdrive.dialects.exchange import ScriptIO
+from armdrive.tasks import (
+    ClearFault,
+    DropCurrent,
+    HomeDevice,
+    MendSetting,
+    MoveAlong,
+    MoveBy,
+    ReadPosition,
+    ReadSettings,
+    SwitchOn,
+)
 
 H = TypeVar("H")
 BUS_REQUESTS = (
-    tasks.MoveBy,
-    tasks.MoveAlong,
-    tasks.HomeDevice,
-    tasks.ReadPosition,
-    tasks.ReadSettings,
-    tasks.MendSetting,
-    tasks.SwitchOn,
-    tasks.DropCurrent,
-    tasks.ClearFault,
+    MoveBy,
+    MoveAlong,
+    HomeDevice,
+    ReadPosition,
+    ReadSettings,
+    MendSetting,
+    SwitchOn,
+    DropCurrent,
+    ClearFault,
 )
 """What drives on a bus carry out."""
 

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from math import isfinite
 from types import MappingProxyType
 
-from armdrive.programs.language.compiling import CompiledCode, Instruction, OpCode, compiled
-from armdrive.programs.language.lines import unknown_word
+from armdrive.programs.language.compiling import CALL, RETURN, CompiledCode, Instruction, compiled
+from armdrive.programs.language.grammar import unknown_word
 from armdrive.programs.language.syntax import (
     Assign,
     Binary,
@@ -17,7 +17,6 @@ from armdrive.programs.language.syntax import (
     Expression,
     FieldOf,
     Goto,
-    If,
     JointsOf,
     Label,
     Name,
@@ -35,14 +34,16 @@ from armdrive.programs.language.syntax import (
     own_names,
     scoped,
     set_by,
+    slotted,
     subprograms,
     variables,
 )
-from armdrive.programs.language.values import fewest, out_of_bounds, slot_of
+from armdrive.programs.language.values import OPERATORS, fewest, out_of_bounds, slot_of
 from armdrive.programs.language.words import (
     FIELDS,
     FUNCTIONS,
     HERE,
+    PLACE,
     RESERVED,
     SHAPES,
     WORDS,
@@ -53,9 +54,6 @@ from armdrive.programs.problems import Problem, SourceMark
 from kinematics.errors import suggestion
 
 # Of which kind every name of a program is: found out from the lines that give it a value.
-
-ARITHMETIC = ("+", "-", "*", "/")
-"""What gives a number of two numbers; all else that stands between two values gives on or off."""
 
 
 class Kinds:
@@ -69,28 +67,32 @@ class Kinds:
         while True:
             found = len(self._kinds)
             for define, line in lines:
-                self._learn(define, line)
+                for name, kind, owner in self._given(define, line):
+                    if kind is not None:
+                        self._kinds.setdefault(_scope(name.lower(), owner), kind)
             if len(self._kinds) == found:
                 return
 
-    def _learn(self, define: Define | None, line: object) -> None:
-        if isinstance(line, Call):
-            self._learn_call(define, line)
-            return
-        for name, _, kind in set_by(line):  # type: ignore[arg-type]
-            if kind is None and isinstance(line, Assign):
-                kind = ValueKind.PLACE if line.point else self.of(line.value, define)
-            if kind is not None:
-                self._kinds.setdefault(_scope(name, define), kind)
+    def _given(
+        self, define: Define | None, line: Statement
+    ) -> Iterator[tuple[str, ValueKind | None, Define | None]]:
+        """Yield the names that a line gives values to, of which kind, and where they belong."""
+        for value, kind in self.set_by(define, line):
+            yield value.name, kind, define
+        called = self.subprograms.get(line.name.lower()) if isinstance(line, Call) else None
+        if called is not None and isinstance(line, Call):
+            for name, argument in zip(called.parameters, line.arguments, strict=False):
+                yield name, self.of(argument, define), called
 
-    def _learn_call(self, define: Define | None, line: Call) -> None:
-        called = self.subprograms.get(line.name.lower())
-        if called is None:
-            return
-        for name, value in zip(called.parameters, line.arguments, strict=False):
-            kind = self.of(value, define)
-            if kind is not None:
-                self._kinds.setdefault(_scope(name.lower(), called), kind)
+    def set_by(
+        self, define: Define | None, line: Statement
+    ) -> Iterator[tuple[Name, ValueKind | None]]:
+        """Yield the names that a line itself sets, and the kinds that it makes them."""
+        for name, kind in set_by(line):
+            if isinstance(line, Assign) and kind is ValueKind.ANY:
+                yield name, self.of(line.value, define)
+            else:
+                yield name, kind
 
     def of_name(self, name: str, define: Define | None) -> ValueKind | None:
         """Return the kind of a name; None where nothing tells."""
@@ -107,23 +109,22 @@ class Kinds:
     def of(self, value: Expression, define: Define | None) -> ValueKind | None:
         """Return the kind of a value; None where nothing tells."""
         match value:
-            case Number() | FieldOf():
-                return ValueKind.NUMBER
-            case Truth():
-                return ValueKind.TRUTH
-            case TextValue():
-                return ValueKind.TEXT
-            case JointsOf():
-                return ValueKind.PLACE
             case Name():
                 return self.of_name(value.name, define)
-            case Unary():
-                return ValueKind.NUMBER if value.sign == "-" else ValueKind.TRUTH
-            case Binary():
-                return ValueKind.NUMBER if value.sign in ARITHMETIC else ValueKind.TRUTH
+            case Unary() | Binary():
+                return OPERATORS[value.sign].gives
             case Use():
                 row = FUNCTIONS.get(value.name)
                 return None if row is None else row.gives
+            case _:
+                return _KINDS[type(value)]
+
+
+_KINDS: Mapping[type[Expression], ValueKind] = MappingProxyType({
+    Number: ValueKind.NUMBER, FieldOf: ValueKind.NUMBER, Truth: ValueKind.TRUTH,
+    TextValue: ValueKind.TEXT, JointsOf: ValueKind.PLACE,
+})  # fmt: skip
+"""What a value is that is always of one kind."""
 
 
 def _scope(name: str, define: Define | None) -> tuple[str, str]:
@@ -133,9 +134,6 @@ def _scope(name: str, define: Define | None) -> tuple[str, str]:
 
 
 # Whether values fit what takes them: how many there are, of which kind, in which bounds.
-
-_COUNT = Slot("how often", least=0.0, whole=True)
-_CONDITION = Slot("condition", ValueKind.TRUTH)
 
 
 class Fitting:
@@ -154,24 +152,15 @@ class Fitting:
                 yield from self._assign(line)
             case Call():
                 yield from self._call(line)
-            case While():
-                yield from self._value(line.condition, _CONDITION)
-            case Repeat() if line.count is not None:
-                yield from self._value(line.count, _COUNT)
-            case If():
-                for branch in line.branches:
-                    if branch.condition is not None:
-                        yield from self._value(branch.condition, _CONDITION)
-        yield from self._set(line)
-
-    def _set(self, line: Statement) -> Iterator[Problem]:
-        for name, mark, kind in set_by(line):
-            if isinstance(line, Assign):
-                kind = ValueKind.PLACE if line.point else self._kinds.of(line.value, self._define)
-            known = self._kinds.of_name(name, self._define)
+            case _:
+                for value, slot in slotted(line):
+                    if not slot.sets:
+                        yield from self._value(value, slot)
+        for name, kind in self._kinds.set_by(self._define, line):
+            known = self._kinds.of_name(name.name, self._define)
             if kind is not None and known is not None and kind is not known:
-                text = f"{name!r} is {known.value} elsewhere, and cannot become {kind.value}"
-                yield Problem(mark, text)
+                text = f"{name.name!r} is {known.value} elsewhere, and cannot become {kind.value}"
+                yield Problem(name.mark, text)
 
     # -- lines -------------------------------------------------------------------------------
 
@@ -191,20 +180,19 @@ class Fitting:
                 yield Problem(line.mark, f"`{line.word}` needs `{link}`{example}")
 
     def _assign(self, line: Assign) -> Iterator[Problem]:
-        wanted = ValueKind.PLACE if line.point else ValueKind.ANY
-        kind = self._kinds.of(line.value, self._define)
+        (value, slot), *_ = slotted(line)
+        kind = self._kinds.of(value, self._define)
         if line.point:
-            yield from self._value(line.value, Slot("place", wanted))
-        elif isinstance(line.value, Name) and self._kinds.nowhere(line.value.name, self._define):
-            yield self._nowhere(line.value)
-        elif kind is ValueKind.PLACE:
-            text = f"a place is given a name so: `point {line.name} = ...`"
-            yield Problem(line.mark, text)
-            yield from self._value(line.value, Slot("value", ValueKind.ANY))
+            yield from self._value(value, slot)
+        elif isinstance(value, Name) and self._kinds.nowhere(value.name, self._define):
+            yield self._nowhere(value)
         elif kind is ValueKind.TEXT:
-            yield Problem(line.value.mark, "a text cannot be given a name")
+            yield Problem(value.mark, "a text cannot be given a name")
         else:
-            yield from self._value(line.value, Slot("value", ValueKind.ANY))
+            if kind is ValueKind.PLACE:
+                text = f"a place is given a name so: `point {line.name} = ...`"
+                yield Problem(line.mark, text)
+            yield from self._value(value, slot)
 
     def _call(self, line: Call) -> Iterator[Problem]:
         called = self._kinds.subprograms.get(line.name.lower())
@@ -269,12 +257,12 @@ class Fitting:
             case Number() if not isfinite(value.value):
                 yield Problem(value.mark, "this number is too large")
             case Unary():
-                wanted = ValueKind.NUMBER if value.sign == "-" else ValueKind.TRUTH
-                yield from self._value(value.value, Slot("value", wanted))
+                taken = OPERATORS[value.sign].takes
+                yield from self._value(value.value, Slot("value", taken))
             case Binary():
                 yield from self._binary(value)
             case FieldOf():
-                yield from self._value(value.value, Slot("place", ValueKind.PLACE))
+                yield from self._value(value.value, PLACE)
                 if value.name not in FIELDS:
                     text = f"a place has {', '.join(FIELDS)}, no {value.name}"
                     yield Problem(value.mark, text)
@@ -284,20 +272,17 @@ class Fitting:
                 yield from self._use(value)
 
     def _binary(self, value: Binary) -> Iterator[Problem]:
-        if value.sign not in ("==", "!="):
-            number = value.sign in ARITHMETIC or value.sign in ("<", "<=", ">", ">=")
-            slot = Slot("value", ValueKind.NUMBER if number else ValueKind.TRUTH)
-            yield from self._value(value.left, slot)
-            yield from self._value(value.right, slot)
-            return
-        sides = [self._kinds.of(side, self._define) for side in (value.left, value.right)]
-        kind = next((each for each in sides if each in (ValueKind.NUMBER, ValueKind.TRUTH)), None)
-        if kind is None and ValueKind.PLACE in sides:
-            yield Problem(value.mark, "places are not compared: compare their x, y and z")
-        for side in (value.left, value.right):
-            yield from self._value(side, Slot("value", kind or ValueKind.ANY))
-        if kind is None and ValueKind.TEXT in sides:
-            yield Problem(value.mark, "texts are not compared")
+        sides, kind = (value.left, value.right), OPERATORS[value.sign].takes
+        if kind is ValueKind.ANY:  # both are of the kind that one of them shows
+            kinds = [self._kinds.of(side, self._define) for side in sides]
+            shown = (each for each in kinds if each in (ValueKind.NUMBER, ValueKind.TRUTH))
+            kind = next(shown, ValueKind.ANY)
+            if kind is ValueKind.ANY and ValueKind.PLACE in kinds:
+                yield Problem(value.mark, "places are not compared: compare their x, y and z")
+            if kind is ValueKind.ANY and ValueKind.TEXT in kinds:
+                yield Problem(value.mark, "texts are not compared")
+        for side in sides:
+            yield from self._value(side, Slot("value", kind))
 
     def _joints(self, value: JointsOf) -> Iterator[Problem]:
         names = [name for name, _ in value.angles]
@@ -321,22 +306,22 @@ class Fitting:
 
 def shape_problems(tree: Tree, known: frozenset[str] = frozenset()) -> Iterator[Problem]:
     """Yield what keeps a program from being compiled; `known` have a value already."""
-    yield from _names(tree)
-    yield from _defines(tree, variables(tree) | known)
-    yield from _calls(tree)
-    for define in (None, *(line for line in tree.body if isinstance(line, Define))):
-        body = _own_body(tree, define)
-        yield from _twice(
-            [(line.name, line.mark) for line in every(body) if isinstance(line, Label)],
-            "there is a label {!r} already",
-        )
-        yield from _jumps(body, define is not None, looped=False, labels=frozenset())
-
-
-def _own_body(tree: Tree, define: Define | None) -> tuple[Statement, ...]:
-    if define is not None:
-        return define.body
-    return tuple(line for line in tree.body if not isinstance(line, Define))
+    defines = [line for line in tree.body if isinstance(line, Define)]
+    own = variables(tree) | known
+    called = [(line.name, line.mark) for line in defines]
+    yield from _twice(called, "there is a subprogram {!r} already")
+    for define in defines:
+        parameters = [(name, define.mark) for name in define.parameters]
+        yield from _twice(parameters, "two parameters are called {!r}")
+        for name, mark in ((define.name, define.mark), *parameters):
+            yield from _reserved(name, mark)
+        if define.name.lower() in own | own_names(define):
+            yield Problem(define.mark, f"{define.name!r} is the name of a value too: take another")
+    main = tuple(line for line in tree.body if not isinstance(line, Define))
+    for body in (main, *(define.body for define in defines)):
+        labels = [(line.name, line.mark) for line in every(body) if isinstance(line, Label)]
+        yield from _twice(labels, "there is a label {!r} already")
+        yield from _Placing(subprograms(tree), within=body is not main).problems(body)
 
 
 def _twice(named: list[tuple[str, SourceMark]], text: str) -> Iterator[Problem]:
@@ -347,49 +332,45 @@ def _twice(named: list[tuple[str, SourceMark]], text: str) -> Iterator[Problem]:
         seen.add(name.lower())
 
 
-def _names(tree: Tree) -> Iterator[Problem]:
-    named = [(name, mark) for _, line in scoped(tree) for name, mark, _ in set_by(line)]
-    for line in tree.body:
-        if isinstance(line, Define):
-            named += [(name, line.mark) for name in (line.name, *line.parameters)]
-    for name, mark in named:
-        if name.lower() in RESERVED:
-            yield Problem(mark, f"`{name.lower()}` is a word of the language: take another name")
+def _reserved(name: str, mark: SourceMark) -> Iterator[Problem]:
+    if name.lower() in RESERVED:
+        yield Problem(mark, f"`{name.lower()}` is a word of the language: take another name")
 
 
-def _defines(tree: Tree, own: frozenset[str]) -> Iterator[Problem]:
-    defines = [line for line in tree.body if isinstance(line, Define)]
-    text = "there is a subprogram {!r} already"
-    yield from _twice([(line.name, line.mark) for line in defines], text)
-    for line in defines:
-        yield from _twice(
-            [(name, line.mark) for name in line.parameters], "two parameters are called {!r}"
-        )
-        if line.name.lower() in own | own_names(line):
-            yield Problem(line.mark, f"{line.name!r} is the name of a value too: take another")
+class _Placing:
+    """Looks whether lines may stand where they do; `within` a subprogram."""
 
+    def __init__(self, known: Mapping[str, Define], *, within: bool) -> None:
+        self._known = known
+        self._within = within
 
-def _calls(tree: Tree) -> Iterator[Problem]:
-    known = subprograms(tree)
-    for _, line in scoped(tree):
-        if isinstance(line, Call) and line.name.lower() not in known:
-            names = (*(define.name for define in known.values()), *WORDS, *SHAPES)
-            text = f"there is no word and no subprogram {line.name!r}"
-            yield Problem(line.mark, unknown_word(line.name, names) or text)
+    def problems(
+        self,
+        body: tuple[Statement, ...],
+        looped: bool = False,
+        labels: frozenset[str] = frozenset(),
+    ) -> Iterator[Problem]:
+        """Yield what is wrong in a block; `labels` are those of the blocks around it."""
+        labels |= {line.name.lower() for line in body if isinstance(line, Label)}
+        for line in body:
+            for name, _ in set_by(line):
+                yield from _reserved(name.name, name.mark)
+            match line:
+                case Goto() if line.name.lower() not in labels:
+                    yield Problem(line.mark, _no_label(line.name, labels))
+                case Call() if line.name.lower() not in self._known:
+                    yield Problem(line.mark, self._no_subprogram(line.name))
+                case Do(word="return") if not self._within:
+                    text = "`return` stands in a subprogram; `stop` ends the program"
+                    yield Problem(line.mark, text)
+                case Do(word="break" | "continue") if not looped:
+                    yield Problem(line.mark, f"`{line.word}` stands in a loop")
+            for block in bodies(line):
+                yield from self.problems(block, looped or isinstance(line, While | Repeat), labels)
 
-
-def _jumps(
-    body: tuple[Statement, ...], within: bool, *, looped: bool, labels: frozenset[str]
-) -> Iterator[Problem]:
-    labels |= {line.name.lower() for line in body if isinstance(line, Label)}
-    for line in body:
-        if isinstance(line, Goto) and line.name.lower() not in labels:
-            yield Problem(line.mark, _no_label(line.name, labels))
-        if isinstance(line, Do):
-            yield from _leaves(line, within, looped)
-        for block in bodies(line):
-            inner = looped or isinstance(line, While | Repeat)
-            yield from _jumps(block, within, looped=inner, labels=labels)
+    def _no_subprogram(self, name: str) -> str:
+        names = (*(define.name for define in self._known.values()), *WORDS, *SHAPES)
+        return unknown_word(name, names) or f"there is no word and no subprogram {name!r}"
 
 
 def _no_label(name: str, labels: frozenset[str]) -> str:
@@ -400,31 +381,23 @@ def _no_label(name: str, labels: frozenset[str]) -> str:
     return f"no label {name!r} stands in this block or in one around it{near}"
 
 
-def _leaves(line: Do, within: bool, looped: bool) -> Iterator[Problem]:
-    if line.word == "return" and not within:
-        yield Problem(line.mark, "`return` stands in a subprogram; `stop` ends the program")
-    if line.word in ("break", "continue") and not looped:
-        yield Problem(line.mark, f"`{line.word}` stands in a loop")
-
-
 # Whether every name surely has a value where it is used, whichever way the program took there.
 #
 # The analysis of definite assignment over the flat code: forward, what is set on all ways that
-# lead
-# to an instruction. Of each subprogram is found what it surely sets, and what it needs to be set
-# when it is called (Aho, Lam, Sethi and Ullman, Compilers, section 9.2.5, with summaries for
+# lead to an instruction. Of each subprogram is found what it surely sets, and what it needs to be
+# set when it is called (Aho, Lam, Sethi and Ullman, Compilers, section 9.2.5, with summaries for
 # calls).
 
-_BOTH = (OpCode.JUMP_UNLESS, OpCode.JUMP_IF, OpCode.KEEP_OFF, OpCode.KEEP_ON, OpCode.ROUND)
-_LAST = (OpCode.RETURN, OpCode.END, OpCode.FAIL)
 _Needs = dict[tuple[str, SourceMark], int | None]
 
 
 class _Settled:
+    """Finds the names that may have no value where they are used; `known` have one already."""
+
     def __init__(self, code: CompiledCode, known: frozenset[str]) -> None:
         self._known = known
         self._rows = code.instructions
-        self._all = frozenset(row.name for row in self._rows if row.op is OpCode.STORE)
+        self._all = frozenset[str]().union(*(row.sets for row in self._rows))
         starts = (0, *code.entries.values())
         self._sets: dict[int, frozenset[str]] = dict.fromkeys(starts, self._all)
         self._needs: dict[int, _Needs] = {start: {} for start in starts}
@@ -445,7 +418,7 @@ class _Settled:
 
     def _learn_sets(self, start: int) -> bool:
         ways = self._ways(start)
-        ends = [known for at, known in ways.items() if self._rows[at].op is OpCode.RETURN]
+        ends = [known for at, known in ways.items() if self._rows[at].word == RETURN]
         found = frozenset.intersection(*ends) if ends else self._all
         changed = found != self._sets[start]
         self._sets[start] = found
@@ -456,12 +429,13 @@ class _Settled:
         before = len(needs)
         for at, known in self._ways(start).items():
             row = self._rows[at]
-            if row.op is OpCode.LOAD and row.name not in known:
-                needs.setdefault((row.name, row.mark), None)
-            if row.op is OpCode.CALL:
-                for (name, mark), _ in list(self._needs[row.target].items()):
-                    if name not in known:
-                        needs.setdefault((name, mark), row.mark.line)
+            for name in row.reads:
+                if name.name.lower() not in known:
+                    needs.setdefault((name.name.lower(), name.mark), None)
+            if row.word == CALL:
+                for (called, mark), _ in list(self._needs[row.target].items()):
+                    if called not in known:
+                        needs.setdefault((called, mark), row.mark.line)
         return len(needs) != before
 
     def _ways(self, start: int) -> dict[int, frozenset[str]]:
@@ -472,32 +446,27 @@ class _Settled:
         while waiting:
             at = waiting.pop()
             row = self._rows[at]
-            after = known[at] | self._adds(row)
-            for following in _following(at, row):
-                before = known.get(following)
+            for following, adds in self._following(at, row):
+                before, after = known.get(following), known[at] | adds
                 met = after if before is None else before & after
                 if met != before:
                     known[following] = met
                     waiting.append(following)
         return known
 
-    def _adds(self, row: Instruction) -> frozenset[str]:
-        if row.op is OpCode.STORE:
-            return frozenset((row.name,))
-        return self._sets[row.target] if row.op is OpCode.CALL else frozenset()
-
-
-def _following(at: int, row: Instruction) -> tuple[int, ...]:
-    if row.op in _LAST:
-        return ()
-    if row.op is OpCode.JUMP:
-        return (row.target,)
-    return (at + 1, row.target) if row.op in _BOTH else (at + 1,)
-
-
-def unsettled(code: CompiledCode, known: frozenset[str] = frozenset()) -> list[Problem]:
-    """Return the names that may have no value where they are used; `known` have one already."""
-    return list(_Settled(code, known).problems())
+    def _following(self, at: int, row: Instruction) -> list[tuple[int, frozenset[str]]]:
+        """Return what may come after an instruction, and what is surely set on the way there."""
+        match row.word:
+            case "return" | "stop":
+                return []
+            case "jump":
+                return [(row.target, row.sets)]
+            case "call":
+                return [(at + 1, self._sets[row.target])]
+            case "unless" | "round" if row.target:
+                return [(at + 1, row.sets), (row.target, frozenset())]
+            case _:
+                return [(at + 1, row.sets)]
 
 
 def checked(
@@ -508,11 +477,12 @@ def checked(
     `known` are the kinds of the names that have a value already. There is no code where it does
     not hold together, nor where a value does not fit.
     """
-    problems = list(shape_problems(tree, frozenset(known)))
+    names = frozenset(known)
+    problems = list(shape_problems(tree, names))
     kinds = Kinds(tree, known)
     for define, line in scoped(tree):
         problems += Fitting(kinds, define).line(line)
     if problems:
         return None, problems
-    code = compiled(tree, frozenset(known))
-    return code, unsettled(code, frozenset(known))
+    code = compiled(tree, names)
+    return code, list(_Settled(code, names).problems())

@@ -13,12 +13,8 @@ from typing import TypeAlias
 
 from armdrive.errors import BadRequest
 from armdrive.programs.language.values import slot_of
-from armdrive.programs.language.words import WORDS, Slot, ValueKind
+from armdrive.programs.language.words import CONDITION, COUNT, PLACE, WORDS, Slot, ValueKind
 from armdrive.programs.problems import SourceMark
-
-# What has a value in a program: the nodes that lines are made with.
-#
-# Numbers are as written: mm, deg, s. Marks are not compared.
 
 NOWHERE = SourceMark(1)
 """The mark of what was not read from a text."""
@@ -36,85 +32,86 @@ def one_line(text: str) -> str:
     return text
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Node:
+    """Anything that stands in a program. Where it stands is not compared."""
+
+    mark: SourceMark = field(default=NOWHERE, compare=False)
+
+
+# What has a value. Numbers are as written: mm, deg, s.
+
+
 @dataclass(frozen=True, slots=True)
-class Number:
+class Number(Node):
     """A number; one that is written as a percentage stays one."""
 
     value: float
     percent: bool = False
-    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
-class Truth:
+class Truth(Node):
     """`on` or `off`, also written `true` and `false`."""
 
     value: bool
-    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
-class TextValue:
+class TextValue(Node):
     """A text between quotes."""
 
     value: str
-    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
     def __post_init__(self) -> None:
         one_line(self.value)
 
 
 @dataclass(frozen=True, slots=True)
-class Name:
+class Name(Node):
     """A variable, a parameter, a point of the program, or one of the arm's own book."""
 
     name: str
-    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
-class Unary:
+class Unary(Node):
     """`-` or `not` before a value. A negative number is a `Number`, see `negative`."""
 
     sign: str
     value: Expression
-    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
-class Binary:
+class Binary(Node):
     """Two values and what stands between them: `+ - * / == != < <= > >= and or`."""
 
     left: Expression
     sign: str
     right: Expression
-    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
-class FieldOf:
+class FieldOf(Node):
     """A part of a place: `pick.x`."""
 
     value: Expression
     name: str
-    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
-class Use:
+class Use(Node):
     """A function with its arguments: `above(pick, 30)`."""
 
     name: str
     arguments: tuple[Expression, ...] = ()
-    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
-class JointsOf:
+class JointsOf(Node):
     """A place in joint angles, deg: `joints(base 0, shoulder 40, ...)`."""
 
     angles: tuple[tuple[str, Expression], ...]
-    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 Expression: TypeAlias = (
@@ -129,43 +126,46 @@ def negative(value: Expression, mark: SourceMark = NOWHERE) -> Expression:
     return Unary("-", value, mark=mark)
 
 
-def parts(value: Expression) -> tuple[Expression, ...]:
-    """Return the values that a value is made of."""
+def within(value: Expression) -> Iterator[Expression]:
+    """Yield a value and all that it is made of, from left to right."""
+    yield value
     match value:
         case Unary() | FieldOf():
-            return (value.value,)
+            parts: tuple[Expression, ...] = (value.value,)
         case Binary():
-            return (value.left, value.right)
+            parts = (value.left, value.right)
         case Use():
-            return value.arguments
+            parts = value.arguments
         case JointsOf():
-            return tuple(each for _, each in value.angles)
+            parts = tuple(each for _, each in value.angles)
         case _:
-            return ()
+            parts = ()
+    for part in parts:
+        yield from within(part)
 
 
-def within(value: Expression) -> Iterator[Expression]:
-    """Yield a value and all that it is made of."""
-    waiting = [value]
-    while waiting:
-        found = waiting.pop()
-        yield found
-        waiting += reversed(parts(found))
+# Lines. The head of a block, while the block is read, is its statement with an empty body.
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Line(Node):
+    """A line; `note` is the comment behind it."""
+
+    note: str = ""
 
 
 @dataclass(frozen=True, slots=True)
-class Remark:
+class Remark(Node):
     """A comment on a line of its own; None is a blank line."""
 
     text: str | None = None
-    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
     def __post_init__(self) -> None:
         one_line(self.text or "")
 
 
 @dataclass(frozen=True, slots=True)
-class Do:
+class Do(Line):
     """A word of the vocabulary with what belongs to it: `wait 1, -2 within 5`."""
 
     word: str
@@ -173,97 +173,78 @@ class Do:
     arguments: tuple[Expression, ...] = ()
     links: tuple[tuple[str, tuple[Expression, ...]], ...] = ()
     """What stands behind `into`, `by` and `within`."""
-    note: str = field(default="", kw_only=True)
-    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
-class Assign:
+class Assign(Line):
     """`height = 30`, or with `point` before it, which says that it is a place."""
 
     name: str
     value: Expression
     point: bool = False
-    note: str = field(default="", kw_only=True)
-    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
-class Call:
+class Call(Line):
     """A call of a subprogram: `fetch(pick)`."""
 
     name: str
     arguments: tuple[Expression, ...] = ()
-    note: str = field(default="", kw_only=True)
-    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
-class Label:
+class Label(Line):
     """A place in the program that `goto` leads to: `again:`."""
 
     name: str
-    note: str = field(default="", kw_only=True)
-    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
-class Goto:
+class Goto(Line):
     """Go on at a label of the same block, or of one around it."""
 
     name: str
-    note: str = field(default="", kw_only=True)
-    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
-class IfBranch:
+class IfBranch(Line):
     """One way of an `if`: None is the condition of `else`."""
 
     condition: Expression | None
-    body: tuple[Statement, ...]
-    note: str = field(default="", kw_only=True)
-    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
+    body: tuple[Statement, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
-class If:
+class If(Node):
     """`if`, any number of `else if`, perhaps `else`: at least one branch."""
 
     branches: tuple[IfBranch, ...]
-    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
-class While:
+class While(Line):
     """As long as the condition holds."""
 
     condition: Expression
-    body: tuple[Statement, ...]
-    note: str = field(default="", kw_only=True)
-    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
+    body: tuple[Statement, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
-class Repeat:
+class Repeat(Line):
     """So many times, or for ever; `variable` counts them from 1."""
 
     count: Expression | None
-    body: tuple[Statement, ...]
+    body: tuple[Statement, ...] = ()
     variable: str = ""
-    note: str = field(default="", kw_only=True)
-    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
-class Define:
+class Define(Line):
     """A subprogram with its parameters."""
 
     name: str
     parameters: tuple[str, ...]
-    body: tuple[Statement, ...]
-    note: str = field(default="", kw_only=True)
-    mark: SourceMark = field(default=NOWHERE, compare=False, kw_only=True)
+    body: tuple[Statement, ...] = ()
 
 
 Statement: TypeAlias = Remark | Do | Assign | Call | Label | Goto | If | While | Repeat | Define
@@ -287,132 +268,65 @@ def bodies(statement: Statement) -> tuple[tuple[Statement, ...], ...]:
             return ()
 
 
-# The lines that begin, divide and end a block, as they are before it is put together.
-
-
-@dataclass(frozen=True, slots=True)
-class IfHead:
-    """`if CONDITION`."""
-
-    condition: Expression
-    note: str = ""
-    mark: SourceMark = field(default=NOWHERE)
-
-
-@dataclass(frozen=True, slots=True)
-class Else:
-    """`else`, or `else if CONDITION`."""
-
-    condition: Expression | None
-    mark: SourceMark = field(default=NOWHERE)
-
-
-@dataclass(frozen=True, slots=True)
-class WhileHead:
-    """`while CONDITION`."""
-
-    condition: Expression
-    note: str = ""
-    mark: SourceMark = field(default=NOWHERE)
-
-
-@dataclass(frozen=True, slots=True)
-class RepeatHead:
-    """`repeat COUNT as NAME`."""
-
-    count: Expression | None
-    variable: str
-    note: str = ""
-    mark: SourceMark = field(default=NOWHERE)
-
-
-@dataclass(frozen=True, slots=True)
-class DefineHead:
-    """`define NAME(PARAMETERS)`."""
-
-    name: str
-    parameters: tuple[str, ...]
-    note: str = ""
-    mark: SourceMark = field(default=NOWHERE)
-
-
-@dataclass(frozen=True, slots=True)
-class End:
-    """`end`."""
-
-    mark: SourceMark = field(default=NOWHERE)
-
-
-@dataclass(frozen=True, slots=True)
-class Unread:
-    """The head of a block that could not be read: its block is left out, and so is its `end`."""
-
-    mark: SourceMark = field(default=NOWHERE)
-
-
-Opening: TypeAlias = IfHead | WhileHead | RepeatHead | DefineHead | Unread
-Head: TypeAlias = Opening | Else | End
-
-
-# Which names a program's lines set, and which values they use: from the table of words alone.
-
-
-def slotted(do: Do) -> Iterator[tuple[Expression, Slot]]:
-    """Yield the values of a word with their slots; those that belong to none are left out."""
-    word = WORDS[do.word]
-    known = dict(word.links)
-    rows = [(do.arguments, word.slots)]
-    rows += [(values, known.get(link, ())) for link, values in do.links]
-    for values, slots in rows:
-        for index, value in enumerate(values):
-            slot = slot_of(slots, index)
-            if slot is not None:
-                yield value, slot
-
-
-def set_by(statement: Statement) -> Iterator[tuple[str, SourceMark, ValueKind | None]]:
-    """Yield the names that a line itself sets, in lower case, and of which kind it makes them.
-
-    None is the kind of the value that is assigned.
-    """
-    match statement:
-        case Assign():
-            yield statement.name.lower(), statement.mark, None
-        case Repeat():
-            if statement.variable:
-                yield statement.variable.lower(), statement.mark, ValueKind.NUMBER
-        case Do():
-            for value, slot in slotted(statement):
-                if slot.sets and isinstance(value, Name):
-                    yield value.name.lower(), value.mark, slot.kind
-
-
-def used_by(statement: Statement) -> Iterator[Expression]:
-    """Yield the values that a line itself uses, without the lines within it."""
-    match statement:
-        case Assign():
-            yield statement.value
-        case Call():
-            yield from statement.arguments
-        case While():
-            yield statement.condition
-        case Repeat():
-            if statement.count is not None:
-                yield statement.count
-        case If():
-            for branch in statement.branches:
-                if branch.condition is not None:
-                    yield branch.condition
-        case Do():
-            yield from (value for value, slot in slotted(statement) if not slot.sets)
-
-
 def every(body: tuple[Statement, ...]) -> Iterator[Statement]:
     """Yield every statement of a body and of the blocks within it, in the order of lines."""
     for statement in body:
         yield statement
         for block in bodies(statement):
             yield from every(block)
+
+
+# Which values a line takes, and which names it sets: of every kind of line by the same table, from
+# which its values are checked, its names are learnt and the names that it needs are found.
+
+
+def slotted(line: Statement) -> Iterator[tuple[Expression, Slot]]:
+    """Yield the values of a line itself with their slots, without the lines within it.
+
+    The values of a call are left out, whose slots only the subprogram knows, and so are values
+    that belong to no slot.
+    """
+    match line:
+        case Assign():
+            yield line.value, PLACE if line.point else _ANYTHING
+            yield Name(line.name, mark=line.mark), _NEW_POINT if line.point else _NEW_VALUE
+        case While():
+            yield line.condition, CONDITION
+        case If():
+            for branch in line.branches:
+                if branch.condition is not None:
+                    yield branch.condition, CONDITION
+        case Repeat():
+            if line.count is not None:
+                yield line.count, COUNT
+            if line.variable:
+                yield Name(line.variable, mark=line.mark), _COUNTER
+        case Do():
+            word = WORDS[line.word]
+            known = dict(word.links)
+            rows = [(line.arguments, word.slots)]
+            rows += [(values, known.get(link, ())) for link, values in line.links]
+            for values, slots in rows:
+                for index, value in enumerate(values):
+                    slot = slot_of(slots, index)
+                    if slot is not None:
+                        yield value, slot
+
+
+_ANYTHING = Slot("value", ValueKind.ANY)
+_NEW_VALUE = Slot("name", ValueKind.ANY, sets=True)
+_NEW_POINT = Slot("name", ValueKind.PLACE, sets=True)
+_COUNTER = Slot("name", ValueKind.NUMBER, sets=True)
+
+
+def set_by(line: Statement) -> Iterator[tuple[Name, ValueKind]]:
+    """Yield the names that a line itself sets, and of which kind it makes them.
+
+    `ANY` is the kind of the value that is assigned.
+    """
+    for value, slot in slotted(line):
+        if slot.sets and isinstance(value, Name):
+            yield value, slot.kind
 
 
 def subprograms(tree: Tree) -> dict[str, Define]:
@@ -438,22 +352,24 @@ def scoped(tree: Tree) -> Iterator[tuple[Define | None, Statement]]:
 
 
 def variables(tree: Tree) -> frozenset[str]:
-    """Return the names that the program sets anywhere, parameters left out."""
-    return frozenset(
-        name
-        for define, statement in scoped(tree)
-        for name, _, _ in set_by(statement)
-        if name not in own_names(define)
-    )
+    """Return the names that the program sets anywhere in lower case, parameters left out."""
+    return frozenset(name for name, _ in _settings(tree))
 
 
 def only_shifted(tree: Tree) -> frozenset[str]:
     """Return the names that nothing sets but `shift`: they begin as points of the arm's book."""
     by_others = {
         name
-        for define, statement in scoped(tree)
-        if not (isinstance(statement, Do) and statement.word == "shift")
-        for name, _, _ in set_by(statement)
-        if name not in own_names(define)
+        for name, line in _settings(tree)
+        if not (isinstance(line, Do) and line.word == "shift")
     }
     return variables(tree) - by_others
+
+
+def _settings(tree: Tree) -> Iterator[tuple[str, Statement]]:
+    """Yield the names of the program's own that its lines set, with those lines."""
+    for define, line in scoped(tree):
+        own = own_names(define)
+        for value, _ in set_by(line):
+            if value.name.lower() not in own:
+                yield value.name.lower(), line

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TypeAlias
 
-from armdrive.programs.language.words import FIELDS, Slot
+from armdrive.programs.language.words import FIELDS, Slot, ValueKind
 from kinematics.spaces import Pose
 
 ForwardKinematics: TypeAlias = Callable[[Mapping[str, float]], Pose]
@@ -162,17 +162,44 @@ NUMERIC: Mapping[str, Callable[..., float]] = MappingProxyType({
 })  # fmt: skip
 """The functions of numbers alone."""
 
-SUMS: Mapping[str, Callable[[float, float], float | bool]] = MappingProxyType({
-    "+": lambda a, b: a + b,
-    "-": lambda a, b: a - b,
-    "*": lambda a, b: a * b,
-    "/": _over,
-    "<": lambda a, b: a < b,
-    "<=": lambda a, b: a <= b,
-    ">": lambda a, b: a > b,
-    ">=": lambda a, b: a >= b,
-})  # fmt: skip
-"""What stands between two numbers; what compares for equality takes any two values alike."""
+
+@dataclass(frozen=True, slots=True)
+class Operator:
+    """What stands between two values, or `not` before one: what it takes, and what it gives.
+
+    The stronger it is, the closer it binds. `also` are other spellings. Without `compute` it is
+    known to whoever evaluates it: some look at one value alone, some at values of any kind.
+    """
+
+    sign: str
+    strength: int
+    takes: ValueKind
+    gives: ValueKind
+    compute: Callable[[float, float], float | bool] | None = None
+    also: tuple[str, ...] = ()
+
+
+_NUMBER, _TRUTH, _ANY = ValueKind.NUMBER, ValueKind.TRUTH, ValueKind.ANY
+
+OPERATORS: Mapping[str, Operator] = MappingProxyType({row.sign: row for row in (
+    Operator("or", 1, _TRUTH, _TRUTH),
+    Operator("and", 2, _TRUTH, _TRUTH),
+    Operator("not", 3, _TRUTH, _TRUTH),
+    Operator("==", 4, _ANY, _TRUTH, also=("=", "is", "eq")),
+    Operator("!=", 4, _ANY, _TRUTH, also=("is not", "<>", "ne")),
+    Operator("<", 4, _NUMBER, _TRUTH, lambda a, b: a < b, ("lt",)),
+    Operator("<=", 4, _NUMBER, _TRUTH, lambda a, b: a <= b, ("le",)),
+    Operator(">", 4, _NUMBER, _TRUTH, lambda a, b: a > b, ("gt",)),
+    Operator(">=", 4, _NUMBER, _TRUTH, lambda a, b: a >= b, ("ge",)),
+    Operator("+", 5, _NUMBER, _NUMBER, lambda a, b: a + b),
+    Operator("-", 5, _NUMBER, _NUMBER, lambda a, b: a - b),
+    Operator("*", 6, _NUMBER, _NUMBER, lambda a, b: a * b),
+    Operator("/", 6, _NUMBER, _NUMBER, _over),
+)})  # fmt: skip
+"""Every operator. `-` before a value takes and gives what it does between two, but is stronger."""
+
+COMPARES = OPERATORS["=="].strength
+"""How close all comparisons bind; there is one in a row."""
 
 
 def moved(found: Pose, x_mm: float, y_mm: float, z_mm: float) -> Pose:

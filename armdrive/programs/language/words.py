@@ -63,6 +63,8 @@ ALONG = (Slot("x in mm"), Slot("y in mm"), Slot("z in mm"))
 ANYTHING = Slot("text or value", ValueKind.ANY, many=True, optional=True)
 NEW_PLACE = Slot("name", ValueKind.PLACE, sets=True)
 LINES = Slot("number, negative for off", many=True, whole=True, not_zero=True)
+CONDITION = Slot("condition", ValueKind.TRUTH)
+COUNT = Slot("how often", least=0.0, whole=True)
 
 
 def _into(kind: ValueKind) -> tuple[str, tuple[Slot, ...]]:
@@ -130,7 +132,7 @@ WAITING = (
 )  # fmt: skip
 
 GOING_ON = (
-    Word("expect", (Slot("condition", ValueKind.TRUTH), ANYTHING),
+    Word("expect", (CONDITION, ANYTHING),
          "End the program with an error unless the condition holds.",
          'expect width > 20, "no block"'),
     Word("stop", (ANYTHING,), "End the program here, and say why.", 'stop "that was all"'),
@@ -191,6 +193,35 @@ FORMS = (
     WordForm("#", "# anything", "A comment, up to the end of the line."),
 )  # fmt: skip
 """The lines that are no `Word`."""
+
+OVER = "over"
+"""What has to stand behind the name of a file that is to be written over."""
+
+SHELL = (
+    WordForm("help", "help [WORD]", "What there is to type, or what one word means."),
+    WordForm("where", "where", "Where the arm stands."),
+    WordForm("status", "status", "All that is known of the arm."),
+    WordForm("names", "names", "Values, subprograms and points that have been named."),
+    WordForm("points", "points", "The points, named here and in the arm's own book."),
+    WordForm("list", "list", "What was carried out so far, as a program."),
+    WordForm("drop", "drop NUMBER", "Leave an entry out of the list. Undoes nothing."),
+    WordForm("save", f"save FILE.arm [{OVER}]", "Write the list into a program file."),
+    WordForm("load", "load FILE.arm", "Take over a file's subprograms, points and values."),
+    WordForm("new", "new", "Forget names, subprograms and the list."),
+    WordForm(
+        "put",
+        "put NAME X Y [WIDTH [HEIGHT]]",
+        "A simulated arm: put a block on its table, mm.",
+    ),
+    WordForm("blocks", "blocks", "A simulated arm: where its blocks stand."),
+    WordForm("reset", "reset", "Leave an error, after looking at the arm. Moves nothing."),
+    WordForm("reconnect", "reconnect", "Look for a wire that was lost. Moves nothing."),
+    WordForm("enable", "enable", "Switch the motors on. Moves nothing."),
+    WordForm("disable", "disable [yes]", "Switch the motors off: the arm can sag."),
+    WordForm("quit", "quit", "Leave, as Ctrl-D does. `exit` is the same."),
+    WordForm("exit", "exit", "Leave, as `quit` does."),
+)
+"""The lines that only a prompt knows."""
 
 SHAPES = ("point", "if", "while", "repeat", "define", "end", "else", "goto")
 """The words that these lines begin with."""
@@ -258,7 +289,7 @@ RESERVED = frozenset({
 """What nothing of a program's own may be called."""
 
 
-# The tables of words for people, made from the vocabulary: docs/programs.md has them.
+# The words for people, made from the vocabulary: tables for the docs, and a prompt's help.
 
 
 def tables() -> str:
@@ -272,6 +303,34 @@ def tables() -> str:
     )
     parts.append(_section("Values", _functions()))
     return "\n".join(parts)
+
+
+def overview() -> list[str]:
+    """Return all words with a line each, as a prompt shows them."""
+    found = ["words of a program: `help WORD` tells more, docs/programs.md everything"]
+    for title, words in GROUPS.items():
+        found.append(f"  {title}: {', '.join(word.name for word in words)}")
+    found.append(f"  Shape: {', '.join(row.name for row in FORMS)}")
+    found.append(f"  Values: {', '.join((*FUNCTIONS, 'joints', HERE))}; a value alone is shown")
+    found.append("words of the shell")
+    found += [f"  {row.pattern:<34}{row.says}" for row in SHELL]
+    found.append("Ctrl-C stops what moves; a block ends with `end`")
+    return found
+
+
+def meanings(name: str) -> list[str]:
+    """Return what a word means, in small letters: more than one where it is used in several."""
+    found = []
+    if name in SPELLINGS:
+        word = WORDS[SPELLINGS[name]]
+        spelt = ", ".join(each.upper() for each in word.old)
+        old = f"\n  old spelling: {spelt}" if spelt else ""
+        found.append(f"{usage(word)}\n  {word.says}\n  {word.example}{old}")
+    if name in FUNCTIONS:
+        row = FUNCTIONS[name]
+        found.append(f"{row.name}(...)\n  {row.says}\n  {row.example}")
+    forms = [form for form in (*FORMS, *SHELL) if form.name == name]
+    return found + [f"{form.pattern}\n  {form.says}" for form in forms]
 
 
 def usage(word: Word) -> str:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
-from armdrive.programs.language.reading import parse
+from armdrive.programs.language.grammar import parse
 from armdrive.programs.language.syntax import (
     Assign,
     Binary,
@@ -29,19 +28,15 @@ from armdrive.programs.language.syntax import (
     Unary,
     Use,
     While,
+    bodies,
 )
+from armdrive.programs.language.values import COMPARES, OPERATORS
 
 INDENT = "  "
 """What each block stands further in by."""
 
-_STRENGTH = {"or": 1, "and": 2, "not": 3, "+": 5, "-": 5, "*": 6, "/": 6}
-_COMPARES, _MINUS, _PART = 4, 7, 8
-
-
-@dataclass(frozen=True, slots=True)
-class _Line:
-    text: str
-    note: str = ""
+_MINUS, _PART = 7, 8
+"""How close `-` before a value binds, and the parts of a place."""
 
 
 def unparse(tree: Tree) -> str:
@@ -73,37 +68,21 @@ def _statement(statement: Statement, indent: str) -> Iterator[str]:
         case Remark():
             yield "" if statement.text is None else f"{indent}# {statement.text}".rstrip()
         case If():
-            yield from _if(statement, indent)
-        case While() | Repeat() | Define():
-            yield _noted(indent, _head(statement), statement.note)
-            yield from _block(statement.body, indent + INDENT)
+            for index, branch in enumerate(statement.branches):
+                said = "" if branch.condition is None else f"if {written(branch.condition)}"
+                words = said if index == 0 else f"else {said}".rstrip()
+                yield _noted(indent, words, branch.note)
+                yield from _block(branch.body, indent + INDENT)
             yield f"{indent}end"
         case _:
-            yield _noted(indent, _plain(statement), statement.note)
+            yield _noted(indent, _words(statement), statement.note)
+            for body in bodies(statement):
+                yield from _block(body, indent + INDENT)
+                yield f"{indent}end"
 
 
-def _if(statement: If, indent: str) -> Iterator[str]:
-    for index, branch in enumerate(statement.branches):
-        said = "" if branch.condition is None else f"if {written(branch.condition)}"
-        words = said if index == 0 else f"else {said}".rstrip()
-        yield _noted(indent, words, branch.note)
-        yield from _block(branch.body, indent + INDENT)
-    yield f"{indent}end"
-
-
-def _head(statement: While | Repeat | Define) -> str:
-    match statement:
-        case While():
-            return f"while {written(statement.condition)}"
-        case Repeat():
-            count = "" if statement.count is None else f" {written(statement.count)}"
-            counted = f" as {statement.variable}" if statement.variable else ""
-            return f"repeat{count}{counted}"
-        case Define():
-            return f"define {statement.name}({', '.join(statement.parameters)})"
-
-
-def _plain(statement: Do | Assign | Call | Label | Goto) -> str:
+def _words(statement: Do | Assign | Call | Label | Goto | While | Repeat | Define) -> str:
+    """Return a line, or the head of a block."""
     match statement:
         case Do():
             linked = "".join(f" {link} {_listed(values)}" for link, values in statement.links)
@@ -116,6 +95,14 @@ def _plain(statement: Do | Assign | Call | Label | Goto) -> str:
             return f"{statement.name}:"
         case Goto():
             return f"goto {statement.name}"
+        case While():
+            return f"while {written(statement.condition)}"
+        case Repeat():
+            count = "" if statement.count is None else f" {written(statement.count)}"
+            counted = f" as {statement.variable}" if statement.variable else ""
+            return f"repeat{count}{counted}"
+        case Define():
+            return f"define {statement.name}({', '.join(statement.parameters)})"
 
 
 def _listed(values: tuple[Expression, ...]) -> str:
@@ -139,10 +126,10 @@ def _value(value: Expression, strength: int) -> str:
         case FieldOf():
             return f"{_value(value.value, _PART)}.{value.name}"
         case JointsOf():
-            angles = (f"{name} {_value(each, _COMPARES)}" for name, each in value.angles)
+            angles = (f"{name} {_value(each, COMPARES)}" for name, each in value.angles)
             return f"joints({', '.join(angles)})"
         case Unary():
-            own = _MINUS if value.sign == "-" else _STRENGTH["not"]
+            own = _MINUS if value.sign == "-" else OPERATORS[value.sign].strength
             space = "" if value.sign == "-" else " "
             text = f"{value.sign}{space}{_value(value.value, own - 1)}"
         case Binary():
@@ -151,11 +138,11 @@ def _value(value: Expression, strength: int) -> str:
 
 
 def _binary(value: Binary) -> tuple[int, str]:
-    own = _STRENGTH.get(value.sign, _COMPARES)
+    own = OPERATORS[value.sign].strength
     sign = value.sign
     if isinstance(value.right, Truth):
         sign = {"==": "is", "!=": "is not"}.get(sign, sign)
-    left_bound = own if own == _COMPARES else own - 1
+    left_bound = own if own == COMPARES else own - 1
     return own, f"{_value(value.left, left_bound)} {sign} {_value(value.right, own)}"
 
 

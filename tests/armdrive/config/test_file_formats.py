@@ -14,7 +14,7 @@ from armdrive.config.write import complete
 from armdrive.errors import ArmFileError, PointsFileError, StateFileError
 from armdrive.programs.acts import Remember
 from armdrive.programs.journal import interrupted, journal_file
-from armdrive.programs.performing import Performer
+from armdrive.programs.running import Performer
 from armdrive.registry.arm_files import arm_problems, load_arm, parse_arm
 from armdrive.setup import plan as kept
 from armdrive.setup.filing import checked, new_text

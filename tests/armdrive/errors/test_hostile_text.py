@@ -100,7 +100,7 @@ OWN_WORDS = {
         "control + ''.join((f'{line}{line_end}' for line in shown))",
         "f'{control}{shown}'",
     },
-    "program/run_input.py": {"words"},  # in a signal handler; constants
+    "program/run_common.py": {"words"},  # in a signal handler; constants
 }
 """What is written past that module: our own words, that quote nothing."""
 

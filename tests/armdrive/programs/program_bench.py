@@ -9,7 +9,8 @@ from program_acts import goal_of, travels
 
 from armdrive.moves import GraspMove
 from armdrive.programs import read_program
-from armdrive.programs.acts import AwaitInputs, Go, Look, ReadInput, Say, SeenInput
+from armdrive.programs.acts import AwaitInputs, Go, Look, ReadInput, Say
+from armdrive.programs.language.values import PlaceValue
 from armdrive.programs.problems import ProgramError
 from kinematics import JOINT_NAMES, Joints, Pose, preset
 
@@ -26,7 +27,7 @@ def fk(joints_deg):
     return preset("teachmover").arm.fk(Joints.of(*(joints_deg[name] for name in JOINT_NAMES)))
 
 
-HERE = SeenInput(Pose.of(x_mm=200.0, y_mm=0.0, z_mm=100.0, pitch_deg=-90.0), HERE_DEG, 40.0)
+HERE = PlaceValue(Pose.of(x_mm=200.0, y_mm=0.0, z_mm=100.0, pitch_deg=-90.0), HERE_DEG, 40.0)
 
 
 def at(x, y, z, pitch=-90.0, roll=0.0):

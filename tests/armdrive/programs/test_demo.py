@@ -9,7 +9,6 @@ import sys
 from dataclasses import replace
 
 import pytest
-from cli_calls import Caller
 from waiting import LONG_S
 
 from armdrive.cli import main
@@ -23,11 +22,6 @@ PACE = "20"
 needs_pty = pytest.mark.skipif(
     sys.platform == "win32", reason="Windows has no pseudo-terminal that a test could open"
 )
-
-
-@pytest.fixture
-def call(capsys):
-    return Caller(capsys)
 
 
 def test_it_stacks_every_block_and_says_so(call):
@@ -154,13 +148,14 @@ def test_in_a_terminal_it_is_drawn_and_leaves_the_terminal_as_it_was():
 
 
 def test_what_is_said_under_an_ascii_picture_is_ascii_too(capsys, monkeypatch):
-    from armdrive.cli.program import demo_display
+    from armdrive.cli.program.demo import draw
     from armdrive.connect.target import simulated_config
     from armdrive.registry.simulate import simulate
 
-    monkeypatch.setattr(demo_display, "perform", lambda arm, jobs, tell: [tell("turned by 90°")])
+    said = "armdrive.cli.program.demo.perform"
+    monkeypatch.setattr(said, lambda arm, jobs, tell: [tell("turned by 90°")])
     config = simulated_config("teachmover")
-    demo_display.show(config, simulate(config), pace=200.0, braille=False)
+    draw(config, simulate(config), pace=200.0, braille=False)
     shown = capsys.readouterr().out
     assert "turned by 90 deg" in shown
     assert shown.isascii()

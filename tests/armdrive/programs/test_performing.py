@@ -9,7 +9,7 @@ from waiting import until
 
 from armdrive import Arm
 from armdrive.errors import BadRequest, Refused, Stopped
-from armdrive.programs import performing
+from armdrive.programs import running
 from armdrive.programs.acts import (
     AwaitInputs,
     Delay,
@@ -20,12 +20,12 @@ from armdrive.programs.acts import (
     ReadInput,
     Remember,
     Say,
-    SeenInput,
 )
-from armdrive.programs.performing import Performer
+from armdrive.programs.language.values import PlaceValue
 from armdrive.programs.progress import FOR_EVER
-from armdrive.programs.running import ProgramRun
+from armdrive.programs.running import Performer, ProgramRun, RunPlan
 from armdrive.status import Trust
+from armdrive.tasks import never
 
 JOINTS = {"base": 10.0, "shoulder": 40.0, "elbow": -60.0, "wrist_pitch": -70.0, "wrist_roll": 5.0}
 
@@ -85,7 +85,7 @@ def test_a_reference_is_taken_only_where_nobody_has(arm, does, monkeypatch):
 
 def test_it_looks_and_remembers(arm, does):
     seen = does(Look())
-    assert isinstance(seen, SeenInput)
+    assert isinstance(seen, PlaceValue)
     assert seen.pose == arm.pose
     does(Remember("here", seen.joints_deg, seen.opening_mm))
     assert arm.points["here"].joints.deg == pytest.approx(seen.joints_deg, abs=1e-3)
@@ -179,7 +179,7 @@ def test_a_stop_between_two_acts_ends_the_program_too(arm):
         def ended(self, step, answer, took_s):
             carried_out.append(step.number)
 
-    run = ProgramRun(script, performer(arm), [Presser()])
+    run = ProgramRun(RunPlan(script), performer(arm), [Presser()])
     with pytest.raises(Stopped):
         run.carry_out()
     assert carried_out == [1, 2, 3]
@@ -203,7 +203,7 @@ def test_while_the_arm_is_paused_no_act_begins(arm, monkeypatch):
         if len(slept) == 3:
             arm.resume()
 
-    monkeypatch.setattr(performing.time, "sleep", breath)
+    monkeypatch.setattr(running.time, "sleep", breath)
     arm.pause()
     performer(arm).perform(Outputs(on=(1,)))
     assert len(slept) == 3
@@ -211,7 +211,7 @@ def test_while_the_arm_is_paused_no_act_begins(arm, monkeypatch):
 
 
 def test_a_stop_ends_a_program_that_waits_in_a_pause(arm, monkeypatch):
-    monkeypatch.setattr(performing.time, "sleep", lambda _: arm.request_stop() or arm.sleep(0.1))
+    monkeypatch.setattr(running.time, "sleep", lambda _: arm.request_stop() or arm.sleep(0.1))
     arm.pause()
     with pytest.raises(Stopped):
         performer(arm).perform(Outputs(on=(1,)))
@@ -220,7 +220,7 @@ def test_a_stop_ends_a_program_that_waits_in_a_pause(arm, monkeypatch):
 
 def test_it_runs_as_often_as_it_is_told(arm):
     script = Script((Outputs(on=(1,)), Outputs(off=(1,))))
-    run = ProgramRun(script, performer(arm), loops=3)
+    run = ProgramRun(RunPlan(script, loops=3), performer(arm))
     assert run.carry_out() == 6
     assert len(script.made) == 3
 
@@ -237,13 +237,13 @@ def test_it_runs_as_often_as_it_is_told(arm):
 
     ender = Ender()
     with pytest.raises(Stopped):
-        ProgramRun(script, performer(arm), [ender], loops=FOR_EVER).carry_out()
+        ProgramRun(RunPlan(script, loops=FOR_EVER), performer(arm), [ender]).carry_out()
     assert ender.loops == 50
 
 
 def test_a_refused_act_is_told_with_its_place(arm):
     script = Script((go(down(250, 0, 120)), go(down(900, 0, 120))))
-    run = ProgramRun(script, performer(arm))
+    run = ProgramRun(RunPlan(script), performer(arm))
     with pytest.raises(Exception, match="reach"):
         run.carry_out()
     assert run.at.stage.mark.line == 2
@@ -273,3 +273,52 @@ def test_another_thread_stops_a_run_in_real_time():
             performer(arm).perform(Delay(1e6))
         ended.set()
         stopping.join()
+
+
+# -- nothing goes on by itself after a suspension -------------------------------------------------
+
+
+SUSPENDED_IN = {"a delay": Delay(5.0), "a wait": AwaitInputs(high=(2,)), "a look": Look()}
+
+
+@pytest.mark.parametrize("name", SUSPENDED_IN)
+def test_a_suspension_ends_the_program_wherever_it_falls(arm, name):
+    arm.twin.device.at(arm.twin.device.now_s + 0.3, lambda: arm.engine.absent(60.0))
+    does = performer(arm).perform
+    if name == "a look":
+        does(SUSPENDED_IN[name])
+        arm.pace.wait(never, 1.0)
+    with pytest.raises(Stopped, match="suspended, and nothing goes on by itself"):
+        does(SUSPENDED_IN[name])
+    with pytest.raises(Stopped):
+        does(Outputs(on=(1,)))
+    assert arm.status.outputs is None
+    assert performer(arm).perform(Look()) is not None
+
+
+def test_a_suspension_that_nobody_has_noticed_yet_counts_once(arm):
+    does = performer(arm).perform
+    arm.engine.asleep_s = lambda: 2.0
+    with pytest.raises(Stopped):
+        does(Say("on"))
+
+
+def test_a_wait_of_a_script_ends_as_well(arm):
+    for wait in (lambda: arm.sleep(5.0), lambda: arm.wait_inputs(high=2, within_s=5.0)):
+        arm.twin.device.at(arm.twin.device.now_s + 0.3, lambda: arm.engine.absent(60.0))
+        with pytest.raises(Stopped, match=r"suspended|stop"):
+            wait()
+    arm.sleep(0.1)  # the next one is asked for after it
+
+
+def test_a_person_lets_a_program_go_on_after_a_suspension(arm, monkeypatch):
+    class Sleeper(Listener):
+        def hold(self, text, over):
+            arm.engine.absent(60.0)
+
+    does = performer(arm, Sleeper()).perform
+    does(Hold("look"))
+    monkeypatch.setattr(running.time, "sleep", lambda _: arm.engine.absent(9.0) or arm.resume())
+    arm.pause()
+    does(Outputs(on=(1,)))
+    assert arm.status.outputs == 1

@@ -7,7 +7,7 @@ from program_bench import BOOK, acts, refused, started, told
 
 from armdrive.errors.table import entry
 from armdrive.programs import read_program
-from armdrive.programs.language.reading import DEEPEST_BLOCK
+from armdrive.programs.language.grammar import DEEPEST_BLOCK
 from armdrive.programs.language.words import RESERVED, WORDS
 from armdrive.programs.problems import MOST_TOLD, ProgramError
 

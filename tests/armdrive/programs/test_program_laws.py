@@ -13,7 +13,7 @@ from program_bench import BOOK, fk, reply
 
 from armdrive.errors import BadRequest
 from armdrive.programs import read_program
-from armdrive.programs.language.reading import parse
+from armdrive.programs.language.grammar import parse
 from armdrive.programs.language.syntax import (
     Assign,
     Binary,

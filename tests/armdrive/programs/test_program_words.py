@@ -19,6 +19,7 @@ from armdrive.programs.acts import (
     act_name,
 )
 from armdrive.programs.language.words import FIELDS, FORMS, FUNCTIONS, WORDS
+from armdrive.programs.program import read_program_file
 
 PICK = BOOK["pick"]
 P = "point p = at(250, 0, 60, -90)\n"
@@ -260,3 +261,22 @@ def test_an_input_is_read_anew_each_time_and_only_where_it_counts():
     assert acts(text, inputs=(2,)) == [ReadInput(1), ReadInput(1)]
     assert acts("if input(1) or input(2)\nend", inputs=(1,)) == [ReadInput(1)]
     assert HERE.opening_mm == 40.0
+
+
+# -- program files as editors leave them ----------------------------------------------------------
+
+
+LEFT = {
+    "a byte order mark": b'\xef\xbb\xbftype "a"\nready\n',
+    "line ends of Windows": b'type "a"\r\nready\r\n',
+    "tabs, and no end of the last line": b'\ttype\t"a"\n\t ready',
+}
+
+
+@pytest.mark.parametrize("how", LEFT)
+def test_a_file_of_any_editor_is_read(tmp_path, how):
+    path = tmp_path / "t.arm"
+    path.write_bytes(LEFT[how])
+    program = read_program_file(path)
+    assert [line.split() for line in program.text.splitlines()] == [["type", '"a"'], ["ready"]]
+    assert program.machine().next().mark.line == 1

@@ -12,9 +12,10 @@ from program_bench import acts
 
 from armdrive.programs import read_program
 from armdrive.programs.acts import act_name
+from armdrive.programs.deeds import DEEPEST_CALL
 from armdrive.programs.language.words import tables
-from armdrive.programs.machine import DEEPEST_CALL, MOST_STEPS
 from armdrive.programs.problems import ProgramError
+from armdrive.programs.program import MOST_STEPS
 
 PAGE = (Path(__file__).parents[3] / "docs" / "programs.md").read_text(encoding="utf-8")
 SHOWN = re.findall(r"```arm\n(.*?)```", PAGE, re.DOTALL)

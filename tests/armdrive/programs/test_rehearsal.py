@@ -12,8 +12,8 @@ from armdrive.errors import ArmError, NotReferenced, Refused
 from armdrive.programs import rehearsal as rehearsals
 from armdrive.programs.acts import AwaitInputs, Delay, Hold, Home, Outputs, ReadInput, Remember, Say
 from armdrive.programs.progress import FOR_EVER
-from armdrive.programs.rehearsal import RehearsedPlan, rehearse, require_rehearsed
-from armdrive.programs.running import ProgramRun
+from armdrive.programs.rehearsal import rehearse, require_rehearsed
+from armdrive.programs.running import ProgramRun, RunPlan
 from armdrive.registry import DIALECTS
 from kinematics.errors import KinematicsError
 
@@ -41,7 +41,7 @@ REFUSED = {
 
 def took_s(arm, script):
     began_s = arm.pace.now_s()
-    ProgramRun(script, performer(arm)).carry_out()
+    ProgramRun(RunPlan(script), performer(arm)).carry_out()
     return arm.pace.now_s() - began_s
 
 
@@ -49,7 +49,7 @@ def took_s(arm, script):
 def test_a_rehearsal_takes_as_long_as_the_run(dialect):
     arm = table_arm(dialect)
     before = arm.twin.save()
-    rehearsal = rehearse(arm.config, arm, RehearsedPlan(Script(TOUR)))
+    rehearsal = rehearse(arm.config, arm, RunPlan(Script(TOUR)))
     assert arm.twin.save() == before
     assert (rehearsal.refusal, rehearsal.assumptions, rehearsal.whole) == (None, (), True)
     assert rehearsal.took_s == pytest.approx(took_s(arm, Script(TOUR)), rel=0.02)
@@ -69,9 +69,9 @@ REFUSALS = [
 def test_what_is_refused_is_refused_before(dialect, what):
     arm = table_arm(dialect)
     script = Script((TOUR[0], REFUSED[what], *TOUR[1:]))
-    rehearsal = rehearse(arm.config, arm, RehearsedPlan(script))
+    rehearsal = rehearse(arm.config, arm, RunPlan(script))
     with pytest.raises((ArmError, KinematicsError)) as refused:
-        ProgramRun(script, performer(arm)).carry_out()
+        ProgramRun(RunPlan(script), performer(arm)).carry_out()
     assert type(rehearsal.refusal) is type(refused.value)
     assert str(rehearsal.refusal) == str(refused.value)
     assert rehearsal.at.line == 2
@@ -81,7 +81,7 @@ def test_what_is_refused_is_refused_before(dialect, what):
 
 def test_blocks_of_a_simulated_world_are_found_and_nothing_is_assumed():
     arm = table_arm("teachmover", BLOCK)
-    rehearsal = rehearse(arm.config, arm, RehearsedPlan(Script(PICK_AND_PLACE)))
+    rehearsal = rehearse(arm.config, arm, RunPlan(Script(PICK_AND_PLACE)))
     assert rehearsal.assumptions == ()
     assert rehearsal.took_s == pytest.approx(took_s(arm, Script(PICK_AND_PLACE)), rel=0.02)
     assert arm.twin.world.scene.blocks["A"].y_mm == pytest.approx(-60, abs=1)
@@ -97,7 +97,7 @@ def real(arm):
 def test_widths_of_what_nobody_knows_are_assumed(width_mm, found_mm):
     arm = real(table_arm("teachmover"))
     script = Script(PICK_AND_PLACE)
-    rehearsal = rehearse(arm.config, arm, RehearsedPlan(script, width_mm=width_mm))
+    rehearsal = rehearse(arm.config, arm, RunPlan(script, width_mm=width_mm))
     assert script.made[0].answers[2] == pytest.approx(found_mm, abs=0.5)
     word = "nothing" if width_mm is None else f"something {width_mm:g} mm wide"
     assert [str(each) for each in rehearsal.assumptions] == [f"line 3: the fingers find {word}"]
@@ -117,7 +117,7 @@ def test_inputs_are_assumed_and_said():
             AwaitInputs(low=(4,)),
         )
     )
-    rehearsal = rehearse(arm.config, arm, RehearsedPlan(script, inputs={4: True}))
+    rehearsal = rehearse(arm.config, arm, RunPlan(script, inputs={4: True}))
     assert script.made[0].answers == [False, True, True, True, False, True]
     assert [each.took_s for each in rehearsal.loops[0]] == [0, 0, 0, 0, 100, 0]
     assert [(str(each), each.matters) for each in rehearsal.assumptions] == [
@@ -141,7 +141,7 @@ def test_nothing_of_the_rehearsal_stays(tmp_path):
             Delay(3600.0),
         )
     )
-    rehearsal = rehearse(arm.config, arm, RehearsedPlan(script))
+    rehearsal = rehearse(arm.config, arm, RunPlan(script))
     assert "there" not in arm.points
     assert arm.status.outputs is None
     assert rehearsal.took_s == pytest.approx(3600, abs=1)
@@ -152,7 +152,7 @@ def test_nothing_of_the_rehearsal_stays(tmp_path):
 def test_a_refusal_after_an_assumption_may_be_run_all_the_same():
     arm = table_arm("teachmover")
     script = Script((ReadInput(1), REFUSED["out of reach"]))
-    rehearsal = rehearse(arm.config, arm, RehearsedPlan(script))
+    rehearsal = rehearse(arm.config, arm, RunPlan(script))
     with pytest.raises(Refused, match="line 1: input 1 is off; say what is so with --input"):
         require_rehearsed(rehearsal, anyway=False)
     require_rehearsed(rehearsal, anyway=True)
@@ -167,19 +167,17 @@ def test_a_program_without_an_end_is_rehearsed_for_a_while(monkeypatch):
         def stages(self):
             return super().stages * 1000
 
-    rehearsal = rehearse(arm.config, arm, RehearsedPlan(Endless((Delay(1.0),))))
+    rehearsal = rehearse(arm.config, arm, RunPlan(Endless((Delay(1.0),))))
     assert not rehearsal.whole
     assert len(rehearsal.loops[0]) == 50
     monkeypatch.setattr(rehearsals, "MOST_S", 10.0)
-    assert rehearse(arm.config, arm, RehearsedPlan(Endless((Delay(1.0),)))).took_s == pytest.approx(
-        11.0
-    )
+    assert rehearse(arm.config, arm, RunPlan(Endless((Delay(1.0),)))).took_s == pytest.approx(11.0)
 
 
 @pytest.mark.parametrize(("loops", "rehearsed"), [(1, 1), (2, 2), (7, 2), (FOR_EVER, 2)])
 def test_two_loops_stand_for_all_that_follow(loops, rehearsed):
     arm = table_arm("teachmover")
-    rehearsal = rehearse(arm.config, arm, RehearsedPlan(Script(TOUR[:2]), loops=loops))
+    rehearsal = rehearse(arm.config, arm, RunPlan(Script(TOUR[:2]), loops=loops))
     assert len(rehearsal.loops) == rehearsed
     if rehearsed == 2:  # the second begins where the first has ended
         assert rehearsal.loops[1][0].took_s < rehearsal.loops[0][0].took_s
@@ -190,20 +188,20 @@ def test_an_arm_without_a_reference_is_refused_unless_one_may_be_assumed():
     arm = Arm(connect_simulated(config))
     arm.enable()
     script = Script(TOUR)
-    refused = rehearse(config, arm, RehearsedPlan(script))
+    refused = rehearse(config, arm, RunPlan(script))
     assert isinstance(refused.refusal, NotReferenced)
     assert refused.at.line == 1
-    assumed = rehearse(config, arm, RehearsedPlan(script, settle=True))
+    assumed = rehearse(config, arm, RunPlan(script, settle=True))
     assert assumed.refusal is None
     assert "reference posture" in str(assumed.assumptions[0])
     homed = Script((Home(), *TOUR))
-    assert rehearse(config, arm, RehearsedPlan(homed, settle=True)).assumptions == ()
-    assert rehearse(config, arm, RehearsedPlan(homed)).refusal is None
+    assert rehearse(config, arm, RunPlan(homed, settle=True)).assumptions == ()
+    assert rehearse(config, arm, RunPlan(homed)).refusal is None
 
 
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_an_arm_that_cannot_be_asked_is_taken_to_stand_in_its_reference(dialect):
-    rehearsal = rehearse(simulated_config(dialect), None, RehearsedPlan(Script(TOUR), settle=True))
+    rehearsal = rehearse(simulated_config(dialect), None, RunPlan(Script(TOUR), settle=True))
     assert rehearsal.refusal is None
     assert rehearsal.assumptions[0].mark is None
 
@@ -213,9 +211,9 @@ def test_a_doubted_position_is_taken_for_true_where_that_may_be():
     arm.move_j(base_deg=30)
     arm.disable()
     arm.enable()
-    assumed = rehearse(arm.config, arm, RehearsedPlan(Script(TOUR), settle=True))
+    assumed = rehearse(arm.config, arm, RunPlan(Script(TOUR), settle=True))
     assert "where it was seen last" in str(assumed.assumptions[0])
-    refusal = rehearse(arm.config, arm, RehearsedPlan(Script(TOUR))).refusal
+    refusal = rehearse(arm.config, arm, RunPlan(Script(TOUR))).refusal
     assert isinstance(refusal, NotReferenced)
     with pytest.raises(NotReferenced) as own:
         arm.park()
@@ -224,20 +222,20 @@ def test_a_doubted_position_is_taken_for_true_where_that_may_be():
 
 def test_the_path_of_the_tip_is_kept_where_it_is_wanted():
     arm = table_arm("teachmover")
-    plan = RehearsedPlan(Script(TOUR), traced=True)
+    plan = RunPlan(Script(TOUR), traced=True)
     path = rehearse(arm.config, arm, plan).path
     assert path[0] == pytest.approx((arm.pose.x_mm, arm.pose.y_mm, arm.pose.z_mm), abs=0.5)
     assert path[-1] == pytest.approx((127, 0, 30), abs=1)
     lowest = min(z for _, y, z in path if y > 15)
     assert lowest == pytest.approx(25, abs=0.5)
-    assert rehearse(arm.config, arm, RehearsedPlan(Script(TOUR))).path == ()
+    assert rehearse(arm.config, arm, RunPlan(Script(TOUR))).path == ()
 
 
 def test_a_slowed_arm_is_rehearsed_slowly():
     arm = table_arm("teachmover")
-    full = rehearse(arm.config, arm, RehearsedPlan(Script(TOUR[:4])))
+    full = rehearse(arm.config, arm, RunPlan(Script(TOUR[:4])))
     arm.speed_override = 0.25
-    slow = rehearse(arm.config, arm, RehearsedPlan(Script(TOUR[:4])))
+    slow = rehearse(arm.config, arm, RunPlan(Script(TOUR[:4])))
     assert slow.share == 0.25
     assert slow.took_s == pytest.approx(took_s(arm, Script(TOUR[:4])), rel=0.02)
     assert slow.took_s > 2.5 * full.took_s

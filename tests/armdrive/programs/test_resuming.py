@@ -1,5 +1,8 @@
 """Interrupted at every act, by a kill, a stop, a fault, a pulled cable: taken up again, or not."""
 
+from contextlib import contextmanager
+from itertools import count
+
 import pytest
 from program_acts import go, grasp, travels
 from running_bench import BLOCK, PICK_AND_PLACE, Listener, Script, down
@@ -17,8 +20,7 @@ from armdrive.programs.journal import (
     require_place,
     require_same_program,
 )
-from armdrive.programs.performing import Performer
-from armdrive.programs.running import ProgramRun
+from armdrive.programs.running import Performer, ProgramRun, RunPlan
 from armdrive.registry.simulate import simulate
 from armdrive.storage.record import FileRecorder
 
@@ -71,8 +73,35 @@ def journal_of(arm, performer, tmp_path):
 def begin(arm, script, tmp_path, *onlookers):
     performer = Performer(arm, Listener())
     journal = journal_of(arm, performer, tmp_path)
-    ProgramRun(script, performer, [journal, *onlookers]).carry_out()
+    ProgramRun(RunPlan(script), performer, [journal, *onlookers]).carry_out()
     journal.finish()
+
+
+def killed(arm, tmp_path, number, when="begins", acts=PICK_AND_PLACE):
+    """Return a program that was killed at the beginning or the end of an act."""
+    script = Script(acts)
+    with pytest.raises(Killed):
+        begin(arm, script, tmp_path, Killer(number, when))
+    return script
+
+
+@contextmanager
+def on_its_way(arm, number, happens):
+    """Have something happen while the arm is on its way of a move."""
+    start, begun = arm.start, count(1)
+
+    def starting(*words, **named):
+        handle = start(*words, **named)
+        if next(begun) == number:
+            arm.sleep(0.8)
+            happens(handle)
+        return handle
+
+    arm.start = starting
+    try:
+        yield
+    finally:
+        arm.start = start
 
 
 def resume(arm, script, tmp_path):
@@ -82,10 +111,8 @@ def resume(arm, script, tmp_path):
     require_place(arm, entry, machine.next().act, "armdrive run t.arm --resume")
     performer = Performer(arm, Listener(), outputs=entry.outputs)
     journal = journal_of(arm, performer, tmp_path)
-    run = ProgramRun(
-        script, performer, [journal], loop=entry.loop, loops=entry.loops, machine=machine
-    )
-    run.carry_out()
+    plan = RunPlan(script, loop=entry.loop, loops=entry.loops, machine=lambda: machine)
+    ProgramRun(plan, performer, [journal]).carry_out()
     journal.finish()
     return machine
 
@@ -108,9 +135,7 @@ def test_uninterrupted_it_leaves_no_journal(arm, tmp_path):
 @pytest.mark.parametrize("when", ["begins", "ended"])
 @pytest.mark.parametrize("number", ACTS)
 def test_killed_at_any_act_it_is_taken_up_and_ends_as_ever(arm, tmp_path, number, when):
-    script = Script(PICK_AND_PLACE)
-    with pytest.raises(Killed):
-        begin(arm, script, tmp_path, Killer(number, when))
+    script = killed(arm, tmp_path, number, when)
     assert interrupted(arm.config.name).line == number
     arm.sleep(3.0)  # it has stood for a while when the program is begun again
     again = reborn(arm)
@@ -122,23 +147,13 @@ def test_killed_at_any_act_it_is_taken_up_and_ends_as_ever(arm, tmp_path, number
 @pytest.mark.parametrize("number", [n for n in ACTS if travels(PICK_AND_PLACE[n - 1])])
 def test_stopped_on_its_way_it_is_taken_up_from_there(arm, tmp_path, number):
     script = Script(PICK_AND_PLACE)
-    start = arm.start
-    count = 0
 
-    def stopped_on_the_way(*words, **named):
-        nonlocal count
-        handle = start(*words, **named)
-        count += 1
-        if count == number:
-            arm.sleep(0.8)
-            assert not handle.done
-            arm.request_stop()
-        return handle
+    def stop(handle):
+        assert not handle.done
+        arm.request_stop()
 
-    arm.start = stopped_on_the_way
-    with pytest.raises(Stopped):
+    with pytest.raises(Stopped), on_its_way(arm, number, stop):
         begin(arm, script, tmp_path)
-    arm.start = start
     machine = resume(arm, script, tmp_path)
     assert placed(arm)
     assert machine.answers[2] == pytest.approx(30, abs=1)
@@ -160,15 +175,11 @@ def test_stopped_at_any_time_and_once_more_after_that_it_ends_as_ever(arm, tmp_p
 
 def test_killed_in_mid_motion_the_position_is_suspect_and_nothing_is_taken_up(arm, tmp_path):
     script = Script(PICK_AND_PLACE)
-    start = arm.start
 
-    def killed_on_the_way(*words, **named):
-        start(*words, **named)
-        arm.sleep(0.8)
+    def kill(_):
         raise Killed
 
-    arm.start = killed_on_the_way
-    with pytest.raises(Killed):
+    with pytest.raises(Killed), on_its_way(arm, 1, kill):
         begin(arm, script, tmp_path)
     again = reborn(arm)
     with pytest.raises(NotReferenced):
@@ -177,19 +188,7 @@ def test_killed_in_mid_motion_the_position_is_suspect_and_nothing_is_taken_up(ar
 
 def test_a_pulled_cable_ends_it_and_after_a_reference_it_says_where_to_bring_the_arm(arm, tmp_path):
     script = Script(PICK_AND_PLACE)
-    start = arm.start
-    begun = []
-
-    def unplugged_on_the_way(*words, **named):
-        handle = start(*words, **named)
-        begun.append(handle)
-        if len(begun) == 5:
-            arm.sleep(0.8)
-            arm.twin.link.unplug()
-        return handle
-
-    arm.start = unplugged_on_the_way
-    with pytest.raises(ArmError):
+    with pytest.raises(ArmError), on_its_way(arm, 5, lambda _: arm.twin.link.unplug()):
         begin(arm, script, tmp_path)
     again = reborn(arm)
     with pytest.raises(NotReferenced):
@@ -202,27 +201,21 @@ def test_a_pulled_cable_ends_it_and_after_a_reference_it_says_where_to_bring_the
 
 
 def test_an_arm_that_somebody_moved_meanwhile_is_left_alone(arm, tmp_path):
-    script = Script(PICK_AND_PLACE)
-    with pytest.raises(Killed):
-        begin(arm, script, tmp_path, Killer(5, "begins"))
+    script = killed(arm, tmp_path, 5)
     arm.move_j(base_deg=40)
     with pytest.raises(Refused, match=r"base 40\.0° instead of"):
         resume(arm, script, tmp_path)
 
 
 def test_fingers_that_somebody_opened_meanwhile_are_left_alone(arm, tmp_path):
-    script = Script(PICK_AND_PLACE)
-    with pytest.raises(Killed):
-        begin(arm, script, tmp_path, Killer(5, "begins"))
+    script = killed(arm, tmp_path, 5)
     arm.gripper.open()
     with pytest.raises(Refused, match="fingers 76 mm instead of"):
         resume(arm, script, tmp_path)
 
 
 def test_another_program_or_a_changed_one_is_not_taken_up(arm, tmp_path):
-    script = Script(PICK_AND_PLACE)
-    with pytest.raises(Killed):
-        begin(arm, script, tmp_path, Killer(5, "begins"))
+    killed(arm, tmp_path, 5)
     entry = interrupted(arm.config.name)
     with pytest.raises(Refused, match="was changed since it was interrupted in line 5"):
         require_same_program(entry, "1" * 64, entry.program)
@@ -231,17 +224,14 @@ def test_another_program_or_a_changed_one_is_not_taken_up(arm, tmp_path):
 
 
 def test_a_reference_that_was_interrupted_is_taken_again(arm, tmp_path):
-    script = Script((Home(), *PICK_AND_PLACE[:2], grasp()))
-    with pytest.raises(Killed):
-        begin(arm, script, tmp_path, Killer(1, "begins"))
+    script = killed(arm, tmp_path, 1, acts=(Home(), *PICK_AND_PLACE[:2], grasp()))
     arm.move_j(base_deg=40)
     resume(arm, script, tmp_path)
     assert arm.twin.world.scene.held == "A"
 
 
 def test_a_damaged_journal_says_so(arm, tmp_path):
-    with pytest.raises(Killed):
-        begin(arm, Script(PICK_AND_PLACE), tmp_path, Killer(5, "begins"))
+    killed(arm, tmp_path, 5)
     path = journal_file(arm.config.name)
     for text in ("", "[1]", path.read_text().replace("under", "over").replace("30", "31"), "{}"):
         path.write_text(text)
@@ -260,7 +250,7 @@ def test_why_it_ended_is_written_down(arm, tmp_path):
     assert not journal.path.exists()
     script = Script(PICK_AND_PLACE)
     with pytest.raises(Killed):
-        ProgramRun(script, performer, [journal, Killer(2, "begins")]).carry_out()
+        ProgramRun(RunPlan(script), performer, [journal, Killer(2, "begins")]).carry_out()
     journal.broke_off(Stopped("the program was stopped"))
     entry = interrupted(arm.config.name)
     assert entry.why == "the program was stopped"

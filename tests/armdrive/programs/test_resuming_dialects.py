@@ -10,9 +10,8 @@ from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config, state_file
 from armdrive.errors import Stopped
 from armdrive.programs.journal import Journal, interrupted, require_place, require_same_program
-from armdrive.programs.performing import Performer
 from armdrive.programs.program import ArmProgram, read_program
-from armdrive.programs.running import ProgramRun
+from armdrive.programs.running import Performer, ProgramRun, RunPlan
 from armdrive.registry import DIALECTS
 from armdrive.registry.simulate import simulate
 from armdrive.status import State
@@ -83,7 +82,8 @@ def run(arm, tmp_path, *onlookers, resume=False):
         require_place(arm, entry, machine.next().act, "armdrive run t.arm --resume")
     performer = Performer(arm, Listener(), outputs=outputs)
     journal = Journal(arm, performer, tmp_path / "t.arm", program.digest, 1)
-    made = ProgramRun(source, performer, [journal, *onlookers], machine=machine)
+    plan = RunPlan(source.machine, machine=machine and (lambda: machine))
+    made = ProgramRun(plan, performer, [journal, *onlookers])
     made.carry_out()
     journal.finish()
     return made.done

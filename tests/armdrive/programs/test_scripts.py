@@ -1,13 +1,15 @@
 """Python scripts: on the arm of the command or their own, rehearsed on twins, shown by line."""
 
 import json
+import math
 import sys
-import textwrap
 from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
 
 import pytest
-from cli_calls import TRACEBACK, write_arm_file
-from running_bench import Keys
+from cli_calls import TRACEBACK, write_bench
+from running_bench import Keys, table_arm
 
 from armdrive import Arm
 from armdrive.arm import standing_in, stood_in
@@ -15,6 +17,8 @@ from armdrive.cli import main
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
+from armdrive.programs.running import RunPlan
+from armdrive.programs.script_rehearsal import rehearse_script
 from armdrive.programs.scripts import (
     Connections,
     as_it_says,
@@ -33,19 +37,8 @@ TOUR = """\
 
 
 @pytest.fixture
-def write(tmp_path):
-    def written(text, name="t.py"):
-        path = tmp_path / name
-        path.write_text(textwrap.dedent(text), encoding="utf-8")
-        return str(path)
-
-    return written
-
-
-@pytest.fixture
-def homed(call):
-    call("home", code=0)
-    return call
+def write(write):
+    return lambda text, name="t.py": write(text, name)
 
 
 def test_a_script_without_a_target_gets_the_arm_of_the_command(homed, write):
@@ -148,9 +141,7 @@ def test_a_rehearsal_of_a_script_moves_no_arm(homed, write):
 
 
 def test_no_port_opens_in_a_rehearsal_whatever_the_script_does(call, write, monkeypatch):
-    write_arm_file(
-        "bench", 'model = "teachmover"\n[connection]\ndialect = "teachmover"\nport = "/dev/none"\n'
-    )
+    write_bench()
     path = write(
         """\
         import os, subprocess, sys, threading
@@ -179,34 +170,23 @@ def test_no_port_opens_in_a_rehearsal_whatever_the_script_does(call, write, monk
     assert "assumed: the arm stands in its reference posture" in checked.out
 
 
-def test_an_arm_that_the_script_names_as_the_command_does_stands_where_it_stands(tmp_path):
-    from running_bench import table_arm
-
-    from armdrive.programs.rehearsal import RehearsedPlan
-    from armdrive.programs.script_rehearsal import rehearse_script
-
-    path = write_arm_file(
-        "bench", 'model = "teachmover"\n[connection]\ndialect = "teachmover"\nport = "/dev/none"\n'
-    )
+def test_an_arm_that_the_script_names_as_the_command_does_stands_where_it_stands(write):
+    path = write_bench()
     arm = table_arm()
     arm.move_j(base_deg=33)
     arm.config = replace(arm.config, name="bench")
-    script = tmp_path / "t.py"
-    script.write_text(
+    script = write(
         f"from armdrive import Arm\nfor name in ('bench', {str(path)!r}, None):\n"
         "    with Arm.connect(name) as arm:\n"
-        "        assert round(arm.joints.deg['base']) == 33, arm.joints\n",
-        encoding="utf-8",
+        "        assert round(arm.joints.deg['base']) == 33, arm.joints\n"
     )
-    found = rehearse_script(script, (), arm.config, arm, RehearsedPlan(None, settle=True))
+    found = rehearse_script(Path(script), (), arm.config, arm, RunPlan(settle=True))
     assert (found.refusal, found.assumptions) == (None, ())
 
 
 @pytest.mark.parametrize("grasp", ["arm.gripper.grasp()", "arm.run(GraspMove()).width_mm"])
 def test_what_a_rehearsed_script_finds_is_assumed(call, write, grasp):
-    write_arm_file(
-        "bench", 'model = "teachmover"\n[connection]\ndialect = "teachmover"\nport = "/dev/none"\n'
-    )
+    write_bench()
     path = write(
         f"""\
         from armdrive import Arm, GraspMove, Pose
@@ -226,9 +206,7 @@ def test_what_a_rehearsed_script_finds_is_assumed(call, write, grasp):
 
 
 def test_a_rehearsed_script_that_never_ends_is_cut_short(homed, write, monkeypatch):
-    from armdrive.programs import rehearsal
-
-    monkeypatch.setattr(rehearsal, "MOST_ACTS", 20)
+    monkeypatch.setattr("armdrive.programs.rehearsal.MOST_ACTS", 20)
     path = write(
         """\
         from armdrive import Arm
@@ -265,7 +243,7 @@ def test_what_is_no_python_is_said_with_its_line(call, write, tmp_path):
 
 def test_each_motion_of_a_script_waits_for_enter(homed, write, monkeypatch):
     keys = Keys()
-    monkeypatch.setattr("armdrive.cli.program.run_script.standard_input", lambda: keys)
+    monkeypatch.setattr("armdrive.cli.program.run.standard_input", lambda: keys)
     ran = homed("run", write(TOUR), "--step", code=0).out
     assert keys.taken == 3
     assert "line 3: arm.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)): Enter" in ran
@@ -273,7 +251,7 @@ def test_each_motion_of_a_script_waits_for_enter(homed, write, monkeypatch):
 
 def test_coroutines_are_run_rehearsed_and_stepped_through_too(homed, write, monkeypatch):
     keys = Keys()
-    monkeypatch.setattr("armdrive.cli.program.run_script.standard_input", lambda: keys)
+    monkeypatch.setattr("armdrive.cli.program.run.standard_input", lambda: keys)
     path = write(
         """\
         import asyncio
@@ -309,11 +287,11 @@ def test_a_recording_of_a_script_is_kept(homed, write, tmp_path):
     assert json.loads(output.read_text(encoding="utf-8").splitlines()[0])
 
 
-def test_calls_within_calls_are_not_the_scripts(tmp_path):
-    script = tmp_path / "t.py"
-    script.write_text(
-        "from armdrive import Arm\narm = Arm.connect()\narm.enable()\narm.home()\narm.park()\n",
-        encoding="utf-8",
+def test_calls_within_calls_are_not_the_scripts(write):
+    script = Path(
+        write(
+            "from armdrive import Arm\narm = Arm.connect()\narm.enable()\narm.home()\narm.park()\n"
+        )
     )
     heard, made = [], []
     connections = Connections(
@@ -349,3 +327,53 @@ def test_only_simulated_arms_meanwhile(monkeypatch):
         with simulation_only():
             assert os.environ["ARMDRIVE_FORCE_SIM"] == "1"
         assert os.environ.get("ARMDRIVE_FORCE_SIM") == before
+
+
+# -- the path of the tip --------------------------------------------------------------------------
+
+
+CENTRE = """
+from armdrive import Arm, Pose
+
+def at(x, y):
+    return Pose.of(x_mm=x, y_mm=y, z_mm=60, pitch_deg=-90)
+
+with Arm.connect() as arm:
+    arm.park()
+    arm.move_to(at(215, 0))
+"""
+ROUND = f"""{CENTRE}
+    arm.move_c(via=at(250, 35), goal=at(285, 0))
+    arm.move_c(via=at(250, -35), goal=at(215, 0))
+"""
+
+
+@pytest.fixture
+def traced(write):
+    def trace(text, *, wanted=True):
+        plan = RunPlan(settle=True, traced=wanted)
+        found = rehearse_script(Path(write(text)), (), simulated_config("teachmover"), None, plan)
+        assert found.refusal is None
+        return found.path
+
+    return trace
+
+
+def test_the_path_of_an_arc_is_round(traced):
+    straight, whole = traced(CENTRE), traced(ROUND)
+    circle = whole[len(straight) :]
+    assert len(circle) > 30
+    for x, y, z in circle:
+        assert math.hypot(x - 250.0, y) == pytest.approx(35.0, abs=1.5)
+        assert z == pytest.approx(60.0, abs=1.0)
+    assert max(x for x, _, _ in circle) == pytest.approx(285.0, abs=2.0)
+
+
+def test_the_path_begins_where_the_arm_stood_and_has_no_point_twice(traced):
+    path = traced(CENTRE)
+    assert path[0] == pytest.approx((127.0, 0.0, 0.0), abs=1.0)
+    assert all(math.dist(a, b) > 0.5 for a, b in pairwise(path))
+
+
+def test_nothing_is_kept_unless_it_is_wanted(traced):
+    assert traced(ROUND, wanted=False) == ()

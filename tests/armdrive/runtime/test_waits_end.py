@@ -14,7 +14,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, WrongState
 from armdrive.motion import execute as pausing
 from armdrive.moves import Jog
-from armdrive.programs import performing
+from armdrive.programs import running
 from armdrive.programs.acts import Say
 from armdrive.runtime.clock import RealPace, SimulatedClock, SimulatedPace
 from armdrive.runtime.engine import Engine
@@ -185,9 +185,9 @@ def test_a_pause_on_simulated_time_that_nobody_can_end_is_no_hang(monkeypatch, d
 
 def test_a_program_whose_arm_it_has_paused_itself_is_no_hang(monkeypatch):
     slept = []
-    monkeypatch.setattr(performing.time, "sleep", slept.append)
+    monkeypatch.setattr(running.time, "sleep", slept.append)
     arm = Arm.connect("sim:teachmover")
     arm.pause()
     with pytest.raises(WrongState, match="still paused"):
-        performing.Performer(arm, None).perform(Say("on"))
+        running.Performer(arm, None).perform(Say("on"))
     assert sum(slept) == pytest.approx(5.0, abs=0.05)

@@ -12,7 +12,7 @@ import pytest
 
 from armdrive import Arm
 from armdrive.cli import arm_files, chosen_arm
-from armdrive.cli.program import shell_lines
+from armdrive.cli.program import shell
 from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config, state_file
@@ -103,8 +103,8 @@ def a_memory():
 
 
 def a_history():
-    shell_lines._write_history(Lines())
-    return places.states() / shell_lines.HISTORY
+    shell._write_history(Lines())
+    return places.states() / shell.HISTORY
 
 
 def a_recording():
@@ -137,7 +137,7 @@ WRITERS = {
     "notes": (some_notes, notes.path_of),
     "journal": (a_journal, journal_file),
     "memory": (a_memory, lambda _: memory_file()),
-    "history": (a_history, lambda _: places.states() / shell_lines.HISTORY),
+    "history": (a_history, lambda _: places.states() / shell.HISTORY),
     "recording": (a_recording, lambda _: places.states() / "bench.jsonl"),
     "notice": (a_notice, lambda _: notice_path("bench", "holder")),
     "default arm": (a_default, lambda _: arm_files._default_path()),
@@ -347,15 +347,15 @@ def test_a_history_is_neither_waited_for_nor_taken_from_elsewhere(precious):
             self.lines.append(line)
 
     readline = Taken()
-    path = places.states() / shell_lines.HISTORY
+    path = places.states() / shell.HISTORY
     os.mkfifo(path)
-    shell_lines._read_history(readline)
+    shell._read_history(readline)
     path.unlink()
     path.symlink_to(precious)
-    shell_lines._read_history(readline)
+    shell._read_history(readline)
     assert readline.lines == []
-    shell_lines._write_history(readline)
-    shell_lines._read_history(readline)
+    shell._write_history(readline)
+    shell._read_history(readline)
     assert readline.lines == ["line 1", "line 2"]
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from armdrive import Arm, LinePart, Pose
-from armdrive.cli.program.run_script import MOVING
+from armdrive.cli.program.run import MOVING
 from armdrive.trace.calls import CALLS
 
 PREFIXES = ("move_", "jog_")

@@ -1,13 +1,19 @@
 """`armdrive run` on program files: rehearsed, run, shown, interrupted, taken up again."""
 
+import argparse
 import json
+import shlex
 
 import pytest
-from cli_calls import write_arm_file
+from cli_calls import write_bench
 from running_bench import Keys
 
+from armdrive.cli.chosen_arm import world_file
 from armdrive.cli.program import run_common
+from armdrive.cli.program.arguments import ARGUMENTS
+from armdrive.errors import BadRequest
 from armdrive.programs.journal import journal_file
+from armdrive.sim.world.table import block_of
 
 CARRY = """\
 # carry one block
@@ -29,22 +35,6 @@ depart_line 60
 ready
 """
 ARM = "sim:teachmover"
-
-
-@pytest.fixture
-def write(tmp_path):
-    def written(text, name="t.arm"):
-        path = tmp_path / name
-        path.write_text(text, encoding="utf-8")
-        return str(path)
-
-    return written
-
-
-@pytest.fixture
-def homed(call):
-    call("home", code=0)
-    return call
 
 
 def pose(call):
@@ -178,9 +168,7 @@ def test_the_path_is_drawn_into_a_file(homed, write, tmp_path):
 
 
 def test_a_real_arm_that_is_not_there_is_checked_all_the_same(call, write):
-    write_arm_file(
-        "bench", 'model = "teachmover"\n[connection]\ndialect = "teachmover"\nport = "/dev/none"\n'
-    )
+    write_bench()
     checked = call("run", write(CARRY), "--check", "--arm", "bench", "--assume-width", "30", code=0)
     assert "assumed: the arm stands in its reference posture" in checked.out
     assert "cannot be asked where it stands" in checked.out
@@ -249,7 +237,7 @@ def test_each_motion_waits_for_enter(homed, write, monkeypatch):
 
 def test_each_motion_of_a_script_waits_for_enter(homed, write, monkeypatch):
     keys = Keys()
-    monkeypatch.setattr("armdrive.cli.program.run_script.standard_input", lambda: keys)
+    monkeypatch.setattr("armdrive.cli.program.run.standard_input", lambda: keys)
     script = """\
 from armdrive import Arm, JointMove
 with Arm.connect() as arm:
@@ -276,3 +264,115 @@ def test_why_a_run_is_refused_by_a_program_that_holds_the_arm_is_said(homed, wri
 def test_the_place_of_a_mistake_is_shown_once(capsys):
     run_common.show_place(None, ["ready"], ValueError())
     assert capsys.readouterr().err == ""
+
+
+# -- what a person is told to type after an interruption ------------------------------------------
+
+
+FAILS = """\
+move at(250, 0, 120, -90)
+if not input(2)
+  move at(900, 0, 120, -90)
+end
+"""
+
+
+def told(err, start):
+    """Return the words of the command that stands in an answer, read as the command reads them."""
+    rest = err[err.index(start) :]
+    return shlex.split(rest.splitlines()[0].partition("`")[0])
+
+
+@pytest.fixture
+def failing(call, write):
+    call("home", "--sim", "grbl", code=0)
+    return write(FAILS)
+
+
+def test_it_goes_on_as_slowly_and_carefully_as_it_was_begun(call, failing):
+    with_care = ("--sim", "grbl", "--speed", "12.5", "--yes", "--input", "1=on")
+    words = told(call("run", failing, *with_care, code=3).err, "armdrive run ")
+    parser = argparse.ArgumentParser()
+    ARGUMENTS["run"].declare(parser)
+    options = parser.parse_args(words[2:])
+    assert options.resume
+    assert (options.sim, options.speed) == ("grbl", 12.5)
+    assert (options.step, options.input) == (False, [(1, True)])
+    assert not options.yes  # that is said anew, or not
+
+
+def test_an_arm_is_brought_back_by_a_command_that_names_it(call, failing):
+    call("run", failing, "--sim", "grbl", "--yes", "--speed", "50", code=3)
+    call("move", "--sim", "grbl", "--z", "80", code=0)
+    again = ("run", failing, "--sim", "grbl", "--yes", "--speed", "50", "--resume")
+    words = told(call(*again, code=3).err, "armdrive move ")
+    assert words[:6] == ["armdrive", "move", "--sim", "grbl", "--speed", "0.5"]
+    call(*words[1:], code=0)
+    assert "out of reach" in call(*again, code=3).err  # it stands there: line 3 is tried again
+
+
+# -- blocks on the table before a program begins --------------------------------------------------
+
+
+ACROSS = """
+open 40
+move at(250, 60, 70, -90)
+move_line at(250, 60, 12, -90)
+open_now 28
+move_line at(250, 60, 70, -90)
+move_line at(250, 0, 70, -90)
+move_line at(250, 0, 12, -90)
+open_now 40
+ready
+"""
+TWICE = """
+from armdrive import Arm
+for _ in range(2):
+    with Arm.connect() as arm:
+        arm.twin.world.take("A")
+"""
+
+
+def blocks(name="sim:teachmover"):
+    saved = json.loads(world_file(name).read_text(encoding="utf-8"))
+    return {each["name"]: each for each in saved["world"]["blocks"]}
+
+
+def test_the_program_finds_the_blocks_that_were_put_there(call, write):
+    program = write(f"home\n{ACROSS}")
+    call("run", program, "--put", "A,250,60,30", "--put", "B,180,-60", code=0)
+    found = blocks()
+    assert found["A"]["y_mm"] == pytest.approx(0.0, abs=1.0)
+    assert found["A"]["height_mm"] == 30.0
+    assert (found["B"]["width_mm"], found["B"]["z_mm"]) == (25.0, 0.0)
+
+
+def test_a_block_stands_on_the_one_before(call, write):
+    program = write("home\n")
+    call("run", program, "--put", "A,250,60,30,20", "--put", "B,250,60", code=0)
+    assert blocks()["B"]["z_mm"] == 20.0
+
+
+def test_a_script_that_connects_twice_finds_them_once(call, write):
+    call("run", write(TWICE, "twice.py"), "--put", "A,250,60", code=0)
+    assert blocks() == {}
+
+
+def test_a_real_arm_has_no_table_to_put_them_on(call, write):
+    program = write("home\n")
+    words = ("--port", "/dev/no-such-port", "--dialect", "teachmover")
+    refused = call("run", program, *words, "--put", "A,250,60", code=2)
+    assert "simulated" in refused.err
+    assert "by hand" in refused.err
+
+
+@pytest.mark.parametrize("words", ["A", "A,1", "A,1,2,3,4,5", "A,one,2", "A B,1,2", "A,1,2,-3"])
+def test_what_is_no_block_is_refused_with_its_form(words):
+    with pytest.raises(BadRequest):
+        block_of(words.split(","))
+
+
+def test_the_command_says_what_is_wrong_with_a_block(call, write):
+    refused = call("run", write("home\n"), "--put", "A,one,2", code=2)
+    assert "'one' is no number" in refused.err
+    assert "NAME,X,Y[,WIDTH[,HEIGHT]]" in refused.err

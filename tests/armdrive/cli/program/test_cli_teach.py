@@ -4,11 +4,10 @@ import json
 import threading
 
 import pytest
-from cli_calls import Caller
 from waiting import LONG_S
 
 from armdrive.cli.chosen_arm import connect_remembered
-from armdrive.cli.program import teach_recording
+from armdrive.cli.program import teach
 from armdrive.connect.target import find, simulated_config
 from armdrive.errors import ArmError
 from armdrive.programs.teaching.record import StepRecorder
@@ -18,11 +17,6 @@ from armdrive.storage.points import Point, Step, StepList
 from kinematics import Joints
 
 UP, DOWN = Joints.of(20.0, 40.0, -80.0, -40.0, 0.0), Joints.of(20.0, 30.0, -85.0, -35.0, 0.0)
-
-
-@pytest.fixture
-def call(capsys):
-    return Caller(capsys)
 
 
 @pytest.fixture
@@ -141,10 +135,8 @@ def views(monkeypatch, call):
     call("home", code=0)
     view = json.loads(call("status", "--json", code=0).out)
     told = []
-    monkeypatch.setattr(teach_recording, "one_holder", lambda _: "sim:teachmover")
-    monkeypatch.setattr(
-        "armdrive.cli.program.teach_recording.watch_holder", lambda *_: iter_views(told)
-    )
+    monkeypatch.setattr(teach, "one_holder", lambda _: "sim:teachmover")
+    monkeypatch.setattr("armdrive.cli.program.teach.watch_holder", lambda *_: iter_views(told))
     return view, told
 
 

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from armdrive.cli.program.run_input import INTERRUPTED, stopped_by_interrupt
+from armdrive.cli.program.run_common import INTERRUPTED, stopped_by_interrupt
 
 
 class Pressed(io.FileIO):

@@ -6,6 +6,8 @@ import sys
 from pathlib import Path
 
 from armdrive.cli.program.shell_words import OWN_WORDS
+from armdrive.programs.language.words import SHELL
+from armdrive.sim.world.table import PARTS
 
 PAGE = (Path(__file__).parents[4] / "docs" / "shell.md").read_text(encoding="utf-8")
 SHOWN = re.search(r"```\n(\$ armdrive shell .*?)```", PAGE, re.DOTALL)[1]
@@ -13,7 +15,9 @@ PROMPTS = re.compile(r"(?:> |\.\.\. ?)(.*)")
 
 
 def test_the_table_is_made_from_the_shells_own_words():
-    rows = [f"| `{word.usage}` | {word.says} |" for word in OWN_WORDS.values()]
+    rows = [f"| `{word.pattern}` | {word.says} |" for word in SHELL]
+    assert [word.name for word in SHELL] == list(OWN_WORDS)
+    assert f"put {PARTS}" in [word.pattern for word in SHELL]
     assert "\n".join(["| word | what it does |", "|---|---|", *rows, ""]) in PAGE
 
 

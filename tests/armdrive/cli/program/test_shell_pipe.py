@@ -13,7 +13,7 @@ from armdrive.cli.program.shell_words import OWN_WORDS
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import NotReferenced, WrongState
-from armdrive.programs.language.words import SPELLINGS
+from armdrive.programs.language.words import SHELL, SPELLINGS
 from armdrive.status import State
 
 FETCH = """\
@@ -120,8 +120,8 @@ def test_points_are_the_sessions_and_those_of_the_book(homed, call):
 def test_help_knows_every_word_and_suggests(piped):
     words = "".join(f"help {word}\n" for word in (*SPELLINGS, *OWN_WORDS, "repeat", "sqrt"))
     shown = piped(f"help\n{words}").out
-    for word in OWN_WORDS.values():
-        assert f"{word.usage}\n  {word.says}" in shown
+    for word in SHELL:
+        assert f"{word.pattern}\n  {word.says}" in shown
     assert "old spelling: APPRO" in shown
     assert "did you mean 'grasp'" in piped("help grsap\n", code=2).err
 

@@ -8,8 +8,14 @@ import pytest
 from program_acts import go
 from running_bench import table_arm
 
-from armdrive.cli.program.run_display import CLEAR_LINE, Display, duration
-from armdrive.cli.program.run_input import PromptLines, RunTerminal
+from armdrive.cli.program.run_common import (
+    CLEAR_LINE,
+    Display,
+    PromptLines,
+    RunTerminal,
+    duration,
+    line_words,
+)
 from armdrive.connect.control_socket import _lasting, _shown
 from armdrive.programs.acts import RunStage
 from armdrive.programs.problems import SourceMark
@@ -37,7 +43,7 @@ def rehearsed():
 
 
 def test_one_line_is_rewritten_and_wiped_for_words(arm, capsys, monkeypatch):
-    monkeypatch.setattr("armdrive.cli.program.run_display.REDRAW_S", 1e3)
+    monkeypatch.setattr("armdrive.cli.program.run_common.REDRAW_S", 1e3)
     with Display(LINES, None, rewrites=True) as display:
         display.use(arm)
         display.follow(rehearsed())
@@ -76,7 +82,7 @@ def test_a_pause_and_a_slower_pace_are_shown(arm, capsys):
 
 
 def test_the_thread_that_looks_ends_quietly_when_nobody_reads_any_more(arm, monkeypatch):
-    monkeypatch.setattr("armdrive.cli.program.run_display.REDRAW_S", 1e-3)
+    monkeypatch.setattr("armdrive.cli.program.run_common.REDRAW_S", 1e-3)
 
     def gone(event):
         if event["event"] == "paused":
@@ -139,12 +145,12 @@ def test_what_waits_for_a_person_ends_with_the_run(arm):
     shown = []
 
     class Shown:
-        def say(self, text):
+        def say(self, text, **_):
             shown.append(text)
 
         waits = say
 
-    person = RunTerminal(arm, Shown(), PromptLines(None))
+    person = RunTerminal(arm, Shown(), PromptLines(None).keys)
     person.say("hello")
     person.hold("turn it", lambda: True)
     assert shown == ["hello", "turn it"]
@@ -181,3 +187,26 @@ def test_watchers_hear_of_another_line_and_not_of_time_that_passes():
     further = {**view, "program": {**view["program"], "line": 3}}
     assert _lasting(view) == _lasting(later) != _lasting(further)
     assert _lasting({"state": "moving", "trust_for_s": 3}) == {"state": "moving"}
+
+
+# -- lines and times as words ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("approach pick, 60      # to 60 mm before it", "approach pick, 60"),
+        ('type "no. #1", n  # says so', 'type "no. #1", n'),
+        ('arm.points["it\'s #1"]', 'arm.points["it\'s #1"]'),
+        ("name = 'a#b'  # one", "name = 'a#b'"),
+        ('type "never closed # here', 'type "never closed # here'),
+        ("ready", "ready"),
+    ],
+)
+def test_a_line_is_shown_without_its_comment(text, shown):
+    assert line_words(3, text) == f"line 3: {shown}"
+
+
+def test_times_are_written_in_what_they_are_counted_in():
+    times = {4.26: "4.3 s", 42.4: "42 s", 100.0: "1 min 40 s", 7500.0: "2 h 5 min"}
+    assert {time_s: duration(time_s) for time_s in times} == times

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from armdrive.connect.target import find
 from armdrive.errors import Refused
-from armdrive.programs.language.reading import parse
+from armdrive.programs.language.grammar import parse
 from armdrive.programs.language.writing import unparse
-from armdrive.programs.performing import Performer
 from armdrive.programs.program import read_program
+from armdrive.programs.running import Performer
 from armdrive.programs.teaching.export import exact_deg, program_names, program_of
 from armdrive.programs.teaching.sequence import Stepper
 from armdrive.storage.point_file import points_of

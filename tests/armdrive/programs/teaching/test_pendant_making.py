@@ -9,7 +9,7 @@ from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.connect.target import find
 from armdrive.dialects.teachmover.pendant import taught_by
 from armdrive.errors import OutOfBounds, Refused
-from armdrive.programs.teaching.pendant_program import rows_of
+from armdrive.programs.teaching.export import rows_of
 from armdrive.storage.point_file import points_of
 from armdrive.storage.points import Point, Step, StepList
 from kinematics import Joints

@@ -1,0 +1,603 @@
+"""The grammar of a program, the parser made from it, and what a person is told of mistakes.
+
+A program is read line by line, so that one mistake hides no other, and so that a prompt can read
+what is typed there by the same rules; then its lines are put together to blocks. A line that cannot
+be read is left out, and the others are read on, so that all mistakes are told at once.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cache
+from types import MappingProxyType
+from typing import TypeAlias
+
+from lark import (
+    Lark,
+    Token,
+    Transformer,
+    UnexpectedCharacters,
+    UnexpectedInput,
+    UnexpectedToken,
+    v_args,
+)
+from lark import Tree as ParseTree
+from lark.exceptions import VisitError
+from lark.tree import Meta
+
+from armdrive.programs.language.syntax import (
+    Assign,
+    Binary,
+    Call,
+    Define,
+    Do,
+    Expression,
+    FieldOf,
+    Goto,
+    If,
+    IfBranch,
+    JointsOf,
+    Label,
+    Name,
+    Number,
+    Remark,
+    Repeat,
+    Statement,
+    TextValue,
+    Tree,
+    Truth,
+    Unary,
+    Use,
+    While,
+    negative,
+)
+from armdrive.programs.language.values import OPERATORS
+from armdrive.programs.language.words import LINKS, RESERVED, SHAPES, SPELLINGS
+from armdrive.programs.problems import Problem, SourceMark, lines_of, program_error
+from kinematics.errors import suggestion
+
+GRAMMAR = r"""
+start: label? statement? COMMENT?
+
+label: (NAME | NUMBER) ":" | NUMBER
+
+?statement: do | assign | point | call | goto | if_goto
+          | define | if_ | else_if | else_ | while_ | repeat | end
+
+do: WORD arguments? link*
+link: LINK arguments
+assign: NAME "=" expr
+point: "point"i NAME "=" expr
+call: NAME ("(" arguments? ")")?
+goto: "goto"i target
+target: NAME | NUMBER
+if_goto: "if"i expr "then"i "goto"i? target
+define: "define"i NAME ("(" names? ")")?
+names: NAME ("," NAME)*
+if_: "if"i expr "then"i?
+else_if: ("else"i "if"i | "elseif"i) expr "then"i?
+else_: "else"i
+while_: "while"i expr
+repeat: "repeat"i expr? ("as"i NAME)?
+end: "end"i
+
+arguments: expr ("," expr)*
+
+?expr: expr OR both -> binary
+     | both
+?both: both AND negated -> binary
+     | negated
+?negated: NOT negated -> unary
+        | comparison
+?comparison: sum COMPARE sum -> binary
+           | sum
+?sum: sum (PLUS | MINUS) product -> binary
+    | product
+?product: product (TIMES | OVER) signed -> binary
+        | signed
+?signed: MINUS signed -> unary
+       | part
+?part: part "." NAME -> field
+     | atom
+?atom: NUMBER -> number
+     | PERCENT -> percent
+     | TEXT -> text
+     | TRUTH -> truth
+     | NAME -> name
+     | NAME "(" arguments? ")" -> use
+     | JOINTS "(" joint ("," joint)* ")" -> joints
+     | "(" expr ")" -> inner
+joint: NAME sum
+
+WORD.3: /(@words@)(?![a-z0-9_])/i
+LINK.3: /(@links@)(?![a-z0-9_])/i
+TRUTH.3: /(true|false|on|off)(?![a-z0-9_])/i
+JOINTS.3: /joints(?![a-z0-9_])/i
+COMPARE.3: /==|!=|<>|<=|>=|<|>|=|(is\s+not|is|eq|ne|lt|le|gt|ge)(?![a-z0-9_])/i
+OR.3: /or(?![a-z0-9_])/i
+AND.3: /and(?![a-z0-9_])/i
+NOT.3: /not(?![a-z0-9_])/i
+NAME: /[a-z_][a-z0-9_]*/i
+PERCENT.3: /(([0-9]+(\.[0-9]*)?|\.[0-9]+)(e[+-]?[0-9]+)?)[ \t]*%/i
+NUMBER.2: /([0-9]+(\.[0-9]*)?|\.[0-9]+)(e[+-]?[0-9]+)?/i
+TEXT: /"([^"]|"")*"/
+PLUS: "+"
+MINUS: "-"
+TIMES: "*"
+OVER: "/"
+COMMENT: /#.*/s
+
+%ignore /[ \t]+/
+"""
+"""In lark's notation; the words come from the vocabulary."""
+
+
+@cache
+def line_parser() -> Lark:
+    """Return the parser of one line. It costs some 20 ms, so that it is made when one is read."""
+    longest_first = sorted(SPELLINGS, key=len, reverse=True)
+    grammar = GRAMMAR.replace("@words@", "|".join(longest_first))
+    grammar = grammar.replace("@links@", "|".join(LINKS))
+    return Lark(
+        grammar,
+        parser="lalr",
+        lexer="contextual",
+        maybe_placeholders=False,
+        propagate_positions=True,
+    )
+
+
+# What a person is told of a line that cannot be read.
+
+FOREIGN: Mapping[str, str] = MappingProxyType({
+    "for": "`repeat 3 as i`",
+    "elif": "`else if`",
+    "endif": "`end`",
+    "wend": "`end`",
+    "next": "`end` or `continue`",
+    "until": "`while not ...`",
+    "print": "`type`",
+    "say": "`type`",
+    "sleep": "`delay`",
+    "gosub": "the name of a subprogram, as `fetch(pick)`",
+    "call": "the name of a subprogram, as `fetch(pick)`",
+    "def": "`define`",
+    "sub": "`define`",
+    "let": "`x = 3`",
+    "set": "`x = 3`",
+})  # fmt: skip
+"""What words of other languages are called here."""
+
+_CHANGES = (":=", "+=", "-=", "*=", "/=")
+
+_FIRST = re.compile(r"\s*(?:\d+\s*:?\s*)?([A-Za-z_][A-Za-z0-9_]*)")
+
+_EXPECTED: Mapping[str, str] = MappingProxyType({
+    "NUMBER": "a value", "PERCENT": "a value", "TEXT": "a value", "TRUTH": "a value",
+    "JOINTS": "a value", "LPAR": "", "NOT": "a value", "MINUS": "",
+    "RPAR": "`)`", "COMMA": "a comma", "EQUAL": "`=`", "NAME": "a name",
+    "$END": "the end of the line",
+    "PLUS": "", "TIMES": "", "OVER": "", "OR": "", "AND": "", "COMPARE": "", "DOT": "",
+    "COMMENT": "", "COLON": "", "WORD": "a word", "LINK": "",
+})  # fmt: skip
+"""What the parser's expectations are called; nothing where naming them would only be noise."""
+
+
+def mistake(error: UnexpectedInput, line: str) -> tuple[int, str]:
+    """Return the column at which a line cannot be read on, and why."""
+    if isinstance(error, UnexpectedCharacters):
+        return error.column, _unknown_sign(line, error.column)
+    column = getattr(error, "column", None)
+    token = getattr(error, "token", None)
+    if column is None or column < 1 or token is None or token.type == "$END":
+        column, found = len(line.rstrip()) + 1, ""
+    else:
+        found = str(token)
+    first = _first_word(line, column)
+    if first is not None:
+        return first
+    expected = set(error.accepts or ()) if isinstance(error, UnexpectedToken) else set()
+    wanted = _wanted(expected)
+    if not found:
+        return column, f"the line ends too early{wanted}"
+    return column, f"{found!r} does not belong here{wanted}"
+
+
+def _unknown_sign(line: str, column: int) -> str:
+    sign = line[column - 1] if column <= len(line) else ""
+    if sign == '"':
+        return 'the text has no end: a `"` is missing'
+    if sign.isalpha():
+        return f"{sign!r} is no letter of a name: those have a to z, digits and _"
+    return f"{sign!r} is no sign of a program"
+
+
+def _first_word(line: str, column: int) -> tuple[int, str] | None:
+    """Return what is wrong where the word that the line begins with is the mistake."""
+    match = _FIRST.match(line)
+    if match is None:
+        return None
+    word, at = match[1], match.start(1) + 1
+    rest = line[match.end(1) :].lstrip()
+    low = word.lower()
+    if low in RESERVED and rest.startswith("=") and not rest.startswith("=="):
+        return at, f"`{low}` is a word of the language: give the value another name"
+    if rest.startswith(_CHANGES):
+        return at, f"a value is given a name so: `{word} = ...`"
+    known = low in SPELLINGS or low in SHAPES or low in RESERVED
+    if known or column <= at or rest.startswith(("=", ":", "(")):
+        return None
+    return at, unknown_word(word, (*SPELLINGS, *SHAPES)) or (
+        f"there is no word {word!r}; a subprogram takes its values in brackets: `{word}(...)`"
+    )
+
+
+def unknown_word(word: str, known: Iterable[str]) -> str:
+    """Return that there is no such word, and which was meant; nothing where nobody can tell."""
+    low = word.lower()
+    if low in FOREIGN:
+        return f"there is no word {word!r}; write {FOREIGN[low]}"
+    near = suggestion(low, known)
+    return f"there is no word {word!r}{near}" if near else ""
+
+
+def _wanted(expected: set[str]) -> str:
+    if "NUMBER" in expected and "LPAR" in expected:
+        return ": a value is missing"
+    if "WORD" in expected:
+        return ": a number at the beginning of a line is a label, and a word comes after it"
+    named = {_EXPECTED.get(each, f"`{each.lower()}`") for each in expected} - {""}
+    listed = sorted(named)
+    if not listed:
+        return ""
+    return ": " + " or ".join(listed) + " was expected"
+
+
+# Reading one line: the parser's tree becomes statements, and what it trips over a sentence.
+
+DEEPEST_VALUE = 60
+"""Values may be nested so deep: what is deeper is unreadable, and a mistake of a generator."""
+
+LONGEST_LINE = 10_000
+"""Characters. A longer line is a mistake of a generator, and takes seconds to be read."""
+
+SIGNS: Mapping[str, str] = MappingProxyType(
+    {spelt: row.sign for row in OPERATORS.values() for spelt in (row.sign, *row.also)}
+)
+"""Which operator each spelling means."""
+
+_TRUE = ("on", "true")
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    """`end`."""
+
+    mark: SourceMark
+
+
+@dataclass(frozen=True, slots=True)
+class Unread:
+    """The head of a block that could not be read: its block is left out, and so is its `end`."""
+
+    mark: SourceMark
+
+
+Block: TypeAlias = If | While | Repeat | Define
+Item: TypeAlias = Statement | IfBranch | End | Unread
+"""What a line says. A block's head is its statement without a body, and `else` is a branch."""
+
+_Link: TypeAlias = tuple[str, tuple[Expression, ...]]
+"""What stands behind `into`, `by` or `within`."""
+
+
+def opens(item: Item) -> bool:
+    """Tell whether an item begins a block, which `end` ends."""
+    if isinstance(item, If):
+        return not item.branches[0].body  # `if ... goto ...` is whole
+    return isinstance(item, While | Repeat | Define | Unread)
+
+
+class LineMistake(Exception):
+    """A line that cannot be read."""
+
+    def __init__(self, problem: Problem) -> None:
+        super().__init__(problem.text)
+        self.problem = problem
+
+
+def read_line(line: str, number: int = 1, file: str = "") -> list[Item]:
+    """Return what a line says: perhaps a label, a statement or the head of a block, a comment.
+
+    Raises `LineMistake`.
+    """
+    if not line.strip(" \t"):
+        return [Remark(mark=SourceMark(number, 1, file))]
+    if len(line) > LONGEST_LINE:
+        mark = SourceMark(number, LONGEST_LINE + 1, file)
+        raise LineMistake(Problem(mark, f"a line has at most {LONGEST_LINE} characters"))
+    try:
+        tree = line_parser().parse(line)
+    except UnexpectedInput as error:
+        column, text = mistake(error, line)
+        raise LineMistake(Problem(SourceMark(number, column, file), text)) from None
+    if _depth(tree) > DEEPEST_VALUE:
+        raise LineMistake(
+            Problem(SourceMark(number, 1, file), "this is nested too deeply: give its parts names")
+        )
+    try:
+        return _LineReader(number, file).transform(tree)
+    except VisitError as error:  # a text that is none of a program
+        raise error.orig_exc from None
+
+
+def _depth(tree: ParseTree[Token]) -> int:
+    deepest, waiting = 0, [(tree, 1)]
+    while waiting:
+        found, depth = waiting.pop()
+        deepest = max(deepest, depth)
+        waiting += [(each, depth + 1) for each in found.children if isinstance(each, ParseTree)]
+    return deepest
+
+
+@v_args(meta=True, inline=True)
+class _LineReader(Transformer[Token, list[Item]]):
+    """Turns the parser's tree of one line into items that know where they stand.
+
+    Each method is named for the rule of the grammar whose parts it is given.
+    """
+
+    # ruff: noqa: ARG002 - lark gives every rule its place, and names the methods
+
+    def __init__(self, number: int, file: str) -> None:
+        super().__init__()
+        self._number = number
+        self._file = file
+
+    def _mark(self, found: Meta | Token) -> SourceMark:
+        return SourceMark(self._number, getattr(found, "column", None) or 1, self._file)
+
+    def start(self, meta: Meta, *parts: Item | Token) -> list[Item]:
+        items = [part for part in parts if not isinstance(part, Token)]
+        note = next((part for part in parts if isinstance(part, Token)), None)
+        if note is None:
+            return items
+        text = note[1:].removeprefix(" ").rstrip()
+        match items[-1] if items else None:
+            case If(branches=(branch,)) as last:
+                return [*items[:-1], replace(last, branches=(replace(branch, note=text),))]
+            case (
+                Do() | Assign() | Call() | Label() | Goto() | While() | Repeat() | Define() as last
+            ):
+                return [*items[:-1], replace(last, note=text)]
+            case _:
+                return [*items, Remark(text, mark=self._mark(note))]
+
+    def label(self, meta: Meta, name: Token) -> Label:
+        return Label(str(name), mark=self._mark(name))
+
+    def do(self, meta: Meta, word: Token, *parts: list[Expression] | _Link) -> Do:
+        arguments = tuple(value for part in parts if isinstance(part, list) for value in part)
+        links = tuple(part for part in parts if isinstance(part, tuple))
+        return Do(SPELLINGS[str(word).lower()], arguments, links, mark=self._mark(word))
+
+    def link(self, meta: Meta, word: Token, values: list[Expression]) -> _Link:
+        return str(word).lower(), tuple(values)
+
+    def assign(self, meta: Meta, name: Token, value: Expression) -> Assign:
+        return Assign(str(name), value, mark=self._mark(name))
+
+    def point(self, meta: Meta, name: Token, value: Expression) -> Assign:
+        return Assign(str(name), value, point=True, mark=self._mark(name))
+
+    def call(self, meta: Meta, name: Token, values: Iterable[Expression] = ()) -> Call:
+        return Call(str(name), tuple(values), mark=self._mark(name))
+
+    def goto(self, meta: Meta, target: Token) -> Goto:
+        return Goto(str(target), mark=self._mark(target))
+
+    def target(self, meta: Meta, name: Token) -> Token:
+        return name
+
+    def if_goto(self, meta: Meta, condition: Expression, target: Token) -> If:
+        mark = self._mark(meta)
+        return If((IfBranch(condition, (self.goto(meta, target),), mark=mark),), mark=mark)
+
+    def if_(self, meta: Meta, condition: Expression) -> If:
+        mark = self._mark(meta)
+        return If((IfBranch(condition, mark=mark),), mark=mark)
+
+    def else_if(self, meta: Meta, condition: Expression) -> IfBranch:
+        return IfBranch(condition, mark=self._mark(meta))
+
+    def else_(self, meta: Meta) -> IfBranch:
+        return IfBranch(None, mark=self._mark(meta))
+
+    def while_(self, meta: Meta, condition: Expression) -> While:
+        return While(condition, mark=self._mark(meta))
+
+    def repeat(self, meta: Meta, *parts: Expression | Token) -> Repeat:
+        count = next((part for part in parts if not isinstance(part, Token)), None)
+        name = next((str(part) for part in parts if isinstance(part, Token)), "")
+        return Repeat(count, variable=name, mark=self._mark(meta))
+
+    def define(self, meta: Meta, name: Token, parameters: tuple[str, ...] = ()) -> Define:
+        return Define(str(name), parameters, mark=self._mark(name))
+
+    def names(self, meta: Meta, *names: Token) -> tuple[str, ...]:
+        return tuple(map(str, names))
+
+    def end(self, meta: Meta) -> End:
+        return End(self._mark(meta))
+
+    # -- values ------------------------------------------------------------------------------
+
+    def arguments(self, meta: Meta, *values: Expression) -> list[Expression]:
+        return list(values)
+
+    def number(self, meta: Meta, text: Token) -> Number:
+        return Number(float(text), mark=self._mark(meta))
+
+    def percent(self, meta: Meta, text: Token) -> Number:
+        return Number(float(text.rstrip("% \t")) / 100.0, percent=True, mark=self._mark(meta))
+
+    def text(self, meta: Meta, quoted: Token) -> TextValue:
+        return TextValue(quoted[1:-1].replace('""', '"'), mark=self._mark(meta))
+
+    def truth(self, meta: Meta, word: Token) -> Truth:
+        return Truth(word.lower() in _TRUE, mark=self._mark(meta))
+
+    def name(self, meta: Meta, name: Token) -> Name:
+        return Name(str(name), mark=self._mark(meta))
+
+    def use(self, meta: Meta, name: Token, values: Iterable[Expression] = ()) -> Use:
+        return Use(str(name).lower(), tuple(values), mark=self._mark(meta))
+
+    def joints(self, meta: Meta, _: Token, *angles: tuple[str, Expression]) -> JointsOf:
+        return JointsOf(angles, mark=self._mark(meta))
+
+    def joint(self, meta: Meta, name: Token, angle: Expression) -> tuple[str, Expression]:
+        return str(name).lower(), angle
+
+    def field(self, meta: Meta, value: Expression, name: Token) -> FieldOf:
+        return FieldOf(value, str(name).lower(), mark=self._mark(meta))
+
+    def inner(self, meta: Meta, value: Expression) -> Expression:
+        return value
+
+    def unary(self, meta: Meta, sign: Token, value: Expression) -> Expression:
+        mark = self._mark(meta)
+        return negative(value, mark) if sign == "-" else Unary("not", value, mark=mark)
+
+    def binary(self, meta: Meta, left: Expression, sign: Token, right: Expression) -> Binary:
+        said = " ".join(str(sign).lower().split())
+        return Binary(left, SIGNS[said], right, mark=self._mark(sign))
+
+
+# Putting lines together to blocks.
+
+DEEPEST_BLOCK = 30
+"""Blocks may be nested so deep."""
+
+MOST_LINES = 10_000
+"""A longer one is no program; to read it, and to tell what is wrong with it, would take minutes."""
+
+_OPENING = re.compile(r"\s*(if|while|repeat|define)(?!\w)", re.IGNORECASE)
+
+
+def parse(text: str, file: str = "") -> Tree:
+    """Return the tree of a program. Raises `ProgramError` with every line that cannot be read."""
+    tree, problems = read_tree(text, file)
+    if problems:
+        raise program_error(problems, text)
+    return tree
+
+
+def read_tree(text: str, file: str = "", first: int = 1) -> tuple[Tree, list[Problem]]:
+    """Return the tree of what can be read of a program, and what cannot.
+
+    Lines are counted from `first`.
+    """
+    blocks = _Blocks()
+    lines = lines_of(text)
+    if len(lines) > MOST_LINES:
+        mark = SourceMark(MOST_LINES + 1, 1, file)
+        return blocks.whole(), [Problem(mark, f"a program has at most {MOST_LINES} lines")]
+    if lines[-1] == "":
+        lines.pop()  # what ends with a line's end has no blank line behind it
+    for number, line in enumerate(lines, start=first):
+        try:
+            items = read_line(line, number, file)
+        except LineMistake as error:
+            blocks.problems.append(error.problem)
+            unread = _OPENING.match(line) is not None
+            items = [Unread(error.problem.mark)] if unread else []
+        for item in items:
+            blocks.take(item)
+    return blocks.whole(), blocks.problems
+
+
+@dataclass(slots=True)
+class _Open:
+    """A block whose end has not come yet; of an `if` the branches before the one under way."""
+
+    head: Block | Unread
+    branch: IfBranch | None = None
+    body: list[Statement] = field(default_factory=list)
+    branches: list[IfBranch] = field(default_factory=list)
+
+    def close_branch(self, following: IfBranch | None = None) -> None:
+        """End the branch under way, and begin the next."""
+        if self.branch is not None:
+            self.branches.append(replace(self.branch, body=tuple(self.body)))
+        self.branch, self.body = following, []
+
+
+class _Blocks:
+    """Puts lines together to blocks, one line after the other."""
+
+    def __init__(self) -> None:
+        self.problems: list[Problem] = []
+        self._top: list[Statement] = []
+        self._open: list[_Open] = []
+
+    def take(self, item: Item) -> None:
+        """Take the next line."""
+        match item:
+            case End():
+                self._end(item)
+            case IfBranch():
+                self._else(item)
+            case Unread():
+                self._begin(item)
+            case If() | While() | Repeat() | Define() if opens(item):
+                self._begin(item)
+            case _:
+                self._body().append(item)
+
+    def whole(self) -> Tree:
+        """Return the tree of all lines."""
+        for block in self._open:
+            if not isinstance(block.head, Unread):
+                word = type(block.head).__name__.lower()
+                self._wrong(block.head.mark, f"this `{word}` has no `end`")
+        return Tree(tuple(self._top))
+
+    def _body(self) -> list[Statement]:
+        return self._open[-1].body if self._open else self._top
+
+    def _begin(self, head: Block | Unread) -> None:
+        if isinstance(head, Define) and self._open:
+            self._wrong(head.mark, "a subprogram cannot be defined within a block")
+        if len(self._open) == DEEPEST_BLOCK:
+            self._wrong(head.mark, f"blocks are nested at most {DEEPEST_BLOCK} deep")
+        self._open.append(_Open(head, head.branches[0] if isinstance(head, If) else None))
+
+    def _else(self, item: IfBranch) -> None:
+        block = self._open[-1] if self._open else None
+        if block is not None and isinstance(block.head, Unread):
+            return
+        if block is None or block.branch is None:
+            self._wrong(item.mark, "this `else` belongs to no `if`")
+        elif block.branch.condition is None:
+            self._wrong(item.mark, "nothing comes after `else` but `end`")
+        else:
+            block.close_branch(item)
+
+    def _end(self, item: End) -> None:
+        if not self._open:
+            self._wrong(item.mark, "this `end` ends nothing")
+            return
+        block = self._open.pop()
+        if isinstance(block.head, Unread) or len(self._open) > DEEPEST_BLOCK:
+            return
+        if isinstance(block.head, If):
+            block.close_branch()
+            self._body().append(replace(block.head, branches=tuple(block.branches)))
+        else:
+            self._body().append(replace(block.head, body=tuple(block.body)))
+
+    def _wrong(self, mark: SourceMark, text: str) -> None:
+        self.problems.append(Problem(mark, text))
