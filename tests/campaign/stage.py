@@ -19,7 +19,7 @@ from armdrive.dialects.controller import Controller
 from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS
 from armdrive.dialog.operator import PostureRequest
 from armdrive.registry import dialect, simulated_kind
-from armdrive.sim.device import DrivesOnBus, Options
+from armdrive.sim.device import DrivesOnBus, Options, SimDevice
 from armdrive.sim.simulated_arm import TITLE, SimulatedArm
 from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.body import ArmBody
@@ -103,7 +103,8 @@ class Stage:
         self.config = config_of(name, variant)
         kind = simulated_kind(name)
         self.world = WatchedWorld(ArmBody.of_preset(self.config.model))
-        device = kind.make(self.config, self.world, Options(kind.options, board_of(name, variant)))
+        board = kind.make(self.config, self.world, Options(kind.options, board_of(name, variant)))
+        device = SimDevice(board)
         self.link = Deadly(device.line(), TITLE)
         self.twin = SimulatedArm.of(self.config, device, self.link)
         self.disk = Disk()
