@@ -157,7 +157,7 @@ class Stage:
         pace.dying, pace.meanwhile = self._promise_silence, self.link.line.advance
         self.link.owner = self.disk.owner = pace
         self.link.reopen().read(self.now_s)  # what came while nobody listened is gone
-        opened = getattr(self.twin.device, "opened", None)
+        opened = getattr(self.twin.board, "opened", None)
         if opened is not None:
             opened()
         self.leave()

@@ -230,7 +230,7 @@ class RobkoDrive(MotorDrive[UncoordinatedRack]):
         super()._follow(now_s)
 
 
-class RobkoBoard(Board):
+class SimRobkoBoard(Board):
     """The board, the arm, and the person beside them; see `RobkoQuirks` for what differs."""
 
     title: ClassVar[str] = "Robko 01"
@@ -430,7 +430,7 @@ class RobkoBoard(Board):
 AS_THE_ARM_FILE = "file"
 
 
-def _make(config: ArmConfig, world: World, options: Options) -> RobkoBoard:
+def _make(config: ArmConfig, world: World, options: Options) -> SimRobkoBoard:
     chosen = options.text("board")
     board = config.device.board if chosen == AS_THE_ARM_FILE else chosen
     acceleration, watchdog_s = options.number("acceleration"), options.number("watchdog_s")
@@ -445,12 +445,12 @@ def _make(config: ArmConfig, world: World, options: Options) -> RobkoBoard:
         options.flag("rearms"),
         TOP_SPEEDS_HZ[board],
     )
-    return RobkoBoard(world, quirks=quirks, baud=config.connection.baud)
+    return SimRobkoBoard(world, quirks=quirks, baud=config.connection.baud)
 
 
 KIND = SimDeviceKind(
     title="Robko 01",
-    board=RobkoBoard,
+    board=SimRobkoBoard,
     make=_make,
     options=(
         Option("board", AS_THE_ARM_FILE, "avr, esp32, or the arm file's", ("file", AVR, ESP32)),

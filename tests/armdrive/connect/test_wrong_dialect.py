@@ -98,7 +98,7 @@ def test_a_banner_in_mid_stream_does_no_harm(asked):
     """The board starts while its port is opened: what it had begun to say breaks off."""
     port = prepared(asked, "fresh")
     before = port.device.world.motors
-    if hasattr(port.device, "opened"):
+    if hasattr(port.device.board, "opened"):
         port.device.board.opened()
     port.line.say(b"offse\r\n<Idle|MP\xaa\x02\x0e", port.now)
     connected(asked, port).close()

@@ -25,7 +25,7 @@ from armdrive.dialects.robko01.settings import RobkoSettings
 from armdrive.errors import ArmError, DeviceFault, NoAnswer, Refused, WrongState
 from armdrive.registry import dialect
 from armdrive.sim.device import SimDevice
-from armdrive.sim.robko01.device import RobkoBoard, RobkoQuirks
+from armdrive.sim.robko01.device import RobkoQuirks, SimRobkoBoard
 from armdrive.sim.simulated_arm import link_to
 from armdrive.status import Current, State, Trust
 from armdrive.tasks import (
@@ -53,7 +53,7 @@ class Script:
     """A controller on a twin's wire, one request at a time."""
 
     def __init__(self, **options):
-        self.device = SimDevice(RobkoBoard(**options))
+        self.device = SimDevice(SimRobkoBoard(**options))
         self.link = link_to(self.device)
         self.controller = RobkoController(dialect("robko01").abilities, RobkoSettings(), 115_200)
         self.now_s = 0.0

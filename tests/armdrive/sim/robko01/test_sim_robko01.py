@@ -11,7 +11,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
 from armdrive.registry.simulate import simulate, simulate_device
 from armdrive.sim.device import SimDevice
-from armdrive.sim.robko01.device import ESP32, RobkoBoard, RobkoQuirks
+from armdrive.sim.robko01.device import ESP32, RobkoQuirks, SimRobkoBoard
 from firmware_protocol.robko01 import (
     Axes,
     Busy,
@@ -49,7 +49,7 @@ def bench():
 
 def esp32(**quirks) -> RobkoBench:
     quirks = {"grid_s": 0.0, "top_speed_hz": 100.0, **quirks}
-    return RobkoBench(RobkoBoard(quirks=RobkoQuirks(ESP32, **quirks))).enabled()
+    return RobkoBench(SimRobkoBoard(quirks=RobkoQuirks(ESP32, **quirks))).enabled()
 
 
 def positions(bench):
@@ -369,7 +369,7 @@ class TestPower:
         assert bench.board.enabled
 
     def test_an_operator_jogs_it_and_the_motors_stay_off(self):
-        device = SimDevice(RobkoBoard())
+        device = SimDevice(SimRobkoBoard())
         before = device.world.motors
         device.bring_to(Joints.of(20, 60, -80, -40, 10), 33.0)
         assert device.registers == device.world.motors - before
