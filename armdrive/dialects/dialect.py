@@ -1,15 +1,14 @@
 """What a dialect states about itself: one `Dialect` each, the `ENTRY` of its subpackage.
 
 An entry is light, since every command of the command line reads all of them. What drives an arm,
-and what looks at its device, are each a `Part`, imported when it is asked for.
+and what looks at its device, are imported when they are asked for.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib import import_module
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from armdrive.abilities import Abilities, Torque
 
@@ -22,21 +21,6 @@ if TYPE_CHECKING:
     from armdrive.dialects.recognition import Recognition
     from armdrive.dialects.words import Describer
     from firmware_protocol.frames import Unpacker
-
-T_co = TypeVar("T_co", covariant=True)
-
-
-@dataclass(frozen=True, slots=True)
-class Part(Generic[T_co]):
-    """What a module has under a name; calling it imports the module, if nobody has yet."""
-
-    module: str
-    name: str
-
-    def __call__(self) -> T_co:
-        """Return it."""
-        found: T_co = getattr(import_module(self.module), self.name)
-        return found
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,8 +1,7 @@
 """The dialects: a row for each, which is what it states about itself.
 
 No other file names a dialect: where it matters what a device can do, its row is asked. To add one,
-write its subpackages and add its row to `_ROWS` (docs/adding-a-controller.md). Its simulated device
-is the `KIND` of its subpackage in `armdrive.sim`.
+write its subpackages and add its row to `_ROWS` (docs/adding-a-controller.md).
 
 Every command of the command line reads this table, most of them for the names alone. What a
 dialect needs to be driven, simulated or read from a file is imported when a row is asked for it.
@@ -10,13 +9,13 @@ dialect needs to be driven, simulated or read from a file is imported when a row
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from armdrive.dialects.armdroid import ENTRY as ARMDROID
 from armdrive.dialects.cia402 import ENTRY as CIA402
-from armdrive.dialects.dialect import Dialect, Language, Part
+from armdrive.dialects.dialect import Dialect, Language
 from armdrive.dialects.grbl import ENTRY as GRBL
 from armdrive.dialects.mks import ENTRY as MKS
 from armdrive.dialects.robko01 import ENTRY as ROBKO01
@@ -32,17 +31,58 @@ if TYPE_CHECKING:
     from firmware_protocol.frames import Frame
 
 
-_ROWS = (
-    TEACHMOVER,
-    ROBKO01,
-    ARMDROID,
-    GRBL,
-    MKS,
-    CIA402,
-)
+# Simulated devices are imported when one is made: an arm on a real wire needs none.
 
-DIALECTS: Mapping[str, Dialect] = MappingProxyType({row.name: row for row in _ROWS})
+
+def _teachmover() -> SimDeviceKind:
+    from armdrive.sim.teachmover import KIND
+
+    return KIND
+
+
+def _robko01() -> SimDeviceKind:
+    from armdrive.sim.robko01 import KIND
+
+    return KIND
+
+
+def _armdroid() -> SimDeviceKind:
+    from armdrive.sim.armdroid import KIND
+
+    return KIND
+
+
+def _grbl() -> SimDeviceKind:
+    from armdrive.sim.grbl import KIND
+
+    return KIND
+
+
+def _mks() -> SimDeviceKind:
+    from armdrive.sim.mks import KIND
+
+    return KIND
+
+
+def _cia402() -> SimDeviceKind:
+    from armdrive.sim.cia402 import KIND
+
+    return KIND
+
+
+_ROWS: tuple[tuple[Dialect, Callable[[], SimDeviceKind]], ...] = (
+    (TEACHMOVER, _teachmover),
+    (ROBKO01, _robko01),
+    (ARMDROID, _armdroid),
+    (GRBL, _grbl),
+    (MKS, _mks),
+    (CIA402, _cia402),
+)
+"""Each dialect: what it states about itself, and what returns how its simulated device is made."""
+
+DIALECTS: Mapping[str, Dialect] = MappingProxyType({entry.name: entry for entry, _ in _ROWS})
 """What each dialect states about itself, by its name."""
+_SIMULATED = MappingProxyType({entry.name: simulated for entry, simulated in _ROWS})
 
 DEFAULT = TEACHMOVER.name
 """The dialect of an arm file that names none, and of the simulated arm where no arm is named."""
@@ -60,12 +100,8 @@ def dialect(name: str) -> Dialect:
 
 
 def simulated_kind(name: str) -> SimDeviceKind:
-    """Return how the simulated device of a dialect is made; raises as `dialect` does.
-
-    Simulated devices are imported when one is made: an arm on a real wire needs none.
-    """
-    kind: Part[SimDeviceKind] = Part(f"armdrive.sim.{dialect(name).name}", "KIND")
-    return kind()
+    """Return how the simulated device of a dialect is made; raises as `dialect` does."""
+    return _SIMULATED[dialect(name).name]()
 
 
 def pendant_of(config: ArmConfig) -> PendantTools[PendantProgram]:

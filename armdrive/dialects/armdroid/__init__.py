@@ -3,7 +3,20 @@
 from __future__ import annotations
 
 from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
-from armdrive.dialects.dialect import Dialect, Part
+from armdrive.dialects.dialect import DeviceTools, Dialect, Driver
+
+
+def _driver() -> Driver:
+    from armdrive.dialects.armdroid.controller import DRIVER
+
+    return DRIVER
+
+
+def _tools() -> DeviceTools:
+    from armdrive.dialects.armdroid.words import TOOLS
+
+    return TOOLS
+
 
 ENTRY = Dialect(
     name="armdroid",
@@ -36,6 +49,6 @@ ENTRY = Dialect(
         traffic=Traffic(line_chars=22, answer_chars=60, device_s=0.2),
         register_bits=16,
     ),
-    driver=Part("armdrive.dialects.armdroid.controller", "DRIVER"),
-    tools=Part("armdrive.dialects.armdroid.words", "TOOLS"),
+    driver=_driver,
+    tools=_tools,
 )

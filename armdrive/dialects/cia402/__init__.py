@@ -20,9 +20,20 @@ from __future__ import annotations
 
 from armdrive.abilities import Torque, Traffic
 from armdrive.dialects.bus import row
-from armdrive.dialects.dialect import DeviceTools, Dialect, Language, Part
+from armdrive.dialects.dialect import DeviceTools, Dialect, Driver, Language
 
-_TOOLS: Part[DeviceTools] = Part("armdrive.dialects.cia402.survey", "TOOLS")
+
+def _driver() -> Driver:
+    from armdrive.dialects.cia402.controller import DRIVER
+
+    return DRIVER
+
+
+def _tools() -> DeviceTools:
+    from armdrive.dialects.cia402.survey import TOOLS
+
+    return TOOLS
+
 
 ENTRY = Dialect(
     name="cia402",
@@ -38,12 +49,12 @@ ENTRY = Dialect(
         closed_port="is held: the drives miss the heartbeat, brake if they move, and hold",
     ),
     abilities=row.abilities(Traffic(line_chars=80, answer_chars=74), register_bits=32, beats=True),
-    driver=Part("armdrive.dialects.cia402.controller", "DRIVER"),
-    tools=_TOOLS,
+    driver=_driver,
+    tools=_tools,
     language=Language(
         "canopen",
         "CANopen",
-        _TOOLS,
+        _tools,
         "An idle bus is silent where no drive was told to say heartbeats (object 1017)",
     ),
 )

@@ -3,7 +3,20 @@
 from __future__ import annotations
 
 from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
-from armdrive.dialects.dialect import Dialect, Part
+from armdrive.dialects.dialect import DeviceTools, Dialect, Driver
+
+
+def _driver() -> Driver:
+    from armdrive.dialects.grbl.controller import DRIVER
+
+    return DRIVER
+
+
+def _tools() -> DeviceTools:
+    from armdrive.dialects.grbl.words import TOOLS
+
+    return TOOLS
+
 
 ENTRY = Dialect(
     name="grbl",
@@ -39,6 +52,6 @@ ENTRY = Dialect(
         jerk_s=0.05,
         inputs=11,
     ),
-    driver=Part("armdrive.dialects.grbl.controller", "DRIVER"),
-    tools=Part("armdrive.dialects.grbl.words", "TOOLS"),
+    driver=_driver,
+    tools=_tools,
 )

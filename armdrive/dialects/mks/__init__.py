@@ -23,9 +23,20 @@ from __future__ import annotations
 
 from armdrive.abilities import Torque, Traffic
 from armdrive.dialects.bus import row
-from armdrive.dialects.dialect import DeviceTools, Dialect, Language, Part
+from armdrive.dialects.dialect import DeviceTools, Dialect, Driver, Language
 
-_TOOLS: Part[DeviceTools] = Part("armdrive.dialects.mks.commissioning", "TOOLS")
+
+def _driver() -> Driver:
+    from armdrive.dialects.mks.controller import DRIVER
+
+    return DRIVER
+
+
+def _tools() -> DeviceTools:
+    from armdrive.dialects.mks.commissioning import TOOLS
+
+    return TOOLS
+
 
 ENTRY = Dialect(
     name="mks",
@@ -41,12 +52,12 @@ ENTRY = Dialect(
         closed_port="is held: the drives stand and hold, whoever is silent",
     ),
     abilities=row.abilities(Traffic(line_chars=78, answer_chars=60), register_bits=48),
-    driver=Part("armdrive.dialects.mks.controller", "DRIVER"),
-    tools=_TOOLS,
+    driver=_driver,
+    tools=_tools,
     language=Language(
         "mks",
         "MKS drives",
-        _TOOLS,
+        _tools,
         "An idle bus of drives is silent: they speak when they are asked",
     ),
 )

@@ -3,7 +3,20 @@
 from __future__ import annotations
 
 from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
-from armdrive.dialects.dialect import Dialect, Part
+from armdrive.dialects.dialect import DeviceTools, Dialect, Driver
+
+
+def _driver() -> Driver:
+    from armdrive.dialects.robko01.controller import DRIVER
+
+    return DRIVER
+
+
+def _tools() -> DeviceTools:
+    from armdrive.dialects.robko01.words import TOOLS
+
+    return TOOLS
+
 
 ENTRY = Dialect(
     name="robko01",
@@ -37,6 +50,6 @@ ENTRY = Dialect(
         register_bits=16,
         inputs=8,
     ),
-    driver=Part("armdrive.dialects.robko01.controller", "DRIVER"),
-    tools=Part("armdrive.dialects.robko01.words", "TOOLS"),
+    driver=_driver,
+    tools=_tools,
 )

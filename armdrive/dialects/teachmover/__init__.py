@@ -3,7 +3,20 @@
 from __future__ import annotations
 
 from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
-from armdrive.dialects.dialect import Dialect, Part
+from armdrive.dialects.dialect import DeviceTools, Dialect, Driver
+
+
+def _driver() -> Driver:
+    from armdrive.dialects.teachmover.controller import DRIVER
+
+    return DRIVER
+
+
+def _tools() -> DeviceTools:
+    from armdrive.dialects.teachmover.words import TOOLS
+
+    return TOOLS
+
 
 ENTRY = Dialect(
     name="teachmover",
@@ -38,6 +51,6 @@ ENTRY = Dialect(
         program_rows=64,
         inputs=7,
     ),
-    driver=Part("armdrive.dialects.teachmover.controller", "DRIVER"),
-    tools=Part("armdrive.dialects.teachmover.words", "TOOLS"),
+    driver=_driver,
+    tools=_tools,
 )

@@ -81,7 +81,7 @@ def hung(firmware):
     bench = Bench(STEPS, firmware=firmware)
     bench.say("$J=G91X20F6000", 0.05)
     bench.wait(bench.board.drive.done_s - bench.now_s - 1e-4)
-    bench.board.hear(CANCEL, bench.now_s)
+    bench.board.hear(CANCEL)
     bench.wait(0.1)
     return bench
 
