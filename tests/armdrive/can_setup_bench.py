@@ -99,6 +99,7 @@ class Bench:
         self.plan = plan_of(self.config)
         self.twin = simulate(arm(truth), **({"factory": True} | settings))
         assert isinstance(self.twin.board, MksBoard)
+        self.device = self.twin.device
         self.board: Any = self.twin.board
         self.clock = DialogClock()
         self.person = Person(self.twin, self.plan)

@@ -209,7 +209,7 @@ class Deaf:
     byte_gap_s = 0.0
 
     def __init__(self, *says: tuple[float, bytes], baud: int = 9600, answers: bytes = b"") -> None:
-        self.baud = baud
+        self.board = SimpleNamespace(baud=baud)
         self.heard = b""
         self._says = list(says)
         self._answers = answers

@@ -38,7 +38,10 @@ def arrived(bench: Bench, arm: Arm) -> None:
         f"read back at {status.read_back}, acknowledged at {status.acknowledged}",
     )
     off = seen.off_steps(status.acknowledged)
-    check(off <= max(ON_THE_STEP, rests_within(bench)), f"the motors are {off} steps from the acknowledged position")
+    check(
+        off <= max(ON_THE_STEP, rests_within(bench)),
+        f"the motors are {off} steps from the acknowledged position",
+    )
 
 
 def a_joint_motion_arrives(bench: Bench) -> None:
