@@ -562,9 +562,9 @@ class Practice:
         return self._ask(asked)
 
     def _plug(self, motor: int, *, on: bool) -> None:
-        device: Any = self._twin.device
-        if isinstance(device, DrivesOnBus):
-            device.drives().plug(motor, on)
+        board: Any = self._twin.board
+        if isinstance(board, DrivesOnBus):
+            board.drives().plug(motor, on)
 
     def _seen(self, asked: AskPerson) -> str:
         drive = self._plan.drives[asked.motor]

@@ -61,8 +61,8 @@ def _released(arm: Arm, switch: WiredSwitch, person: DialogPerson | None) -> Non
 
 def _set(arm: Arm, switch: WiredSwitch, state: SwitchState) -> bool:
     """Have the simulated operator press a switch; False where the simulated arm has none."""
-    device = None if arm.twin is None else arm.twin.device
-    if not isinstance(device, HasSwitches):
+    board = None if arm.twin is None else arm.twin.board
+    if not isinstance(board, HasSwitches):
         return False
-    device.set_switch(switch.index, state)
+    board.set_switch(switch.index, state)
     return True

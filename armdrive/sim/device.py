@@ -1,9 +1,10 @@
-"""What every simulated controller is: the base that all share, its abilities, options, report.
+"""The simulated device that every dialect shares, its board, their abilities, options and report.
 
 A `WireDevice` (wire.py) takes and returns bytes on a clock that is handed to it. A `SimDevice` is
-that, the physical arm, and the person beside it. Only some devices have a pendant, limit switches
-and so on: each such ability is a protocol, asked for by `isinstance`. `lacks` is the refusal of
-devices that do not have it.
+that, with the physical arm and the person beside it. It holds a `Board`, the dialect's controller:
+to add a dialect, write a subclass of `Board`. Only some boards have a pendant, limit switches and
+so on: each such ability is a protocol, asked of the board by `isinstance`. `lacks` is the refusal
+of boards that do not have it.
 """
 
 from __future__ import annotations
@@ -11,13 +12,13 @@ from __future__ import annotations
 import abc
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 
 from armdrive.errors import BadRequest
 from armdrive.sim.mechanics.motors import MotorDrive
-from armdrive.sim.wire import PacedDevice, TimeQueue
+from armdrive.sim.wire import PacedDevice, TimeQueue, WireDevice
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import (
     Form,
@@ -35,7 +36,7 @@ from kinematics.spaces import Joints, Motors
 
 @runtime_checkable
 class HasPendant(Protocol):
-    """A device with a teach pendant, whose keys have names."""
+    """A board with a teach pendant, whose keys have names."""
 
     def key_names(self) -> tuple[str, ...]:
         """Name the keys."""
@@ -46,7 +47,7 @@ class HasPendant(Protocol):
 
 @runtime_checkable
 class GivesControl(Protocol):
-    """A device whose host can hand control over to the person beside the arm."""
+    """A board whose host can hand control over to the person beside the arm."""
 
     def pendant_returns(self) -> bool:
         """Give control back to the host; False where the host has it."""
@@ -54,7 +55,7 @@ class GivesControl(Protocol):
 
 @runtime_checkable
 class HasSpeedError(Protocol):
-    """A device whose motors can be set to turn faster or slower than it believes."""
+    """A board whose motors can be set to turn faster or slower than it believes."""
 
     @property
     def speed_error(self) -> float:
@@ -85,7 +86,7 @@ class SwitchState(Enum):
 
 @runtime_checkable
 class HasSwitches(Protocol):
-    """A device with a limit switch on each of its axes."""
+    """A board with a limit switch on each of its axes."""
 
     def set_switch(self, axis: int, state: SwitchState) -> None:
         """Have the switch of an axis (counted from 0) stick, or free it."""
@@ -122,7 +123,7 @@ class DriveControls(Protocol):
 
 @runtime_checkable
 class DrivesOnBus(Protocol):
-    """A device that says and hears packed frames."""
+    """A board that says and hears packed frames."""
 
     def drives(self) -> DriveControls:
         """Return what can be done to its drives."""
@@ -143,43 +144,62 @@ class DriveErrors(Protocol):
 
 @runtime_checkable
 class SaysEmergencies(Protocol):
-    """A device whose drives say error codes by themselves."""
+    """A board whose drives say error codes by themselves."""
 
     def errors(self) -> DriveErrors:
         """Return what can be wrong with its drives."""
 
 
-def lacks(device: SimDevice, what: str) -> BadRequest:
-    """Return the refusal for a device that has no such thing."""
-    return BadRequest(f"the simulated {device.title} has no {what}")
+def lacks(board: Board, what: str) -> BadRequest:
+    """Return the refusal for a board that has no such thing."""
+    return BadRequest(f"the simulated {board.title} has no {what}")
 
 
-# --- What every device is made of, so that a dialect adds its controller alone -------------------
-#
-# A `SimDevice` keeps the clock, the agenda, power, inputs, the person at the arm, and the saved
-# world. Its `DeviceBox` is the dialect's controller: a `SimBase` is its own box. Times are in
-# seconds on the clock that is handed in. A person acts at the device's present time, or through
-# `at` at a stated one. If a thread drives the device, call these methods on that thread or under
-# its lock.
+# --- The board: what a dialect writes -----------------------------------------------------------
 
 
-Action = Callable[[], None]
+@dataclass(slots=True, eq=False)
+class SharedState:
+    """What a board and its device both see; the device sets the time, the power and the inputs.
+
+    `said` is what waits to be sent: the board appends to it, and nobody replaces it.
+    """
+
+    now_s: float = 0.0
+    powered: bool = True
+    inputs_set: int = 0
+    said: bytearray = field(default_factory=bytearray)
 
 
-class DeviceClock:
-    """The present time of a device: it keeps it, and its box reads it."""
+class Board(abc.ABC):
+    """A dialect's controller: what its electronics and firmware do with bytes and with time.
 
-    def __init__(self) -> None:
-        self.now_s = 0.0
+    A board knows the arm (`world`) and the motors (`drive`), and shares its state with its device.
+    `baud` is the pace of its serial line; None where bytes arrive at once, as from a network.
+    """
 
-
-class DeviceBox(abc.ABC):
-    """What a dialect's controller does with bytes and with time: its electronics and firmware."""
-
+    title: ClassVar[str]
+    """What it is, for people: `TeachMover`, say."""
+    input_bits: ClassVar[int] = 8
     register_range: ClassVar[tuple[int, int]] = (-(1 << 15), (1 << 15) - 1)
     """The least and the greatest number that a register can hold."""
-    clock: DeviceClock
-    _drive: MotorDrive[Any]
+    remembered: ClassVar[Mapping[str, Form]] = {}
+    """What a saved board knows: its attributes, each with its form."""
+    byte_gap_s: float = 0.0
+    """The pause after each byte that it sends."""
+
+    def __init__(self, world: World, drive: MotorDrive[Any], baud: int | None) -> None:
+        self.world = world
+        self.drive = drive
+        self.baud = baud
+        self.shared = SharedState()
+
+    @property
+    def now_s(self) -> float:
+        """The present time."""
+        return self.shared.now_s
+
+    # What can be seen.
 
     @property
     @abc.abstractmethod
@@ -189,118 +209,162 @@ class DeviceBox(abc.ABC):
     @property
     @abc.abstractmethod
     def registers(self) -> Motors:
-        """The positions that it would tell its host."""
+        """The positions that it would tell its host: they know only what was commanded."""
+
+    @property
+    def inputs(self) -> int:
+        """The input bits as the host would read them."""
+        return self.shared.inputs_set
+
+    def details(self) -> dict[str, Json]:
+        """Return what only this kind of board has to show."""
+        return {}
+
+    # The wire and time.
+
+    def line(self, device: WireDevice) -> PacedDevice:
+        """Make the line to the device that has this board: a serial one at its pace."""
+        return PacedDevice(device, self.baud)
 
     @abc.abstractmethod
     def hear(self, data: bytes) -> None:
         """Take bytes that have arrived now; called only with power."""
 
-    @abc.abstractmethod
-    def motion_ended(self) -> None:
+    def due_s(self) -> float:
+        """Tell when the board next acts by itself: by default when the motion ends."""
+        return self.drive.done_s
+
+    def happen(self) -> None:
+        """Do what is due now; afterwards `due_s` must be later, or this comes again."""
+        self.drive.settle(self.now_s)
+        self.motion_ended()
+
+    def motion_ended(self) -> None:  # noqa: B027 - a host may have to ask
         """Act on the end of a motion, now."""
+
+    # Power.
+
+    def boot(self) -> None:  # noqa: B027 - most boards have nothing to say
+        """Do what the firmware does when power comes, a banner say."""
 
     @abc.abstractmethod
     def forget(self) -> None:
         """Lose what is lost with the power; registers, motion and current are gone already."""
 
-    @abc.abstractmethod
-    def known(self) -> dict[str, Json]:
-        """Return what the controller knows, to be saved beside the world."""
+    def stop_dead(self) -> None:
+        """End motion dead, let the motors go, and count from zero."""
+        self.drive.set_counts((0,) * len(self.world.motors), self.now_s)
+        self.world.cut_current(self.now_s)
 
-    @abc.abstractmethod
+    # What a person does.
+
+    def set_input(self, bit: int, on: bool) -> None:
+        """Set an input bit, which keeps its place through a loss of power."""
+        if not 0 <= bit < self.input_bits:
+            raise BadRequest(f"input bits are 0 to {self.input_bits - 1}, not {bit}")
+        self.shared.inputs_set = self.shared.inputs_set & ~(1 << bit) | on << bit
+
+    def moved_by_hand(self, *, counted: bool) -> None:  # noqa: B027 - most boards see nothing of it
+        """Act on a person's having turned motors: at the controls, which counts, or by force."""
+
+    # The saved world.
+
+    def count_from(self, registers: Sequence[int]) -> None:
+        """Have the registers stand as a saved controller's did; nothing turns."""
+        self.drive.set_counts(registers, self.now_s)
+
+    def known(self) -> dict[str, Json]:
+        """Return what the board knows, to be saved beside the world."""
+        return write(self, self.remembered)
+
     def recall_known(self, saved: Saved) -> None:
         """Take all that `known` wrote out of `saved`. Raises `StateFileError`."""
+        for name, value in read(saved, self.remembered).items():
+            setattr(self, name, value)
 
-    def boot(self) -> None:  # noqa: B027 - most boards have nothing to say
-        """Do what the firmware does when power comes, a banner say."""
 
-    def due_s(self) -> float:
-        """Tell when the controller next acts by itself: by default when the motion ends."""
-        return self._drive.done_s
+# --- The device, which is the same for every board ----------------------------------------------
+#
+# Times are in seconds on the clock that is handed in. A person acts at the device's present time,
+# or through `at` at a stated one. If a thread drives the device, call these methods on that thread
+# or under its lock.
 
-    def happen(self) -> None:
-        """Do what is due now; afterwards `due_s` must be later, or this comes again."""
-        self._drive.settle(self.clock.now_s)
-        self.motion_ended()
+
+Action = Callable[[], None]
 
 
 class SimDevice:
-    """A simulated device on a physical arm: a controller, `box`, and the person beside them.
+    """A simulated device on a physical arm: its board, and the person beside them.
 
-    `baud` is the pace of its line; None where bytes arrive at once, as from a network. `said` is
-    what waits to be sent: the box appends to it, and never replaces it.
+    It keeps the clock, the agenda and the power, takes the bytes to and from the wire, and saves
+    all of it. What a board has besides is asked of `board`, by its abilities.
     """
 
-    title: ClassVar[str]
-    """What it is, for people: `TeachMover`, say."""
-    input_bits: ClassVar[int] = 8
-    byte_gap_s: float = 0.0
-    """The pause after each byte that it sends."""
-    box: DeviceBox
-
-    def __init__(self, world: World, drive: MotorDrive[Any], baud: int | None) -> None:
-        self.world = world
-        self.baud = baud
-        self.powered = True
-        self.clock = DeviceClock()
-        self.inputs_set = 0
-        self.said = bytearray()
-        self._drive = drive
+    def __init__(self, board: Board) -> None:
+        self.board = board
+        self.world = board.world
+        self._shared = board.shared
         self._agenda: TimeQueue[Action] = TimeQueue()
 
     # The wire's side.
 
     def line(self) -> PacedDevice:
-        """Make a serial line to it."""
-        return PacedDevice(self, self.baud)
+        """Make a line to it."""
+        return self.board.line(self)
+
+    @property
+    def byte_gap_s(self) -> float:
+        """The pause after each byte that it sends."""
+        return self.board.byte_gap_s
 
     def receive(self, data: bytes, now_s: float) -> None:
         """Take bytes that have arrived by now; without power nobody hears them."""
         self._advance(now_s)
         if self.powered:
-            self.box.hear(data)
+            self.board.hear(data)
 
     def transmit(self, now_s: float) -> bytes:
-        """Advance the arm to now and return what the box has said since the last call."""
+        """Advance the arm to now and return what the board has said since the last call."""
         self._advance(now_s)
-        said = bytes(self.said)
-        self.said.clear()
+        said = bytes(self._shared.said)
+        self._shared.said.clear()
         return said
 
     def next_s(self) -> float:
         """Tell when a motion ends or something on the agenda is due; infinity while it waits."""
-        return self.now_s if self.said else self._next_event_s()
+        return self.now_s if self._shared.said else self._next_event_s()
 
     # What can be seen.
 
     @property
     def now_s(self) -> float:
         """The device's present time."""
-        return self.clock.now_s
+        return self._shared.now_s
+
+    @property
+    def powered(self) -> bool:
+        """Whether it is switched on."""
+        return self._shared.powered
 
     @property
     def busy(self) -> bool:
         """Whether it is at work on something that the host has asked for."""
-        return self.box.busy
+        return self.board.busy
 
     @property
     def registers(self) -> Motors:
         """The positions that it would tell its host: they know only what was commanded."""
-        return self.box.registers
-
-    def details(self) -> dict[str, Json]:
-        """Return what only this kind of device has to show."""
-        return {}
+        return self.board.registers
 
     @property
     def moving(self) -> bool:
         """Whether motors turn."""
-        return self._drive.moving
+        return self.board.drive.moving
 
     @property
     def inputs(self) -> int:
         """The input bits as the host would read them."""
-        return self.inputs_set
+        return self.board.inputs
 
     # What a person can do.
 
@@ -308,15 +372,12 @@ class SimDevice:
         """Have something done when the device's clock shows this time."""
         self._agenda.put(time_s, action)
 
-    def count_from(self, registers: Sequence[int]) -> None:
-        """Have the registers stand as a saved controller's did; nothing turns."""
-        self._drive.set_counts(registers, self.now_s)
-
     def jog(self, steps: Sequence[int]) -> None:
         """Move by hand of a person at the controls, at once; counted. `BadRequest` in motion."""
         if self.moving or not self.powered:
             raise BadRequest("a person moves the arm only when it is switched on and still")
-        self._drive.turn(steps, self.now_s)
+        self.board.drive.turn(steps, self.now_s)
+        self.board.moved_by_hand(counted=True)
 
     def bring_to(self, joints: Joints, opening_mm: float) -> None:
         """Jog to a physical posture, as an operator does who looks at the arm."""
@@ -326,25 +387,23 @@ class SimDevice:
     def push(self, steps: Sequence[int]) -> None:
         """Turn motors by force: the registers know nothing of it."""
         self.world.force(steps, self.now_s)
+        self.board.moved_by_hand(counted=False)
 
     def set_input(self, bit: int, on: bool) -> None:
-        """Set an input bit, which keeps its place through a loss of power."""
-        if not 0 <= bit < self.input_bits:
-            raise BadRequest(f"input bits are 0 to {self.input_bits - 1}, not {bit}")
-        self.inputs_set = self.inputs_set & ~(1 << bit) | on << bit
+        """Set an input bit. Raises `BadRequest` for one that the board has not."""
+        self.board.set_input(bit, on)
 
     def power_off(self) -> None:
-        """Switch off: motion stops dead, the arm sags, and whatever the box knew is lost."""
-        self._drive.set_counts((0,) * len(self.world.motors), self.now_s)
-        self.world.cut_current(self.now_s)
-        self.powered = False
-        self.said.clear()
-        self.box.forget()
+        """Switch off: motion stops dead, the arm sags, and whatever the board knew is lost."""
+        self.board.stop_dead()
+        self._shared.powered = False
+        self._shared.said.clear()
+        self.board.forget()
 
     def power_on(self) -> None:
         """Switch on: registers at zero, as one finds the controller in the morning."""
-        self.powered = True
-        self.box.boot()
+        self._shared.powered = True
+        self.board.boot()
 
     def set_power(self, on: bool) -> None:
         """Switch on or off, unless it is."""
@@ -362,55 +421,36 @@ class SimDevice:
             "world": world_to_json(self.world),
             "powered": self.powered,
             "registers": list(self.registers),
-            "inputs": self.inputs_set,
-            **self.box.known(),
+            "inputs": self._shared.inputs_set,
+            **self.board.known(),
         }
 
     def recall(self, saved: Saved) -> None:
         """Know again what `to_json` wrote, apart from the world. Raises `StateFileError`."""
-        low, high = self.box.register_range
-        self.count_from(saved.wholes("registers", len(self.world.motors), low, high))
-        self.inputs_set = saved.whole("inputs", 0, (1 << self.input_bits) - 1)
-        self.powered = saved.flag("powered")
-        self.box.recall_known(saved)
+        board, shared = self.board, self._shared
+        board.count_from(saved.wholes("registers", len(self.world.motors), *board.register_range))
+        shared.inputs_set = saved.whole("inputs", 0, (1 << board.input_bits) - 1)
+        shared.powered = saved.flag("powered")
+        board.recall_known(saved)
 
     # Time.
 
     def _next_event_s(self) -> float:
-        own_s = self.box.due_s() if self.powered else math.inf
+        own_s = self.board.due_s() if self.powered else math.inf
         return min(own_s, self._agenda.next_s)
 
     def _advance(self, now_s: float) -> None:
         """Live through everything up to now, each thing at its own time."""
+        shared, drive = self._shared, self.board.drive
         while (due_s := self._next_event_s()) <= now_s:
-            self.clock.now_s = max(self.now_s, due_s)
-            self._drive.follow(self.now_s)
-            if self.powered and self.box.due_s() <= due_s:
-                self.box.happen()
+            shared.now_s = max(shared.now_s, due_s)
+            drive.follow(shared.now_s)
+            if self.powered and self.board.due_s() <= due_s:
+                self.board.happen()
             else:
                 self._agenda.pop()()
-        self.clock.now_s = max(self.now_s, now_s)
-        self._drive.follow(self.now_s)
-
-
-class SimBase(DeviceBox, SimDevice):
-    """A device that is its own box: every dialect whose controller is one board."""
-
-    remembered: ClassVar[Mapping[str, Form]] = {}
-    """What a saved controller knows: its attributes, each with its form."""
-
-    def __init__(self, world: World, drive: MotorDrive[Any], baud: int | None) -> None:
-        super().__init__(world, drive, baud)
-        self.box = self
-
-    def known(self) -> dict[str, Json]:
-        """Return what the controller knows, to be saved beside the world."""
-        return write(self, self.remembered)
-
-    def recall_known(self, saved: Saved) -> None:
-        """Know what `known` wrote. Raises `StateFileError`."""
-        for name, value in read(saved, self.remembered).items():
-            setattr(self, name, value)
+        shared.now_s = max(shared.now_s, now_s)
+        drive.follow(shared.now_s)
 
 
 # --- Options that a person or a test may choose by name ------------------------------------------
@@ -544,7 +584,7 @@ def state_json(device: SimDevice) -> dict[str, Json]:
         "opening_mm": round(world.opening_mm, _MM_DIGITS),
         "grip_force_n": round(world.grip_force_n, _MM_DIGITS),
         "inputs": device.inputs,
-        **device.details(),
+        **device.board.details(),
         "stalled": [motor + 1 for motor in sorted(world.stalled)],
         "held": scene.held,
         "blocks": [block_to_json(block) for block in scene.blocks.values()],

@@ -24,7 +24,7 @@ def _one(dialect: str, kind: SimDeviceKind) -> str:
         (f"{row.name}={_shown(row.default)}", _with_choices(row.summary, row.choices))
         for row in kind.options
     ]
-    faults = [(row.usage, row.summary) for row in faults_of(kind.device)]
+    faults = [(row.usage, row.summary) for row in faults_of(kind.board)]
     width = max(len(usage) for usage, _ in [*settings, *faults])
     lines = [f"{dialect}: a simulated {kind.title}"]
     for title, rows in (("settings (--set NAME=VALUE)", settings), ("faults (--fault)", faults)):

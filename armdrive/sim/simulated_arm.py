@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Self, TypeVar
+from typing import TYPE_CHECKING, Self
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialog.operator import PostureRequest
 from armdrive.errors import BadRequest, StateFileError
-from armdrive.sim.device import Option, Options, SimDevice, Value
+from armdrive.sim.device import Board, Option, Options, SimDevice, Value
 from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody, play_of
@@ -74,15 +74,17 @@ class SimulatedOperator:
 
 # --- The device, made again from what `to_json` wrote --------------------------------------------
 
-D = TypeVar("D", bound=SimDevice)
-
 
 def recalled(
-    data: object, make: Callable[[World], D], body: ArmBody | None = None, *, what: str = "device"
-) -> D:
+    data: object,
+    make: Callable[[World], Board],
+    body: ArmBody | None = None,
+    *,
+    what: str = "device",
+) -> SimDevice:
     """Make the world and the device again; `StateFileError` for what no such device has saved."""
     saved = Saved(data, what)
-    device = make(world_from_json(saved.table("world").data, body))
+    device = SimDevice(make(world_from_json(saved.table("world").data, body)))
     device.recall(saved)
     saved.end()
     return device
@@ -125,6 +127,11 @@ class SimulatedArm:
         return self._faults
 
     @property
+    def board(self) -> Board:
+        """The board of its device."""
+        return self.device.board
+
+    @property
     def world(self) -> World:
         """The physical arm and what is around it."""
         return self.device.world
@@ -143,14 +150,14 @@ def link_to(device: SimDevice) -> MemoryLink[PacedDevice]:
 class SimDeviceKind:
     """How the simulated device of one dialect is made, and what can be set of it.
 
-    `make(config, world, options)` builds it as it stands when its power has come; a saved one is
-    made the same way and then recalls what it knew. `device` is its class, which tells what it is
-    able to do.
+    `make(config, world, options)` builds its board as it stands when its power has come; a saved
+    one is made the same way and then recalls what it knew. `board` is the board's class, which
+    tells what it is able to do.
     """
 
     title: str
-    device: type[SimDevice]
-    make: Callable[[ArmConfig, World, Options], SimDevice]
+    board: type[Board]
+    make: Callable[[ArmConfig, World, Options], Board]
     options: tuple[Option, ...] = ()
 
     def twin(self, config: ArmConfig, device: SimDevice) -> SimulatedArm:
@@ -182,7 +189,7 @@ class SimDeviceKind:
         body = replace(body, play=widths)
         chosen = Options(self.options, settings)
         if saved is None:
-            return self.make(config, World(body, blocks=blocks, stand=stand), chosen)
+            return SimDevice(self.make(config, World(body, blocks=blocks, stand=stand), chosen))
         if stand is not None:
             raise BadRequest("a saved world has a table of its own: it cannot be put on another")
         known = _of_dialect(saved, config.connection.dialect)

@@ -187,7 +187,7 @@ class ReplayBench:
 
     def _wire(self) -> PacedDevice:
         network = "://" in self._config.connection.port
-        if network and self._device.baud is not None:  # which keeps no pace
+        if network and self._device.board.baud is not None:  # which keeps no pace
             return PacedDevice(self._device, None)
         return self._device.line()
 

@@ -8,7 +8,8 @@ from armdrive.arm import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.registry.simulate import simulate
-from armdrive.sim.armdroid.device import ArmdroidBoard, SimArmdroid
+from armdrive.sim.armdroid.device import ArmdroidBoard, ArmdroidQuirks
+from armdrive.sim.device import SimDevice
 from armdrive.sim.simulated_arm import link_to
 from armdrive.status import Trust
 from kinematics import Joints
@@ -21,8 +22,9 @@ CONFIG = simulated_config("armdroid")
 class Bench:
     """Writes characters and reads what comes, on simulated time."""
 
-    def __init__(self, **board):
-        self.device = SimArmdroid(board=ArmdroidBoard(**({"character_s": 0.0} | board)))
+    def __init__(self, **quirks):
+        self.board = ArmdroidBoard(quirks=ArmdroidQuirks(**({"character_s": 0.0} | quirks)))
+        self.device = SimDevice(self.board)
         self.link = link_to(self.device)
         self.now_s = 0.0
 

@@ -8,7 +8,7 @@ from typing import Any, Generic, TypeVar
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection, HomingSettings
 from armdrive.registry.simulate import simulate
-from armdrive.sim.bus.device import SimDrives
+from armdrive.sim.bus.board import DrivesBoard
 from armdrive.sim.simulated_arm import SimulatedArm
 from kinematics import preset
 
@@ -31,8 +31,9 @@ class BusSim(Generic[H]):
 
     def __init__(self, config: ArmConfig, saved: object = None, **settings: Any) -> None:
         self.twin: SimulatedArm = simulate(config, saved, **settings)
-        assert isinstance(self.twin.device, SimDrives)
-        self.device: Any = self.twin.device
+        assert isinstance(self.twin.board, DrivesBoard)
+        self.device = self.twin.device
+        self.board: Any = self.twin.board
         self.world = self.twin.world
         self.link = self.twin.link
         self.now_s = 0.0

@@ -20,7 +20,7 @@ from armdrive.setup.commissioning import CommissioningOutcome, Practice, one, wa
 from armdrive.setup.dialog_runner import DialogClock, DialogRunner, carry_out
 from armdrive.setup.finding import is_command
 from armdrive.setup.plan import CommissioningPlan, plan_of
-from armdrive.sim.mks.kind import SimMks
+from armdrive.sim.mks.kind import MksBoard
 from armdrive.sim.serving.loop import make_server
 from firmware_protocol.errors import ProtocolError
 from firmware_protocol.frames import Frame, Unpacker
@@ -98,8 +98,9 @@ class Bench:
         self.config = config or arm()
         self.plan = plan_of(self.config)
         self.twin = simulate(arm(truth), **({"factory": True} | settings))
-        assert isinstance(self.twin.device, SimMks)
-        self.device: SimMks = self.twin.device
+        assert isinstance(self.twin.board, MksBoard)
+        self.device = self.twin.device
+        self.board: Any = self.twin.board
         self.clock = DialogClock()
         self.person = Person(self.twin, self.plan)
         self.kept: dict[str, Any] = {}
@@ -147,11 +148,11 @@ class Bench:
 
     def ids(self) -> tuple[int, ...]:
         """Return the ids of the drives, in the order of the motors."""
-        return tuple(node.device.node for node in self.device.nodes)
+        return tuple(node.device.node for node in self.board.nodes)
 
     def flashes(self) -> list[dict[str, Any]]:
         """Return what the drives keep without current."""
-        return [node.flash.to_json() for node in self.device.nodes]
+        return [node.flash.to_json() for node in self.board.nodes]
 
     def _spy(self) -> None:
         line, unpacker = self.twin.link.line, Unpacker()

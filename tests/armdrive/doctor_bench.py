@@ -45,18 +45,18 @@ class SimPort:
     closed: bool = False
 
     def __post_init__(self) -> None:
-        self.line = PacedDevice(self.device, self.device.baud)
+        self.line = PacedDevice(self.device, self.device.board.baud)
         self.description = "a simulated port"
-        self.baud = self.baud or self.device.baud or 0
+        self.baud = self.baud or self.device.board.baud or 0
 
     def tune(self, baud: int) -> None:
         self.baud = baud
 
     def write(self, data: bytes, now_s: float) -> None:
-        self.line.send(self._heard(data, self.baud, self.device.baud), now_s)
+        self.line.send(self._heard(data, self.baud, self.device.board.baud), now_s)
 
     def read(self, now_s: float) -> bytes:
-        return self._heard(self.line.receive(now_s), self.device.baud, self.baud)
+        return self._heard(self.line.receive(now_s), self.device.board.baud, self.baud)
 
     def next_s(self) -> float:
         return self.line.next_s()
@@ -141,11 +141,12 @@ LINE_ENDS_ACT = [("grbl", "half a line with an open comment")]
 def prepared(dialect: str, state: str, *, any_rate: bool = False) -> SimPort:
     """Return a port with an arm behind it; with `any_rate` it has native USB, which has no rate."""
     device = made(dialect)
-    device.baud = None if any_rate else device.baud
+    if any_rate:
+        device.board.baud = None
     port = SimPort(device)
     port.pass_time(3.0)  # a board takes nothing while it starts
     data, ago_s = PREPARED[dialect][state]
-    port.tune(port.device.baud or 0)
+    port.tune(port.device.board.baud or 0)
     port.write(data, port.now)
     port.pass_time(ago_s)
     return port
@@ -208,7 +209,7 @@ class Deaf:
     byte_gap_s = 0.0
 
     def __init__(self, *says: tuple[float, bytes], baud: int = 9600, answers: bytes = b"") -> None:
-        self.baud = baud
+        self.board = SimpleNamespace(baud=baud)
         self.heard = b""
         self._says = list(says)
         self._answers = answers

@@ -9,7 +9,8 @@ from armdrive.arm import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.registry.simulate import simulate
-from armdrive.sim.robko01.device import SimRobko
+from armdrive.sim.device import SimDevice
+from armdrive.sim.robko01.device import SimRobkoBoard
 from armdrive.sim.simulated_arm import link_to
 from firmware_protocol.robko01 import Answer, Answered, Axes, Enable, Host, Op, Request
 from kinematics import Joints
@@ -22,10 +23,11 @@ OVER_THE_TABLE = Joints.of(0.0, 40.0, -80.0, -40.0, 0.0)
 class RobkoBench:
     """Sends one request at a time and lets simulated time pass until its answer."""
 
-    device: SimRobko = field(default_factory=SimRobko)
+    board: SimRobkoBoard = field(default_factory=SimRobkoBoard)
     now_s: float = 0.0
 
     def __post_init__(self) -> None:
+        self.device = SimDevice(self.board)
         self.link = link_to(self.device)
         self.host = Host()
 

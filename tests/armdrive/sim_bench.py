@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from armdrive.sim.device import SimDevice
 from armdrive.sim.simulated_arm import link_to
-from armdrive.sim.teachmover.device import SimTeachMover
+from armdrive.sim.teachmover.device import TeachMoverBoard
 from armdrive.sim.world.arm import World
 from firmware_protocol.teachmover import Command, Completed, Host, QDump
 from kinematics.spaces import Pose
@@ -19,10 +20,11 @@ GRASP_PITCH_DEG = -90.0
 class Bench:
     """Sends one command at a time and lets simulated time pass until its answer."""
 
-    device: SimTeachMover = field(default_factory=SimTeachMover)
+    board: TeachMoverBoard = field(default_factory=TeachMoverBoard)
     now_s: float = 0.0
 
     def __post_init__(self) -> None:
+        self.device = SimDevice(self.board)
         self.link = link_to(self.device)
         self.host = Host()
 

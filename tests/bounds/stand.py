@@ -15,7 +15,7 @@ from armdrive.connect.parts import assemble
 from armdrive.registry import simulated_kind
 from armdrive.runtime.clock import SimulatedPace
 from armdrive.runtime.stop_bounds import StopBound
-from armdrive.sim.device import DrivesOnBus, Options, Value
+from armdrive.sim.device import DrivesOnBus, Options, SimDevice, Value
 from armdrive.sim.simulated_arm import TITLE, SimulatedArm
 from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.arm import World
@@ -129,8 +129,8 @@ class Stand:
         self.world = RecordingWorld(ArmBody.of_preset(config.model))
         transmission = self.world.body.transmission
         there = transmission.to_motors(at, OPENING_MM)
-        device = kind.make(config, self.world, Options(kind.options, options))
-        if isinstance(device, DrivesOnBus):
+        device = SimDevice(kind.make(config, self.world, Options(kind.options, options)))
+        if isinstance(device.board, DrivesOnBus):
             device.bring_to(at, OPENING_MM)
         else:
             self.world.drive_to(there)

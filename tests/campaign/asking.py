@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from armdrive.errors import BadRequest
-from armdrive.sim.device import SimDevice
+from armdrive.sim.device import Board
 from armdrive.sim.faults.request import parse_words
 
 from .stage import Stage
@@ -17,7 +17,7 @@ HOST, DEVICE = "--from host", "--from device"
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One row: `begin` makes it happen; `needs` is what a device must be able to do."""
+    """One row: `begin` makes it happen; `needs` is what a board must be able to do."""
 
     name: str
     begin: Callable[[Stage], str]
@@ -25,9 +25,9 @@ class Fault:
     of_programs: bool = False
     """Whether it befalls a program: where there is none, nothing happens."""
 
-    def befalls(self, device: SimDevice) -> bool:
-        """Tell whether this device can have it."""
-        return self.needs is None or isinstance(device, self.needs)
+    def befalls(self, board: Board) -> bool:
+        """Tell whether a device with this board can have it."""
+        return self.needs is None or isinstance(board, self.needs)
 
 
 def ask(stage: Stage, words: str, *, strays: bool = False) -> str:

@@ -65,7 +65,7 @@ def _noise(stage: Stage) -> str:
     kind, share = stage.draw.choice(("drop", "corrupt")), stage.draw.choice((0.005, 0.03, 0.1))
     side = stage.draw.choice((HOST, DEVICE))
     for_s = stage.draw.choice((0.5, 1.0, 3.0))
-    if side == HOST and share >= SPOILS and isinstance(stage.twin.device, DrivesOnBus):
+    if side == HOST and share >= SPOILS and isinstance(stage.twin.board, DrivesOnBus):
         if stage.watch.promised:
             stage.promise_silence("the line spoilt a stop")
         stage.unheard_until_s = stage.now_s + for_s
@@ -114,9 +114,9 @@ def _switch(stage: Stage) -> str:
 def _pendant(stage: Stage) -> str:
     """Have somebody turn a motor, or press STOP."""
     stage.look()
-    device = stage.twin.device
-    if isinstance(device, HasPendant) and stage.draw.random() < 0.5:
-        device.press_named("STOP")
+    board = stage.twin.board
+    if isinstance(board, HasPendant) and stage.draw.random() < 0.5:
+        board.press_named("STOP")
         return "the pendant's STOP"
     steps = [0] * len(stage.world.motors)
     steps[motor(stage) - 1] = stage.draw.choice((-60, -7, 3, 25))

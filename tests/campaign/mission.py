@@ -102,8 +102,8 @@ class Mission:
         self._finale()
 
     def _fault(self) -> int:
-        device = self.stage.twin.device
-        return self.draw.choice([i for i, each in enumerate(FAULTS) if each.befalls(device)])
+        board = self.stage.twin.board
+        return self.draw.choice([i for i, each in enumerate(FAULTS) if each.befalls(board)])
 
     def _arrange(self, fault: Fault, after_s: float) -> None:
         def happen() -> None:

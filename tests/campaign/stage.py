@@ -19,7 +19,7 @@ from armdrive.dialects.controller import Controller
 from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS
 from armdrive.dialog.operator import PostureRequest
 from armdrive.registry import dialect, simulated_kind
-from armdrive.sim.device import DrivesOnBus, Options
+from armdrive.sim.device import DrivesOnBus, Options, SimDevice
 from armdrive.sim.simulated_arm import TITLE, SimulatedArm
 from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.body import ArmBody
@@ -103,7 +103,8 @@ class Stage:
         self.config = config_of(name, variant)
         kind = simulated_kind(name)
         self.world = WatchedWorld(ArmBody.of_preset(self.config.model))
-        device = kind.make(self.config, self.world, Options(kind.options, board_of(name, variant)))
+        board = kind.make(self.config, self.world, Options(kind.options, board_of(name, variant)))
+        device = SimDevice(board)
         self.link = Deadly(device.line(), TITLE)
         self.twin = SimulatedArm.of(self.config, device, self.link)
         self.disk = Disk()
@@ -135,7 +136,7 @@ class Stage:
         self.watch = Watch(self.world, guarded, self._step_mm() * near, speeds, near, slowest_hz)
         # its firmware gives up the target of a motion that is stopped
         self.watch.overshoot_steps = OVERSHOOT_STEPS if name == "robko01" else 0
-        if isinstance(self.twin.device, DrivesOnBus):  # others catch nothing up
+        if isinstance(self.twin.board, DrivesOnBus):  # others catch nothing up
             self.watch.freed.hears = self._hears
             self.world.measured = True
 
@@ -156,7 +157,7 @@ class Stage:
         pace.dying, pace.meanwhile = self._promise_silence, self.link.line.advance
         self.link.owner = self.disk.owner = pace
         self.link.reopen().read(self.now_s)  # what came while nobody listened is gone
-        opened = getattr(self.twin.device, "opened", None)
+        opened = getattr(self.twin.board, "opened", None)
         if opened is not None:
             opened()
         self.leave()
@@ -280,7 +281,7 @@ class Stage:
         """Have somebody bring the arm to a posture."""
         self.world.by_person = True
         try:
-            if isinstance(self.twin.device, DrivesOnBus):  # which would turn their shafts back
+            if isinstance(self.twin.board, DrivesOnBus):  # which would turn their shafts back
                 self.twin.device.bring_to(joints, opening_mm)
             else:
                 self.world.drive_to(self.world.body.transmission.to_motors(joints, opening_mm))

@@ -123,5 +123,5 @@ def limit_switches(bench: Bench) -> str:
 
 
 def _is(bench: Bench, ability: type) -> bool:
-    device = bench.device
-    return device is not None and issubclass(device, ability)
+    board = bench.board
+    return board is not None and issubclass(board, ability)

@@ -110,8 +110,8 @@ class Bench(abc.ABC):
         return self.row.controller(self.config).abilities
 
     @property
-    def device(self) -> type | None:
-        """The class of the simulated device, which tells what it can do; None of a real one."""
+    def board(self) -> type | None:
+        """The class of the simulated board, which tells what it can do; None of a real one."""
         return None
 
     # -- what every bench does alike ----------------------------------------------------------

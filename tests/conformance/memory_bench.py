@@ -58,9 +58,9 @@ class MemoryBench(Bench):
         return self._config
 
     @property
-    def device(self) -> type:
-        """The class of the twin's device."""
-        return type(self.twin.device)
+    def board(self) -> type:
+        """The class of the twin's board."""
+        return type(self.twin.board)
 
     def operator(self) -> Operator:
         """Return the twin's operator."""

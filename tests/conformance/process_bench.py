@@ -43,9 +43,9 @@ class ProcessBench(RealTimeBench):
         self.take_arm_file(lines, self._sim.port)
 
     @property
-    def device(self) -> type:
-        """The class of the simulated device."""
-        return simulated_kind(self.row.name).device
+    def board(self) -> type:
+        """The class of the simulated board."""
+        return simulated_kind(self.row.name).board
 
     def look(self) -> Seen:
         """Ask the console for the physical state."""

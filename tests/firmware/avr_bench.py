@@ -71,9 +71,9 @@ class ControlledBench(RealTimeBench):
         self.take_port(port)
 
     @property
-    def device(self) -> type:
-        """The class of the simulated device, which has the same abilities as the real one."""
-        return simulated_kind(self.row.name).device
+    def board(self) -> type:
+        """The class of the simulated board, which has the same abilities as the real one."""
+        return simulated_kind(self.row.name).board
 
     def look(self) -> Seen:
         """Ask the control port for the physical state."""

@@ -9,8 +9,8 @@ MUTANTS = (
         name="the simulated controller knows where its motors stand",
         promise="a simulated device behaves like the real one, so that tests mean something",
         path="armdrive/sim/teachmover/device.py",
-        old="return Motors(signed(count) for count in self._drive.counts)",
-        new="return Motors(signed(count) for count in self._drive.world.motors)",
+        old="return Motors(signed(count) for count in self.drive.counts)",
+        new="return Motors(signed(count) for count in self.drive.world.motors)",
         tests=tests_of(
             "tests/armdrive/sim/teachmover/test_sim_teachmover.py",
             "TestSteps::test_on_the_way_all_motors_are_in_proportion",

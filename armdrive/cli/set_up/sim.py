@@ -55,6 +55,7 @@ def _serve(options: argparse.Namespace) -> int:
     if options.speed_error is not None:
         settings["speed_error"] = options.speed_error
     device = simulate_device(config, play=options.play, settings=settings)
+    board = device.board
     faults = [parse_option(text) for text in options.fault]
     check_faults(device, faults)
     server = loop.make_server(
@@ -63,7 +64,7 @@ def _serve(options: argparse.Namespace) -> int:
         udp=options.udp,
         slcan=Path(options.slcan) if options.slcan else None,
         beside=Path(options.beside) if options.beside else None,
-        bits_s=device.drives().bits_s if isinstance(device, DrivesOnBus) else BITRATE,
+        bits_s=board.drives().bits_s if isinstance(board, DrivesOnBus) else BITRATE,
     )
     where = server.can_address if isinstance(server, servers.SlcanServer) else server.address
     say(

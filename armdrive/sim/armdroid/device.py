@@ -14,7 +14,7 @@ from typing import ClassVar
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.sim.device import Option, Options, SimBase, lacks
+from armdrive.sim.device import Board, Option, Options, lacks
 from armdrive.sim.mechanics.motors import MotorDrive, MotorRack, checked_error
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world.arm import World
@@ -62,7 +62,7 @@ NEVER_S = 4_294_967.295
 
 
 @dataclass(frozen=True, slots=True)
-class ArmdroidBoard:
+class ArmdroidQuirks:
     """What differs between boards.
 
     `character_s` is how long a character takes, `room_bytes` how many wait at most, `boot_s` how
@@ -102,24 +102,24 @@ def by_motor(by_channel: Sequence[int]) -> tuple[int, ...]:
     return tuple(by_channel[channel - 1] for channel in CHANNELS)
 
 
-class SimArmdroid(SimBase):
+class ArmdroidBoard(Board):
     """The board with its sketch: characters in, answers out, motors turned; and the arm."""
 
     title: ClassVar[str] = "Armdroid"
     input_bits: ClassVar[int] = 0
     remembered: ClassVar[Mapping[str, Form]] = {"rpm": whole(STEPS_MIN, STEPS_MAX)}
-    _drive: MotorDrive[MotorRack]
+    drive: MotorDrive[MotorRack]
 
     def __init__(
         self,
         world: World | None = None,
-        board: ArmdroidBoard | None = None,
+        quirks: ArmdroidQuirks | None = None,
         *,
         baud: int | None = BAUD,
     ) -> None:
         world = world or World()
         super().__init__(world, MotorDrive(world, MotorRack((0,) * len(world.motors))), baud)
-        self.board = board or ArmdroidBoard()
+        self.quirks = quirks or ArmdroidQuirks()
         self.lost_bytes = 0
         self.rpm = RPM_DEFAULT
         """The speed that was set last."""
@@ -137,7 +137,7 @@ class SimArmdroid(SimBase):
     @property
     def registers(self) -> Motors:
         """The offsets in the order of the arm's motors: signed 16 bit, wrapping."""
-        return Motors((count + _SIGN) % _WORD - _SIGN for count in self._drive.counts)
+        return Motors((count + _SIGN) % _WORD - _SIGN for count in self.drive.counts)
 
     @property
     def offsets(self) -> tuple[int, ...]:
@@ -152,7 +152,7 @@ class SimArmdroid(SimBase):
     @property
     def speed_error(self) -> float:
         """By which share motions last longer than they should."""
-        return self.board.speed_error
+        return self.quirks.speed_error
 
     def details(self) -> dict[str, Json]:
         """Return the speed, how wrong it is, and what a stray `D` would repeat."""
@@ -162,7 +162,7 @@ class SimArmdroid(SimBase):
 
     def set_speed_error(self, error: float) -> None:
         """Make motions that begin from now on last longer (0.2: a fifth) or shorter (negative)."""
-        self.board = replace(self.board, speed_error=error)
+        self.quirks = replace(self.quirks, speed_error=error)
 
     def set_input(self, bit: int, on: bool) -> None:  # noqa: ARG002
         """Refuse: the board has no inputs."""
@@ -170,15 +170,14 @@ class SimArmdroid(SimBase):
 
     def opened(self) -> None:
         """Open its port, as every program does that connects; nothing is seen of it in motion."""
-        if self.board.resets_on_open:
+        if self.quirks.resets_on_open:
             self.reset()
-        elif self.board.greets and self._codec.unanswered is None:
+        elif self.quirks.greets and self._codec.unanswered is None:
             self._greeting, self._turn_s = True, self.now_s
 
     def reset(self) -> None:
         """Press the board's button: motion ends dead, offsets and speed are lost, motors let go."""
-        self._drive.set_counts((0,) * len(self.world.motors), self.now_s)
-        self.world.cut_current(self.now_s)
+        self.stop_dead()
         self.forget()
         self.boot()
 
@@ -187,30 +186,30 @@ class SimArmdroid(SimBase):
     def hear(self, data: bytes) -> None:
         """Take characters, as many as there is room for; none while it starts."""
         heard = b"" if self.now_s < self._deaf_until_s else data
-        heard = heard[: self.board.room_bytes - len(self._waiting)]
+        heard = heard[: self.quirks.room_bytes - len(self._waiting)]
         self.lost_bytes += len(data) - len(heard)
         if heard and not self._waiting:
-            self._turn_s = max(self._turn_s, self.now_s + self.board.character_s)
+            self._turn_s = max(self._turn_s, self.now_s + self.quirks.character_s)
         self._waiting += heard
 
     def due_s(self) -> float:
         """Tell when it takes its next character, or a motion ends."""
         if self._codec.unanswered is not None:
-            return self._drive.done_s
-        return self._turn_s if self._waiting or self._greeting else self._drive.done_s
+            return self.drive.done_s
+        return self._turn_s if self._waiting or self._greeting else self.drive.done_s
 
     def happen(self) -> None:
         """End a motion, say welcome, or take the next character."""
-        if self._drive.moving:
+        if self.drive.moving:
             super().happen()
         elif self._greeting:
             self._greeting = False
-            self.said += self._codec.send(Welcome())
+            self.shared.said += self._codec.send(Welcome())
         else:
             self._codec.receive_data(bytes([self._waiting.pop(0)]))
             if (event := self._codec.next_event()) is not None:
                 self._do(event)
-            self._turn_s = self.now_s + self.board.character_s
+            self._turn_s = self.now_s + self.quirks.character_s
 
     def motion_ended(self) -> None:
         """Answer with the offsets."""
@@ -237,36 +236,36 @@ class SimArmdroid(SimBase):
                 self._answer(SpeedReported(rpm))
             case Torque(on):
                 if on:
-                    self._drive.energise()
+                    self.drive.energise()
                 else:
                     self.world.cut_current(self.now_s)
                 self._answer(TorqueReported(on))
             case ZeroOffsets():
-                self._drive.set_counts((0,) * len(self.world.motors), self.now_s)
+                self.drive.set_counts((0,) * len(self.world.motors), self.now_s)
                 self._answer(OffsetsReported(self.offsets))
             case _Report() | DriveNone():
                 self._answer(OffsetsReported(self.offsets))
             case ReportArguments():
                 self._answer(ArgumentsReported(self.kept, self._codec.accumulator))
             case Version():
-                self.said += self._codec.send(VersionReported())
+                self.shared.said += self._codec.send(VersionReported())
             case InterfaceKind():
-                self.said += self._codec.send(InterfaceReported())
+                self.shared.said += self._codec.send(InterfaceReported())
 
     def _turn(self, steps: Sequence[int]) -> None:
         if any(steps):
-            self._drive.energise()
-        interval_s = self.board.interval_s(self.rpm)
-        self._drive.rack.start(by_motor(steps), interval_s, self.now_s, in_proportion=False)
+            self.drive.energise()
+        interval_s = self.quirks.interval_s(self.rpm)
+        self.drive.rack.start(by_motor(steps), interval_s, self.now_s, in_proportion=False)
 
     def _answer(self, answer: Owed) -> None:
-        self.said += self._codec.send(answer)
-        self._turn_s = self.now_s + self.board.character_s
+        self.shared.said += self._codec.send(answer)
+        self._turn_s = self.now_s + self.quirks.character_s
 
     def boot(self) -> None:
         """Begin the sketch: it is deaf for a while, and then says welcome."""
-        self._deaf_until_s = self.now_s + self.board.boot_s
-        self._greeting, self._turn_s = self.board.greets, self._deaf_until_s
+        self._deaf_until_s = self.now_s + self.quirks.boot_s
+        self._greeting, self._turn_s = self.quirks.greets, self._deaf_until_s
 
     def forget(self) -> None:
         """Lose the speed, and whatever is half received."""
@@ -275,27 +274,27 @@ class SimArmdroid(SimBase):
         self.rpm, self._greeting = RPM_DEFAULT, False
 
 
-_BOARD = ArmdroidBoard()
+_USUAL = ArmdroidQuirks()
 
 
-def _make(config: ArmConfig, world: World, options: Options) -> SimArmdroid:
+def _make(config: ArmConfig, world: World, options: Options) -> ArmdroidBoard:
     """Make it as a program finds it that has just opened its port."""
-    device = SimArmdroid(world, ArmdroidBoard(**options.values), baud=config.connection.baud)
-    if device.board.greets:
-        device.opened()
-    return device
+    board = ArmdroidBoard(world, ArmdroidQuirks(**options.values), baud=config.connection.baud)
+    if board.quirks.greets:
+        board.opened()
+    return board
 
 
 KIND = SimDeviceKind(
     title="Armdroid",
-    device=SimArmdroid,
+    board=ArmdroidBoard,
     make=_make,
     options=(
         Option("speed_error", 0.0, "0.2: motors a fifth slower than the sketch says"),
-        Option("character_s", _BOARD.character_s, "seconds that the board takes for a character"),
-        Option("room_bytes", _BOARD.room_bytes, "so many characters wait during a motion"),
-        Option("boot_s", _BOARD.boot_s, "seconds that a reset lasts"),
-        Option("greets", _BOARD.greets, "native USB: says Welcome to whoever opens its port"),
-        Option("resets_on_open", _BOARD.resets_on_open, "begins anew when its port is opened"),
+        Option("character_s", _USUAL.character_s, "seconds that the board takes for a character"),
+        Option("room_bytes", _USUAL.room_bytes, "so many characters wait during a motion"),
+        Option("boot_s", _USUAL.boot_s, "seconds that a reset lasts"),
+        Option("greets", _USUAL.greets, "native USB: says Welcome to whoever opens its port"),
+        Option("resets_on_open", _USUAL.resets_on_open, "begins anew when its port is opened"),
     ),
 )

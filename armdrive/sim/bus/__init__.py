@@ -1,5 +1,5 @@
 """What simulated drives on a CAN bus have in common.
 
-`node` is one drive's motor, switch, supply and quirks; `box` all drives with their time and power;
-`line` the bus itself; `device` the simulated arm.
+`node` is one drive's motor, switch, supply and quirks; `board` all drives with their time and
+power; `line` the bus itself.
 """

@@ -6,8 +6,7 @@ import re
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.sim.bus.box import DrivesBox
-from armdrive.sim.bus.device import SimDrives
+from armdrive.sim.bus.board import DrivesBoard, NodeLoop
 from armdrive.sim.bus.node import motors_of, node_ids, options_of
 from armdrive.sim.cia402.node import Cia402Node
 from armdrive.sim.cia402.objects import dictionary, without
@@ -30,15 +29,15 @@ _INDICES = re.compile(r"[0-9A-Fa-f]{4}(\+[0-9A-Fa-f]{4})*")
 class Cia402Errors:
     """What can be wrong with single drives, counted from 0 as the motors."""
 
-    def __init__(self, box: DrivesBox[Cia402Node]) -> None:
-        self._nodes, self._clock, self._collect = box.nodes, box.clock, box.collect
+    def __init__(self, loop: NodeLoop[Cia402Node]) -> None:
+        self._nodes, self._shared, self._collect = loop.nodes, loop.shared, loop.collect
 
     def ail(self, drive: int, code: int) -> None:
         """Have something be wrong with a drive: it fails, until it is mended and reset."""
         node = self._nodes[drive]
         if node.port.powered:
             node.states.ailing.add(code)
-            node.states.fault(code, self._clock.now_s)
+            node.states.fault(code, self._shared.now_s)
             self._collect()
 
     def mend(self, drive: int, code: int) -> None:
@@ -51,18 +50,18 @@ class Cia402Errors:
         self._collect()
 
 
-class SimCia402(SimDrives[Cia402Node]):
-    """An arm whose drives look at their shafts at each SYNC."""
+class Cia402Board(DrivesBoard[Cia402Node]):
+    """Drives that look at their shafts at each SYNC."""
 
     title = "arm on CiA 402 drives"
     idle_looks = False
 
     def errors(self) -> Cia402Errors:
         """Return what can be wrong with single drives."""
-        return Cia402Errors(self.box)
+        return Cia402Errors(self._loop)
 
 
-def _make(config: ArmConfig, world: World, options: Options) -> SimCia402:
+def _make(config: ArmConfig, world: World, options: Options) -> Cia402Board:
     bits_s = options.whole("bitrate")
     if bits_s not in BITRATES:
         raise BadRequest(f"bitrate is one of {', '.join(map(str, BITRATES))}, not {bits_s}")
@@ -75,7 +74,7 @@ def _make(config: ArmConfig, world: World, options: Options) -> SimCia402:
         Cia402Node(motor, number, objects, modes, options)
         for motor, number in zip(motors, _numbers(config, len(motors)), strict=True)
     ]
-    return SimCia402(world, shafts, nodes, bits_s)
+    return Cia402Board(world, shafts, nodes, bits_s)
 
 
 def _numbers(config: ArmConfig, count: int) -> tuple[int, ...]:
@@ -124,8 +123,8 @@ def _top_rate(objects: Dictionary) -> float:
 
 
 KIND = SimDeviceKind(
-    title=SimCia402.title,
-    device=SimCia402,
+    title=Cia402Board.title,
+    board=Cia402Board,
     make=_make,
     options=(
         Option("bitrate", 500_000, "bits a second of the drives and their bus"),

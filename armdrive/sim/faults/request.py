@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from armdrive.errors import BadRequest
-from armdrive.sim.device import SimDevice
+from armdrive.sim.device import Board, SimDevice
 from armdrive.sim.wire import PacedDevice
 from armdrive.text.reading import number, whole
 
@@ -154,7 +154,7 @@ def lasting(
 
 @dataclass(frozen=True, slots=True)
 class FaultKind:
-    """One row; `needs` is what a device must be able to do, and `lasts_s` how long unless told."""
+    """One row; `needs` is what a board must be able to do, and `lasts_s` how long unless told."""
 
     name: str
     arguments: str
@@ -168,9 +168,9 @@ class FaultKind:
         """How it is written."""
         return f"{self.name} {self.arguments}".strip()
 
-    def befalls(self, device: type[SimDevice]) -> bool:
-        """Tell whether this kind of device can have it."""
-        return self.needs is None or issubclass(device, self.needs)
+    def befalls(self, board: type[Board]) -> bool:
+        """Tell whether a device with this kind of board can have it."""
+        return self.needs is None or issubclass(board, self.needs)
 
 
 def check_count(usage: str, words: Sequence[str]) -> None:

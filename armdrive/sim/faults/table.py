@@ -15,6 +15,7 @@ from typing import Any
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.arguments import BASIC, checked_calls, made_of
 from armdrive.sim.device import (
+    Board,
     DriveControls,
     DriveErrors,
     DrivesOnBus,
@@ -66,10 +67,10 @@ def brown_out(bench: FaultBench, _: FaultRequest) -> Begin:
 
 def reset(bench: FaultBench, _: FaultRequest) -> Begin:
     """Have the board reset, its power on."""
-    device = bench.device
-    if not isinstance(device, Resettable):
-        raise lacks(device, "reset apart from its power")
-    return device.reset
+    board = bench.device.board
+    if not isinstance(board, Resettable):
+        raise lacks(board, "reset apart from its power")
+    return board.reset
 
 
 def lose_steps(bench: FaultBench, request: FaultRequest) -> Begin:
@@ -90,19 +91,19 @@ def stall(bench: FaultBench, request: FaultRequest) -> Begin:
 
 def switch(bench: FaultBench, request: FaultRequest) -> Begin:
     """Have a limit switch stick, or free it."""
-    device = bench.device
-    if not isinstance(device, HasSwitches):
-        raise lacks(device, "limit switches")
+    board = bench.device.board
+    if not isinstance(board, HasSwitches):
+        raise lacks(board, "limit switches")
     axis, state = motor_of(bench, request.words[0]), request.words[1].lower()
     states = {each.value: each for each in SwitchState}
     if state not in states:
         raise BadRequest(f"a switch is {', '.join(states)}, not {request.words[1]!r}")
 
     if states[state] is SwitchState.FREE:
-        return lambda: device.set_switch(axis, SwitchState.FREE)
+        return lambda: board.set_switch(axis, SwitchState.FREE)
     return lasting(
-        lambda: device.set_switch(axis, states[state]),
-        lambda: device.set_switch(axis, SwitchState.FREE),
+        lambda: board.set_switch(axis, states[state]),
+        lambda: board.set_switch(axis, SwitchState.FREE),
     )
 
 
@@ -223,7 +224,7 @@ def replug(bench: FaultBench, request: FaultRequest) -> Begin:
 
 # --- A CAN bus and its drives: frames lost or overtaken, drives mute or reset --------------------
 #
-# They need no more than a device that is `DrivesOnBus`; some need one that `SaysEmergencies`.
+# They need no more than a board that is `DrivesOnBus`; some need one that `SaysEmergencies`.
 
 _CODE = re.compile(r"[0-9A-Fa-f]{4}")
 FIRST_ERROR = 0x100
@@ -319,9 +320,10 @@ def warning_drive(bench: FaultBench, request: FaultRequest) -> Begin:
 
 
 def _emergencies(bench: FaultBench) -> DriveErrors:
-    if not isinstance(bench.device, SaysEmergencies):
-        raise lacks(bench.device, "error codes of its own")
-    return bench.device.errors()
+    board = bench.device.board
+    if not isinstance(board, SaysEmergencies):
+        raise lacks(board, "error codes of its own")
+    return board.errors()
 
 
 def _code(word: str) -> int:
@@ -331,10 +333,10 @@ def _code(word: str) -> int:
 
 
 def _drives(bench: FaultBench) -> DriveControls:
-    device = bench.device
-    if not isinstance(device, DrivesOnBus):
-        raise BadRequest(f"the simulated {device.title} has no drives on a bus")
-    return device.drives()
+    board = bench.device.board
+    if not isinstance(board, DrivesOnBus):
+        raise lacks(board, "drives on a bus")
+    return board.drives()
 
 
 # --- The table: name, arguments, what goes wrong -------------------------------------------------
@@ -437,9 +439,9 @@ FAULTS: Mapping[str, FaultKind] = MappingProxyType(
 """Every fault by its name; parsing, help and lists are made from it."""
 
 
-def faults_of(device: type[SimDevice]) -> tuple[FaultKind, ...]:
-    """Return the faults that a kind of device can have."""
-    return tuple(kind for kind in FAULTS.values() if kind.befalls(device))
+def faults_of(board: type[Board]) -> tuple[FaultKind, ...]:
+    """Return the faults that a device with this kind of board can have."""
+    return tuple(kind for kind in FAULTS.values() if kind.befalls(board))
 
 
 def fault_kind(name: str) -> FaultKind:

@@ -21,7 +21,7 @@ from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from typing import Generic, TypeAlias, TypeVar
 
-from armdrive.sim.device import DeviceClock
+from armdrive.sim.device import SharedState
 from armdrive.sim.grbl.firmware import HARD_LIMITS, INCHES, REPORT, BoardSettings
 from armdrive.sim.grbl.hardware import BoardBuild, BoardDrive, BoardOutputs, Switches
 from armdrive.sim.grbl.parser import GcodeParser
@@ -312,18 +312,16 @@ class GrblBoard:
 
     def __init__(
         self,
-        clock: DeviceClock,
+        shared: SharedState,
         build: BoardBuild,
         settings: BoardSettings,
         drive: BoardDrive,
         switches: Switches,
-        said: bytearray,
         makers: Makers,
         *,
         baud: int | None,
         outputs_changed: Callable[[], None],
     ) -> None:
-        self.clock = clock
         self.firmware = firmware = build.firmware
         self.axes = build.axes
         self.settings = settings
@@ -348,7 +346,7 @@ class GrblBoard:
         self.boot: BoardScript[None] = BoardScript()
         self.limits = HardLimits()
         self._line: BoardScript[Ok | Error] = BoardScript()
-        self._said = said
+        self._shared = shared
         self.makers = makers
         self._picked = _PICKED_BY_GRBLHAL if firmware.grblhal else _PICKED
         known = set(Realtime) if firmware.grblhal else set(Realtime) - GRBLHAL_ONLY
@@ -359,7 +357,7 @@ class GrblBoard:
     @property
     def now_s(self) -> float:
         """The present time."""
-        return self.clock.now_s
+        return self._shared.now_s
 
     @property
     def blocked(self) -> bool:
@@ -380,7 +378,7 @@ class GrblBoard:
 
     def say(self, answer: Answer) -> None:
         """Send something."""
-        self._said += self.codec.send(answer)
+        self._shared.said += self.codec.send(answer)
 
     # The wire.
 

@@ -7,13 +7,12 @@ port: its counts are at zero whatever the posture, and its banner is the first t
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import ClassVar
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest, StateFileError
-from armdrive.sim.device import Option, Options, SimBase, SwitchState
+from armdrive.sim.device import Board, Option, Options, SwitchState
 from armdrive.sim.grbl.board import GrblBoard, Makers
 from armdrive.sim.grbl.firmware import FIRMWARES, BoardSettings
 from armdrive.sim.grbl.hardware import BoardBuild, BoardDrive, Switches
@@ -105,13 +104,13 @@ PINS = "PDHSR"
 _MAKERS = Makers(run_line, obey, raise_critical, fail)
 
 
-class SimGrbl(SimBase):
+class WiredGrblBoard(Board):
     """The board with its firmware, the fingers that one of its outputs moves, and the arm."""
 
     title: ClassVar[str] = "GRBL board"
     input_bits: ClassVar[int] = len(PINS)
     register_range: ClassVar[tuple[int, int]] = (-COUNT_MOST, COUNT_MOST)
-    _drive: BoardDrive
+    drive: BoardDrive
 
     def __init__(
         self,
@@ -124,13 +123,12 @@ class SimGrbl(SimBase):
         drive = BoardDrive(world, build, settings.limits())
         super().__init__(world, drive, baud)
         self.build = build
-        self.board = GrblBoard(
-            self.clock,
+        self.grbl = GrblBoard(
+            self.shared,
             build,
             settings,
             drive,
             switches,
-            self.said,
             _MAKERS,
             baud=baud,
             outputs_changed=self._outputs_changed,
@@ -143,12 +141,12 @@ class SimGrbl(SimBase):
     @property
     def busy(self) -> bool:
         """Whether a line is at work, or waits."""
-        return self.board.at_work
+        return self.grbl.at_work
 
     @property
     def registers(self) -> Motors:
         """The steps that its axes count."""
-        return self._drive.registers
+        return self.drive.registers
 
     def boot(self) -> None:
         """Begin the firmware."""
@@ -156,19 +154,15 @@ class SimGrbl(SimBase):
 
     def start(self, wait_s: float) -> None:
         """Have the firmware begin anew after a while, with its banner."""
-        self.board.forget()
-        self.said.clear()
-        self.board.boot.begin(switched_on(self.board, wait_s), self.now_s)
-        while self.board.boot.until_s <= self.now_s:
-            self.board.happen()
+        self.grbl.forget()
+        self.shared.said.clear()
+        self.grbl.boot.begin(switched_on(self.grbl, wait_s), self.now_s)
+        while self.grbl.boot.until_s <= self.now_s:
+            self.grbl.happen()
 
     def hear(self, data: bytes) -> None:
         """Take bytes."""
-        self.board.hear(data)
-
-    def motion_ended(self) -> None:
-        """Go on with what the board does."""
-        self.board.happen()
+        self.grbl.hear(data)
 
     def happen(self) -> None:
         """Let the fingers arrive, and the board do what is due."""
@@ -176,34 +170,34 @@ class SimGrbl(SimBase):
             opening_mm = self._fingers[1]
             self._fingers = None
             self.world.move_fingers(opening_mm, self.now_s)
-        self.board.happen()
+        self.grbl.happen()
 
     def due_s(self) -> float:
         """Tell when the board acts next, or the fingers arrive."""
-        return min(self.board.due_s(), math.inf if self._fingers is None else self._fingers[0])
+        return min(self.grbl.due_s(), math.inf if self._fingers is None else self._fingers[0])
 
     def forget(self) -> None:
         """Lose what the board keeps in its memory, and where the fingers were going."""
-        self.board.forget()
+        self.grbl.forget()
         self._fingers = None
 
     def known(self) -> dict[str, Json]:
         """Return what is saved of the board."""
-        return known_json(self.board)
+        return known_json(self.grbl)
 
     def recall_known(self, saved: Saved) -> None:
         """Know what `known` wrote; raises `StateFileError`."""
-        recall_known(self.board, saved)
+        recall_known(self.grbl, saved)
         if self.build.resets_on_open:
             self.world.cut_current(self.now_s)
             self.start(0.0)
         else:
-            self.said.clear()
-            self.board.limits.forget(self.board)
+            self.shared.said.clear()
+            self.grbl.limits.forget(self.grbl)
 
     def _outputs_changed(self) -> None:
         """Move the fingers as their output says; they arrive when they have had the time to."""
-        value = self.board.outputs.value(self.build.fingers)
+        value = self.grbl.outputs.value(self.build.fingers)
         if value is None or self.world.body.transmission.has_gripper:
             return
         low, high = self.build.opening_mm
@@ -217,58 +211,55 @@ class SimGrbl(SimBase):
         """Return the firmware, its state, its outputs, and how many bytes it has lost."""
         return {
             "firmware": self.build.firmware.name,
-            "state": str(self.board.state),
-            "outputs": self.board.outputs.to_json(),
-            "lost_bytes": self.board.ring.lost,
+            "state": str(self.grbl.state),
+            "outputs": self.grbl.outputs.to_json(),
+            "lost_bytes": self.grbl.ring.lost,
         }
 
     # What a person can do.
 
     def set_input(self, bit: int, on: bool) -> None:
         """Set a control pin; those of hold, start and reset do what their commands do."""
-        pressed = on and not self.inputs_set >> bit & 1
+        pressed = on and not self.shared.inputs_set >> bit & 1
         super().set_input(bit, on)
-        self.board.inputs = "".join(
-            letter for number, letter in enumerate(PINS) if self.inputs_set >> number & 1
+        self.grbl.inputs = "".join(
+            letter for number, letter in enumerate(PINS) if self.shared.inputs_set >> number & 1
         )
         act = {"H": hold, "S": resume, "R": soft_reset}.get(PINS[bit])
-        if act is not None and pressed and self.powered and not self.board.boot.active:
-            act(self.board)
+        if act is not None and pressed and self.shared.powered and not self.grbl.boot.active:
+            act(self.grbl)
 
     def set_switch(self, axis: int, state: SwitchState) -> None:
         """Have the limit switch of a motor (counted from 0) stick, or free it."""
         if not 0 <= axis < len(self.build.order):
             raise BadRequest(f"motors are numbered 0 to {len(self.build.order) - 1}, not {axis}")
-        self.board.switches.stuck[axis] = state
+        self.grbl.switches.stuck[axis] = state
         self._look()
 
-    def push(self, steps: Sequence[int]) -> None:
-        """Turn motors by force, against a switch perhaps."""
-        super().push(steps)
-        self._look()
-
-    def jog(self, steps: Sequence[int]) -> None:
-        """Move by hand of a person at the controls, at once; counted. `BadRequest` in motion."""
-        super().jog(steps)
-        self.board.parser.position = self._drive.units_of(self._drive.rack.goal)
-        self.board.limits.forget(self.board)
+    def moved_by_hand(self, *, counted: bool) -> None:
+        """Count on from there; or see what was turned by force, against a switch perhaps."""
+        if counted:
+            self.grbl.parser.position = self.drive.units_of(self.drive.rack.goal)
+            self.grbl.limits.forget(self.grbl)
+        else:
+            self._look()
 
     def reset(self) -> None:
         """Reset the board, as opening its port does: it forgets where it is, and the arm sags."""
-        if self.powered:
-            self._drive.stop(self.now_s)
+        if self.shared.powered:
+            self.drive.stop(self.now_s)
             self.world.cut_current(self.now_s)
             self.start(self.build.firmware.boot_s)
 
     def _look(self) -> None:
-        if self.powered:
-            self.board.limits.look(self.board)
+        if self.shared.powered:
+            self.grbl.limits.look(self.grbl)
 
 
 MOST_COAST = 10.0
 
 
-def _make(config: ArmConfig, world: World, options: Options) -> SimGrbl:
+def _make(config: ArmConfig, world: World, options: Options) -> WiredGrblBoard:
     firmware = FIRMWARES[options.text("firmware")]
     if options.number("plan_ms") >= 0.0:
         firmware = replace(firmware, plan_s=options.number("plan_ms") / 1000)
@@ -294,12 +285,12 @@ def _make(config: ArmConfig, world: World, options: Options) -> SimGrbl:
         options.flag("resets_on_open"),
     )
     settings = BoardSettings(len(axes), {} if options.flag("factory") else values, firmware.factory)
-    return SimGrbl(world, build, settings, wired, config.connection.baud)
+    return WiredGrblBoard(world, build, settings, wired, config.connection.baud)
 
 
 KIND = SimDeviceKind(
     title="GRBL board",
-    device=SimGrbl,
+    board=WiredGrblBoard,
     make=_make,
     options=(
         Option("firmware", "mega5x", "which one it runs", tuple(FIRMWARES)),

@@ -7,7 +7,7 @@ from typing import Any
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.sim.bus.device import SimDrives
+from armdrive.sim.bus.board import DrivesBoard
 from armdrive.sim.bus.node import motors_of, node_ids, options_of
 from armdrive.sim.device import Option, Options
 from armdrive.sim.mechanics.shafts import ShaftDrive
@@ -25,14 +25,14 @@ USUAL_MA, USUAL_MICROSTEPS = 1600, 16
 _FIRMWARE = re.compile(r"\d{1,3}\.\d{1,3}\.\d{1,3}")
 
 
-class SimMks(SimDrives[MksNode]):
-    """An arm whose drives look at their shafts whenever one of them says something."""
+class MksBoard(DrivesBoard[MksNode]):
+    """Drives that look at their shafts whenever one of them says something."""
 
     title = "arm on MKS drives"
     idle_looks = True
 
 
-def _make(config: ArmConfig, world: World, options: Options) -> SimMks:
+def _make(config: ArmConfig, world: World, options: Options) -> MksBoard:
     count = len(world.motors)
     bitrates = {each.bits_s: each for each in mks.Bitrate}
     bits_s = options.whole("bitrate")
@@ -47,7 +47,7 @@ def _make(config: ArmConfig, world: World, options: Options) -> SimMks:
         MksNode(motor, version, Flash(own), options, bits_s)
         for motor, version, own in zip(motors_of(config, shafts), versions, settings, strict=True)
     ]
-    return SimMks(world, shafts, nodes, bits_s)
+    return MksBoard(world, shafts, nodes, bits_s)
 
 
 def _settings(
@@ -109,8 +109,8 @@ def _version(word: str) -> mks.Version:
 
 
 KIND = SimDeviceKind(
-    title=SimMks.title,
-    device=SimMks,
+    title=MksBoard.title,
+    board=MksBoard,
     make=_make,
     options=(
         Option("firmware", AS_THE_ARM_FILE, "1.0.6 say, or one a drive joined by +; file: its own"),

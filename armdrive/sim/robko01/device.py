@@ -18,7 +18,7 @@ from typing import ClassVar
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.sim.device import Option, Options, SimBase
+from armdrive.sim.device import Board, Option, Options
 from armdrive.sim.mechanics.motors import MotorDrive, checked_error
 from armdrive.sim.mechanics.profiles import UncoordinatedRack
 from armdrive.sim.simulated_arm import SimDeviceKind
@@ -218,18 +218,24 @@ class RobkoDrive(MotorDrive[UncoordinatedRack]):
         )
         super().__init__(world, rack)
 
+    def turn(self, steps: Sequence[int], now_s: float) -> None:
+        """Turn motors by hand of a person; those that were off are off again afterwards."""
+        held = self.world.energised
+        super().turn(steps, now_s)
+        self.world.energised = held
+
     def _follow(self, now_s: float) -> None:
         if not self.world.energised:
             self._driven = Motors(self.rack.positions(now_s))
         super()._follow(now_s)
 
 
-class SimRobko(SimBase):
+class SimRobkoBoard(Board):
     """The board, the arm, and the person beside them; see `RobkoQuirks` for what differs."""
 
     title: ClassVar[str] = "Robko 01"
     remembered: ClassVar[Mapping[str, Form]] = {"enabled": FLAG, "outputs": BYTE}
-    _drive: RobkoDrive
+    drive: RobkoDrive
 
     def __init__(
         self,
@@ -262,7 +268,7 @@ class SimRobko(SimBase):
     @property
     def busy(self) -> bool:
         """Whether a request is unanswered or a motion under way."""
-        return self.unanswered or self._drive.moving
+        return self.unanswered or self.drive.moving
 
     @property
     def unanswered(self) -> bool:
@@ -272,7 +278,7 @@ class SimRobko(SimBase):
     @property
     def registers(self) -> Motors:
         """The positions as they are reported: in 16 bits."""
-        return Motors(wrap(count) for count in self._drive.counts)
+        return Motors(wrap(count) for count in self.drive.counts)
 
     def due_s(self) -> float:
         """Tell when a motion ends, it answers, or its watchdog runs out."""
@@ -284,7 +290,7 @@ class SimRobko(SimBase):
 
     def forget(self) -> None:
         """Begin the firmware anew."""
-        self._drive.rack.restart()
+        self.drive.rack.restart()
         self._begin()
 
     def recall_known(self, saved: Saved) -> None:
@@ -301,26 +307,18 @@ class SimRobko(SimBase):
             "dropped": self.dropped,
         }
 
-    def jog(self, steps: Sequence[int]) -> None:
-        """Move by hand of a person at the arm; motors that were off are off again behind it."""
-        held = self.world.energised
-        super().jog(steps)
-        self.world.energised = held
-
     def reset(self) -> None:
         """Begin the firmware anew: motion stops dead, positions are zero, and the motors off."""
-        if self.powered:
-            self.power_off()
-            self.power_on()
+        if self.shared.powered:
+            self.stop_dead()
+            self.shared.said.clear()
+            self.forget()
 
     def hear(self, data: bytes) -> None:
         """Take bytes; each request is thought about for a while."""
         for request in self._reader.read(data):
             self._codec.receive_data(request)
         self._take_up(self.now_s)
-
-    def motion_ended(self) -> None:
-        """Do nothing: whoever wants to know has to ask."""
 
     def happen(self) -> None:
         """End a motion, answer, or act on the watchdog, where that is due."""
@@ -350,17 +348,17 @@ class SimRobko(SimBase):
         if isinstance(request, SavePosition | LoadPosition):
             self._codec.forget()
         else:
-            self.said += self._codec.send(self._do(request, now_s))
+            self.shared.said += self._codec.send(self._do(request, now_s))
 
     def _do(self, request: Request, now_s: float) -> Answer:
         match request:
             case Ping(payload):
                 return Pong(payload)
             case Inputs():
-                return InputsRead(self.inputs_set)
+                return InputsRead(self.shared.inputs_set)
             case IsMoving():
                 early = now_s < self._accepted_s + EARLY_ZERO_S
-                return Moving(0 if early else self._drive.rack.mask(now_s))
+                return Moving(0 if early else self.drive.rack.mask(now_s))
             case Position():
                 return Positions(self._where(now_s))
             case MoveRelative(axes) | MoveAbsolute(axes):
@@ -379,28 +377,28 @@ class SimRobko(SimBase):
     def _command(self, request: Request, now_s: float) -> None:
         match request:
             case Stop():
-                self._drive.rack.ramp_down(now_s)
+                self.drive.rack.ramp_down(now_s)
             case Enable():
                 self._switch(True, now_s)
             case Disable():
                 self._switch(False, now_s)
             case Clear():
-                self._drive.set_counts((0,) * AXES, now_s)
+                self.drive.set_counts((0,) * AXES, now_s)
 
     def _where(self, now_s: float) -> Axes:
-        speeds = (wrap(round(speed)) for speed in self._drive.rack.speeds(now_s))
+        speeds = (wrap(round(speed)) for speed in self.drive.rack.speeds(now_s))
         return Axes(tuple(self.registers), tuple(speeds))
 
     def _switch(self, on: bool, now_s: float) -> None:
         self.enabled = on
         if on:
             self._fed_s = max(self._fed_s, now_s)
-            self._drive.energise()
+            self.drive.energise()
         else:
             self.world.cut_current(now_s)
 
     def _move(self, op: Op, axes: Axes, relative: bool, now_s: float) -> Answer:
-        rack = self._drive.rack
+        rack = self.drive.rack
         if not self.enabled:
             return Acknowledged(op, Status.ERROR)
         if mask := rack.mask(now_s):
@@ -422,7 +420,7 @@ class SimRobko(SimBase):
         if not self.enabled:
             return Acknowledged(Op.MOVE_SPEED, Status.ERROR)
         for axis, speed in enumerate(axes.speeds_steps_s):
-            self._drive.rack.run(axis, self._hz(speed), now_s)
+            self.drive.rack.run(axis, self._hz(speed), now_s)
         return Acknowledged(Op.MOVE_SPEED)
 
     def _hz(self, speed_steps_s: float) -> float:
@@ -432,7 +430,7 @@ class SimRobko(SimBase):
 AS_THE_ARM_FILE = "file"
 
 
-def _make(config: ArmConfig, world: World, options: Options) -> SimRobko:
+def _make(config: ArmConfig, world: World, options: Options) -> SimRobkoBoard:
     chosen = options.text("board")
     board = config.device.board if chosen == AS_THE_ARM_FILE else chosen
     acceleration, watchdog_s = options.number("acceleration"), options.number("watchdog_s")
@@ -447,12 +445,12 @@ def _make(config: ArmConfig, world: World, options: Options) -> SimRobko:
         options.flag("rearms"),
         TOP_SPEEDS_HZ[board],
     )
-    return SimRobko(world, quirks=quirks, baud=config.connection.baud)
+    return SimRobkoBoard(world, quirks=quirks, baud=config.connection.baud)
 
 
 KIND = SimDeviceKind(
     title="Robko 01",
-    device=SimRobko,
+    board=SimRobkoBoard,
     make=_make,
     options=(
         Option("board", AS_THE_ARM_FILE, "avr, esp32, or the arm file's", ("file", AVR, ESP32)),

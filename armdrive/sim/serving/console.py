@@ -71,18 +71,18 @@ def _state(console: Console, _: list[str]) -> ConsoleAnswer:
 
 
 def _key(console: Console, words: list[str]) -> ConsoleAnswer:
-    device = console.device
-    if not isinstance(device, HasPendant):
-        raise lacks(device, "pendant")
-    device.press_named(words[0])
+    board = console.device.board
+    if not isinstance(board, HasPendant):
+        raise lacks(board, "pendant")
+    board.press_named(words[0])
     return ConsoleAnswer(f"pressed {words[0].upper()}")
 
 
 def _return(console: Console, _: list[str]) -> ConsoleAnswer:
-    device = console.device
-    if not isinstance(device, GivesControl):
-        raise lacks(device, "pendant that takes control")
-    if device.pendant_returns():
+    board = console.device.board
+    if not isinstance(board, GivesControl):
+        raise lacks(board, "pendant that takes control")
+    if board.pendant_returns():
         return ConsoleAnswer("the host has control again")
     raise BadRequest("the pendant has no control to give back: the host has not sent @SET")
 
@@ -140,24 +140,24 @@ def _fault(console: Console, words: list[str]) -> ConsoleAnswer:
 
 
 def _faults(console: Console, _: list[str]) -> ConsoleAnswer:
-    kinds = faults_of(type(console.device))
+    kinds = faults_of(type(console.device.board))
     table: dict[str, Json] = {kind.usage: kind.summary for kind in kinds}
     return ConsoleAnswer("; ".join(table), table)
 
 
 def _plug(console: Console, words: list[str]) -> ConsoleAnswer:
     """Have some drives alone be on the bus: commissioning meets one at a time."""
-    device = console.device
-    if not isinstance(device, DrivesOnBus):
-        raise lacks(device, "drives on a bus")
-    names = [motor.name for motor in device.world.body.transmission.motors]
+    board = console.device.board
+    if not isinstance(board, DrivesOnBus):
+        raise lacks(board, "drives on a bus")
+    names = [motor.name for motor in board.world.body.transmission.motors]
     numbers = {"all": [*range(1, len(names) + 1)], "none": []}.get(words[0].lower())
     if numbers is None:
         numbers = [whole(word) for word in words]
     if any(not 1 <= each <= len(names) for each in numbers):
         raise BadRequest(f"drives are numbered 1 to {len(names)}, not {' '.join(words)}")
     for number_of, _ in enumerate(names, 1):
-        device.drives().plug(number_of - 1, number_of in numbers)
+        board.drives().plug(number_of - 1, number_of in numbers)
     there = ", ".join(names[each - 1] for each in sorted({*numbers})) or "none"
     return ConsoleAnswer(f"on the bus: {there}")
 
@@ -178,11 +178,11 @@ def _push(console: Console, words: list[str]) -> ConsoleAnswer:
 
 
 def _speed_error(console: Console, words: list[str]) -> ConsoleAnswer:
-    device = console.device
-    if not isinstance(device, HasSpeedError):
-        raise lacks(device, "speed error: it keeps its own time")
-    device.set_speed_error(number(words[0]))
-    return ConsoleAnswer(f"motions last {1.0 + device.speed_error:.2f} times as long")
+    board = console.device.board
+    if not isinstance(board, HasSpeedError):
+        raise lacks(board, "speed error: it keeps its own time")
+    board.set_speed_error(number(words[0]))
+    return ConsoleAnswer(f"motions last {1.0 + board.speed_error:.2f} times as long")
 
 
 def _help(_: Console, __: list[str]) -> ConsoleAnswer:

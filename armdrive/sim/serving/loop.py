@@ -162,7 +162,7 @@ def _line_to(device: SimDevice, server: Server) -> PacedDevice:
     """Return what carries the bytes: a serial line at its pace, or the bus behind an adapter."""
     if isinstance(server, SlcanServer):
         return AdapterBus(device, server.adapter)
-    return PacedDevice(device, device.baud if server.paced else None)
+    return PacedDevice(device, device.board.baud if server.paced else None)
 
 
 def _hear(fileno: int, lines: deque[str], bell: Bell) -> None:

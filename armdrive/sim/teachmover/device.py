@@ -18,7 +18,7 @@ from typing import ClassVar
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.teachmover.controller import TeachMoverSettings
 from armdrive.errors import BadRequest, StateFileError
-from armdrive.sim.device import Option, Options, SimBase
+from armdrive.sim.device import Board, Option, Options
 from armdrive.sim.mechanics.motors import (
     DEFAULT_RATES,
     CoordinatedDrive,
@@ -102,7 +102,7 @@ def _row(words: object) -> ProgramRow:
         raise StateFileError(f"a saved program row cannot be read: {error}; {MEND}") from None
 
 
-class SimTeachMover(SimBase):
+class TeachMoverBoard(Board):
     """The controller box with its pendant, and the arm. What is known is forgotten without power.
 
     `memory` are the rows of the program by their numbers.
@@ -114,7 +114,7 @@ class SimTeachMover(SimBase):
         "outputs": BYTE,
         "memory": Form(_saved_rows, _rows_json),
     }
-    _drive: CoordinatedDrive
+    drive: CoordinatedDrive
 
     def __init__(
         self,
@@ -150,13 +150,13 @@ class SimTeachMover(SimBase):
     @property
     def registers(self) -> Motors:
         """The position registers: signed 16 bit, wrapping."""
-        return Motors(signed(count) for count in self._drive.counts)
+        return Motors(signed(count) for count in self.drive.counts)
 
     @property
     def inputs(self) -> int:
         """The input byte: what was set from outside, and the grip switch."""
         grip = 1 << self.settings.grip_bit
-        return self.inputs_set & ~grip | (grip if self.world.grip_switch else 0)
+        return self.shared.inputs_set & ~grip | (grip if self.world.grip_switch else 0)
 
     @property
     def speed_error(self) -> float:
@@ -184,11 +184,11 @@ class SimTeachMover(SimBase):
 
     def press(self, key: Key) -> None:
         """Press a key of the pendant: STOP ends a motion, a program and the pendant's control."""
-        if not self.powered:
+        if not self.shared.powered:
             return
         self.key = key
         if key is Key.STOP and self.busy:
-            self._drive.stop(self.now_s)
+            self.drive.stop(self.now_s)
             self._rows.clear()
             self._answer(Status.STOPPED)
             self._serve()
@@ -239,7 +239,7 @@ class SimTeachMover(SimBase):
         match request:
             case Step(speed, steps, output):
                 self.outputs = self.outputs if output is None else output
-                self._drive.start(steps, self._rate_hz(speed), self.now_s)
+                self.drive.start(steps, self._rate_hz(speed), self.now_s)
             case Close(speed):
                 self._close(speed)
             case Run():
@@ -249,7 +249,7 @@ class SimTeachMover(SimBase):
             case Read() | QDump():
                 self._tell(request)
             case Reset():
-                self._drive.set_counts(STILL, self.now_s)
+                self.drive.set_counts(STILL, self.now_s)
                 self.world.cut_current(self.now_s)
                 self._answer(Status.DONE)
             case QWrite(row):
@@ -265,7 +265,7 @@ class SimTeachMover(SimBase):
     def _close(self, speed: int | None) -> None:
         slow = CLOSE_RATE_HZ / (1.0 + self.settings.speed_error)
         rate = slow if speed is None else self._rate_hz(speed)
-        self._drive.start(self.world.steps_to_trip(), rate, self.now_s)
+        self.drive.start(self.world.steps_to_trip(), rate, self.now_s)
 
     def _run(self) -> None:
         """Begin the program: its rows in the order of their numbers, those that are moves."""
@@ -279,15 +279,15 @@ class SimTeachMover(SimBase):
     def _next_row(self) -> None:
         row = self._rows.popleft()
         steps = [signed(goal - at) for goal, at in zip(row.positions, self.registers, strict=True)]
-        self._drive.start(steps, self._rate_hz(row.speed), self.now_s)
+        self.drive.start(steps, self._rate_hz(row.speed), self.now_s)
 
     def _tell(self, request: Read | QDump) -> None:
         self._answer(Status.DONE)
         if isinstance(request, Read):
-            self.said += self._codec.send(Registers(self.registers, self.key, self.inputs))
+            self.shared.said += self._codec.send(Registers(self.registers, self.key, self.inputs))
         else:
             for number in sorted(self.memory):
-                self.said += self._codec.send(self.memory[number])
+                self.shared.said += self._codec.send(self.memory[number])
 
     def _keep(self, row: ProgramRow) -> bool:
         if row.number not in self.memory and len(self.memory) >= MEMORY_ROWS:
@@ -296,7 +296,7 @@ class SimTeachMover(SimBase):
         return True
 
     def _answer(self, status: Status) -> None:
-        self.said += self._codec.send(status)
+        self.shared.said += self._codec.send(status)
 
     def _rate_hz(self, speed: int) -> float:
         return rate_hz(self.settings.speed_table, speed, self.settings.speed_error)
@@ -307,15 +307,15 @@ def signed(count: int) -> int:
     return (count + _HALF) % _WORD - _HALF
 
 
-def _make(config: ArmConfig, world: World, options: Options) -> SimTeachMover:
+def _make(config: ArmConfig, world: World, options: Options) -> TeachMoverBoard:
     device: TeachMoverSettings = config.device
     settings = TwinSettings(grip_bit=device.grip_bit, **options.values)
-    return SimTeachMover(world, settings, baud=config.connection.baud)
+    return TeachMoverBoard(world, settings, baud=config.connection.baud)
 
 
 KIND = SimDeviceKind(
     title="TeachMover",
-    device=SimTeachMover,
+    board=TeachMoverBoard,
     make=_make,
     options=(
         Option("speed_error", 0.0, "0.2: motors a fifth slower than the driver's table says"),

@@ -49,7 +49,7 @@ def flashed(*settings, drives=(ELBOW,)):
     """Return what sets MKS drives up as somebody else might, and what sets them right again."""
 
     def spoil(bus: Bus) -> Callable[[], None]:
-        nodes = [bus.twin.device.nodes[each] for each in drives]
+        nodes = [bus.twin.board.nodes[each] for each in drives]
         before = [[node.flash.of(type(each)) for each in settings] for node in nodes]
 
         def put(*many) -> None:
@@ -78,13 +78,13 @@ def another(*lacking: int, **objects: int):
     """Return what puts another CiA 402 drive into the elbow, and the right one back."""
 
     def spoil(bus: Bus) -> Callable[[], None]:
-        node = bus.twin.device.nodes[ELBOW]
+        node = bus.twin.board.nodes[ELBOW]
         right = node.objects.dictionary
 
         def put(dictionary) -> None:
             node.objects.dictionary = node.pdos._dictionary = dictionary
             node.objects.renew(node.number)
-            bus.twin.device.drives().reset(ELBOW)
+            bus.twin.board.drives().reset(ELBOW)
 
         changed = {DEVICE_TYPE: objects["kind"]} if objects else {}
         put(without(frozenset(lacking), changed))
@@ -282,7 +282,7 @@ def test_a_drive_that_is_set_up_otherwise_and_can_be_driven_all_the_same_is(sett
     arm = bus.connect()
     assert ("3: 8c 01 01" in arm.status.notice) == isinstance(setting, SetReplies)
     goes_on(arm, bus.motors)
-    kept = bus.twin.device.nodes[ELBOW].flash.of(SilenceWatchdog)
+    kept = bus.twin.board.nodes[ELBOW].flash.of(SilenceWatchdog)
     assert kept == SilenceWatchdog(round(bus.config.device.watchdog_s * 1000))
 
 

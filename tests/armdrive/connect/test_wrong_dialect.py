@@ -58,7 +58,7 @@ def test_the_wrong_dialect_moves_nothing_and_says_so(asked, there, same_baud):
     for state in PREPARED[there]:
         if (there, state) not in LINE_ENDS_ACT:
             port = prepared(there, state)
-            refused(asked, port, port.device.baud if same_baud else None)
+            refused(asked, port, port.device.board.baud if same_baud else None)
             check_unmoved(port, there, state)
 
 
@@ -98,8 +98,8 @@ def test_a_banner_in_mid_stream_does_no_harm(asked):
     """The board starts while its port is opened: what it had begun to say breaks off."""
     port = prepared(asked, "fresh")
     before = port.device.world.motors
-    if hasattr(port.device, "opened"):
-        port.device.opened()
+    if hasattr(port.device.board, "opened"):
+        port.device.board.opened()
     port.line.say(b"offse\r\n<Idle|MP\xaa\x02\x0e", port.now)
     connected(asked, port).close()
     port.pass_time(20.0)

@@ -65,7 +65,7 @@ def test_an_examination_moves_nothing(dialect, state, rate):
 @pytest.mark.parametrize("given_baud", [True, False])
 def test_even_the_whole_table_said_to_the_end_moves_nothing(dialect, state, given_baud):
     port = prepared(dialect, state)
-    for probe in WHO.sequence(port.device.baud if given_baud else None):
+    for probe in WHO.sequence(port.device.board.baud if given_baud else None):
         say(port, probe)
     check_unmoved(port, dialect, state)
 
@@ -78,7 +78,7 @@ def test_in_no_other_order_either_while_the_line_that_moves_nothing_is_before_re
         if order.index(line) < order.index(read):
             port = prepared(dialect, state)
             for probe in order:
-                port.tune(port.device.baud)
+                port.tune(port.device.board.baud)
                 port.write(probe.data, port.now)
                 port.pass_time(probe.wait_s)
             check_unmoved(port, dialect, state)
@@ -100,7 +100,7 @@ def test_every_order_that_the_declared_risks_forbid_is_refused_and_would_move_an
         port = prepared("armdroid", "with numbers to repeat")
         before = port.device.world.motors
         for probe in order:
-            port.tune(port.device.baud)
+            port.tune(port.device.board.baud)
             port.write(probe.data, port.now)
             port.pass_time(probe.wait_s)
         port.pass_time(AFTER_S)
@@ -163,7 +163,7 @@ def test_afterwards_the_arm_connects_as_if_nothing_had_been(dialect, state):
     port = prepared(dialect, state)
     port.examine(None)
     before = port.device.world.motors
-    port.tune(port.device.baud)
+    port.tune(port.device.board.baud)
     pace = SimulatedPace()
     pace._now_s = port.now
     arm = Arm(assemble(simulated_config(dialect), port, pace, simulated=True))

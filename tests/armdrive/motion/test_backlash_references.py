@@ -123,7 +123,7 @@ def test_a_pendant_that_turns_a_motor_within_its_play_is_noticed():
 def test_a_lost_byte_of_a_burst_is_noticed_though_it_only_moved_motors_in_their_play():
     arm = played_arm("teachmover")
     arm.move_j(**{f"{name}_deg": deg for name, deg in MIDDLE.items()})
-    arm.twin.device._drive.rack.count((3, 0, 0, 0, 0, 0))
+    arm.twin.board.drive.rack.count((3, 0, 0, 0, 0, 0))
     with pytest.raises(ArmError):
         arm.move_j(base_deg=5.0)
     assert arm.status.trust is Trust.SUSPECT

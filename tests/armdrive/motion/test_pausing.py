@@ -110,7 +110,7 @@ def test_a_board_that_begins_anew_under_a_burst_that_is_not_made_ends_the_motion
     arm = raised("armdroid")
     handle = arm.move_j(base_deg=WAY_DEG, wait=False)
     arm.sleep(0.05)
-    for act in (arm.pause, arm.twin.device.reset)[:: 1 if pause_first else -1]:
+    for act in (arm.pause, arm.twin.board.reset)[:: 1 if pause_first else -1]:
         act()
         arm.sleep(0.02)
     arm.sleep(4.0)

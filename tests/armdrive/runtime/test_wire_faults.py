@@ -233,7 +233,7 @@ def test_nothing_is_sent_before_the_answer_to_what_went_before(calls):
             continue
     arm.close()
     assert arm.twin.link.overlaps == []
-    assert arm.twin.device.box.lost_bytes == 0
+    assert arm.twin.board.lost_bytes == 0
     assert arm.twin.link.lines.count(b"@RESET\r") <= sum(1 for _ in calls)
     assert honest(arm)
 
@@ -269,7 +269,7 @@ def test_registers_that_are_not_zero_at_first_do_not_make_the_first_jog_a_leap()
     from armdrive.registry.simulate import simulate
 
     twin = simulate(simulated_config("teachmover"))
-    twin.device.count_from((4000, -3000, 2500, 100, -900, 32000))
+    twin.board.count_from((4000, -3000, 2500, 100, -900, 32000))
     before = twin.world.motors
     arm = Arm(
         connect_simulated(
@@ -282,7 +282,7 @@ def test_registers_that_are_not_zero_at_first_do_not_make_the_first_jog_a_leap()
 
 def test_registers_may_wrap_without_a_step_being_lost():
     arm = ready_arm()
-    arm.twin.device.count_from((32760, -32760, 32000, -32768, 32767, 5))
+    arm.twin.board.count_from((32760, -32760, 32000, -32768, 32767, 5))
     arm.sleep(2.0)
     arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
     arm.move_j(base_deg=60, shoulder_deg=60)

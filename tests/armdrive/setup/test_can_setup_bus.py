@@ -15,7 +15,7 @@ def test_two_new_drives_at_once_are_found_out_and_explained():
     plugged: list[int] = []
 
     def two_then_one() -> str:
-        bench.device.drives().plug(2, not plugged)
+        bench.board.drives().plug(2, not plugged)
         plugged.append(1)
         return "yes"
 
@@ -29,11 +29,11 @@ def test_two_new_drives_at_once_are_found_out_and_explained():
 
 def test_a_second_new_drive_that_speaks_up_once_the_id_was_given_is_told_of():
     bench = Bench()
-    taken, put = bench.device.nodes[1].flash, []
+    taken, put = bench.board.nodes[1].flash, []
 
     def plug_another(data: bytes, now_s: float) -> None:
         if taken.of(SetId).node == 2 and not put:
-            bench.device.drives().plug(0, True)
+            bench.board.drives().plug(0, True)
             put.append(1)
         send(data, now_s)
 
@@ -57,7 +57,7 @@ def test_a_drive_without_power_is_looked_for_with_what_to_check():
 def test_at_last_all_are_asked_together_and_who_is_missing_is_named():
     bench = Bench(factory=False)
     for motor in (0, 1, 2, 3, 5):
-        bench.device.drives().plug(motor, True)
+        bench.board.drives().plug(motor, True)
     answers = iter(["yes", "no"])
     bench.person.says["plugged in, to be asked together"] = lambda: next(answers)
     missing = bench.run(together(bench.plan))
@@ -70,7 +70,7 @@ def test_every_firmware_is_set_up_as_far_as_it_goes(firmware):
     bench = Bench(firmware=firmware)
     bench.person.says["Current of the"] = "900"  # the oldest does not tell what it has
     assert bench.one()
-    node = bench.device.nodes[1]
+    node = bench.board.nodes[1]
     assert (node.device.node, node.flash.mode) == (2, Mode.BUS_FOC)
     assert node.flash.of(SetCurrent).current_ma == 900
     guarded = bench.kept["shoulder"].watchdog is True
@@ -86,10 +86,10 @@ def test_a_drive_that_answers_its_new_id_by_the_old_one_is_no_trouble():
 
 def test_a_drive_far_from_its_zero_is_offered_a_new_one():
     bench = Bench()
-    bench.device.nodes[1].motor.zero -= 3_000_000
+    bench.board.nodes[1].motor.zero -= 3_000_000
     bench.one()
     assert any(request.code is Code.ZERO and node == 2 for node, request in bench.said)
-    assert abs(bench.device.nodes[1].motor.counts) < 1000
+    assert abs(bench.board.nodes[1].motor.counts) < 1000
 
 
 def test_beside_another_program_that_commands_drives_nothing_is_asked():

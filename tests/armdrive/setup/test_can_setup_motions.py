@@ -30,7 +30,7 @@ def test_ctrl_c_in_motion_stops_the_motor():
     assert (2, EmergencyStop()) in bench.said[-9:]
     moved = abs(bench.twin.world.motors[1] - bench.plan.drives[1].trial.steps)
     bench.listen(1.0)
-    assert not any(node.motor.point.moving(bench.clock.now_s()) for node in bench.device.nodes)
+    assert not any(node.motor.point.moving(bench.clock.now_s()) for node in bench.board.nodes)
     assert abs(bench.twin.world.motors[1] - bench.plan.drives[1].trial.steps) == moved
 
 
@@ -104,7 +104,7 @@ def test_a_blocked_motor_ends_its_trial_and_says_where_it_stands():
 @pytest.mark.parametrize("word", ["no", "yes"])
 def test_calibration_turns_a_motor_only_after_its_own_yes(word):
     bench = Bench()
-    bench.device.nodes[1].calibrated = False
+    bench.board.nodes[1].calibrated = False
     bench.person.says["Is the shaft of the shoulder motor free"] = word
     bench.one()
     calibrated = [node for node, request in bench.said if isinstance(request, Calibrate)]
@@ -114,7 +114,7 @@ def test_calibration_turns_a_motor_only_after_its_own_yes(word):
 
 def test_ctrl_c_stops_a_motor_that_is_calibrated():
     bench = Bench()
-    node = bench.device.nodes[1]
+    node = bench.board.nodes[1]
     node.calibrated = False
     sleep = bench.clock.sleep
 
@@ -134,7 +134,7 @@ def test_ctrl_c_stops_a_motor_that_is_calibrated():
 
 def test_a_motor_is_turned_by_the_controller_which_finds_a_drive_that_restarts():
     bench = Bench()
-    node = bench.device.nodes[1]
+    node = bench.board.nodes[1]
 
     def restarts():
         node.restart(bench.clock.now_s())
@@ -165,7 +165,7 @@ def at_hand(bench):
 
 def test_a_watchdog_that_does_not_stop_the_motor_is_found_out():
     bench = Bench()
-    node = bench.device.nodes[1]
+    node = bench.board.nodes[1]
     bench.person.says["Try the watchdog?"] = lambda: deafen() or "yes"
     hear = node.hear
 

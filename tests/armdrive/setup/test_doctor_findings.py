@@ -68,7 +68,7 @@ def test_no_bytes_whatever_make_it_fail(heard):
 @pytest.mark.parametrize("own_baud", [True, False])
 def test_every_simulated_arm_is_found_with_what_to_do_next(dialect, own_baud):
     device = made(dialect)
-    found = SimPort(device).examine(device.baud if own_baud else None)
+    found = SimPort(device).examine(device.board.baud if own_baud else None)
     findings = after.findings(found, after.Expected())
     assert not any_problem(findings)
     assert f"it speaks {dialect}" in findings[0].what

@@ -70,7 +70,7 @@ def test_on_that_board_a_switch_that_closes_in_motion_stops_nothing():
     arm = ready(config(LIMITED))
     handle = arm.move_j(base_deg=20, wait=False)
     arm.sleep(0.3)
-    arm.twin.device.set_switch(0, SwitchState.CLOSED)
+    arm.twin.board.set_switch(0, SwitchState.CLOSED)
     handle.wait(30.0)
     assert arm.joints.deg["base"] == pytest.approx(20.0, abs=0.1)
 
@@ -84,11 +84,12 @@ def test_a_switch_on_another_pin_and_one_without_a_wire_are_told():
     arm = found(config(LIMITED), limit_interrupts=True)
     make_ready(arm)
     base, shoulder, *others = switches_of(arm.config)
-    device, press = arm.twin.device, arm.twin.device.set_switch
-    device.set_switch = lambda axis, state: press({0: 1}.get(axis, axis), state)
+    board = arm.twin.board
+    press = board.set_switch
+    board.set_switch = lambda axis, state: press({0: 1}.get(axis, axis), state)
     assert check_switches(arm, (base,), None) == {"base": SawSwitch.NOTHING}
     assert check_switches(arm, (base, shoulder), None)["base"] is SawSwitch.ANOTHER
-    device.set_switch = lambda axis, state: None
+    board.set_switch = lambda axis, state: None
     assert check_switches(arm, tuple(others), None) == dict.fromkeys(MOTORS[2:], SawSwitch.NOTHING)
 
 
@@ -166,8 +167,8 @@ def test_a_person_presses_each_switch_and_the_day_is_written(monkeypatch, call):
             self.count += 1
             if number == len(MOTORS):
                 return "yes\n"
-            device = self.arm.twin.device
-            device.set_switch(number, SwitchState.FREE if phase else SwitchState.CLOSED)
+            board = self.arm.twin.board
+            board.set_switch(number, SwitchState.FREE if phase else SwitchState.CLOSED)
             return "released\n" if phase else "pressed\n"
 
     person = Person()

@@ -12,7 +12,7 @@ from armdrive.errors import BadRequest, StateFileError
 from armdrive.registry import DIALECTS, simulated_kind
 from armdrive.registry.simulate import simulate, simulate_device
 from armdrive.sim.device import Option, Options, SimDevice
-from armdrive.sim.teachmover.device import SimTeachMover
+from armdrive.sim.teachmover.device import TeachMoverBoard
 from armdrive.sim.wire import PacedDevice, WireDevice
 
 SPOKEN = tuple(DIALECTS)
@@ -36,7 +36,7 @@ def test_every_row_makes_a_device_that_can_be_saved_and_made_again(dialect):
     saved = json.loads(json.dumps(twin.save()))
     assert saved["dialect"] == dialect
     assert simulate(config, saved).save() == saved
-    assert isinstance(twin.device, simulated_kind(dialect).device)
+    assert isinstance(twin.board, simulated_kind(dialect).board)
 
 
 @pytest.mark.parametrize("dialect", SPOKEN)
@@ -71,8 +71,8 @@ def test_a_dialect_without_a_device_is_refused_with_the_nearest():
 
 def test_settings_reach_the_device():
     twin = simulate(simulated_config("teachmover"), speed_error=0.25)
-    assert isinstance(twin.device, SimTeachMover)
-    assert twin.device.speed_error == 0.25
+    assert isinstance(twin.board, TeachMoverBoard)
+    assert twin.board.speed_error == 0.25
     with pytest.raises(BadRequest, match="did you mean 'speed_error'"):
         simulate(simulated_config("teachmover"), sped_error=0.25)
 

@@ -317,7 +317,7 @@ def test_it_homes_moves_jogs_and_grips_and_counts_every_step():
     arm.gripper.open(35.0)
     assert arm.status.trust is Trust.REFERENCED
     assert arm.twin.world.motors == arm.status.acknowledged == arm.status.read_back
-    assert arm.twin.device.box.kept == (0,) * 5
+    assert arm.twin.board.kept == (0,) * 5
     with pytest.raises(Refused):
         arm.gripper.grasp()
 
@@ -420,7 +420,7 @@ def test_a_board_that_is_reset_in_motion_ends_it_and_the_position_is_not_believe
     arm = ready_arm()
     arm.move_j(base_deg=20, wait=False)
     arm.sleep(1.0)
-    arm.twin.device.reset()
+    arm.twin.board.reset()
     arm.sleep(6.0)
     assert arm.status.state is State.ERROR_STOP
     assert arm.status.trust is Trust.SUSPECT
@@ -434,7 +434,7 @@ def test_a_welcome_between_two_bursts_ends_a_motion():
     arm = ready_arm()
     arm.move_j(base_deg=20, wait=False)
     arm.sleep(0.6)
-    arm.twin.device.said += b"Welcome, Armdroid!\r\n"
+    arm.twin.board.shared.said += b"Welcome, Armdroid!\r\n"
     arm.sleep(4.0)
     assert arm.status.state is State.ERROR_STOP
     assert "Welcome" in arm.status.error
@@ -463,14 +463,14 @@ def test_a_mute_board_is_no_arm():
 
 def test_a_board_that_resets_as_its_port_is_opened_is_waited_for():
     twin = simulate(CONFIG, greets=False, resets_on_open=True)
-    twin.device.opened()
+    twin.board.opened()
     arm = Arm(connect_simulated(CONFIG, twin=twin))
     assert arm.status.state is State.DISABLED
 
 
 def test_registers_may_wrap_without_a_step_being_lost():
     arm = ready_arm()
-    arm.twin.device.count_from((32760, -32760, 32760, -32768, 32767, 5))
+    arm.twin.board.count_from((32760, -32760, 32760, -32768, 32767, 5))
     arm.sleep(2.0)
     arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
     arm.move_j(base_deg=4, shoulder_deg=44)

@@ -39,7 +39,7 @@ class Rig(DriverBench):
 
     def node(self, number: int):
         """Return a drive, counted from 1."""
-        return self.device.nodes[number - 1]
+        return self.device.board.nodes[number - 1]
 
     def along(self, *segments: MoveBy, let_go=lambda: False, ahead_s: float = 0.3):
         """Drive segments, and return the reply."""
@@ -80,7 +80,7 @@ class Rig(DriverBench):
 
     def states(self) -> set[object]:
         """Return the states of all drives, each once."""
-        return {node.states.state for node in self.device.nodes}
+        return {node.states.state for node in self.device.board.nodes}
 
     def told_states(self) -> Iterable[Statusword | None]:
         """Return what the driver knows of the drives' states."""

@@ -38,7 +38,7 @@ def test_the_first_request_sets_every_drive_up_and_moves_nothing():
     assert isinstance(reply, Registers)
     assert reply.positions == before == rig.positions
     assert rig.states() == {canopen.DriveState.DISABLED}
-    for node in rig.device.nodes:
+    for node in rig.device.board.nodes:
         assert node.nmt.state is canopen.NodeState.OPERATIONAL
         assert node.objects.number_of(canopen.HEARTBEAT_REACTION, -1) == 3
         assert node.objects.number_of(canopen.QUICK_STOP_OPTION, -1) == 6
@@ -49,7 +49,7 @@ def test_no_drive_at_all_is_silence_and_one_that_is_missing_is_named():
     rig.device.power_off()
     assert isinstance(rig.do(ReadPosition()), Timeout)
     rig = Rig()
-    rig.device.drives().set_id(2, 33)
+    rig.device.board.drives().set_id(2, 33)
     rig.run(1.0)
     reply = rig.do(ReadPosition())
     assert isinstance(reply, RequestRejected)
@@ -58,9 +58,9 @@ def test_no_drive_at_all_is_silence_and_one_that_is_missing_is_named():
 
 def test_a_drive_that_comes_later_is_found_by_the_same_controller():
     rig = Rig()
-    rig.device.drives().power(2, on=False)
+    rig.device.board.drives().power(2, on=False)
     assert isinstance(rig.do(ReadPosition()), RequestRejected)
-    rig.device.drives().power(2, on=True)
+    rig.device.board.drives().power(2, on=True)
     rig.run(1.0)
     assert isinstance(rig.do(ReadPosition()), Registers)
 
@@ -117,7 +117,7 @@ def test_switching_on_holds_every_drive_where_it_is_and_is_verified():
     rig.ready()
     assert rig.states() == {canopen.DriveState.ENABLED}
     assert rig.positions == before
-    for node in rig.device.nodes:
+    for node in rig.device.board.nodes:
         assert node.objects.number_of(canopen.CONSUMER_HEARTBEAT, 0) == 127 << 16 | 200
 
 
@@ -126,7 +126,7 @@ def test_switching_off_ends_the_watch_and_lets_no_drive_alarm():
     assert rig.do(DropCurrent()) == Done()
     rig.run(2.0)
     assert rig.states() == {canopen.DriveState.DISABLED}
-    assert not any(node.states.watch_stops for node in rig.device.nodes)
+    assert not any(node.states.watch_stops for node in rig.device.board.nodes)
     assert not rig.frames(canopen.Service.HEARTBEAT, rig.now_s - 1.9)
 
 
@@ -138,7 +138,7 @@ def test_a_second_program_takes_drives_over_that_hold_and_none_sags_or_moves():
     again.twin, again.device, again.link = rig.twin, rig.device, rig.link
     again.now_s = rig.now_s + 0.05
     assert isinstance(again.do(ReadPosition()), Registers)
-    assert all(node.motor.holding for node in rig.device.nodes)
+    assert all(node.motor.holding for node in rig.device.board.nodes)
     again.ready()
     again.run(0.5)
     assert rig.states() == {canopen.DriveState.ENABLED}
@@ -152,7 +152,7 @@ def test_an_orderly_end_leaves_every_drive_holding_and_none_alarms():
     rig.dead = True
     rig.run(2.0)
     assert rig.states() == {canopen.DriveState.ENABLED}
-    assert not any(node.states.watch_stops for node in rig.device.nodes)
+    assert not any(node.states.watch_stops for node in rig.device.board.nodes)
 
 
 def test_an_end_in_mid_motion_leaves_the_drives_to_their_watch():
@@ -185,7 +185,7 @@ def test_a_program_that_falls_silent_has_the_drives_hold_and_nothing_moves_when_
     rig.run(1.0)
     assert rig.states() == {canopen.DriveState.QUICK_STOP}
     assert rig.positions == there
-    assert all(node.motor.holding for node in rig.device.nodes)
+    assert all(node.motor.holding for node in rig.device.board.nodes)
     assert rig.along(MOVE) == Done()  # a motion that is asked for leads out
     assert rig.positions == there + MOVE.steps
 
@@ -320,7 +320,7 @@ def test_a_drive_that_falls_silent_at_rest_is_missed_and_no_other_is():
     rig = Rig().ready()
     rig.run(1.0)
     assert not rig.alerts()
-    rig.device.drives().mute(2, True)
+    rig.device.board.drives().mute(2, True)
     rig.run(1.0)
     (alert,) = rig.alerts()
     assert alert.kind is AlertKind.SWITCHED_OFF
@@ -329,12 +329,12 @@ def test_a_drive_that_falls_silent_at_rest_is_missed_and_no_other_is():
 
 def test_a_drive_that_began_anew_unheard_is_set_up_again_as_soon_as_it_is_missed():
     rig = Rig().ready()
-    rig.device.drives().mute(2, True)
-    rig.device.drives().power(2, on=False)
+    rig.device.board.drives().mute(2, True)
+    rig.device.board.drives().power(2, on=False)
     rig.run(0.6)
-    rig.device.drives().power(2, on=True)
+    rig.device.board.drives().power(2, on=True)
     rig.run(2.0)
-    rig.device.drives().mute(2, False)
+    rig.device.board.drives().mute(2, False)
     rig.do(ClearFault())
     rig.do(ClearFault())
     assert rig.do(SwitchOn()) == Done()
@@ -354,13 +354,13 @@ def test_heartbeats_that_a_late_program_has_not_read_are_not_missed():
 
 def test_a_drive_in_fault_over_its_bus_before_it_was_set_up_is_brought_back():
     rig = Rig().ready()
-    rig.device.drives().power(4, on=False)
+    rig.device.board.drives().power(4, on=False)
     rig.run(0.1)
-    rig.device.drives().power(4, on=True)
+    rig.device.board.drives().power(4, on=True)
     rig.run(0.05)
-    number = rig.device.drives().set_id(4, 7)
+    number = rig.device.board.drives().set_id(4, 7)
     rig.run(0.5)
-    rig.device.drives().set_id(4, number)
+    rig.device.board.drives().set_id(4, number)
     rig.run(0.5)
     assert canopen.DriveState.FAULT in rig.states()
     rig.do(ReadPosition())
@@ -374,7 +374,7 @@ def test_a_drive_in_fault_over_its_bus_before_it_was_set_up_is_brought_back():
 
 def test_a_drive_in_fault_at_rest_is_told_in_words_and_reset_leads_out():
     rig = Rig().ready()
-    rig.device.errors().ail(1, 0x4310)
+    rig.device.board.errors().ail(1, 0x4310)
     rig.run(0.5)
     (alert,) = rig.alerts()
     assert alert.kind is AlertKind.SWITCHED_OFF
@@ -383,7 +383,7 @@ def test_a_drive_in_fault_at_rest_is_told_in_words_and_reset_leads_out():
     refused = rig.do(ClearFault())
     assert isinstance(refused, RequestRejected)
     assert "does not leave it" in refused.reason
-    rig.device.errors().mend(1, 0x4310)
+    rig.device.board.errors().mend(1, 0x4310)
     assert rig.do(ClearFault()) == Done()
     assert rig.node(2).states.state is canopen.DriveState.DISABLED
     rig.ready()
@@ -394,7 +394,7 @@ def test_a_fault_in_motion_stops_the_others_and_names_the_drive():
     rig = Rig().ready()
     rig.begin(MoveAlong(iter([MoveBy(steps(60_000, 30_000), 20_000.0)]), 10.0))
     rig.run(0.5)
-    rig.device.errors().ail(0, 0x2310)
+    rig.device.board.errors().ail(0, 0x2310)
     there = rig.positions
     reply = rig.finish()
     assert isinstance(reply, RequestRejected)
@@ -406,7 +406,7 @@ def test_a_fault_in_motion_stops_the_others_and_names_the_drive():
 
 def test_a_drive_that_boots_in_mid_use_is_a_restart_and_contact_is_made_anew():
     rig = Rig().ready()
-    rig.device.drives().reset(3)
+    rig.device.board.drives().reset(3)
     rig.run(1.0)
     assert [alert.kind for alert in rig.alerts()] == [AlertKind.RESTARTED]
     assert "drive 4" in rig.alerts()[0].text
@@ -419,7 +419,7 @@ def test_a_drive_that_boots_in_motion_stops_the_others():
     rig = Rig().ready()
     rig.begin(MoveAlong(iter([MoveBy(steps(60_000, 30_000), 20_000.0)]), 10.0))
     rig.run(0.5)
-    rig.device.drives().reset(1)
+    rig.device.board.drives().reset(1)
     there = rig.positions[0]
     reply = rig.finish()
     assert isinstance(reply, RequestRejected)
@@ -431,7 +431,7 @@ def test_a_drive_that_falls_mute_in_motion_stops_the_others():
     rig = Rig().ready()
     rig.begin(MoveAlong(iter([MoveBy(steps(60_000, 30_000), 20_000.0)]), 10.0))
     rig.run(0.5)
-    rig.device.drives().mute(1, True)
+    rig.device.board.drives().mute(1, True)
     there = rig.positions[0]
     reply = rig.finish()
     assert isinstance(reply, RequestRejected)
@@ -444,7 +444,7 @@ def test_a_mode_that_somebody_else_sets_ends_the_motion():
     rig = Rig().ready()
     rig.begin(MoveAlong(iter([MoveBy(steps(60_000, 30_000), 20_000.0)]), 10.0))
     rig.run(0.5)
-    rig.device.drives().set_mode(1, 1)
+    rig.device.board.drives().set_mode(1, 1)
     reply = rig.finish()
     assert isinstance(reply, RequestRejected)
     assert "mode" in reply.reason

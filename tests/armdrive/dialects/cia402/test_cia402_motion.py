@@ -114,9 +114,9 @@ def test_a_drive_that_is_not_heard_for_a_moment_is_waited_for_on_the_way():
     rig.begin(MoveAlong(iter(LINE), 0.3))
     rig.run(0.2)
     began_s = rig.now_s
-    rig.device.drives().mute(1, True)
+    rig.device.board.drives().mute(1, True)
     rig.run(0.1)
-    rig.device.drives().mute(1, False)
+    rig.device.board.drives().mute(1, False)
     assert rig.finish() == Done()
     assert rig.positions == before + steps(12_000, -6000)
     assert max(map(abs, differences(rig.targets(1, began_s)))) <= 20_000 * PERIOD_S + 1
@@ -198,7 +198,7 @@ def test_no_stop_takes_the_current_away(hard):
     rig.stop(hard=hard)
     while rig.reply() is None:
         rig.run(0.002)
-        assert all(node.motor.holding for node in rig.device.nodes)
+        assert all(node.motor.holding for node in rig.device.board.nodes)
 
 
 def test_who_lets_go_has_the_arm_slow_down_on_its_way():
@@ -237,7 +237,7 @@ def test_a_stop_during_frames_that_are_lost_still_stops():
     rig.begin(MoveAlong(iter(LINE * 4), 1.0))
     rig.run(0.5)
     there = rig.positions[0]
-    rig.device.drives().mute(4, True)  # another one is not heard at all
+    rig.device.board.drives().mute(4, True)  # another one is not heard at all
     rig.stop()
     reply = rig.finish()
     assert isinstance(reply, RequestRejected | Halted)
@@ -260,7 +260,7 @@ def test_bursts_by_profile_position_begin_and_arrive_together(options):
         base, shoulder, *_ = rig.positions - before
         assert abs(base + 2 * shoulder) <= 4
     assert (rig.positions - before)[:2] == (6000, -3000)
-    assert {node.states.mode for node in rig.device.nodes} == {OperationMode.PROFILE_POSITION}
+    assert {node.states.mode for node in rig.device.board.nodes} == {OperationMode.PROFILE_POSITION}
 
 
 def test_a_burst_lasts_as_long_as_is_said():
@@ -291,11 +291,11 @@ def test_a_drive_that_does_not_turn_faults_and_the_arm_can_be_used_again():
     rig = Rig().ready()
     rig.begin(MoveAlong(iter(LINE * 4), 1.0))
     rig.run(0.3)
-    rig.device.errors().ail(0, 0x8611)
+    rig.device.board.errors().ail(0, 0x8611)
     reply = rig.finish()
     assert isinstance(reply, RequestRejected)
     assert "following error" in reply.reason
-    rig.device.errors().mend(0, 0x8611)
+    rig.device.board.errors().mend(0, 0x8611)
     assert rig.do(ClearFault()) == Done()
     rig.ready()
     assert rig.along(*LINE) == Done()

@@ -25,7 +25,7 @@ def test_disabling_drops_the_current_and_enabling_wakes_the_board():
     arm.enable()
     assert arm.twin.world.energised
     assert arm.status.state is State.STANDBY
-    assert arm.twin.device.details()["state"] == "Idle"
+    assert arm.twin.board.details()["state"] == "Idle"
     arm.move_motors(10, 0, 0, 0, 0, 0)
 
 
@@ -33,7 +33,7 @@ def test_a_board_that_is_reset_in_motion_is_told_of_in_words():
     arm = ready()
     handle = arm.move_j(base_deg=60, wait=False)
     arm.sleep(0.6)
-    arm.twin.device.reset()
+    arm.twin.board.reset()
     with pytest.raises(NoAnswer, match="mute in motion"):
         handle.wait(5.0)
     assert arm.status.state is State.ERROR_STOP
@@ -47,7 +47,7 @@ def test_a_board_that_is_reset_in_motion_is_told_of_in_words():
 
 def test_a_board_that_is_reset_while_it_stands_makes_the_position_suspect():
     arm = ready()
-    arm.twin.device.reset()
+    arm.twin.board.reset()
     arm.sleep(3.0)
     assert arm.status.state is State.ERROR_STOP
     assert "counts from zero" in arm.status.error
@@ -58,20 +58,20 @@ def test_a_limit_alarm_mutes_the_board_which_is_no_broken_wire():
     arm = ready(config(device={"hard_limits": True}), limit_interrupts=True)
     handle = arm.move_j(base_deg=60, wait=False)
     arm.sleep(0.6)
-    arm.twin.device.set_switch(0, SwitchState.CLOSED)
+    arm.twin.board.set_switch(0, SwitchState.CLOSED)
     with pytest.raises(DeviceFault, match="alarm 1"):
         handle.wait(8.0)
     assert arm.status.state is State.ERROR_STOP
     assert "no broken wire" in arm.status.error
     assert arm.status.trust is Trust.SUSPECT
-    arm.twin.device.set_switch(0, SwitchState.FREE)
+    arm.twin.board.set_switch(0, SwitchState.FREE)
     arm.reset()
     assert arm.status.state is State.STANDBY
 
 
 def test_a_limit_alarm_of_an_arm_that_stands_makes_its_position_suspect():
     arm = ready(config(device={"hard_limits": True}), limit_interrupts=True)
-    arm.twin.device.set_switch(0, SwitchState.CLOSED)
+    arm.twin.board.set_switch(0, SwitchState.CLOSED)
     arm.sleep(2.0)
     assert arm.status.state is State.ERROR_STOP
     assert arm.status.trust is Trust.SUSPECT
@@ -159,12 +159,12 @@ def test_outputs_and_a_servo_come_back_after_a_stop():
     arm.gripper.open(76.0)
     arm.set_outputs(1)
     assert arm.twin.world.opening_mm == pytest.approx(76.0, abs=1.0)
-    before = arm.twin.device.details()["outputs"]
+    before = arm.twin.board.details()["outputs"]
     arm.move_j(base_deg=60, wait=False)
     arm.sleep(0.6)
     arm.stop()
     arm.sleep(0.5)
-    assert arm.twin.device.details()["outputs"] == before
+    assert arm.twin.board.details()["outputs"] == before
     with pytest.raises(Refused, match=r"grbl\.outputs"):
         arm.set_outputs(2)
 

@@ -32,7 +32,7 @@ def test_a_board_may_have_more_axes_than_the_arm_has_motors(firmware, letters):
 def test_the_axes_are_learnt_whether_the_board_begins_anew_or_not(banner):
     arm = found(config(gripper="servo"), firmware="fluidnc", axes="XYZABC")
     if banner:
-        arm.twin.device.reset()
+        arm.twin.board.reset()
         arm.sleep(3.0)
         arm.reset()
     assert arm.status.state is State.STANDBY
@@ -140,7 +140,7 @@ def test_where_the_gripper_is_told_to_be_off_no_half_line_is_carried_out(
     arm.sleep(3.0)
     assert now(arm) == before
     assert before[2][0] == 7
-    outputs = arm.twin.device.details()["outputs"]
+    outputs = arm.twin.board.details()["outputs"]
     assert (outputs["spindle"], outputs["flood"], outputs["mist"]) == ("M5", False, False)
 
 
@@ -156,7 +156,7 @@ def test_one_false_report_of_outputs_that_are_off_lets_go_of_nothing():
     Arm(assemble(made, link, pace, simulated=True))
     assert not link.back[0][3]
     assert not link.pressed(b"\x18")
-    assert twin.device.details()["outputs"]["spindle"] == "M3"
+    assert twin.board.details()["outputs"]["spindle"] == "M3"
 
 
 # How soon the board brakes.

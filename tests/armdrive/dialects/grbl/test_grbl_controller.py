@@ -135,7 +135,7 @@ def test_a_stopped_arm_stands_in_time_and_keeps_its_position(firmware, begin, af
     assert arm.status.state is State.STANDBY
     assert arm.status.trust is Trust.REFERENCED
     assert standing_as_said(arm)
-    assert arm.twin.device.details()["state"] == "Idle"
+    assert arm.twin.board.details()["state"] == "Idle"
     arm.move_j(wrist_roll_deg=2)
     assert standing_as_said(arm)
 
@@ -210,7 +210,7 @@ def test_a_stop_just_as_the_motion_ends_leaves_no_hold_behind():
             handle.wait()
         except Stopped:
             assert arm.status.state is State.STANDBY
-        assert arm.twin.device.details()["state"] == "Idle"
+        assert arm.twin.board.details()["state"] == "Idle"
         arm.move_j(base_deg=4)
         assert standing_as_said(arm)
 

@@ -82,12 +82,12 @@ def test_a_lost_real_time_byte_is_said_again(byte):
     arm.move_j(base_deg=40, wait=False)
     arm.sleep(0.5)
     arm.stop()
-    assert arm.twin.device.details()["state"] == "Idle"
+    assert arm.twin.board.details()["state"] == "Idle"
     arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=3.0)
     arm.sleep(0.5)
     arm.release()
     stands(arm)
-    assert arm.twin.device.details()["state"] == "Idle"
+    assert arm.twin.board.details()["state"] == "Idle"
     assert arm.status.trust is Trust.REFERENCED
     assert arm.twin.world.motors == arm.status.acknowledged
 
@@ -146,7 +146,7 @@ def test_a_board_in_a_hold_or_asleep_is_woken_by_connecting_and_moves_nothing():
     twin = replace(arm.twin, link=Disturbed(link_to(arm.twin.device)))
     again = Arm(connect_simulated(arm.config, twin=twin))
     assert again.status.state is State.STANDBY
-    assert twin.device.details()["state"] in ("Idle", "Alarm")
+    assert twin.board.details()["state"] in ("Idle", "Alarm")
     assert twin.world.motors == before
 
 
@@ -167,7 +167,7 @@ def test_a_board_that_resets_while_it_is_stopped_is_no_kept_position():
     assert not arm.twin.device.registers.largest  # so that zeros give no hint
     arm.move_j(base_deg=40, wait=False)
     arm.sleep(0.1)
-    arm.twin.device.reset()
+    arm.twin.board.reset()
     arm.stop()
     assert arm.status.trust is Trust.SUSPECT
 

@@ -142,7 +142,7 @@ def reset_instead(arm):
 
     def press(_):
         assert not arm.twin.device.registers.largest
-        arm.twin.device.reset()
+        arm.twin.board.reset()
         return b""
 
     arm.twin.link.to.append(rule(rb"\x18", press))
@@ -174,7 +174,7 @@ def test_nor_is_a_second_one(firmware):
     arm.sleep(0.003)
     arm.stop()
     assert arm.status.trust is Trust.REFERENCED
-    arm.twin.device.reset()
+    arm.twin.board.reset()
     arm.sleep(2.0)
     assert arm.status.trust is Trust.SUSPECT
 
@@ -185,7 +185,7 @@ def test_nor_is_one_that_a_mute_board_says_as_it_is_reset():
     arm.sleep(0.5)
     assert arm.status.trust is Trust.REFERENCED
     arm.sleep(0.1)
-    arm.twin.device.reset()  # it starts for longer than is waited for a report
+    arm.twin.board.reset()  # it starts for longer than is waited for a report
     arm.reset()
     assert arm.status.trust is Trust.SUSPECT
     assert arm.status.state is State.STANDBY

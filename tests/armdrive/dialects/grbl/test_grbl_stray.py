@@ -48,7 +48,7 @@ def test_nor_a_jog_an_output_or_a_servo(to):
     changed_poll(arm, to)
     arm.gripper.open(76.0)
     assert standing_as_said(arm)
-    assert arm.twin.device.details()["outputs"]["flood"]
+    assert arm.twin.board.details()["outputs"]["flood"]
     assert arm.twin.world.opening_mm == pytest.approx(76.0, abs=1.0)
     assert arm.status.state is State.STANDBY
 
@@ -98,7 +98,7 @@ def test_a_line_that_lost_its_end_is_not_carried_out_with_the_next_one():
         arm.reset()
     arm.move_j(base_deg=5)
     assert standing_as_said(arm)
-    assert not arm.twin.device.details()["outputs"]["flood"]
+    assert not arm.twin.board.details()["outputs"]["flood"]
 
 
 def test_a_late_ok_is_not_taken_for_the_answer_of_the_next_line():

@@ -24,7 +24,8 @@ from armdrive.dialects.robko01.exchange import MotorPower
 from armdrive.dialects.robko01.settings import RobkoSettings
 from armdrive.errors import ArmError, DeviceFault, NoAnswer, Refused, WrongState
 from armdrive.registry import dialect
-from armdrive.sim.robko01.device import RobkoQuirks, SimRobko
+from armdrive.sim.device import SimDevice
+from armdrive.sim.robko01.device import RobkoQuirks, SimRobkoBoard
 from armdrive.sim.simulated_arm import link_to
 from armdrive.status import Current, State, Trust
 from armdrive.tasks import (
@@ -52,7 +53,7 @@ class Script:
     """A controller on a twin's wire, one request at a time."""
 
     def __init__(self, **options):
-        self.device = SimRobko(**options)
+        self.device = SimDevice(SimRobkoBoard(**options))
         self.link = link_to(self.device)
         self.controller = RobkoController(dialect("robko01").abilities, RobkoSettings(), 115_200)
         self.now_s = 0.0
@@ -94,7 +95,7 @@ MOVE = MoveBy(Motors((30, -16, 0, 4, 0, 0)), 125.0)
 class TestRequests:
     def test_registers_and_inputs_are_read_together(self):
         script = Script()
-        script.device.count_from((1, -2, 3, -4, 5, -6))
+        script.device.board.count_from((1, -2, 3, -4, 5, -6))
         script.device.set_input(2, True)
         assert script.ask(ReadPosition()) == Registers(Motors((1, -2, 3, -4, 5, -6)), 4)
 
@@ -115,7 +116,7 @@ class TestRequests:
     @pytest.mark.parametrize("counts", [(32_760, 0, 0, 0, 0, 0), (0, -32_760, 0, 0, 0, 0)])
     def test_a_move_past_sixteen_bits_is_denied_before_it_begins(self, counts):
         script = enabled()
-        script.device.count_from(counts)
+        script.device.board.count_from(counts)
         reply = script.ask(MOVE)
         assert isinstance(reply, RequestRejected)
         assert not reply.moved
@@ -124,14 +125,14 @@ class TestRequests:
 
     def test_a_board_that_has_counted_past_sixteen_bits_turns_one_step_at_most(self):
         script = enabled()
-        script.device.count_from((40_000, 0, 0, 0, 0, 0))
+        script.device.board.count_from((40_000, 0, 0, 0, 0, 0))
         assert script.device.registers[0] == 40_000 - 65_536
         reply = script.ask(MOVE)
         assert "counted past 32767" in str(reply)
         script.now_s += 5.0
         assert isinstance(script.ask(ReadPosition()), Registers)
-        assert script.device._drive.counts == (39_999, 0, 0, 0, 0, 0)
-        assert not script.device._drive.rack.mask(script.now_s)
+        assert script.device.board.drive.counts == (39_999, 0, 0, 0, 0, 0)
+        assert not script.device.board.drive.rack.mask(script.now_s)
 
     @pytest.mark.parametrize("fraction", [1.0, 0.5, 0.3, 0.1])
     @pytest.mark.parametrize("error", [0.0, 0.2])
@@ -153,11 +154,11 @@ class TestRequests:
             assert script.ask(MoveBy(Motors(steps), 60.0)) == Done()
         seen = {event.registers.positions[2:] for event in script.events}
         assert seen == {(0, 4, 0, 0)}
-        assert 0.0 not in [axis.top_hz for axis in script.device._drive.rack._axes]
+        assert 0.0 not in [axis.top_hz for axis in script.device.board.drive.rack._axes]
 
     def test_an_axis_that_another_program_left_hanging_is_freed_and_the_move_made(self):
         script = enabled()
-        rack = script.device._drive.rack
+        rack = script.device.board.drive.rack
         rack.move_at(1, 0, 0.0, script.now_s)
         rack.move_to(1, 50, 100.0, script.now_s)
         script.now_s += 1.0
@@ -169,10 +170,10 @@ class TestRequests:
 
     def test_a_board_that_another_program_keeps_moving_is_not_freed(self):
         script = enabled()
-        script.device._drive.rack.move_at(1, 500, 20.0, script.now_s)
+        script.device.board.drive.rack.move_at(1, 500, 20.0, script.now_s)
         reply = script.ask(MOVE)
         assert reply == RequestRejected("it is still moving", moved=False)
-        assert script.device._drive.rack.mask(script.now_s) == 2
+        assert script.device.board.drive.rack.mask(script.now_s) == 2
 
     def test_a_stop_ends_a_move_part_of_the_way_by_a_ramp(self):
         script = enabled()
@@ -188,7 +189,7 @@ class TestRequests:
 
         def run():
             for axis in range(2):
-                script.device._drive.rack.run(axis, 20.0, script.device.now_s)
+                script.device.board.drive.rack.run(axis, 20.0, script.device.now_s)
 
         script.device.at(script.now_s + 0.15, run)
         assert "come to rest" in str(script.ask(MOVE, stop_after_s=0.2))
@@ -201,14 +202,14 @@ class TestRequests:
 
     def test_motors_that_are_off_although_they_were_on_are_an_alert(self):
         script = enabled()
-        script.device.reset()
+        script.device.board.reset()
         assert isinstance(script.ask(MOVE), RequestRejected)
         assert [event.kind for event in script.events] == [AlertKind.SWITCHED_OFF]
 
     def test_a_board_that_is_reset_in_motion_is_an_alert(self):
         script = enabled()
         script.ask(MOVE)
-        script.device.at(script.now_s + 0.3, script.device.reset)
+        script.device.at(script.now_s + 0.3, script.device.board.reset)
         assert isinstance(script.ask(MOVE), RequestRejected)
         alerts = [event.kind for event in script.events if isinstance(event, Alert)]
         assert alerts == [AlertKind.RESTARTED]
@@ -365,7 +366,7 @@ class TestArm:
     def test_a_reset_of_the_board_in_motion_is_found_out(self):
         arm = ready_robko()
         device = arm.twin.device
-        device.at(device.now_s + 2.3, device.reset)
+        device.at(device.now_s + 2.3, device.board.reset)
         with pytest.raises(DeviceFault, match="reset or lost its power"):
             arm.move_j(base_deg=60)
         assert arm.status.state is State.ERROR_STOP
@@ -378,7 +379,7 @@ class TestArm:
     def test_a_reset_of_a_standing_board_is_found_out_before_the_next_motion(self):
         arm = ready_robko()
         arm.move_j(base_deg=3)
-        arm.twin.device.reset()
+        arm.twin.board.reset()
         arm.sleep(2.0)
         assert arm.status.trust is Trust.SUSPECT
         assert arm.status.state is State.ERROR_STOP
@@ -386,7 +387,7 @@ class TestArm:
 
     def test_one_that_is_reset_with_its_positions_at_zero_is_found_out_by_its_refusal(self):
         arm = ready_robko()
-        arm.twin.device.reset()
+        arm.twin.board.reset()
         with pytest.raises(DeviceFault, match="switched its motors off"):
             arm.move_j(base_deg=3)
         arm.reset()
@@ -502,7 +503,7 @@ class TestWatchdog:
         arm.sleep(10.0)
         arm.estop()
         arm.sleep(10.0)
-        assert arm.twin.device.box.enabled
+        assert arm.twin.board.enabled
         arm.reset()
         arm.move_j(base_deg=3)
         assert arm.status.trust is Trust.REFERENCED
@@ -513,7 +514,7 @@ class TestWatchdog:
         now_s = arm.status.time_s
         arm.close()
         device.transmit(now_s + 5.0)
-        assert not device.box.enabled
+        assert not device.board.enabled
         assert device.world.pose.z_mm < height_mm
 
     def test_a_wire_that_was_silent_for_too_long_makes_the_position_suspect(self):

@@ -39,7 +39,7 @@ class TestMotion:
     def test_every_motor_turns_at_the_same_rate_until_its_own_steps_are_made(self, bench):
         bench.send("0,0,0,10,0,40D")
         bench.hear(14 * BYTE_S + 15.5 * 0.012)
-        assert bench.device.box.offsets == (0, 0, 0, 10, 0, 16)
+        assert bench.board.offsets == (0, 0, 0, 10, 0, 16)
         assert moved(bench, lambda: bench.hear(1.0)) == (24, 0, 0, 0, 0, 0)
 
     def test_channel_1_is_the_gripper_and_6_the_base(self, bench):
@@ -53,25 +53,25 @@ class TestMotion:
         assert bench.ask(f"{rpm}s") == f"speed = {rpm}\r\n"
         bench.send("6,101d")
         bench.hear(6 * BYTE_S + 99.5 * interval_s)
-        assert bench.device.box.offsets[5] == 100
+        assert bench.board.offsets[5] == 100
 
     def test_at_speed_zero_a_motion_never_ends(self, bench):
         assert bench.ask("0s") == "speed = 0\r\n"
         assert bench.ask("6,3d", 3600.0) == ""
-        assert bench.device.box.offsets[5] == 1
+        assert bench.board.offsets[5] == 1
 
     def test_home_goes_back_the_whole_way(self, bench):
         bench.ask("5,6,7,8,9,200D", 4.0)
         assert moved(bench, lambda: bench.ask("h", 4.0)) == (-200, -9, -8, -7, -6, -5)
 
     def test_offsets_wrap_at_16_bits_where_the_arm_does_not(self, bench):
-        bench.device.count_from((32760, 0, 0, 0, 0, 0))
+        bench.device.board.count_from((32760, 0, 0, 0, 0, 0))
         assert bench.ask("6,20d") == "offsets = 0,0,0,0,0,-32756\r\n"
 
     def test_a_zeroing_turns_nothing(self, bench):
         bench.ask("6,20d")
         assert moved(bench, lambda: bench.ask("r")) == (0,) * 6
-        assert bench.device.box.offsets == (0,) * 6
+        assert bench.board.offsets == (0,) * 6
 
     def test_a_slow_board_takes_longer_and_goes_as_far(self):
         slow = Bench(speed_error=0.5)
@@ -97,7 +97,7 @@ class TestCharacters:
         bench.send("6,50d")
         bench.hear(0.1)
         bench.ask("7" * 63 + "o", 3.0)
-        assert bench.device.box.lost_bytes == 1
+        assert bench.board.lost_bytes == 1
         assert not bench.device.busy
 
     def test_what_is_sent_during_a_motion_waits_for_its_end(self, bench):
@@ -135,34 +135,34 @@ class TestCurrent:
 class TestOpening:
     def test_a_board_with_native_usb_greets_and_forgets_arguments(self, bench):
         bench.ask("5,6,7,8,9,20D")
-        bench.device.opened()
+        bench.board.opened()
         assert bench.hear() == WELCOME
-        assert bench.device.box.kept == (0,) * 5
-        assert bench.device.box.offsets == (5, 6, 7, 8, 9, 20)
+        assert bench.board.kept == (0,) * 5
+        assert bench.board.offsets == (5, 6, 7, 8, 9, 20)
 
     def test_a_board_in_motion_does_not_see_who_opens_its_port(self, bench):
         bench.send("6,50d")
         bench.hear(0.2)
-        bench.device.opened()
+        bench.board.opened()
         assert WELCOME not in bench.hear()
 
     def test_another_board_is_reset_and_deaf_for_a_while(self):
         bench = Bench(resets_on_open=True, greets=False, boot_s=1.6)
         bench.ask("250s6,20d")
-        bench.device.opened()
+        bench.board.opened()
         assert bench.ask("o", 1.0) == ""
         bench.hear(1.0)
         assert bench.ask("o") == ZERO
-        assert bench.device.details()["rpm"] == 100
+        assert bench.device.board.details()["rpm"] == 100
 
     def test_a_reset_in_motion_stops_it_dead(self, bench):
         bench.send("6,100d")
         bench.hear(0.3)
         at = bench.device.world.motors
-        bench.device.reset()
+        bench.board.reset()
         assert bench.hear(5.0) == WELCOME
         assert bench.device.world.motors[0] == at[0]
-        assert bench.device.box.offsets == (0,) * 6
+        assert bench.board.offsets == (0,) * 6
 
     def test_without_power_nothing_is_heard_and_all_is_forgotten(self, bench):
         bench.ask("6,20d")
@@ -181,7 +181,7 @@ class TestSaved:
         again = simulate(CONFIG, twin.save())
         assert again.world.motors == twin.world.motors
         assert again.device.registers[0] == 20
-        assert again.device.details()["rpm"] == 250
+        assert again.board.details()["rpm"] == 250
 
     def test_it_is_no_other_dialects_arm(self):
         with pytest.raises(StateFileError, match="speaks"):

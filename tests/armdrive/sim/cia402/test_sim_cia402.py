@@ -110,7 +110,7 @@ class TestStates:
         profile.write(1, canopen.CONTROLWORD, QUICK_STOP)
         profile.run(0.1)
         assert profile.state(1).state is ends
-        assert profile.device.nodes[0].motor.holding is ends.holds
+        assert profile.board.nodes[0].motor.holding is ends.holds
         there = profile.count(1)
         profile.run(1.0)
         assert profile.count(1) == there
@@ -268,15 +268,15 @@ class TestStalls:
         said = [canopen.Emergency.read(frame) for frame in heard if frame.can_id == 0x81]
         assert [each.code for each in said] == [0x8611]
         assert profile.state(1).state is canopen.DriveState.FAULT
-        assert not profile.device.nodes[0].motor.holding
-        assert profile.device.nodes[1].motor.holding
+        assert not profile.board.nodes[0].motor.holding
+        assert profile.board.nodes[1].motor.holding
 
     def test_a_fault_is_reset_by_a_rising_edge_alone(self, profile):
-        profile.device.errors().ail(0, 0x4310)
+        profile.board.errors().ail(0, 0x4310)
         profile.run(0.1)
         profile.write(1, canopen.CONTROLWORD, 0x80)
         assert profile.state(1).state is canopen.DriveState.FAULT  # still too hot
-        profile.device.errors().mend(0, 0x4310)
+        profile.board.errors().mend(0, 0x4310)
         profile.write(1, canopen.CONTROLWORD, 0x80)
         assert profile.state(1).state is canopen.DriveState.FAULT  # no edge
         profile.write(1, canopen.CONTROLWORD, 0)
@@ -330,7 +330,7 @@ class TestHoming:
     @pytest.mark.parametrize("state", [SwitchState.OPEN, SwitchState.CLOSED])
     def test_a_switch_that_sticks_is_never_found(self, state):
         bench, _ = self.fitted()
-        bench.device.set_switch(0, state)
+        bench.board.set_switch(0, state)
         bench.write(1, canopen.CONTROLWORD, ENABLE | canopen.ControlBit.NEW_SET_POINT)
         bench.run(3.0)
         assert not bench.state(1).has(canopen.StatusBit.ACKNOWLEDGED)
@@ -394,13 +394,13 @@ class TestSaving:
     def test_one_that_does_nothing_more_is_made_again_so(self, profile, state):
         profile.write(1, canopen.QUICK_STOP_OPTION, canopen.QuickStopOption.QUICK_RAMP_AND_STAY)
         if state == "fault":
-            profile.device.errors().ail(0, 0x4310)
+            profile.board.errors().ail(0, 0x4310)
         else:
             profile.write(1, canopen.CONTROLWORD, QUICK_STOP)
         profile.run()
         again = Bench(saved=json.loads(json.dumps(profile.twin.save())))
         assert again.state(1).state is canopen.DriveState[state.upper()]
-        assert again.device.nodes[0].motor.holding is (state == "quick_stop")
+        assert again.device.board.nodes[0].motor.holding is (state == "quick_stop")
 
     @pytest.mark.parametrize(
         ("key", "value"), [("nmt", "asleep"), ("state", "ill"), ("objects", {"6060:00": "xx"})]
@@ -413,7 +413,7 @@ class TestSaving:
 
     def test_what_is_seen_of_a_drive(self, profile):
         profile.watch(1, 200)
-        seen = profile.device.details()["drives"][0]
+        seen = profile.device.board.details()["drives"][0]
         assert seen["state"] == "enabled"
         assert seen["statusword"] == "0637"
         assert seen["watch_s"] == 0.2

@@ -43,7 +43,7 @@ def moving_in_cycles(bench, cycles=20):
     """Drive along from SYNC to SYNC, with a heartbeat before each."""
     for _ in range(cycles):
         bench.beat()
-        bench.order(1, ENABLE, CSP, bench.device.nodes[0].motor.counts + 50)
+        bench.order(1, ENABLE, CSP, bench.board.nodes[0].motor.counts + 50)
         bench.sync()
 
 
@@ -124,18 +124,18 @@ class TestNmt:
         assert beats(heard, 1) == []
         assert bench.world.motors[1] != before[1]
         assert bench.count(2) == 0
-        assert [node.motor.holding for node in bench.device.nodes].count(True) == 5
+        assert [node.motor.holding for node in bench.board.nodes].count(True) == 5
 
     def test_a_position_may_outlast_the_power(self):
         bench = Bench(keeps_position=True)
         bench.enable(*IDS, mode=PP)
-        bench.device.count_from([500] * 6)
+        bench.device.board.count_from([500] * 6)
         bench.device.power_off()
         bench.device.power_on()
         bench.run(1.0)
         sagged = bench.world.motors
         assert bench.count(1) == 500
-        assert sagged[1] - bench.count(2) == bench.device.nodes[1].motor.zero
+        assert sagged[1] - bench.count(2) == bench.board.nodes[1].motor.zero
 
     def test_a_master_resets_a_node(self, bench):
         bench.set_up(1)
@@ -214,7 +214,7 @@ class TestSilence:
         assert emergencies(heard) == [0x8130]
         assert bench.state(1).state is ends
         assert bench.read(1, canopen.ERROR_CODE) == 0x8130
-        assert bench.device.nodes[0].states.watch_stops == 1
+        assert bench.board.nodes[0].states.watch_stops == 1
 
     @pytest.mark.parametrize("quirk", ["hold", "extrapolate"])
     def test_even_one_that_runs_on_ends_after_so_much_silence(self, quirk):
@@ -259,16 +259,16 @@ class TestSilence:
 
     def test_a_drive_without_its_cable_misses_it_too(self):
         bench = self.ready(3)
-        bench.device.drives().plug(0, False)
+        bench.board.drives().plug(0, False)
         bench.beat()
         bench.run(0.5)
-        assert bench.device.nodes[0].states.state is canopen.DriveState.ENABLED  # never heard one
-        bench.device.drives().plug(0, True)
+        assert bench.board.nodes[0].states.state is canopen.DriveState.ENABLED  # never heard one
+        bench.board.drives().plug(0, True)
         bench.beat()
         bench.run(0.1)
-        bench.device.drives().plug(0, False)
+        bench.board.drives().plug(0, False)
         bench.run(0.5)
-        assert bench.device.nodes[0].states.state is canopen.DriveState.QUICK_STOP
+        assert bench.board.nodes[0].states.state is canopen.DriveState.QUICK_STOP
 
 
 class TestPdos:
@@ -302,7 +302,7 @@ class TestPdos:
             bench.order(node, ENABLE, CSP, 100)
         bench.send(canopen.Sync().frame)
         bench.run(0.015)
-        assert len({node.motor.point.end_s for node in bench.device.nodes}) == 1
+        assert len({node.motor.point.end_s for node in bench.board.nodes}) == 1
         assert bench.device.registers == (100,) * 6
 
     def test_every_third_sync_and_at_once(self, bench):
@@ -374,12 +374,12 @@ class TestFaults:
         bench.twin.faults.end()
         assert beats(bench.run(0.1), 2) == [canopen.NodeState.BOOTING]
         with pytest.raises(BadRequest, match="1 to 127"):
-            bench.device.drives().set_id(0, 128)
+            bench.board.drives().set_id(0, 128)
 
     def test_two_of_one_id_are_heard_as_one_or_both(self, bench):
-        bench.device.drives().set_id(1, 1)
+        bench.board.drives().set_id(1, 1)
         bench.run(0.1)
-        bench.device.nodes[1].motor.zero -= 5
+        bench.board.nodes[1].motor.zero -= 5
         heard = bench.tell(Frame(0x601, bytes.fromhex("4064600000000000")), 0.1)
         assert len([frame for frame in heard if frame.can_id == 0x581]) == 2
 
@@ -395,7 +395,7 @@ class TestFaults:
         moving_in_cycles(bench, 2)
         assert bench.sync()[1][1] == CSP
         with pytest.raises(BadRequest, match="modes are"):
-            bench.device.drives().set_mode(0, 5)
+            bench.board.drives().set_mode(0, 5)
 
     def test_a_drive_fails_for_as_long_as_it_is_told(self, bench):
         bench.enable(1, 2, mode=PP)
@@ -403,7 +403,7 @@ class TestFaults:
         assert emergencies(bench.run()) == [0x4310]
         assert bench.read(1, canopen.ERROR_REGISTER) == 0x09
         assert bench.state(1).state is canopen.DriveState.FAULT
-        assert [node.motor.holding for node in bench.device.nodes[:2]] == [False, True]
+        assert [node.motor.holding for node in bench.board.nodes[:2]] == [False, True]
         bench.twin.faults.end()
         bench.write(1, canopen.CONTROLWORD, 0x80)
         assert bench.state(1).state is canopen.DriveState.DISABLED
@@ -419,11 +419,11 @@ class TestFaults:
         assert bench.state(2).state is canopen.DriveState.DISABLED
 
     def test_what_is_changed_of_a_drive_without_power_shows_when_it_has_some(self, bench):
-        bench.device.drives().power(0, False)
-        bench.device.drives().set_id(0, 9)
-        bench.device.drives().set_mode(0, 2)
+        bench.board.drives().power(0, False)
+        bench.board.drives().set_id(0, 9)
+        bench.board.drives().set_mode(0, 2)
         assert bench.run(1.0) == []
-        bench.device.drives().power(0, True)
+        bench.board.drives().power(0, True)
         assert beats(bench.run(1.0), 9) == [canopen.NodeState.BOOTING]
         assert bench.state(9).state is canopen.DriveState.DISABLED
         assert bench.read(9, canopen.MODE_SHOWN) == 0

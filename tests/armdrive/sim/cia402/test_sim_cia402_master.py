@@ -76,7 +76,9 @@ def bench(living):
     node.sdo.RESPONSE_TIMEOUT = LONG_S
     node.TIMEOUT_SWITCH_STATE_SINGLE = node.TIMEOUT_SWITCH_STATE_FINAL = LONG_S
     node.TIMEOUT_CHECK_TPDO = LONG_S
-    return SimpleNamespace(node=node, network=living.network, device=living.device)
+    return SimpleNamespace(
+        node=node, network=living.network, device=living.device, board=living.device.board
+    )
 
 
 def test_they_read_the_objects_and_bring_the_drive_to_where_it_obeys(bench):
@@ -90,7 +92,7 @@ def test_they_read_the_objects_and_bring_the_drive_to_where_it_obeys(bench):
     node.nmt.state = "OPERATIONAL"
     node.op_mode = "PROFILED POSITION"  # in a PDO with a controlword of its own, which is 0
     node.state = "OPERATION ENABLED"
-    assert bench.device.nodes[0].states.enabled
+    assert bench.board.nodes[0].states.enabled
     node.sdo[0x607A].raw = TARGET
     before = bench.device.world.motors
     node.controlword = 0x3F
@@ -101,7 +103,7 @@ def test_they_read_the_objects_and_bring_the_drive_to_where_it_obeys(bench):
     assert node.homing(timeout=LONG_S)
     assert node.sdo[0x6064].raw == 0
     node.state = "SWITCH ON DISABLED"
-    assert not bench.device.nodes[0].motor.holding
+    assert not bench.board.nodes[0].motor.holding
 
 
 def test_they_map_pdos_and_stream_targets_by_sync(bench):
@@ -146,7 +148,7 @@ def test_they_hear_heartbeats_and_an_emergency_when_theirs_is_missing(bench):
     assert error is not None
     assert error.register & 0x10
     assert node.sdo[0x6041].raw & 0x6F == 0x07  # quick stop active: it holds
-    assert bench.device.nodes[0].motor.holding
+    assert bench.board.nodes[0].motor.holding
     node.nmt.send_command(0x81)
     node.nmt.wait_for_bootup(LONG_S)
-    assert not bench.device.nodes[0].motor.holding
+    assert not bench.board.nodes[0].motor.holding

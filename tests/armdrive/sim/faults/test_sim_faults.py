@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, LinkLost
 from armdrive.registry.simulate import simulate
-from armdrive.sim.device import DrivesOnBus, SaysEmergencies, SwitchState
+from armdrive.sim.device import DrivesOnBus, SaysEmergencies, SimDevice, SwitchState
 from armdrive.sim.faults.request import Cable, FaultRequest, parse_option, parse_words
 from armdrive.sim.faults.table import FAULTS, Faults, faults_of
-from armdrive.sim.teachmover.device import SimTeachMover
+from armdrive.sim.teachmover.device import TeachMoverBoard
 from armdrive.sim.wire import (
     Next,
     Nth,
@@ -174,8 +174,8 @@ class TestOnTheArm:
         assert wired.twin.world.pose.z_mm < height - 5
 
 
-class Board(SimTeachMover):
-    """A device that has what the TeachMover lacks."""
+class Board(TeachMoverBoard):
+    """A board that has what the TeachMover lacks."""
 
     title = "board"
 
@@ -201,20 +201,22 @@ def faults_for(device):
 
 def test_a_board_resets_and_its_switches_stick():
     board = Board()
-    faults = faults_for(board)
+    device = SimDevice(board)
+    faults = faults_for(device)
     faults.add("reset")
     faults.add("switch", 2, "closed", for_s=1.0)
     assert (board.resets, board.switches) == (1, {1: SwitchState.CLOSED})
-    board.transmit(1.5)
+    device.transmit(1.5)
     assert board.switches == {1: SwitchState.FREE}
     assert faults.active == ()
 
 
 def test_what_cannot_be_done_when_its_time_comes_is_kept_to_be_told():
     board = Board()
-    faults = faults_for(board)
+    device = SimDevice(board)
+    faults = faults_for(device)
     faults.add("replug", after_s=1.0)
-    board.transmit(2.0)
+    device.transmit(2.0)
     assert faults.troubles == ["it does not fit"]
 
 
@@ -223,7 +225,7 @@ def test_a_kind_of_device_can_have_what_it_is_made_for():
     on_a_bus = {name for name, kind in FAULTS.items() if kind.needs in of_drives}
     assert on_a_bus
     assert {kind.name for kind in faults_of(Board)} == set(FAULTS) - on_a_bus
-    lacking = set(FAULTS) - {kind.name for kind in faults_of(SimTeachMover)}
+    lacking = set(FAULTS) - {kind.name for kind in faults_of(TeachMoverBoard)}
     assert lacking == {"reset", "switch"} | on_a_bus
 
 
@@ -253,7 +255,7 @@ def test_a_kind_of_device_can_have_what_it_is_made_for():
     ],
 )
 def test_a_fault_that_cannot_be_is_refused_at_once(line, said):
-    faults = faults_for(SimTeachMover())
+    faults = faults_for(SimDevice(TeachMoverBoard()))
     with pytest.raises(BadRequest) as refused:
         faults.ask(parse_words(line.split()))
     assert said in str(refused.value)

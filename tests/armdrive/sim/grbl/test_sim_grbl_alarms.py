@@ -107,10 +107,10 @@ def test_a_line_at_work_is_answered_with_ok_by_the_reset_that_ends_it():
 
 def test_a_reset_board_reports_zero_whatever_the_truth_and_the_arm_has_sagged():
     bench = Bench()
-    assert isinstance(bench.device, Resettable)
+    assert isinstance(bench.device.board, Resettable)
     bench.say("G1X50F3000", 3.0)
     before = bench.device.world.motors
-    bench.device.reset()
+    bench.device.board.reset()
     assert bench.wait(0.5) == []  # its loader waits, the motors have no current
     assert not bench.device.world.energised
     bench.wait(2.0)
@@ -123,7 +123,7 @@ def test_a_reset_board_reports_zero_whatever_the_truth_and_the_arm_has_sagged():
 
 def test_with_homing_on_a_board_starts_locked():
     bench = Bench(SOFT)
-    bench.device.reset()
+    bench.device.board.reset()
     bench.wait(2.0)
     assert bench.heard[-1] == "[MSG:'$H'|'$X' to unlock]"
     assert bench.ask().state is State.ALARM
@@ -181,11 +181,11 @@ def test_a_board_of_the_newer_kind_goes_on_reporting():
 
 def test_a_switch_that_closes_by_itself_is_a_hard_limit():
     bench = at_the_end(Bench(LIMITED, limit_interrupts=True))
-    assert isinstance(bench.device, HasSwitches)
-    bench.device.set_switch(2, SwitchState.CLOSED)
+    assert isinstance(bench.device.board, HasSwitches)
+    bench.device.board.set_switch(2, SwitchState.CLOSED)
     assert bench.wait(0.1) == ["ALARM:1", "[MSG:Reset to continue]"]
     with pytest.raises(BadRequest, match="0 to 5"):
-        bench.device.set_switch(6, SwitchState.OPEN)
+        bench.device.board.set_switch(6, SwitchState.OPEN)
 
 
 def test_a_push_against_a_switch_is_a_hard_limit():
@@ -198,7 +198,7 @@ def test_the_usual_six_axis_build_accepts_hard_limits_and_does_nothing():
     bench = at_the_end(Bench(), 10.0)
     assert bench.say("$21=1") == ["ok"]
     bench.say("G1X12F1500", 2.0)
-    bench.device.set_switch(2, SwitchState.CLOSED)
+    bench.device.board.set_switch(2, SwitchState.CLOSED)
     bench.wait(0.1)
     assert (bench.ask().state, bench.reports[-1].pins) == (State.IDLE, "XZ")
 

@@ -68,7 +68,7 @@ def test_without_power_it_forgets_where_it_was_and_says_nothing():
 )
 def test_a_gripper_on_an_output_takes_its_time(kind, device, shut, half, wide):
     bench = Bench({}, config=config_of(kind, **device), firmware="grblhal")
-    world, speed = bench.device.world, bench.device.build.finger_mm_s
+    world, speed = bench.device.world, bench.device.board.build.finger_mm_s
     for line, opening_mm in ((shut, 0.0), (wide, 76.0), (half, 38.0)):
         if line is None:
             continue
@@ -83,18 +83,18 @@ def test_outputs_wait_for_the_motion_before_them_and_show():
     bench = Bench(firmware="grblhal")
     bench.say("G1X5F600", 0.02)
     bench.say("M8", 0.1)
-    assert not bench.device.details()["outputs"]["flood"]
+    assert not bench.device.board.details()["outputs"]["flood"]
     bench.put("M65P1\n")
     bench.wait(1.0)
     bench.say("M3S700")
     bench.say("M64P1")
-    outputs = bench.device.details()["outputs"]
+    outputs = bench.device.board.details()["outputs"]
     assert (outputs["flood"], outputs["spindle"], outputs["speed"]) == (True, "M3", 700)
     assert outputs["digital"] == {"1": True}
     assert bench.ask().speed == 700
     assert bench.ask().accessories == "SF"
     bench.say(RESET, 0.3)
-    assert bench.device.details()["outputs"]["spindle"] == "M5"
+    assert bench.device.board.details()["outputs"]["spindle"] == "M5"
 
 
 def test_a_saved_board_knows_its_settings_its_place_and_its_lock():

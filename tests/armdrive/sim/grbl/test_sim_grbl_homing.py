@@ -51,7 +51,7 @@ def test_the_board_is_silent_while_it_homes():
 
 def test_a_switch_that_is_stuck_open_is_not_found():
     bench = homing_bench()
-    bench.device.set_switch(3, SwitchState.OPEN)
+    bench.device.board.set_switch(3, SwitchState.OPEN)
     start = bench.device.world.motors[3]
     bench.say("$H", 60.0)
     assert bench.heard[-4:] == [
@@ -67,11 +67,11 @@ def test_a_switch_that_is_stuck_open_is_not_found():
 
 def test_a_switch_that_is_stuck_closed_is_not_left_by_pulling_off():
     bench = homing_bench()
-    bench.device.set_switch(3, SwitchState.CLOSED)
+    bench.device.board.set_switch(3, SwitchState.CLOSED)
     bench.say("$H", 60.0)
     assert "ALARM:8" in bench.heard
     assert bench.ask().state is State.ALARM
-    bench.device.set_switch(3, SwitchState.FREE)
+    bench.device.board.set_switch(3, SwitchState.FREE)
     bench.say("$H", 60.0)
     assert bench.ask().state is State.IDLE
 

@@ -79,7 +79,7 @@ def test_a_full_ring_drops_bytes_without_a_word(firmware, ring):
     bench.put("G4P0.001\n" * lines)
     assert bench.wait(0.2) == []
     assert bench.ask().free_bytes == 0
-    assert bench.device.details()["lost_bytes"] == lines * 9 - ring
+    assert bench.device.board.details()["lost_bytes"] == lines * 9 - ring
     bench.say("~", 2.0)
     assert bench.heard.count("ok") == ring // 9
 
@@ -152,7 +152,7 @@ def test_a_change_of_settings_blocks_and_loses_what_arrives_meanwhile():
     bench.put("$110=5000\n")
     bench.put("G1X1F600\n")
     assert bench.wait(0.5) == ["ok"]
-    assert bench.device.details()["lost_bytes"] == 9
+    assert bench.device.board.details()["lost_bytes"] == 9
     assert bench.board.settings[110] == 5000.0
     patient = Bench(firmware="grblhal")
     patient.put("$110=5000\nG1X1F600\n")

@@ -322,12 +322,12 @@ class TestSwitches:
         assert said(bench.ask(1, mks.MoveAbsoluteAxis(0, 60, 0), 1.0)) == [mks.Started, mks.Done]
 
     def test_a_stuck_switch_is_never_found(self, bench):
-        bench.device.set_switch(0, SwitchState.OPEN)
+        bench.board.set_switch(0, SwitchState.OPEN)
         assert said(bench.ask(1, mks.Home(), 60.0)) == [
             mks.Started,
             mks.Failed,
         ]  # it stalls at the stop
-        bench.device.set_switch(1, SwitchState.CLOSED)
+        bench.board.set_switch(1, SwitchState.CLOSED)
         assert bench.ask(2, mks.ReadInputs())[0].answer.levels == 1
 
 
@@ -366,7 +366,12 @@ class TestPower:
         assert again.twin.save() == saved
         assert again.counts(1) == 5000
         assert again.ask(2, mks.ReadSetting(mks.Code.MICROSTEPS))[0].answer.value == b"\x40"
-        assert [node.enabled for node in again.device.nodes] == [True, True, False, *[True] * 3]
+        assert [node.enabled for node in again.device.board.nodes] == [
+            True,
+            True,
+            False,
+            *[True] * 3,
+        ]
         there = again.world.motors
         again.run(1.0)
         assert again.world.motors == there

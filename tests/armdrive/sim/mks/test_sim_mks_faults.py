@@ -8,9 +8,10 @@ from mks_sim import TURN, Bench
 from mks_sim import outcomes as said
 
 from armdrive.errors import BadRequest, LinkLost
+from armdrive.sim.device import SimDevice
 from armdrive.sim.faults.request import parse_option
 from armdrive.sim.faults.table import check_faults
-from armdrive.sim.teachmover.device import SimTeachMover
+from armdrive.sim.teachmover.device import TeachMoverBoard
 from firmware_protocol import mks
 
 
@@ -179,7 +180,7 @@ class TestAdapter:
     def test_no_other_arm_has_such_faults(self):
         for name in ("drive-mute:1", "bus-off", "alone"):
             with pytest.raises(BadRequest, match="no drives on a bus"):
-                check_faults(SimTeachMover(), [parse_option(name)])
+                check_faults(SimDevice(TeachMoverBoard()), [parse_option(name)])
 
     def test_those_of_a_command_line_are_checked_before_the_arm_lives(self, bench):
         check_faults(bench.device, [parse_option("bus-off@3"), parse_option("drive-reset:1@2")])

@@ -72,9 +72,9 @@ class TestRetargeting:
     def test_from_1_0_5_a_new_target_replaces_the_old_one_without_a_jerk(self, superseded, heard):
         bench = Bench(firmware="1.0.5", superseded=superseded)
         bench.ask(1, mks.MoveAbsoluteAxis(9 * TURN, 60, 240), 1.0)
-        before_rpm = rpm(bench.device.nodes[0].motor.point, bench.now_s)
+        before_rpm = rpm(bench.board.nodes[0].motor.point, bench.now_s)
         assert said(bench.ask(1, mks.MoveAbsoluteAxis(2 * TURN, 60, 240))) == heard
-        assert rpm(bench.device.nodes[0].motor.point, bench.now_s) == pytest.approx(before_rpm)
+        assert rpm(bench.board.nodes[0].motor.point, bench.now_s) == pytest.approx(before_rpm)
         assert said(bench.run(3.0)) == [mks.Done]
         assert bench.counts(1) == 2 * TURN
 
@@ -100,7 +100,7 @@ class TestRetargeting:
         for step in range(1, 50):
             bench.ask(1, mks.MoveAbsoluteAxis(step * 656 + 2000, 60, 240), 0.04)
             if step > 5:
-                slowest = min(slowest, rpm(bench.device.nodes[0].motor.point, bench.now_s))
+                slowest = min(slowest, rpm(bench.board.nodes[0].motor.point, bench.now_s))
         assert slowest == pytest.approx(60.0)
 
 
@@ -158,7 +158,7 @@ class TestWatchdog:
         bench.send(1, request_)
         bench.run(0.0)
         bench.run(0.2)
-        node = bench.device.nodes[0]
+        node = bench.board.nodes[0]
         assert rpm(node.motor.point, bench.now_s) == pytest.approx(60.0)
         bench.run(0.001 + 60 * 6 * 50e-6)  # the frame's time, and the ramp
         there = bench.world.motors
@@ -183,7 +183,7 @@ class TestWatchdog:
         bench.send(1, mks.RunAtSpeed(60, 250))
         for _ in range(10):
             bench.ask(2, mks.ReadEncoder(), 0.15)
-        assert (bench.device.nodes[0].motion.watchdog_stops == 0) is hears_all
+        assert (bench.board.nodes[0].motion.watchdog_stops == 0) is hears_all
 
     def test_it_is_off_unless_somebody_switches_it_on(self):
         bench = Bench()
@@ -194,7 +194,7 @@ class TestWatchdog:
         bench = Bench()
         bench.ask(1, mks.SilenceWatchdog(100))
         bench.run(5.0)
-        assert bench.device.nodes[0].motion.watchdog_stops == 0
+        assert bench.board.nodes[0].motion.watchdog_stops == 0
 
 
 class TestTalking:
@@ -281,16 +281,16 @@ class TestTalking:
 class TestAsShipped:
     def test_every_drive_is_id_1_and_waits_for_pulses(self):
         bench = Bench(factory=True)
-        assert {node.device.node for node in bench.device.nodes} == {1}
+        assert {node.device.node for node in bench.board.nodes} == {1}
         assert said(bench.ask(1, mks.MoveAbsoluteAxis(10, 60, 0))) == [mks.Failed]
         assert bench.ask(2, mks.ReadEncoder(), 0.1) == []
 
     def test_one_drive_after_the_other_is_given_its_id(self):
         bench = Bench(factory=True)
         for motor in range(6):
-            bench.device.drives().power(motor, False)
+            bench.board.drives().power(motor, False)
         for motor, node in reversed([*enumerate(IDS)]):
-            bench.device.drives().power(motor, True)
+            bench.board.drives().power(motor, True)
             assert said(bench.ask(1, mks.SetId(node))) == [mks.Done]
             assert said(bench.ask(node, mks.SetMode(Mode.BUS_FOC))) == [mks.Done]
         heard = [said(bench.ask(node, mks.MoveAbsoluteAxis(500, 60, 0), 0.2)) for node in IDS]

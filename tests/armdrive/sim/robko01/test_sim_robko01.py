@@ -10,7 +10,8 @@ from robko_bench import RobkoBench, axes
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
 from armdrive.registry.simulate import simulate, simulate_device
-from armdrive.sim.robko01.device import ESP32, RobkoQuirks, SimRobko
+from armdrive.sim.device import SimDevice
+from armdrive.sim.robko01.device import ESP32, RobkoQuirks, SimRobkoBoard
 from firmware_protocol.robko01 import (
     Axes,
     Busy,
@@ -48,7 +49,7 @@ def bench():
 
 def esp32(**quirks) -> RobkoBench:
     quirks = {"grid_s": 0.0, "top_speed_hz": 100.0, **quirks}
-    return RobkoBench(SimRobko(quirks=RobkoQuirks(ESP32, **quirks))).enabled()
+    return RobkoBench(SimRobkoBoard(quirks=RobkoQuirks(ESP32, **quirks))).enabled()
 
 
 def positions(bench):
@@ -80,7 +81,7 @@ class TestWire:
         bench.link.write(bytes(33), bench.now_s)  # whatever the reader believes to be in
         bench.let_pass(0.1)
         assert bench.ask(Ping(b"again")) == Pong(b"again")
-        assert bench.device.box.dropped
+        assert bench.board.dropped
 
     def test_an_unknown_operation_is_dropped_in_silence(self, bench):
         bench.link.write(frame_bytes(Kind.REQUEST, 17, b""), bench.now_s)
@@ -97,7 +98,7 @@ class TestWire:
         bench.device.set_input(3, True)
         assert bench.ask(Inputs()) == InputsRead(8)
         assert bench.ask(Outputs(5)) == OutputsSet(5)
-        assert bench.device.box.outputs == 5
+        assert bench.board.outputs == 5
         assert esp32().ask(Outputs(5)) == OutputsSet(5)
 
 
@@ -195,7 +196,7 @@ class TestMotion:
         run(bench, MoveAbsolute(axes(10, 10, speed=30)))
         one_s, _ = run(bench, MoveRelative(axes(50, speed=100)))
         assert one_s == pytest.approx(50 / 25, abs=0.1)  # as every motion at 30
-        bench.device.reset()
+        bench.board.reset()
         bench.enabled()
         reset_s, _ = run(bench, MoveRelative(axes(50, speed=100)))
         assert reset_s < 0.7
@@ -225,10 +226,10 @@ class TestMotion:
         assert {one[1] for one in seen} == {0}
 
     def test_an_absolute_move_takes_a_wrapped_count_for_another(self, bench):
-        bench.device.count_from((40_000, 0, 0, 0, 0, 0))
+        bench.device.board.count_from((40_000, 0, 0, 0, 0, 0))
         bench.ask(MoveAbsolute(Axes(positions(bench), (100, 0, 0, 0, 0, 0))))
         bench.let_pass(2.0)
-        assert bench.device._drive.counts[0] < 39_900
+        assert bench.board.drive.counts[0] < 39_900
 
     @pytest.mark.parametrize("move", [MoveRelative, MoveAbsolute])
     def test_the_retrofit_obeys_no_speed(self, move):
@@ -262,7 +263,7 @@ class TestMotion:
             assert all(abs(a - b) <= 1 for a, b in zip(told, came, strict=True))
 
     def test_registers_wrap_at_16_bits(self, bench):
-        bench.device.count_from((32_760, 0, 0, 0, 0, -32_768))
+        bench.device.board.count_from((32_760, 0, 0, 0, 0, -32_768))
         run(bench, MoveRelative(axes(20, 0, 0, 0, 0, -1)))
         assert positions(bench) == (-32_756, 0, 0, 0, 0, 32_767)
 
@@ -342,7 +343,7 @@ class TestPower:
     def test_a_reset_in_motion_ends_it_and_forgets(self, bench):
         bench.ask(MoveRelative(axes(60)))
         bench.let_pass(0.3)
-        bench.device.reset()
+        bench.board.reset()
         assert positions(bench) == (0,) * 6
         assert not bench.device.world.energised
         assert bench.ask(MoveRelative(axes(1))).status is Status.ERROR
@@ -354,21 +355,21 @@ class TestPower:
             assert bench.ask(feed).status is Status.OK
         bench.let_pass(2.0)
         bench.ask(IsMoving())  # feeds nothing
-        assert bench.device.box.enabled
+        assert bench.board.enabled
         bench.let_pass(1.2)
-        assert not bench.device.box.enabled
+        assert not bench.board.enabled
         assert not bench.device.world.energised
         assert bench.ask(MoveRelative(axes(1))).status is Status.ERROR
 
     def test_one_that_rearms_switches_them_on_with_the_next_frame(self):
         bench = esp32(watchdog_s=1.0, rearms=True)
         bench.let_pass(2.0)
-        assert not bench.device.box.enabled
+        assert not bench.board.enabled
         bench.ask(IsMoving())
-        assert bench.device.box.enabled
+        assert bench.board.enabled
 
     def test_an_operator_jogs_it_and_the_motors_stay_off(self):
-        device = SimRobko()
+        device = SimDevice(SimRobkoBoard())
         before = device.world.motors
         device.bring_to(Joints.of(20, 60, -80, -40, 10), 33.0)
         assert device.registers == device.world.motors - before
@@ -382,14 +383,14 @@ class TestPower:
         twin.device.jog((10, 0, -3, 0, 0, 7))
         again = simulate(simulated_config("robko01"), twin.save())
         assert again.device.to_json() == twin.device.to_json()
-        assert again.device.details()["enabled"] is True
+        assert again.board.details()["enabled"] is True
         assert again.device.registers == (10, 0, -3, 0, 0, 7)
 
 
 def test_settings_choose_the_board():
     config = simulated_config("robko01")
-    assert simulate_device(config).box.quirks == RobkoQuirks()
-    chosen = simulate_device(config, settings={"board": "esp32", "watchdog_s": 3.0}).box.quirks
+    assert simulate_device(config).board.quirks == RobkoQuirks()
+    chosen = simulate_device(config, settings={"board": "esp32", "watchdog_s": 3.0}).board.quirks
     assert chosen == RobkoQuirks(ESP32, 75.0, 0.0, watchdog_s=3.0, top_speed_hz=100.0)
     with pytest.raises(BadRequest):
         simulate_device(config, settings={"watchdog_s": -1.0})

@@ -6,8 +6,9 @@ import json
 
 import pytest
 
+from armdrive.sim.device import SimDevice
 from armdrive.sim.serving.console import COMMANDS, Console
-from armdrive.sim.teachmover.device import SimTeachMover
+from armdrive.sim.teachmover.device import TeachMoverBoard
 from armdrive.sim.wire import PacedDevice
 from firmware_protocol.teachmover import Key
 
@@ -39,8 +40,8 @@ class Wire:
 
 @pytest.fixture
 def console():
-    device = SimTeachMover()
-    return Console(device, Wire(), PacedDevice(device, device.baud))
+    device = SimDevice(TeachMoverBoard())
+    return Console(device, Wire(), PacedDevice(device, device.board.baud))
 
 
 def state(console):
@@ -60,7 +61,7 @@ def test_state_tells_the_physical_arm_in_words_and_as_data(console):
 
 def test_a_key_is_pressed_whatever_its_case(console):
     assert console.answer("key stop") == "pressed STOP"
-    assert console.device.box.key is Key.STOP
+    assert console.device.board.key is Key.STOP
     assert "TRAIN" in console.answer("key sotp")
 
 
@@ -129,7 +130,7 @@ def test_inputs_pushes_and_speed(console):
     console.answer("push 2 -15")
     assert console.device.world.motors - before == (0, -15, 0, 0, 0, 0)
     console.answer("speed-error 0.2")
-    assert console.device.speed_error == 0.2
+    assert console.device.board.speed_error == 0.2
 
 
 @pytest.mark.parametrize(

@@ -17,10 +17,11 @@ import serial
 from waiting import LONG_S, until
 
 from armdrive.errors import PortUnavailable
+from armdrive.sim.device import SimDevice
 from armdrive.sim.faults.request import parse_option
 from armdrive.sim.serving.loop import make_server, run_device
 from armdrive.sim.serving.servers import PtyServer, TcpServer, UdpServer
-from armdrive.sim.teachmover.device import SimTeachMover
+from armdrive.sim.teachmover.device import TeachMoverBoard
 
 needs_pty = pytest.mark.skipif(
     sys.platform == "win32", reason="Windows has no pseudo-terminals; TCP is the way there"
@@ -35,7 +36,7 @@ class Running:
 
     def __init__(self, server, faults=()):
         self.server = server
-        self.device = SimTeachMover()
+        self.device = SimDevice(TeachMoverBoard())
         self.out = io.StringIO()
         ear, self._mouth = os.pipe()
         self._thread = threading.Thread(
@@ -252,7 +253,7 @@ class TestConsole:
         ear, mouth = os.pipe()
         os.write(mouth, b"state\nput A 200 0")
         os.close(mouth)
-        device, out = SimTeachMover(), io.StringIO()
+        device, out = SimDevice(TeachMoverBoard()), io.StringIO()
         put = lambda: "A" in device.world.scene.blocks  # noqa: E731
         ending = threading.Thread(target=_end_once, args=(put,))
         ending.start()
@@ -271,7 +272,7 @@ class TestConsole:
         taken = lambda: signal.getsignal(number) is not before  # noqa: E731
         ending = threading.Thread(target=_end_once, args=(taken, number))
         ending.start()
-        run_device(SimTeachMover(), server, None, io.StringIO())
+        run_device(SimDevice(TeachMoverBoard()), server, None, io.StringIO())
         ending.join()
         assert not link.is_symlink()
         assert signal.getsignal(number) is before

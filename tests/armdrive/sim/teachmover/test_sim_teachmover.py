@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from sim_bench import BYTE_S, Bench, descend, grasp, spread
 
 from armdrive.errors import BadRequest, LinkLost
-from armdrive.sim.teachmover.device import SimTeachMover, TwinSettings
+from armdrive.sim.teachmover.device import TeachMoverBoard, TwinSettings
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.table import TableBlock
 from firmware_protocol.teachmover import (
@@ -58,25 +58,25 @@ class TestSteps:
         assert bench.device.moving
 
     def test_a_slow_arm_takes_longer_and_goes_as_far(self):
-        slow = Bench(SimTeachMover(settings=TwinSettings(speed_error=0.2)))
+        slow = Bench(TeachMoverBoard(settings=TwinSettings(speed_error=0.2)))
         slow.ask(STEP)
         assert slow.now_s == pytest.approx(30 * BYTE_S + 1.2, abs=1e-9)
         assert registers(slow) == (470, -235, 0, 10, 0, 0)
 
     def test_a_table_of_its_own_says_how_fast_it_is(self):
-        own = Bench(SimTeachMover(settings=TwinSettings(((0, 10.0), (245, 100.0)))))
+        own = Bench(TeachMoverBoard(settings=TwinSettings(((0, 10.0), (245, 100.0)))))
         own.ask(Step(245, (200, 0, 0, 0, 0, 0)))
         assert own.now_s == pytest.approx(2.0, abs=0.05)
 
     def test_a_step_of_nothing_is_answered_at_once_and_writes_its_output(self, bench):
         bench.ask(Step(0, (0,) * 6, 21))
-        assert bench.device.box.outputs == 21
+        assert bench.board.outputs == 21
         assert bench.now_s < 0.04
         bench.ask(Step(0, (0,) * 6))
-        assert bench.device.box.outputs == 21
+        assert bench.board.outputs == 21
 
     def test_registers_wrap_at_16_bits_where_the_arm_does_not(self, bench):
-        bench.device.count_from((32760, 0, 0, 0, 0, -32768))
+        bench.device.board.count_from((32760, 0, 0, 0, 0, -32768))
         bench.ask(Step(240, (20, 0, 0, 0, 0, -1)))
         assert registers(bench) == (-32756, 0, 0, 0, 0, 32767)
 
@@ -94,18 +94,18 @@ class TestSteps:
 
     @pytest.mark.parametrize("keeps", [False, True])
     def test_what_is_sent_during_a_motion_is_lost_unless_the_arm_keeps_it(self, keeps):
-        bench = Bench(SimTeachMover(settings=TwinSettings(keeps_input_while_moving=keeps)))
+        bench = Bench(TeachMoverBoard(settings=TwinSettings(keeps_input_while_moving=keeps)))
         bench.begin(STEP)
         bench.let_pass(0.1)
         bench.link.write(b"@READ\r", bench.now_s)
         said = bench.let_pass(2.0)
         assert said.count(b"\r") == (3 if keeps else 1)
-        assert bench.device.box.lost_bytes == (0 if keeps else 6)
+        assert bench.board.lost_bytes == (0 if keeps else 6)
 
 
 class TestCommands:
     def test_read_tells_key_and_inputs(self, bench):
-        bench.device.press(Key.GRIP)
+        bench.board.press(Key.GRIP)
         bench.device.set_input(3, True)
         bench.device.set_input(4, True)
         bench.device.set_input(4, False)
@@ -113,7 +113,7 @@ class TestCommands:
         assert (answer.key, answer.inputs) == (Key.GRIP, 0b1000)
 
     def test_the_grip_switch_has_an_input_bit(self):
-        bench = Bench(SimTeachMover(settings=TwinSettings(grip_bit=2)))
+        bench = Bench(TeachMoverBoard(settings=TwinSettings(grip_bit=2)))
         spread(bench.device.world, 5.0)
         assert bench.ask(Read()).registers.inputs == 0
         grasp(bench.device.world)
@@ -132,7 +132,7 @@ class TestCommands:
 
     def test_close_ends_at_a_block(self):
         world = World(blocks=[TableBlock("A", 250, 40, 0, 30, 30)])
-        bench = Bench(SimTeachMover(world))
+        bench = Bench(TeachMoverBoard(world))
         descend(world, 250, 40, 15, opening=60)
         bench.ask(Close())
         assert bench.device.world.opening_mm == 30.0
@@ -149,7 +149,7 @@ class TestCommands:
         assert bench.device.world.energised
 
     def test_a_program_runs_point_by_point_to_absolute_positions(self, bench):
-        bench.device.count_from((5, 0, 0, 0, 0, 0))
+        bench.device.board.count_from((5, 0, 0, 0, 0, 0))
         rows = [(2, (100, 50, 0, 0, 0, 0)), (1, (-100, 0, 0, 0, 0, 0))]
         for number, positions in rows:
             bench.ask(QWrite(ProgramRow.move(number, 240, positions)))
@@ -172,7 +172,7 @@ class TestCommands:
         assert bench.ask(QWrite(extra)).status is Status.FAILED
         change = ProgramRow.move(7, 100, (0,) * 6)
         assert bench.ask(QWrite(change)).status is Status.DONE
-        assert bench.device.box.memory[7] == change
+        assert bench.board.memory[7] == change
 
     def test_an_empty_program_cannot_run(self, bench):
         assert bench.ask(Run()).status is Status.FAILED
@@ -201,7 +201,7 @@ class TestCommands:
 class TestPendant:
     def test_stop_ends_a_motion_at_its_present_step(self, bench):
         bench.begin(STEP)
-        bench.device.at(28 * BYTE_S + 0.5, lambda: bench.device.press(Key.STOP))
+        bench.device.at(28 * BYTE_S + 0.5, lambda: bench.board.press(Key.STOP))
         assert bench.finish().status is Status.STOPPED
         assert bench.now_s == pytest.approx(30 * BYTE_S + 0.5, abs=1e-9)
         answer = bench.ask(Read()).registers
@@ -212,22 +212,22 @@ class TestPendant:
         for number in (1, 2):
             bench.ask(QWrite(ProgramRow.move(number, 240, (470 * number, 0, 0, 0, 0, 0))))
         bench.begin(Run())
-        bench.device.at(bench.now_s + 0.5, lambda: bench.device.press(Key.STOP))
+        bench.device.at(bench.now_s + 0.5, lambda: bench.board.press(Key.STOP))
         assert bench.finish().status is Status.STOPPED
         assert 0 < registers(bench)[0] < 470
 
     def test_stop_while_nothing_moves_answers_nothing(self, bench):
-        bench.device.press(Key.STOP)
+        bench.board.press(Key.STOP)
         assert bench.let_pass(1.0) == b""
 
     def test_the_pendant_has_control_until_it_gives_it_back(self, bench):
         bench.begin(Set())
         bench.let_pass(60.0)
         bench.device.jog((10, 0, 0, 0, 0, 0))
-        assert bench.device.pendant_returns()
+        assert bench.board.pendant_returns()
         assert bench.finish().status is Status.DONE
         assert registers(bench) == (10, 0, 0, 0, 0, 0)
-        assert not bench.device.pendant_returns()
+        assert not bench.board.pendant_returns()
 
     def test_an_operator_brings_the_arm_to_a_posture_that_he_sees(self, bench):
         before = bench.device.world.motors

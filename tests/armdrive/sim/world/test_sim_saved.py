@@ -8,8 +8,9 @@ import pytest
 from sim_bench import Bench, descend, grasp, lift
 
 from armdrive.errors import StateFileError
+from armdrive.sim.device import SimDevice
 from armdrive.sim.simulated_arm import recalled
-from armdrive.sim.teachmover.device import SimTeachMover
+from armdrive.sim.teachmover.device import TeachMoverBoard
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody
 from armdrive.sim.world.saved import world_from_json, world_to_json
@@ -48,21 +49,22 @@ def test_a_block_held_when_saved_is_still_carried():
 
 
 def test_a_device_comes_back_with_what_it_knew():
-    bench = Bench(SimTeachMover(lived_in()))
+    bench = Bench(TeachMoverBoard(lived_in()))
     bench.ask(QWrite(ProgramRow.move(3, 200, (1, -2, 3, -4, 5, -6))))
     bench.ask(Step(240, (12, 0, 0, 0, 0, 0), 9))
-    bench.device.press(Key.FREE)
+    bench.board.press(Key.FREE)
     bench.device.set_input(5, True)
     saved = json.loads(json.dumps(bench.device.to_json()))
-    again = recalled(saved, SimTeachMover)
+    again = recalled(saved, TeachMoverBoard)
     assert again.registers == (12, 0, 0, 0, 0, 0)
-    assert (again.box.key, again.box.outputs, again.inputs_set) == (Key.FREE, 9, 32)
-    assert again.box.memory == bench.device.box.memory
+    known = again.board
+    assert (known.key, known.outputs, known.shared.inputs_set) == (Key.FREE, 9, 32)
+    assert known.memory == bench.board.memory
     assert again.to_json() == saved
 
 
 def _changed(path, value):
-    data = SimTeachMover(lived_in()).to_json()
+    data = SimDevice(TeachMoverBoard(lived_in())).to_json()
     *way, last = path
     table = data
     for key in way:
@@ -101,7 +103,7 @@ def _changed(path, value):
 )
 def test_what_no_arm_has_saved_is_refused_by_name(path, value, named):
     with pytest.raises(StateFileError, match=named):
-        recalled(_changed(path, value), SimTeachMover)
+        recalled(_changed(path, value), TeachMoverBoard)
 
 
 @pytest.mark.parametrize("data", [None, [], "world", {}, {"format": 1}])

@@ -1,0 +1,286 @@
+"""Several simulated drives on one CAN bus: their time, their power, and what befalls one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any, ClassVar, Generic, TypeVar
+
+from armdrive.errors import BadRequest, StateFileError
+from armdrive.sim.bus.line import BusLine, Outbox
+from armdrive.sim.bus.node import BusNode
+from armdrive.sim.device import Board, SharedState, SwitchState
+from armdrive.sim.mechanics.shafts import ShaftDrive
+from armdrive.sim.wire import WireDevice
+from armdrive.sim.world.arm import World
+from armdrive.sim.world.saved import MEND, Json, Saved
+from firmware_protocol.frames import Unpacker
+from kinematics.spaces import Motors
+
+COUNT_MOST = 1 << 40
+N = TypeVar("N", bound=BusNode)
+
+
+class NodeLoop(Generic[N]):
+    """The time of all drives: when each next does something, and the frames that they send."""
+
+    def __init__(self, shafts: ShaftDrive, nodes: Sequence[N], shared: SharedState) -> None:
+        self.nodes = tuple(nodes)
+        self.shared = shared
+        self._shafts = shafts
+        self._outbox = Outbox()
+        self._look_s = math.inf
+        self._dues = [math.inf for _ in self.nodes]
+        self.collect()
+
+    @property
+    def busy(self) -> bool:
+        """Whether a drive carries out an order, or a frame is on its way."""
+        return self._outbox.next_s < math.inf or any(node.busy for node in self.nodes)
+
+    @property
+    def nodes_due_s(self) -> float:
+        """When a drive does something, or looks at its shaft."""
+        return min(self._nodes_due_s, self._look_s)
+
+    @property
+    def due_s(self) -> float:
+        """When a drive does something, looks at its shaft, or a frame is ready."""
+        return min(self.nodes_due_s, self._outbox.next_s)
+
+    def live(self) -> None:
+        """Let every drive do what is due."""
+        if self.shared.powered:
+            self._shafts.look(self.shared.now_s)
+            for node in self.nodes:
+                node.live(self.shared.now_s)
+            self.collect()
+
+    def collect(self, nodes: Iterable[N] | None = None) -> None:
+        """Take what drives have to say, and see when they have something to do again."""
+        self._look_s = self._shafts.look_s
+        for node in self.nodes if nodes is None else nodes:
+            port, index = node.port, node.motor.index
+            self._dues[index] = node.due_s()
+            for data in port.said:
+                self._outbox.put(self.shared.now_s + port.answer_s, index, data)
+            port.said.clear()
+        self._nodes_due_s = min(self._dues)
+
+    def send(self) -> None:
+        """Send the frames that are ready."""
+        self.shared.said += self._outbox.take(self.shared.now_s)
+
+    def clear(self) -> None:
+        """Lose the frames that are on their way."""
+        self._outbox.clear()
+
+
+class DrivesBoard(Board, Generic[N]):
+    """All drives of an arm in the place of one board: packed frames go in and come out.
+
+    Input bit n is the switch of drive n. A drive does not hear what the others say: it would matter
+    only if two drives shared an id, or a group had the id of a drive.
+    """
+
+    register_range = (-COUNT_MOST, COUNT_MOST)
+    idle_looks: ClassVar[bool]
+    """Whether shafts are looked at, too, when a frame leaves and no drive has to do anything."""
+
+    def __init__(self, world: World, shafts: ShaftDrive, nodes: Sequence[N], bits_s: int) -> None:
+        super().__init__(world, shafts, None)
+        self.nodes = tuple(nodes)
+        self._shafts = shafts
+        self._loop = NodeLoop(shafts, self.nodes, self.shared)
+        self._unpacker = Unpacker()
+        self._controls = NodeControls(self._loop, bits_s)
+
+    def line(self, device: WireDevice) -> BusLine:
+        """Make the bus of the drives."""
+        return BusLine(device, self._controls.bits_s)
+
+    def drives(self) -> NodeControls:
+        """Return what can be done to single drives."""
+        return self._controls
+
+    # What can be seen.
+
+    @property
+    def busy(self) -> bool:
+        """Whether a drive carries out an order, or a frame is on its way."""
+        return self._loop.busy
+
+    @property
+    def registers(self) -> Motors:
+        """Where the drives say that their shafts are."""
+        return Motors(node.motor.counts for node in self.nodes)
+
+    @property
+    def inputs(self) -> int:
+        """A bit for each drive's limit switch."""
+        return sum(node.motor.switch.pressed << node.motor.index for node in self.nodes)
+
+    def details(self) -> dict[str, Json]:
+        """Return the drives one by one, as they would tell it."""
+        errors = self._shafts.errors(self.now_s)
+        drives: list[Json] = [
+            node.seen(errors[node.motor.index], self.now_s) for node in self.nodes
+        ]
+        return {"bits_s": self._controls.bits_s, "drives": drives}
+
+    def known(self) -> dict[str, Json]:
+        """Return what is saved of the drives."""
+        return {"drives": [{"powered": node.port.powered, **node.known()} for node in self.nodes]}
+
+    def recall_known(self, saved: Saved) -> None:
+        """Know what `known` wrote. Raises `StateFileError`."""
+        drives = saved.items("drives")
+        if len(drives) != len(self.nodes):
+            raise StateFileError(
+                f"{len(drives)} drives are saved of an arm that has {len(self.nodes)}; {MEND}"
+            )
+        for node, item in zip(self.nodes, drives, strict=True):
+            one = Saved(item, f"drive {node.motor.index + 1}")
+            node.port.powered = one.flag("powered") and self.shared.powered
+            node.recall(one)
+            one.end()
+
+    # What a person does.
+
+    def count_from(self, registers: Sequence[int]) -> None:
+        """Have the drives say that they stand there; nothing turns."""
+        for node, count in zip(self.nodes, registers, strict=True):
+            node.motor.count_from(count)
+
+    def set_input(self, bit: int, on: bool) -> None:
+        """Press the limit switch of a drive, or let it go. Raises `BadRequest`."""
+        if not 0 <= bit < len(self.nodes):
+            raise BadRequest(f"input bits are 0 to {len(self.nodes) - 1}, not {bit}")
+        self.nodes[bit].motor.switch.held = on
+        self._loop.live()
+        super().set_input(bit, on)
+
+    def set_switch(self, axis: int, state: SwitchState) -> None:
+        """Have the limit switch of a motor (counted from 0) stick, or free it."""
+        self.nodes[axis].motor.switch.state = state
+        self._loop.live()
+
+    def moved_by_hand(self, *, counted: bool) -> None:
+        """Let drives that hold turn back at once what was turned by force."""
+        if not counted:
+            self._loop.live()
+
+    # Time.
+
+    def hear(self, data: bytes) -> None:
+        """Let the drives hear the frames that have arrived."""
+        for frame in self._unpacker.feed(data):
+            ears = [node for node in self.nodes if node.listens(frame.can_id)]
+            for node in ears:
+                node.hear(frame, self.now_s)
+            self._loop.collect(ears)
+
+    def due_s(self) -> float:
+        """Tell when a drive does something, looks at its shaft, or a frame is ready."""
+        return self._loop.due_s
+
+    def happen(self) -> None:
+        """Let every drive do what is due, and send what is ready."""
+        if self.idle_looks or self._loop.nodes_due_s <= self.now_s:
+            self._loop.live()
+        self._loop.send()
+
+    # Power.
+
+    def boot(self) -> None:
+        """Have every drive begin."""
+        for node in self.nodes:
+            switch_power(node, True, self.now_s)
+        self._loop.collect()
+
+    def forget(self) -> None:
+        """Have no drive hold its shaft or know where it is, and lose what is on its way."""
+        self._release()
+        for node in self.nodes:
+            switch_power(node, False, self.now_s)
+        self._loop.clear()
+        self._unpacker = Unpacker()
+
+    def reset(self) -> None:
+        """Have every drive begin again, and for that time let its shaft go."""
+        if self.shared.powered:
+            self._release()
+            for node in self.nodes:
+                if node.port.powered:
+                    node.restart(self.now_s)
+            self._loop.collect()
+
+    def _release(self) -> None:
+        self._shafts.release(range(len(self.nodes)), self.now_s)
+
+
+def switch_power(node: BusNode, on: bool, now_s: float) -> None:
+    """Give a drive its supply, or take it away."""
+    if not on:
+        node.forget(now_s)
+    node.port.powered = on
+    if on:
+        node.begin(now_s)
+
+
+class NodeControls:
+    """What a fault or a person does to one drive; drives are counted from 0, as the motors.
+
+    All raise `BadRequest` for a drive that there is not.
+    """
+
+    def __init__(self, loop: NodeLoop[Any], bits_s: int) -> None:
+        self.bits_s = bits_s
+        """The speed of the bus."""
+        self._nodes: tuple[BusNode, ...] = loop.nodes
+        self._shared = loop.shared
+        self._collect = loop.collect
+
+    def mute(self, drive: int, on: bool) -> None:
+        """Have a drive say nothing, while it hears and obeys; or speak again."""
+        self.node(drive).port.mute = on
+
+    def plug(self, drive: int, on: bool) -> None:
+        """Plug a drive's CAN cable in, or pull it: it neither hears nor says anything then."""
+        self.node(drive).port.plugged = on
+
+    def withhold_done(self, drive: int, on: bool) -> None:
+        """Have a drive not say that a motion is done, or say it again."""
+        self.node(drive).port.withheld = on
+
+    def power(self, drive: int, on: bool) -> None:
+        """Take a drive's supply away, and what it holds comes down; or give it back."""
+        node = self.node(drive)
+        if not on or (self._shared.powered and not node.port.powered):
+            switch_power(node, on, self._shared.now_s)
+        self._collect()
+
+    def reset(self, drive: int) -> None:
+        """Have a drive's firmware begin again, in motion or not."""
+        if self.node(drive).port.powered:
+            self.node(drive).restart(self._shared.now_s)
+            self._collect()
+
+    def set_id(self, drive: int, node: int) -> int:
+        """Give a drive an id, another one's perhaps; return the old."""
+        before = self.node(drive).set_id(node, self._shared.now_s)
+        if self.node(drive).port.booting:  # a kind that begins to talk anew has something to do
+            self._collect()
+        return before
+
+    def set_mode(self, drive: int, mode: int) -> int:
+        """Give a drive a mode, as at its own keys; return the old."""
+        before = self.node(drive).set_mode(mode, self._shared.now_s)
+        self._collect()
+        return before
+
+    def node(self, drive: int) -> BusNode:
+        """Return a drive."""
+        if not 0 <= drive < len(self._nodes):
+            raise BadRequest(f"drives are numbered 0 to {len(self._nodes) - 1}, not {drive}")
+        return self._nodes[drive]
