@@ -30,7 +30,7 @@ from armdrive.trace.recorder import FlightRecorder
 from armdrive.transports.in_process import MemoryLink
 from kinematics import Joints, Motors
 from kinematics.guards.shapes import Box
-from tests.conformance.seen import ON_THE_STEP
+from tests.conformance.seen import ON_THE_STEP, rests_within
 
 from .clock import Agenda, CampaignPace
 from .disk import Disk
@@ -122,9 +122,7 @@ class Stage:
         """Whether the last program had been told zeros when it ended."""
         self._now_s = 0.0
         guarded = self.config.model.guards.over(self.config.model.arm)
-        # a drive that measures its shaft has arrived within some counts of its target
-        device = self.config.device
-        near = max(getattr(device, name, 0) for name in ("rest_counts", "rest_window"))
+        near = rests_within(self.config.device)
         self.near_steps = near
         """How far from its target a drive may rest; 0 for steppers, which stand on it."""
         near = max(ON_THE_STEP, near)

@@ -12,18 +12,12 @@ from armdrive.status import State, Trust
 from .behaviour import Behaviour, cartesian, finger_motor, grip_switch
 from .bench import Bench
 from .going import begin_joints, beside, joints_from, refused
-from .seen import ON_THE_STEP, Point, check
+from .seen import ON_THE_STEP, Point, check, rests_within
 
 PATIENCE_S = 60.0
 FINGERS_MM = 1.0
 LINE_MM = 110.0
 """So long that a motion straight in joint space would leave the line by some 6 mm."""
-
-
-def rests_within(bench: Bench) -> int:
-    """Return how far from its place a drive that measures its shaft may stand; 0 for a stepper."""
-    device = bench.config.device
-    return max(getattr(device, name, 0) for name in ("rest_counts", "rest_window"))
 
 
 def arrived(bench: Bench, arm: Arm) -> None:
@@ -39,7 +33,7 @@ def arrived(bench: Bench, arm: Arm) -> None:
     )
     off = seen.off_steps(status.acknowledged)
     check(
-        off <= max(ON_THE_STEP, rests_within(bench)),
+        off <= max(ON_THE_STEP, rests_within(bench.config.device)),
         f"the motors are {off} steps from the acknowledged position",
     )
 

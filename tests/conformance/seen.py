@@ -17,6 +17,11 @@ ON_THE_STEP = 1
 Point = tuple[float, float, float]
 
 
+def rests_within(settings: object) -> int:
+    """Return how far from its place a drive that measures its shaft may rest; 0 for a stepper."""
+    return max(getattr(settings, name, 0) for name in ("rest_counts", "rest_window"))
+
+
 class Broken(AssertionError):
     """A behaviour is not as promised; the sentence says what was seen and what was promised."""
 

@@ -508,7 +508,7 @@ MUTANTS = (
         name="CiA 402 drives that miss their targets are sent on",
         promise="a drive that misses its targets does not leap over all that it has missed",
         path="armdrive/dialects/cia402/motion.py",
-        old="        return misses and unseen_s < SETTLE_S\n",
+        old="        return (told or lost) and now_s - since_s < SETTLE_S\n",
         new="        return False\n",
         tests=tests_of(
             "tests/armdrive/dialects/cia402/test_cia402_motion.py",

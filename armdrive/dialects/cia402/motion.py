@@ -195,10 +195,10 @@ class CyclicMotion:
         shaft, cycle_s = drive.shaft, self.limits.cycle_s
         if shaft.is_near or math.isinf(drive.still_s):
             return False
-        seen_s = shaft.read_s - max(drive.still_s, self.began_s)
-        unseen_s = self.lead.io.now_s - max(drive.still_s, self.began_s)
-        misses = seen_s > (HELD_TURNS - 0.5) * cycle_s or unseen_s > LOST_TURNS * cycle_s
-        return misses and unseen_s < SETTLE_S
+        since_s, now_s = max(drive.still_s, self.began_s), self.lead.io.now_s
+        told = shaft.read_s - since_s > (HELD_TURNS - 0.5) * cycle_s
+        lost = now_s - since_s > LOST_TURNS * cycle_s
+        return (told or lost) and now_s - since_s < SETTLE_S
 
     def _judge(self, trip: CyclicTrip) -> Signal | None:
         """Return whether all targets have been given."""
