@@ -102,8 +102,8 @@ def test_its_script_homes_moves_and_stops(tree):
 def test_its_device_is_recognised_by_its_own_probe_and_its_words_are_told(tree):
     program = (
         "from armdrive.connect.port import recogniser\n"
-        "from armdrive.trace.log import talk\n"
-        "known, row = recogniser(), talk('tutor')\n"
+        "from armdrive.trace.log import describer\n"
+        "known, row = recogniser(), describer('tutor')\n"
         "print(known.own_probe('tutor').data, known.recognise(b'p 1 2 3 4 5 6\\n').dialect)\n"
         "print(row.words(b'M 250 10 0 0 0 0 0', row.sent))\n"
     )

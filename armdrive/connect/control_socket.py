@@ -24,7 +24,7 @@ from armdrive.storage.arm_lock import Answering, ArmLock, Json
 from armdrive.storage.lock_client import WATCH_EVERY_S
 from armdrive.trace.calls import Tracer
 from armdrive.trace.entries import TraceEntry
-from armdrive.trace.wire_tap import overheard
+from armdrive.trace.wire_tap import tap_messages
 from kinematics.errors import KinematicsError
 
 
@@ -147,7 +147,7 @@ def _overheard(arm: ControlledArm, every_s: float) -> Iterator[Json]:
         with arm.pace.lock:
             return arm.tracer.since(number, most, back)
 
-    return overheard(since, arm.pace.now_s, lambda: arm.closed, every_s)
+    return tap_messages(since, arm.pace.now_s, lambda: arm.closed, every_s)
 
 
 def _status(arm: ControlledArm, _: Json) -> Json:

@@ -329,7 +329,7 @@ class Engine:
             self.heard_s = self.now_s
             self.bytes_heard += len(data)
             self.received.add(data)
-            self.tracer.heard(data)
+            self.tracer.received(data)
             self.controller.receive(data, self.now_s)
         self._talk()
 
@@ -363,7 +363,7 @@ class Engine:
         return self.stop_asked
 
     def _hear(self, event: Event) -> None:
-        self.tracer.told(event)
+        self.tracer.reported(event)
         if isinstance(event, ProtocolWarning):
             self.last_answer = event.text
         elif isinstance(event, Alert | Progress):
@@ -459,7 +459,7 @@ class Engine:
         except (ValueError, Refused) as error:  # what the dialect cannot express
             self._resume(error if isinstance(error, Refused) else Refused(f"not sent: {error}"))
             return
-        self.tracer.asked(request)
+        self.tracer.requested(request)
         self._asked = True
         self.requests_sent += 1
         if self.stop_asked:

@@ -1,8 +1,8 @@
-"""What a flight recorder is told: by the driver, and by the calls of a program or a person.
+"""The events that a flight recorder receives, from the driver and from calls on an arm.
 
-The driver calls a `Tracer` wherever something happens. Which calls of an arm are noted is a table;
-a wrapper around each notes what it raises as well. A stop is not in the table: a signal handler may
-ask for one, and the engine sees it.
+The driver calls a `Tracer` wherever something happens. `CALLS` lists the methods of an arm that are
+recorded; a wrapper around each one records its arguments and the error it raises. `stop` is not in
+the table: a signal handler may request a stop, and the engine records it instead.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from armdrive.errors import WrongState
 from armdrive.tasks import Event, Request
 from armdrive.trace.entries import EntryCondition, TraceEntry
 
-# The few calls by which the driver tells what happens.
+# The interface between the driver and a flight recorder.
 
 
 class Tracer:
-    """Hears of everything, and changes nothing. This one forgets it; a flight recorder does not.
+    """Receive every event of one arm and ignore it. `FlightRecorder` keeps the events.
 
-    Called under the lock of the arm's pace, but for `called` and `raised`: those come from any
-    thread, a signal handler too, and never wait.
+    A tracer never influences the arm. Its methods are called under the lock of the arm's pace,
+    except `called` and `raised`, which any thread or signal handler may call: these two never wait.
     """
 
     def begin(
@@ -35,75 +35,76 @@ class Tracer:
         clock: Callable[[], float],
         look: Callable[[], EntryCondition],
     ) -> None:
-        """Hear which arm it is, on which wire, by which clock, and how to look at it."""
+        """Start tracing an arm: its configuration, its link, its clock, and how to inspect it."""
 
     def opened(self) -> None:
-        """Hear that the connection stands."""
+        """Note that the connection is complete."""
 
     def tick(self, now_s: float, stop_asked: bool, stop_hard: bool) -> None:
-        """Hear the time, and whether a stop is asked for."""
+        """Note the time, and whether a stop has been requested."""
 
     def sent(self, data: bytes) -> None:
-        """Hear what is about to be written."""
+        """Note bytes that are about to be written."""
 
-    def heard(self, data: bytes) -> None:
-        """Hear what came in."""
+    def received(self, data: bytes) -> None:
+        """Note bytes that arrived."""
 
-    def asked(self, request: Request) -> None:
-        """Hear of a request that begins."""
+    def requested(self, request: Request) -> None:
+        """Note a request that the controller begins to carry out."""
 
-    def told(self, event: Event) -> None:
-        """Hear of an answer, or of what the device said unasked."""
+    def reported(self, event: Event) -> None:
+        """Note a reply, or a message that the device sent without a request."""
 
     def changed(self) -> None:
-        """Look at the arm: state, trust or position may have changed."""
+        """Inspect the arm: its state, trust or position may have changed."""
 
-    def called(self, name: str, words: tuple[Any, ...], named: dict[str, Any]) -> None:
-        """Hear of a call, with its arguments."""
+    def called(self, name: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> None:
+        """Note a call and its arguments."""
 
     def raised(self, error: BaseException) -> None:
-        """Hear of what a call ended with."""
+        """Note the error that a call raised."""
 
     def ended(self, error: BaseException | None) -> None:
-        """Hear of what a task ended with, if not well."""
+        """Note the end of a task, with its error if it failed."""
 
     def lost(self, error: BaseException) -> None:
-        """Hear that the wire is lost."""
+        """Note that the link is lost."""
 
     def failed(self, error: BaseException) -> None:
-        """Hear that the engine itself has failed."""
+        """Note that the engine itself has failed."""
 
     def snapshot(self, why: str) -> Callable[[Path | None], Path]:  # noqa: ARG002
-        """Return what writes all that is remembered now, to a named file or one of its own.
+        """Return a function that writes a recording of everything kept so far.
 
-        Raises `WrongState` where nothing is.
+        The function takes the path of the file, or None to choose one, and returns the path.
+        Raises `WrongState` if nothing is recorded.
         """
-        raise _nothing()
+        raise _no_recorder()
 
     @property
     def began_s(self) -> float:
-        """The arm's clock when this began to look."""
+        """The arm's clock when tracing began."""
         return 0.0
 
     def since(self, number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:  # noqa: ARG002
         """Return entries from a number on, and the number of the first; see `EntryRing.since`.
 
-        Raises `WrongState` where nothing is remembered.
+        Raises `WrongState` if nothing is recorded.
         """
-        raise _nothing()
+        raise _no_recorder()
 
     def close(self) -> None:
-        """Finish what is being written."""
+        """Finish writing recordings."""
 
 
-def _nothing() -> WrongState:
+def _no_recorder() -> WrongState:
     return WrongState("this arm was connected without a flight recorder: nothing was recorded")
 
 
 NO_TRACER = Tracer()
 
 
-# The calls of a program or a person.
+# The recorded methods of an arm.
 
 C = TypeVar("C", bound=type)
 
@@ -115,28 +116,28 @@ CALLS = (
     "wait_inputs", "grasp", "feel", "verify", "pause", "resume",
     "read_pendant_program", "write_pendant_program",
 )  # fmt: skip
-"""The methods of an arm or of its gripper whose calls are noted."""
+"""Methods of an arm or of its gripper that are recorded when called."""
 
 
 def traced(kind: C) -> C:
-    """Have the calls of a class noted by its arm's tracer."""
+    """Wrap the methods of a class that `CALLS` lists, so that the arm's tracer records them."""
     for name in CALLS:
         method = getattr(kind, name, None)
         if method is not None:
-            setattr(kind, name, _noted(name, method))
+            setattr(kind, name, _recorded(name, method))
     return kind
 
 
-def _noted(name: str, method: Callable[..., Any]) -> Callable[..., Any]:
+def _recorded(name: str, method: Callable[..., Any]) -> Callable[..., Any]:
     waiting = waiting_part(method)
     if waiting is None:
 
         @functools.wraps(method)
-        def call(self: Any, /, *words: Any, **named: Any) -> Any:
+        def call(self: Any, /, *arguments: Any, **named: Any) -> Any:
             tracer = _tracer_of(self)
-            tracer.called(name, words, named)
+            tracer.called(name, arguments, named)
             try:
-                return method(self, *words, **named)
+                return method(self, *arguments, **named)
             except BaseException as error:
                 tracer.raised(error)
                 raise
@@ -144,11 +145,11 @@ def _noted(name: str, method: Callable[..., Any]) -> Callable[..., Any]:
         return call
 
     @functools.wraps(waiting)
-    async def waiting_call(self: Any, /, *words: Any, **named: Any) -> Any:
+    async def waiting_call(self: Any, /, *arguments: Any, **named: Any) -> Any:
         tracer = _tracer_of(self)
-        tracer.called(name, words, named)
+        tracer.called(name, arguments, named)
         try:
-            return await waiting(self, *words, **named)
+            return await waiting(self, *arguments, **named)
         except BaseException as error:
             tracer.raised(error)
             raise

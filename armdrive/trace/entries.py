@@ -1,4 +1,4 @@
-"""What a recording is made of: one entry for each thing that happened, with its time."""
+"""The entries of a recording, one per event with its time, and the ring that keeps the latest."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from kinematics.spaces import Motors
 
 
 class EntryKind(StrEnum):
-    """What happened."""
+    """The kind of an event. The values are part of the recording format and never change."""
 
     SENT = "sent"
-    HEARD = "heard"
+    RECEIVED = "heard"
     CALL = "call"
     RAISED = "raised"
     REQUEST = "request"
     REGISTERS = "registers"
     REPLY = "reply"
-    SILENCE = "silence"
+    TIMEOUT = "silence"
     ALERT = "alert"
-    ODDITY = "oddity"
+    WARNING = "oddity"
     STATE = "state"
     OFFSET = "offset"
     TRUST = "trust"
@@ -39,7 +39,7 @@ class EntryKind(StrEnum):
 
 
 class Topic(StrEnum):
-    """What a line is about: people choose by it what they want to see."""
+    """The topics by which a person filters the log."""
 
     BYTES = "bytes"
     REQUESTS = "requests"
@@ -51,15 +51,15 @@ class Topic(StrEnum):
 TOPICS: Mapping[EntryKind, Topic] = MappingProxyType(
     {
         EntryKind.SENT: Topic.BYTES,
-        EntryKind.HEARD: Topic.BYTES,
+        EntryKind.RECEIVED: Topic.BYTES,
         EntryKind.CALL: Topic.INTENTS,
         EntryKind.RAISED: Topic.ERRORS,
         EntryKind.REQUEST: Topic.REQUESTS,
         EntryKind.REGISTERS: Topic.REQUESTS,
         EntryKind.REPLY: Topic.REQUESTS,
-        EntryKind.SILENCE: Topic.ERRORS,
+        EntryKind.TIMEOUT: Topic.ERRORS,
         EntryKind.ALERT: Topic.ERRORS,
-        EntryKind.ODDITY: Topic.ERRORS,
+        EntryKind.WARNING: Topic.ERRORS,
         EntryKind.STATE: Topic.STATES,
         EntryKind.OFFSET: Topic.STATES,
         EntryKind.TRUST: Topic.STATES,
@@ -78,37 +78,37 @@ TOPICS: Mapping[EntryKind, Topic] = MappingProxyType(
 TITLES: Mapping[EntryKind, str] = MappingProxyType(
     {
         EntryKind.SENT: "bytes to the arm",
-        EntryKind.HEARD: "bytes from the arm",
-        EntryKind.CALL: "a call of a program or a person, with its arguments",
-        EntryKind.RAISED: "what a call or a task raised",
+        EntryKind.RECEIVED: "bytes from the arm",
+        EntryKind.CALL: "a call by a program or a person, with its arguments",
+        EntryKind.RAISED: "the error that a call or a task raised",
         EntryKind.REQUEST: "a request that the driver began",
-        EntryKind.REGISTERS: "the controller's counts, in answer to a request",
-        EntryKind.REPLY: "any other answer to a request",
-        EntryKind.SILENCE: "no answer, and none was waited for any longer",
-        EntryKind.ALERT: "what the device said unasked, and what it means",
-        EntryKind.ODDITY: "something on the wire that answers nothing",
-        EntryKind.STATE: "the state machine's new state",
-        EntryKind.OFFSET: "what is added to the controller's counts, in motor steps",
-        EntryKind.TRUST: "the position's new trust, and why",
-        EntryKind.CURRENT: "whether the motors are held",
-        EntryKind.NOTICE: "the status's notice",
-        EntryKind.ERROR: "the status's error",
-        EntryKind.STOP: "a stop was asked for",
-        EntryKind.LOST: "the wire was lost",
-        EntryKind.FAILED: "the engine itself failed",
-        EntryKind.GAP: "what came next is no longer in the recording, apart from lasting settings",
+        EntryKind.REGISTERS: "the controller's position counts, in reply to a request",
+        EntryKind.REPLY: "any other reply to a request",
+        EntryKind.TIMEOUT: "a request that got no reply in time",
+        EntryKind.ALERT: "an unsolicited message of the device that ends trust or motion",
+        EntryKind.WARNING: "bytes from the device that are no reply to any request",
+        EntryKind.STATE: "the new state of the arm",
+        EntryKind.OFFSET: "the reference offset, added to the controller's counts, in motor steps",
+        EntryKind.TRUST: "the position's new trust, and the reason",
+        EntryKind.CURRENT: "whether the motors have current",
+        EntryKind.NOTICE: "the notice in the status",
+        EntryKind.ERROR: "the error in the status",
+        EntryKind.STOP: "a stop request",
+        EntryKind.LOST: "the loss of the link",
+        EntryKind.FAILED: "a failure of the engine itself",
+        EntryKind.GAP: "entries that are no longer in the recording, except for lasting settings",
     }
 )
-"""Every kind, and what it stands for: the docs are checked against this table."""
+"""Every kind and its meaning. The docs are checked against this table."""
 
-WIRE = frozenset((EntryKind.SENT, EntryKind.HEARD))
+WIRE = frozenset((EntryKind.SENT, EntryKind.RECEIVED))
 """The kinds that hold bytes; all others hold text."""
 
 
 class TraceEntry(NamedTuple):
-    """One thing that happened. `time_s` is on the arm's clock; `what` is bytes on the wire.
+    """One event. `time_s` is on the arm's clock; `what` is bytes for traffic, otherwise text.
 
-    A tuple, since thousands of them are made beside motions.
+    A tuple rather than a dataclass, because a motion creates thousands of them.
     """
 
     time_s: float
@@ -117,10 +117,10 @@ class TraceEntry(NamedTuple):
 
 
 class EntryCondition(NamedTuple):
-    """What is known of an arm at one moment, as far as a change of it is noted.
+    """The condition of an arm whose changes are recorded.
 
-    `offset` is what is added to the controller's counts, `belief` the trust, its reason and when it
-    was formed. A tuple, since one is made at every request.
+    `offset` is the reference offset in motor steps; `belief` is the trust, its reason, and when it
+    was formed. A tuple, because every request creates one.
     """
 
     offset: Motors
@@ -131,29 +131,25 @@ class EntryCondition(NamedTuple):
     error: str
 
 
-# The bounded memory of a recorder: how the connection began, and the last minutes.
+# The bounded memory of a recorder: the start of the connection, and the last minutes.
 #
-# When the oldest exchanges go, those that set something for good (motors on, outputs, settings of
-# the device) are kept, so that a simulated twin can still be brought to where the rest begins.
+# The oldest exchanges are dropped first, except those with a lasting effect (motors on, outputs,
+# device settings): a replay needs them to bring its simulated device to where the rest begins.
 
-LONGEST_S = 300.0
-"""What is older than this goes."""
-MOST_BYTES = 4_000_000
-"""What is more than this goes, the oldest first."""
-MOST_OPENING_BYTES = 250_000
-"""A connection's beginning, together with the settings that last, is no longer than this."""
-ENTRY_BYTES = 130
-"""What an entry takes beside its text: a tuple, a float, the head of a string."""
+LONGEST_S = 300.0  # older entries are dropped
+MOST_BYTES = 4_000_000  # beyond this size the oldest entries are dropped
+MOST_OPENING_BYTES = 250_000  # the start of the connection and the lasting settings together
+ENTRY_BYTES = 130  # memory of an entry apart from its text: a tuple, a float, a string header
 
 LASTING = ("SwitchOn", "DropCurrent", "SetOutputs", "SetGripper", "ClearFault", "MendSetting")
-"""Requests whose effect outlives them, and moves no motor."""
+"""Requests with a lasting effect that move no motor."""
 EXCHANGE = frozenset((EntryKind.REQUEST, *WIRE))
 POSITION = frozenset((EntryKind.OFFSET, EntryKind.TRUST))
-"""What tells where the arm is, and comes seldom."""
+"""Entries that determine the position. They are rare, so keeping all of them costs little."""
 
 
 class EntryRing:
-    """Entries in the order of their time. Not for several threads: its owner has the lock."""
+    """Entries in order of time. Not thread-safe: the owner holds the lock."""
 
     def __init__(
         self,
@@ -165,7 +161,7 @@ class EntryRing:
         self.bytes = 0
         self.dropped = 0
         self.added = 0
-        """How many entries there ever were: the number of the next one."""
+        """Number of entries ever added, which is the number of the next one."""
         self._longest_s = longest_s
         self._most_bytes = most_bytes
         self._most_opening_bytes = most_opening_bytes
@@ -177,11 +173,11 @@ class EntryRing:
         self._entries: deque[TraceEntry] = deque()
 
     def seal(self) -> None:
-        """Say that the connection's beginning is over."""
+        """End the part of the recording that covers the start of the connection."""
         self._open = False
 
     def add(self, entry: TraceEntry) -> None:
-        """Remember an entry, and forget the oldest where there are too many."""
+        """Add an entry, and drop the oldest ones if there are too many."""
         size = ENTRY_BYTES + len(entry.what)
         self.added += 1
         if self._open:
@@ -196,7 +192,7 @@ class EntryRing:
             self._drop()
 
     def entries(self) -> tuple[TraceEntry, ...]:
-        """Return all that is remembered, with a `GAP` where something went before what remains."""
+        """Return all entries, with `GAP` entries around the place where some were dropped."""
         if not self.dropped:
             return (*self._opening, *self._lasting, *self._entries)
         begun_s = self._opening[-1].time_s if self._opening else 0.0
@@ -207,23 +203,23 @@ class EntryRing:
         return (*self._opening, first, *self._lasting, last, *self._entries)
 
     def since(self, number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:
-        """Return at most so many entries from a number on, and the number of the first of them.
+        """Return at most `most` entries from `number` on, and the number of the first of them.
 
-        That number is higher than the one asked for where what was asked for has gone, or lies
-        further `back` than so many entries. What it takes grows with what has come since, and not
-        with what is remembered.
+        The first number is higher than the requested one if older entries were dropped or lie more
+        than `back` entries in the past. The cost grows with the number of new entries, not with the
+        size of the ring.
         """
         begun, kept = len(self._opening), len(self._entries)
         first = max(number, self.added - back, 0)
         if first < begun:
             found = tuple(self._opening[first : first + most])
-            whole = self.added - kept == begun  # else the next look tells what is missing
+            whole = self.added - kept == begun  # otherwise the next call reports the missing ones
             return first, found + (self._from(begun, most - len(found)) if whole else ())
         first = max(first, self.added - kept)
         return first, self._from(first, most)
 
     def _from(self, number: int, most: int) -> tuple[TraceEntry, ...]:
-        """Return entries behind the beginning, from a number on that is still remembered."""
+        """Return entries after the opening, from a number that is still in the ring."""
         latest = islice(reversed(self._entries), max(self.added - number, 0))
         return tuple(latest)[::-1][:most]
 

@@ -1,7 +1,7 @@
-"""Recordings on the disk: JSON lines, written whole or not at all, the oldest of them deleted.
+"""Recording files: JSON lines, replaced atomically, with the oldest files deleted.
 
-The first line is the header, each other line an entry. Bytes stand as text, one character a byte
-(Latin-1), so that a person can read most of them.
+The first line is the header, every other line an entry. Bytes are stored as text, one character per
+byte (Latin-1), so that a person can read most of them.
 """
 
 from __future__ import annotations
@@ -29,20 +29,19 @@ from armdrive.trace.entries import WIRE, EntryKind, TraceEntry
 from kinematics.errors import KinematicsError
 from kinematics.presets import PRESETS
 
-# The first line of a recording: whose it is, and the whole arm file, so that none is needed.
+# The header names the arm and contains its whole arm file, so that a replay needs nothing else.
 
 FORMAT = 1
-MARK = "armdrive_recording"
-"""The key that makes a file a recording; its value is the format's number."""
+MARK = "armdrive_recording"  # the key that identifies a recording; its value is the format number
 
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """What is said of a recording as a whole.
+    """The header of a recording.
 
-    `began` is the wall clock's time of the connection (UTC, ISO 8601), `began_s` the arm's own
-    time then. `arm_file` is TOML with every default in it, and empty where none could be written;
-    `model_file` is the text of the model file that it names, if it names one.
+    `began` is the wall-clock time of the connection (UTC, ISO 8601), `began_s` the arm's own time
+    then. `arm_file` is TOML with every default filled in, or empty if it could not be written;
+    `model_file` is the text of the model file that the arm file names, if any.
     """
 
     version: str
@@ -58,11 +57,8 @@ class Header:
     model_file: str
 
 
-# The arm's file in a recording, so that nothing else is needed to replay it.
-
-
 def header_of(config: ArmConfig, *, link: str, why: str, began: tuple[float, float]) -> Header:
-    """Return the header of an arm's recording; `began` is the wall's time and the arm's."""
+    """Return the header of a recording; `began` holds the wall-clock time and the arm's time."""
     wall_s, began_s = began
     moment = dt.datetime.fromtimestamp(wall_s, dt.UTC)
     arm_file, model_file = texts_of(config)
@@ -82,9 +78,9 @@ def header_of(config: ArmConfig, *, link: str, why: str, began: tuple[float, flo
 
 
 def texts_of(config: ArmConfig) -> tuple[str, str]:
-    """Return an arm as TOML, and its model file; empty texts where they cannot be had.
+    """Return an arm as TOML and the text of its model file; empty texts if either fails.
 
-    A recording is written when something has gone wrong: it is worth having without them too.
+    A recording is written when something has gone wrong, and is useful even without them.
     """
     source = config.source
     if source is None:
@@ -104,16 +100,15 @@ def _model_text(source: ConfigSource, word: str) -> str:
     return read_text(source.folder / word, "the model file", ArmFileError)
 
 
-# The files.
+# Writing.
 
 ENDING = ".jsonl"
 LINES_AT_A_TIME = 1000
-MOST_FILES = 20
-"""So many recordings are kept; the oldest go."""
+MOST_FILES = 20  # beyond this number the oldest recordings are deleted
 
 
 def free_path(folder: Path | None, header: Header) -> Path:
-    """Return a file name that says which arm, when it was connected, and why it was written."""
+    """Return an unused path that names the arm, its connection time, and the reason to write."""
     folder = folder or places.recordings()
     moment = re.sub(r"[^0-9]", "", header.began[:19])
     why = re.sub(r"[^a-z]+", "-", header.why)
@@ -125,7 +120,7 @@ def free_path(folder: Path | None, header: Header) -> Path:
 
 
 def lines_of(header: Header, entries: Iterable[TraceEntry]) -> Iterator[str]:
-    """Return the lines of a file, without their ends."""
+    """Yield the lines of a recording, without line ends."""
     yield json.dumps({MARK: FORMAT, **asdict(header)})
     for time_s, kind, what in entries:
         wire = isinstance(what, bytes)
@@ -136,9 +131,9 @@ def lines_of(header: Header, entries: Iterable[TraceEntry]) -> Iterator[str]:
 def write_recording(
     path: Path, header: Header, entries: Iterable[TraceEntry], *, most: Path | None = None
 ) -> None:
-    """Write a file, whole or not at all. Raises `StateFileError`.
+    """Write a file atomically. Raises `StateFileError`.
 
-    In the folder `most` no more than `MOST_FILES` are left.
+    In the folder `most`, all but the latest `MOST_FILES` recordings are deleted.
     """
     try:
         replace_durably(DISK, path, _pieces(lines_of(header, entries)))
@@ -149,7 +144,7 @@ def write_recording(
 
 
 def _pieces(lines: Iterator[str]) -> Iterator[bytes]:
-    """Return the bytes of a file, many lines at a time: each piece is a call of the system."""
+    """Yield the bytes of a file, many lines at a time: each piece costs one system call."""
     while some := list(islice(lines, LINES_AT_A_TIME)):
         yield "".join(f"{line}\n" for line in some).encode()
 
@@ -161,20 +156,19 @@ def _delete_oldest(folder: Path) -> None:
             path.unlink(missing_ok=True)
 
 
-# Reading a recording, strictly: whatever is broken in it is a `RecordingError` that says where.
+# Strict reading: anything broken is a `RecordingError` that names the line.
 #
-# A last line that was cut off is no error: the copy of a file may have ended too early. Nothing
-# that a recording names is opened or run: the arm file and its model file stand in it as text.
+# A truncated last line is no error, because a copy of a file may have ended early. Nothing that a
+# recording names is opened or executed: the arm file and its model file are text in the header.
 
 MOST_FILE_BYTES = 64_000_000
-LATEST_S = 1e8
-"""No arm's clock has ever shown more: three years."""
+LATEST_S = 1e8  # three years: no arm's clock runs that long
 _KINDS = {kind.value: kind for kind in EntryKind}
 
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """A recording as it was read; `cut_off` says that its last line was not whole."""
+    """A recording as read from a file; `cut_off` if the last line was truncated."""
 
     header: Header
     entries: tuple[TraceEntry, ...]
@@ -192,7 +186,7 @@ def read_recording(path: Path) -> Recording:
 
 def parse_recording(data: bytes) -> Recording:
     """Turn a file's bytes into a recording. Raises `RecordingError`."""
-    lines = io.BytesIO(data)  # line by line: a file of line breaks alone is refused at the second
+    lines = io.BytesIO(data)  # line by line: a huge file of empty lines is refused at once
     header = _header(_object(lines.readline().removesuffix(b"\n"), 1))
     entries = tuple(_entries(lines))
     return Recording(header, entries, cut_off=len(data) > 0 and not data.endswith(b"\n"))
@@ -202,39 +196,39 @@ def _object(line: bytes, number: int) -> Mapping[str, Any]:
     try:
         found = json.loads(line)
     except (ValueError, RecursionError) as error:
-        raise RecordingError(f"line {number} is no JSON: {error}") from None
+        raise RecordingError(f"line {number} is not JSON: {error}") from None
     if not isinstance(found, dict):
-        raise RecordingError(f"line {number} is no JSON object")
+        raise RecordingError(f"line {number} is not a JSON object")
     return found
 
 
 def _header(found: Mapping[str, Any]) -> Header:
     known = found.get(MARK)
     if known is None:
-        raise RecordingError("it is no recording of a flight recorder")
+        raise RecordingError("the file is not a flight recording")
     if type(known) is not int or known != FORMAT:  # neither true nor 1.0 is a format
-        raise RecordingError(f"it has format {known!r:.20}, and this armdrive reads {FORMAT}")
+        raise RecordingError(f"the format is {known!r:.20}, but this armdrive reads {FORMAT}")
     names = [each.name for each in fields(Header)]
     if set(found) != {MARK, *names}:
         odd = min(set(found) ^ {MARK, *names})
-        raise RecordingError(f"its first line has {odd!r:.40} too much or too few")
+        raise RecordingError(f"the first line has an unknown or missing key {odd!r:.40}")
     values = {name: found[name] for name in names}
     values["began_s"] = _time_s(values["began_s"], 1)
     for name, value in values.items():
         if name != "began_s" and not isinstance(value, str):
-            raise RecordingError(f"{name} in its first line must be text, not {value!r:.40}")
+            raise RecordingError(f"{name} in the first line must be text, not {value!r:.40}")
     return Header(**values)
 
 
 def _entries(lines: Iterable[bytes]) -> Iterator[TraceEntry]:
-    """Yield an entry for each whole line; a last line that was cut off is left out."""
+    """Yield an entry for each complete line; a truncated last line is left out."""
     latest_s = -math.inf
     for number, line in enumerate(lines, 2):
         if not line.endswith(b"\n"):
             return
         entry = _entry(_object(line, number), number)
         if entry.time_s < latest_s:
-            raise RecordingError(f"line {number} is earlier than the line before it")
+            raise RecordingError(f"line {number} has an earlier time than the previous line")
         latest_s = entry.time_s
         yield entry
 
@@ -243,7 +237,7 @@ def _entry(found: Mapping[str, Any], number: int) -> TraceEntry:
     word = found.get("kind")
     kind = _KINDS.get(word) if isinstance(word, str) else None
     if kind is None:
-        raise RecordingError(f"line {number} is of the unknown kind {word!r:.40}")
+        raise RecordingError(f"line {number} has the unknown kind {word!r:.40}")
     key = "bytes" if kind in WIRE else "text"
     if set(found) != {"t", "kind", key}:
         raise RecordingError(f"line {number} must have t, kind and {key}, and nothing else")
@@ -255,11 +249,11 @@ def _entry(found: Mapping[str, Any], number: int) -> TraceEntry:
     try:
         return TraceEntry(time_s, kind, what.encode("latin-1"))
     except UnicodeEncodeError:
-        raise RecordingError(f"line {number} has a character that is no byte") from None
+        raise RecordingError(f"line {number} has a character beyond Latin-1") from None
 
 
 def _time_s(value: Any, number: int) -> float:
     plain = isinstance(value, int | float) and not isinstance(value, bool)
     if not plain or not -LATEST_S <= value <= LATEST_S:  # NaN is not within either
-        raise RecordingError(f"line {number} has no time, but {value!r:.40}")
+        raise RecordingError(f"line {number} has {value!r:.40} instead of a time in seconds")
     return float(value)

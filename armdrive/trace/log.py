@@ -1,6 +1,6 @@
-"""What happens to an arm and on its wire, in words: a line for each entry of a recorder.
+"""The log: the entries of a flight recorder in words, one line for each entry.
 
-An entry becomes one line. A message that came in several pieces is told at the piece that ends it.
+A message that arrives in several pieces is described in the line of its last piece.
 """
 
 from __future__ import annotations
@@ -19,36 +19,33 @@ from armdrive.status import code_of_reason
 from armdrive.trace.entries import TOPICS, EntryKind, Topic, TraceEntry
 from armdrive.trace.files import Recording
 
-# What passes on the wire in words, as the row of its dialect in the registry states it.
-
 _PLAIN = Describer(lambda: AnswerLines(b"\r\n", answer), None)
 
 
-def talk(dialect: str) -> Describer:
-    """Return how a dialect is put into words; of an unknown one, lines without words."""
+def describer(dialect: str) -> Describer:
+    """Return the describer of a dialect's messages; an unknown dialect's lines get no words."""
     row = DIALECTS.get(dialect)
     return _PLAIN if row is None else row.tools().talk
 
 
-TEXT_AT = 34
-"""The column where the meaning of bytes begins, where the bytes are shorter."""
+TEXT_AT = 34  # the column where the meaning of bytes begins, if the bytes are shorter
 
-ARROWS: Mapping[EntryKind, str] = MappingProxyType({EntryKind.SENT: "->", EntryKind.HEARD: "<-"})
-"""Which way bytes went: to the arm, from the arm."""
+ARROWS: Mapping[EntryKind, str] = MappingProxyType({EntryKind.SENT: "->", EntryKind.RECEIVED: "<-"})
+"""The direction of bytes: to the arm, from the arm."""
 
 
 _CODED = re.compile(r"\[(E[0-9]{3})\] ")
 _RAISED = re.compile(r"([A-Za-z_]+): ")
-_TWICE = "; registers "
-_OF_CLASSES = frozenset((EntryKind.RAISED, EntryKind.LOST, EntryKind.FAILED))
+_REGISTERS = "; registers "
+_NAMES_ITS_CLASS = frozenset((EntryKind.RAISED, EntryKind.LOST, EntryKind.FAILED))
 
 
 @dataclass(frozen=True, slots=True)
 class LogLine:
-    """One line. `number` counts entries from the connection on, `time_s` the seconds since then.
+    """One line. `number` counts entries since the connection, `time_s` the seconds since then.
 
-    `shown` is bytes as people write them (as text, in hexadecimal, or as CAN frames), empty where
-    nothing passed on the wire; `words` say what it means; `code` is the catalogue's, if one fits.
+    `shown` is the traffic as people write it (text, hexadecimal, or CAN frames), empty for other
+    entries; `words` is its meaning; `code` is the error code, if one applies.
     """
 
     number: int
@@ -60,25 +57,25 @@ class LogLine:
 
     @property
     def topic(self) -> Topic:
-        """What the line is about."""
+        """The topic of the line."""
         return TOPICS[self.kind]
 
     @property
-    def way(self) -> str:
-        """The arrow of bytes: to the arm, or from it."""
+    def arrow(self) -> str:
+        """The direction of bytes; blank for other entries."""
         return ARROWS.get(self.kind, "  ")
 
     @property
-    def what(self) -> str:
-        """The bytes and what they mean, in two columns; of other lines, what they tell."""
-        return f"{self.shown:<{TEXT_AT}}  {self.words}".rstrip() if self.shown else self.told
+    def columns(self) -> str:
+        """The bytes and their meaning in two columns; for other entries, their text."""
+        return f"{self.shown:<{TEXT_AT}}  {self.words}".rstrip() if self.shown else self.text
 
     def __str__(self) -> str:
-        return f"{self.time_s:10.3f} s  {self.way} {self.what}".rstrip()
+        return f"{self.time_s:10.3f} s  {self.arrow} {self.columns}".rstrip()
 
     @property
-    def told(self) -> str:
-        """The words with what they are, for lines without bytes."""
+    def text(self) -> str:
+        """The words; preceded by the kind for entries without bytes."""
         return self.words if self.shown else f"{self.kind.value}: {self.words}"
 
     def view(self) -> dict[str, Any]:
@@ -95,43 +92,43 @@ class LogLine:
 
 
 class Narrator:
-    """Puts entries into words, one after another: a message may come in several pieces.
+    """Puts entries into words, in order: a message may be spread over several entries.
 
     `began_s` is the arm's clock at the connection.
     """
 
     def __init__(self, dialect: str, began_s: float = 0.0) -> None:
         self._began_s = began_s
-        self._talk = talk(dialect)
-        self._splitter = self._talk.splitter()
+        self._describer = describer(dialect)
+        self._splitter = self._describer.splitter()
 
     def line(self, number: int, entry: TraceEntry) -> LogLine:
         """Return the line of an entry."""
         time_s = entry.time_s - self._began_s
         if isinstance(entry.what, bytes):
             words = self._meaning(entry.kind, entry.what)
-            return LogLine(number, time_s, entry.kind, self._talk.shown(entry.what), words)
+            return LogLine(number, time_s, entry.kind, self._describer.shown(entry.what), words)
         words = entry.what
-        if entry.kind is EntryKind.REGISTERS:  # its counts stand there twice
-            words = words.partition(_TWICE)[2] or words
+        if entry.kind is EntryKind.REGISTERS:  # the entry repeats its counts: drop the first copy
+            words = words.partition(_REGISTERS)[2] or words
         return LogLine(number, time_s, entry.kind, "", words, _code(entry.kind, words))
 
     def _meaning(self, kind: EntryKind, data: bytes) -> str:
-        """Return what bytes mean: of what is heard, the messages that they complete."""
+        """Return the meaning of bytes; of received bytes, that of the messages they complete."""
+        talk = self._describer
         if kind is EntryKind.SENT:
-            return self._talk.words(data, self._talk.sent)
-        heard = self._splitter.feed(data)
-        return "; ".join(self._talk.words(each.data, self._talk.heard) for each in heard)
+            return talk.words(data, talk.sent)
+        return "; ".join(talk.words(each.data, talk.heard) for each in self._splitter.feed(data))
 
     def text(self, entry: TraceEntry) -> str:
-        """Return an entry in a line of its own, with the arm's clock and all that was noted."""
+        """Return an entry as a line with the arm's clock and the full text of the entry."""
         line = self.line(0, entry)
-        noted = f"{entry.kind.value}: {entry.what!s}"
-        what = line.what if isinstance(entry.what, bytes) else noted
-        return f"{entry.time_s:12.4f} s  {line.way} {what}"
+        recorded = f"{entry.kind.value}: {entry.what!s}"
+        text = line.columns if isinstance(entry.what, bytes) else recorded
+        return f"{entry.time_s:12.4f} s  {line.arrow} {text}"
 
     def view(self, entry: TraceEntry) -> dict[str, Any]:
-        """Return an entry as plain data, the bytes in hexadecimal."""
+        """Return an entry as plain data, with its bytes in hexadecimal."""
         view: dict[str, Any] = {"time_s": entry.time_s, "kind": entry.kind.value}
         if not isinstance(entry.what, bytes):
             return view | {"text": entry.what}
@@ -139,31 +136,31 @@ class Narrator:
         return view | {"hex": entry.what.hex(), "text": line.shown, "words": line.words}
 
     def gap(self, number: int, time_s: float, missing: int) -> LogLine:
-        """Return the line that stands for entries that nobody can tell any more.
+        """Return a line in place of entries that are no longer available.
 
-        A message that had begun before them is forgotten.
+        A message that began before them is discarded.
         """
-        self._splitter = self._talk.splitter()
-        words = f"{missing} entries before this are not shown: they are too old"
+        self._splitter = self._describer.splitter()
+        words = f"{missing} older entries are no longer available"
         return LogLine(number, time_s - self._began_s, EntryKind.GAP, "", words)
 
 
 def _code(kind: EntryKind, words: str) -> str:
-    """Return the code of the catalogue that a sentence belongs to; empty where none does."""
+    """Return the error code that applies to an entry's text, or an empty string."""
     coded = _CODED.match(words)
     if coded is not None:
         return coded[1]
     if kind is EntryKind.TRUST:
         return code_of_reason(words.partition(": ")[2])
-    raised = _RAISED.match(words) if kind in _OF_CLASSES else None
+    raised = _RAISED.match(words) if kind in _NAMES_ITS_CLASS else None
     return "" if raised is None else code_of_name(raised[1])
 
 
-# A recording for people: one line an entry, and where a replay has parted from it.
+# A recording in words, with the first difference that a replay found.
 
 
 def heading(recording: Recording) -> str:
-    """Say whose recording it is, when it was made, and why."""
+    """Return one line that names the arm, the time and the reason of a recording."""
     header = recording.header
     span_s = recording.entries[-1].time_s - header.began_s if recording.entries else 0.0
     return (
@@ -174,8 +171,11 @@ def heading(recording: Recording) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Parting:
-    """The first difference: at which entry, what each said, and how the twin stands then."""
+class Divergence:
+    """The first difference between an arm and its simulated device during a replay.
+
+    `arm` and `twin` are what each of them sent; `twin_state` is the simulated device's state then.
+    """
 
     index: int
     time_s: float
@@ -187,57 +187,56 @@ class Parting:
 
     def __str__(self) -> str:
         return (
-            f"they part at {self.time_s:.3f} s: {self.why}. The arm: {self.arm}. The twin: "
-            f"{self.twin}. The twin stands like this: {self.twin_state}"
+            f"they differ at {self.time_s:.3f} s: {self.why}. The arm: {self.arm}. The simulated "
+            f"device: {self.twin}. The simulated device's state: {self.twin_state}"
         )
 
 
-def lines(recording: Recording, parting: Parting | None = None) -> Iterator[tuple[float, str]]:
-    """Return each entry's time and words, and the parting where it came."""
+def lines(
+    recording: Recording, divergence: Divergence | None = None
+) -> Iterator[tuple[float, str]]:
+    """Yield the time and words of each entry, and the divergence after its entry."""
     narrator = Narrator(recording.header.dialect)
     for index, entry in enumerate(recording.entries):
         yield entry.time_s, narrator.text(entry)
-        if parting is not None and parting.index == index:
-            yield entry.time_s, f">>> {parting}"
+        if divergence is not None and divergence.index == index:
+            yield entry.time_s, f">>> {divergence}"
 
 
-# Reading a flight recorder as it fills: only what has come since the last time, and bounded.
+# Following a flight recorder: each read returns the new entries, and its cost is bounded.
 
 Since = Callable[[int, int, int], tuple[int, tuple[TraceEntry, ...]]]
-"""A number, how many at most, and how far back at most: as `EntryRing.since`."""
+"""Takes a number, the most entries, and how far back to go at most: see `EntryRing.since`."""
 
-MOST = 500
-"""So many lines are made at once: some 25 ms of a small computer."""
-BACK = 2000
-"""Nobody reads further back on a screen; `armdrive record` writes everything. A reader that has
-not read for longer than so many entries passes over the oldest of them, and says so."""
+MOST = 500  # lines made at once: about 25 ms on a small computer
+BACK = 2000  # a reader further behind skips the oldest entries; `armdrive record` writes them all
 
 
 class LogReader:
-    """A place in what an arm's flight recorder holds. Each `read` goes on from there.
+    """A reading position in an arm's flight recorder; each `read` continues from there.
 
-    One reader is for one thread; several readers of one arm do not disturb each other.
+    A reader belongs to one thread. Several readers of one arm are independent.
     """
 
     def __init__(self, since: Since, dialect: str, began_s: float, *, back: int = BACK) -> None:
         self._since = since
         self._back = max(back, BACK)
         self._next, _ = since(0, 0, back)
-        self._untold = self._next if back else 0  # who asks for nothing old is told of none
+        self._missing_at_start = self._next if back else 0  # none are missed if none are wanted
         self._narrator = Narrator(dialect, began_s)
 
     def read(self, most: int = MOST) -> tuple[LogLine, ...]:
-        """Return the lines that have come since the last call, the oldest first.
+        """Return the new lines since the last call, the oldest first.
 
-        At most so many of them (and one that says how many were passed over); the rest comes with
-        the next call. Empty where nothing has come.
+        At most `most` lines (and one that counts the skipped entries); the rest follows at the next
+        call. Empty if there is nothing new.
         """
         first, entries = self._since(self._next, most, self._back)
         lines = []
-        missing = first - self._next + self._untold
+        missing = first - self._next + self._missing_at_start
         if entries and missing:
             lines.append(self._narrator.gap(first - 1, entries[0].time_s, missing))
-            self._untold = 0
+            self._missing_at_start = 0
         self._next = first + len(entries)
         lines += [self._narrator.line(first + index, each) for index, each in enumerate(entries)]
         return tuple(lines)
@@ -251,71 +250,69 @@ def recorded(recording: Recording) -> Iterator[LogLine]:
         yield narrator.line(number, entry)
 
 
-# Which lines of a log somebody wants to see, and the latest of them, kept within a bound.
+# The latest lines of a log, filtered, within a bounded memory.
 
-KEPT = 2000
-"""So many lines are kept to be looked at; the oldest go."""
-BETWEEN = ","
-"""Stands between words that have all to be in a line: the space bar stops the arm."""
+KEPT = 2000  # beyond this number the oldest lines are dropped
+SEPARATOR = ","  # between search words that a line must all contain; the space bar stops the arm
 
 
 @dataclass(frozen=True, slots=True)
-class Sieve:
-    """Topics that are wanted, and a text that every line must have (no matter its capitals)."""
+class LogFilter:
+    """The wanted topics, and words that a line must contain (in upper or lower case)."""
 
     topics: frozenset[Topic] = frozenset(Topic)
     text: str = ""
 
-    def turned(self, topic: Topic) -> Sieve:
-        """Return a sieve with one topic more, or less."""
+    def toggled(self, topic: Topic) -> LogFilter:
+        """Return a filter with one topic switched on or off."""
         return replace(self, topics=self.topics ^ {topic})
 
     def passes(self, line: LogLine) -> bool:
-        """Tell whether a line is wanted."""
+        """Return whether the filter lets a line through."""
         if line.topic not in self.topics:
             return False
-        said = f"{line.told} {line.shown} {line.code}".lower()
-        return all(part in said for part in self.text.lower().split(BETWEEN))
+        searched = f"{line.text} {line.shown} {line.code}".lower()
+        return all(word in searched for word in self.text.lower().split(SEPARATOR))
 
 
 class LogBook:
-    """The latest lines, and those of them that pass. What a new line costs is bounded."""
+    """The latest lines, and those that pass the filter. The cost of a new line is bounded."""
 
     def __init__(self, kept: int = KEPT) -> None:
-        self.sieve = Sieve()
+        self.filter = LogFilter()
         self._all: deque[LogLine] = deque(maxlen=kept)
         self._passed: deque[LogLine] = deque(maxlen=kept)
         self.kept = kept
 
     @property
     def lines(self) -> deque[LogLine]:
-        """The lines that pass, the oldest first."""
+        """The lines that pass the filter, the oldest first."""
         return self._passed
 
     @property
     def total(self) -> int:
-        """How many lines there are, passed or not."""
+        """Number of lines, including those that do not pass."""
         return len(self._all)
 
     def take(self, lines: Iterable[LogLine]) -> int:
-        """Take new lines; return how many of them pass."""
-        before = 0
+        """Add new lines; return how many of them pass."""
+        passed = 0
         for line in lines:
             self._all.append(line)
-            if self.sieve.passes(line):
+            if self.filter.passes(line):
                 self._passed.append(line)
-                before += 1
+                passed += 1
         oldest = self._all[0].number if self._all else 0
         while self._passed and self._passed[0].number < oldest:
             self._passed.popleft()
-        return before
+        return passed
 
-    def choose(self, sieve: Sieve) -> None:
-        """Have other lines pass."""
-        self.sieve = sieve
-        self._passed = deque(filter(sieve.passes, self._all), maxlen=self.kept)
+    def choose(self, wanted: LogFilter) -> None:
+        """Apply another filter to all lines."""
+        self.filter = wanted
+        self._passed = deque(filter(wanted.passes, self._all), maxlen=self.kept)
 
     def clear(self) -> None:
-        """Forget all lines; those to come are not touched."""
+        """Drop all lines; new lines are added as before."""
         self._all.clear()
         self._passed.clear()

@@ -1,7 +1,7 @@
-"""The flight recorder itself: turns what the driver tells into entries, and writes at a fault.
+"""The flight recorder: turns the driver's events into entries, and writes a recording at a fault.
 
-Noting is a few microseconds on the thread that owns the wire; formatting and writing are done by
-another thread. Nothing here may raise into the driver.
+Recording an entry takes a few microseconds on the thread that owns the link; another thread formats
+and writes the file. Nothing here may raise an error into the driver.
 """
 
 from __future__ import annotations
@@ -34,34 +34,87 @@ from armdrive.trace.calls import Tracer
 from armdrive.trace.entries import EntryCondition, EntryKind, EntryRing, TraceEntry
 from kinematics.errors import KinematicsError
 
-PATIENCE_S = 10.0
-"""A disk that takes longer keeps nobody from closing the arm; the thread goes on writing."""
-LONGEST_WORDS = 400
-"""Characters of an argument list or an error that are kept."""
+WRITE_TIMEOUT_S = 10.0  # closing the arm waits this long for a slow disk; the writer then goes on
+LONGEST_TEXT = 400  # characters kept of an argument list or an error
+
+
+class RecordingWriter:
+    """Writes recordings in threads of their own, so that a slow disk delays no motion.
+
+    `written` lists the files, `trouble` is the reason of the last failure.
+    """
+
+    def __init__(self, folder: Path | None) -> None:
+        self.folder = folder
+        self.written: list[Path] = []
+        self.trouble = ""
+        self._threads: list[threading.Thread] = []
+        self._lock = threading.Lock()
+
+    def write(
+        self,
+        path: Path | None,
+        entries: Sequence[TraceEntry],
+        config: ArmConfig,
+        link: str,
+        why: str,
+        began: tuple[float, float],
+    ) -> Path:
+        """Write a recording to `path`, or to a new file; return its path.
+
+        Raises `StateFileError` if the file cannot be written.
+        """
+        # most arms are closed without writing anything
+        from armdrive.trace.files import free_path, header_of, write_recording
+
+        with self._lock:
+            header = header_of(config, link=link, why=why, began=began)
+            target = path or free_path(self.folder, header)
+            write_recording(target, header, entries, most=self.folder)
+            self.written.append(target)
+        return target
+
+    def start(self, write: Callable[[Path | None], Path]) -> None:
+        """Call `write(None)` in another thread; keep the reason if it fails."""
+        self._threads = [each for each in self._threads if each.is_alive()]
+        thread = threading.Thread(target=self._try, args=(write,), name="armdrive-recorder")
+        self._threads.append(thread)
+        thread.start()
+
+    def _try(self, write: Callable[[Path | None], Path]) -> None:
+        try:
+            write(None)
+        except StateFileError as error:
+            self.trouble = str(error)
+
+    def finish(self) -> None:
+        """Wait until every recording is on the disk, at most `WRITE_TIMEOUT_S` for each."""
+        threads, self._threads = self._threads, []
+        for thread in threads:
+            thread.join(WRITE_TIMEOUT_S)
 
 
 class FlightRecorder(Tracer):
-    """A `Tracer` that remembers. With a folder, a fault has it write a file there by itself."""
+    """A tracer that keeps the events of the last minutes.
+
+    With a folder, the recorder writes a file there by itself after a fault.
+    """
 
     def __init__(self, folder: Path | None = None, *, ring: EntryRing | None = None) -> None:
-        self.folder = folder
+        self.files = RecordingWriter(folder)
         self.ring = ring or EntryRing()
-        self.written: list[Path] = []
-        self.trouble = ""
         self._config: ArmConfig | None = None
         self._link = ""
         self._clock: Callable[[], float] = lambda: 0.0
-        self._look: Callable[[], EntryCondition] | None = None
+        self._inspect: Callable[[], EntryCondition] | None = None
         self._began: tuple[float, float] = (0.0, 0.0)
         self._now_s = 0.0
         self._stop: tuple[bool, bool] = (False, False)
-        self._seen: EntryCondition | tuple[None, ...] = (None,) * len(_LOOKS)
+        self._condition: EntryCondition | tuple[None, ...] = (None,) * len(_CONDITION)
         self._last_error = 0
         self._inbox: deque[tuple[float, EntryKind, str]] = deque()
-        self._writers: list[threading.Thread] = []
-        self._writing = threading.Lock()
 
-    # -- what the driver tells ----------------------------------------------------------------
+    # -- events from the driver -----------------------------------------------------------------
 
     def begin(
         self,
@@ -70,107 +123,103 @@ class FlightRecorder(Tracer):
         clock: Callable[[], float],
         look: Callable[[], EntryCondition],
     ) -> None:
-        """Take up an arm, and note what is known of it."""
-        self._config, self._link, self._clock, self._look = config, link, clock, look
+        """Start tracing an arm, and record its present condition."""
+        self._config, self._link, self._clock, self._inspect = config, link, clock, look
         self._now_s = clock()
         self._began = (time.time(), self._now_s)
         self.changed()
 
     def opened(self) -> None:
-        """Keep what there is so far for good."""
+        """Protect the entries so far from being dropped: a replay begins with them."""
         self.ring.seal()
 
     def tick(self, now_s: float, stop_asked: bool, stop_hard: bool) -> None:
-        """Take the time; note a stop when it is first seen."""
+        """Take the time; record a stop request when it first appears."""
         if self._inbox:
-            self._empty()
+            self._take_inbox()
         if now_s > self._now_s:
             self._now_s = now_s
         if self._stop != (stop_asked, stop_hard):
             self._stop = (stop_asked, stop_hard)
             if stop_asked:
-                self._note(EntryKind.STOP, "dead, whatever it costs" if stop_hard else "asked for")
+                self._note(EntryKind.STOP, "emergency stop" if stop_hard else "normal stop")
 
     def sent(self, data: bytes) -> None:
-        """Note bytes to the arm."""
+        """Record bytes to the arm."""
         self.ring.add(TraceEntry(self._now_s, EntryKind.SENT, data))
 
-    def heard(self, data: bytes) -> None:
-        """Note bytes from the arm."""
-        self.ring.add(TraceEntry(self._now_s, EntryKind.HEARD, data))
+    def received(self, data: bytes) -> None:
+        """Record bytes from the arm."""
+        self.ring.add(TraceEntry(self._now_s, EntryKind.RECEIVED, data))
 
-    def asked(self, request: Request) -> None:
-        """Note a request."""
+    def requested(self, request: Request) -> None:
+        """Record a request."""
         self.changed()
-        self._note(EntryKind.REQUEST, _request_words(request))
+        self._note(EntryKind.REQUEST, _request_text(request))
 
-    def told(self, event: Event) -> None:
-        """Note an answer or an alert; reports of a motion under way are in the bytes."""
+    def reported(self, event: Event) -> None:
+        """Record a reply or an alert. Progress reports are left out: their bytes are recorded."""
         if isinstance(event, Progress):
             return
-        self._note(*_event_words(event))
+        self._note(*_event_text(event))
         self.changed()
 
     def changed(self) -> None:
-        """Note whatever of the arm is not what it was."""
-        if self._look is None:
+        """Record every part of the arm's condition that has changed."""
+        if self._inspect is None:
             return
-        seen, before = self._look(), self._seen
-        if seen == before:
+        condition, before = self._inspect(), self._condition
+        if condition == before:
             return
-        self._seen = seen
-        for (kind, words), value, old in zip(_LOOKS, seen, before, strict=True):
+        self._condition = condition
+        for (kind, text), value, old in zip(_CONDITION, condition, before, strict=True):
             if value != old and (value or old):
-                self._note(kind, words(value))
-        if seen.state is State.ERROR_STOP and before[1] is not State.ERROR_STOP:
-            self._write_soon("error-stop")
+                self._note(kind, text(value))
+        if condition.state is State.ERROR_STOP and before[1] is not State.ERROR_STOP:
+            self._write_after("error-stop")
 
-    def called(self, name: str, words: tuple[Any, ...], named: dict[str, Any]) -> None:
-        """Note a call."""
+    def called(self, name: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> None:
+        """Record a call."""
         self._last_error = 0
-        self._inbox.append((self._clock(), EntryKind.CALL, _call_words(name, words, named)))
+        self._inbox.append((self._clock(), EntryKind.CALL, _call_text(name, arguments, named)))
 
     def raised(self, error: BaseException) -> None:
-        """Note an error, once, however many calls it passes."""
+        """Record an error once, however many calls it passes through."""
         if id(error) != self._last_error:
             self._last_error = id(error)
-            self._inbox.append((self._clock(), EntryKind.RAISED, _error_words(error)))
+            self._inbox.append((self._clock(), EntryKind.RAISED, _error_text(error)))
 
     def ended(self, error: BaseException | None) -> None:
-        """Note how a task ended; an error that is no sentence for a person is a flaw of ours."""
+        """Record the error that ended a task, and write a file if the error is a bug of ours."""
         if error is None:
             return
         self.raised(error)
         if isinstance(error, Exception) and not isinstance(error, ArmError | KinematicsError):
-            self._write_soon("engine-failed")
+            self._write_after("engine-failed")
 
     def lost(self, error: BaseException) -> None:
-        """Note that the wire is lost, and write."""
-        self._note(EntryKind.LOST, _error_words(error))
-        self._write_soon("link-lost")
+        """Record the loss of the link, and write a file."""
+        self._note(EntryKind.LOST, _error_text(error))
+        self._write_after("link-lost")
 
     def failed(self, error: BaseException) -> None:
-        """Note that the engine has failed, and write."""
-        self._note(EntryKind.FAILED, _error_words(error))
-        self._write_soon("engine-failed")
+        """Record a failure of the engine, and write a file."""
+        self._note(EntryKind.FAILED, _error_text(error))
+        self._write_after("engine-failed")
 
-    # -- writing ------------------------------------------------------------------------------
+    # -- access to the entries ------------------------------------------------------------------
 
     def snapshot(self, why: str) -> Callable[[Path | None], Path]:
-        """Return what writes all that is remembered now; it raises `StateFileError`."""
-        self._empty()
+        """Return a function that writes a recording of the entries so far.
+
+        The function raises `StateFileError` if the file cannot be written.
+        """
+        self._take_inbox()
         config, entries = self._config, self.ring.entries()
         if config is None:
             raise StateFileError("nothing was recorded: the arm was never connected")
-
-        def write(path: Path | None = None) -> Path:
-            with self._writing:
-                about = (config, self._link, why, self._began)
-                target = _write_recording(path, self.folder, entries, *about)
-                self.written.append(target)
-            return target
-
-        return write
+        link, began = self._link, self._began
+        return lambda path: self.files.write(path, entries, config, link, why, began)
 
     @property
     def began_s(self) -> float:
@@ -178,50 +227,37 @@ class FlightRecorder(Tracer):
         return self._began[1]
 
     def since(self, number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:
-        """Return entries from a number on, no more than `most` and none further `back`."""
-        self._empty()
+        """Return at most `most` entries from a number on; see `EntryRing.since`."""
+        self._take_inbox()
         return self.ring.since(number, most, back)
 
     def close(self) -> None:
-        """Wait until what is being written is on the disk."""
-        writers, self._writers = self._writers, []
-        for writer in writers:
-            writer.join(PATIENCE_S)
+        """Wait until every recording is on the disk."""
+        self.files.finish()
 
-    def _write_soon(self, why: str) -> None:
-        """Have another thread write what is remembered at this moment."""
-        if self.folder is None:
-            return
-        self._writers = [each for each in self._writers if each.is_alive()]
-        work = (self.snapshot(why),)
-        writer = threading.Thread(target=self._try_to_write, args=work, name="armdrive-recorder")
-        self._writers.append(writer)
-        writer.start()
+    def _write_after(self, why: str) -> None:
+        """Have another thread write the entries so far, if files are wanted."""
+        if self.files.folder is not None:
+            self.files.start(self.snapshot(why))
 
-    def _try_to_write(self, write: Callable[[Path | None], Path]) -> None:
-        try:
-            write(None)
-        except StateFileError as error:
-            self.trouble = str(error)
-
-    def _empty(self) -> None:
-        """Take in what other threads have left."""
+    def _take_inbox(self) -> None:
+        """Add the entries that other threads have left."""
         while self._inbox:
-            time_s, kind, words = self._inbox.popleft()
+            time_s, kind, text = self._inbox.popleft()
             self._now_s = max(self._now_s, time_s)
-            self._add(kind, words)
+            self._add(kind, text)
 
-    def _note(self, kind: EntryKind, words: str) -> None:
-        self._empty()
-        self._add(kind, words)
+    def _note(self, kind: EntryKind, text: str) -> None:
+        self._take_inbox()
+        self._add(kind, text)
 
-    def _add(self, kind: EntryKind, words: str) -> None:
-        if len(words) > LONGEST_WORDS:
-            words = f"{words[:LONGEST_WORDS]}..."
-        self.ring.add(TraceEntry(self._now_s, kind, words))
+    def _add(self, kind: EntryKind, text: str) -> None:
+        if len(text) > LONGEST_TEXT:
+            text = f"{text[:LONGEST_TEXT]}..."
+        self.ring.add(TraceEntry(self._now_s, kind, text))
 
 
-_LOOKS: tuple[tuple[EntryKind, Callable[[Any], str]], ...] = (
+_CONDITION: tuple[tuple[EntryKind, Callable[[Any], str]], ...] = (
     (EntryKind.OFFSET, lambda offset: " ".join(map(str, offset))),
     (EntryKind.STATE, lambda state: str(state.value)),
     (EntryKind.TRUST, lambda belief: f"{belief[0].value}: {belief[1]}"),
@@ -229,33 +265,14 @@ _LOOKS: tuple[tuple[EntryKind, Callable[[Any], str]], ...] = (
     (EntryKind.NOTICE, str),
     (EntryKind.ERROR, str),
 )
-"""What `changed` looks at, in this order, and the words for it."""
+"""For each field of `EntryCondition`, in order: the kind of its entry, and its text."""
 
 
-def _write_recording(
-    path: Path | None,
-    folder: Path | None,
-    entries: Sequence[TraceEntry],
-    config: ArmConfig,
-    link: str,
-    why: str,
-    began: tuple[float, float],
-) -> Path:
-    """Write a recording, under a name of its own where no path is given; return where it is."""
-    # most arms are closed with nothing written
-    from armdrive.trace.files import free_path, header_of, write_recording
-
-    header = header_of(config, link=link, why=why, began=began)
-    target = path or free_path(folder, header)
-    write_recording(target, header, entries, most=folder)
-    return target
+# The text of requests, replies, calls and errors in a recording.
 
 
-# Requests, answers, calls and errors in the words that a recording keeps.
-
-
-def _request_words(request: Request) -> str:
-    """Return a request in words; what is a program of its own is left out."""
+def _request_text(request: Request) -> str:
+    """Return a request as text, without the functions and iterators that it carries."""
     if isinstance(request, MoveBy):
         return f"MoveBy({_counts(request.steps)}; {request.rate_hz:g} steps/s)"
     if isinstance(request, MoveAlong):
@@ -263,20 +280,20 @@ def _request_words(request: Request) -> str:
     return repr(request)
 
 
-def _event_words(event: Event) -> tuple[EntryKind, str]:
-    """Return the kind of an answer or an alert, and its words; counts of motors come first."""
+def _event_text(event: Event) -> tuple[EntryKind, str]:
+    """Return the kind and the text of a reply or an alert; position counts come first."""
     if isinstance(event, Registers):
         return EntryKind.REGISTERS, f"{_counts(event.positions)}; {event}"
     if isinstance(event, Alert):
         return EntryKind.ALERT, f"{event.kind.value}: {event.text}"
     if isinstance(event, ProtocolWarning):
-        return EntryKind.ODDITY, event.text
-    return EntryKind.SILENCE if isinstance(event, Timeout) else EntryKind.REPLY, str(event)
+        return EntryKind.WARNING, event.text
+    return EntryKind.TIMEOUT if isinstance(event, Timeout) else EntryKind.REPLY, str(event)
 
 
-def _call_words(name: str, words: tuple[Any, ...], named: Mapping[str, Any]) -> str:
-    """Return a call as it would be written; a move in its JSON form."""
-    shown = [_argument(word) for word in words]
+def _call_text(name: str, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> str:
+    """Return a call as Python source; moves appear in their JSON form."""
+    shown = [_argument(value) for value in arguments]
     shown += [f"{key}={_argument(value)}" for key, value in named.items()]
     return f"{name}({', '.join(shown)})"
 
@@ -285,8 +302,7 @@ def _argument(value: object) -> str:
     return json.dumps(move_to_json(value)) if isinstance(value, get_args(Move)) else repr(value)
 
 
-def _error_words(error: BaseException) -> str:
-    """Return an error in words."""
+def _error_text(error: BaseException) -> str:
     return f"{type(error).__name__}: {error}"
 
 

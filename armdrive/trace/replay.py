@@ -1,10 +1,10 @@
-"""Feeding a recording to a simulated twin, and finding the first place where the two part.
+"""Replay: feed a recording to a simulated device and find the first difference from the real arm.
 
-The twin hears the recorded bytes at their times; what it answers is compared with what the arm
-answered, message by message, and its counts with the arm's whenever those were read at rest.
-Where
-it is slower than the arm was, the rest is given to it later, so that no byte meets a busy device
-that met an idle one. What either does faster or slower is no difference; what they say is.
+The simulated device receives the recorded bytes at their recorded times. Its replies are compared
+with the arm's replies, message by message, and its position counts with the arm's wherever those
+were read at rest. Only the content counts, not the speed: if the simulated device is slower than
+the arm was, everything after that is fed to it later, so that no message reaches a busy device that
+reached an idle one in the recording.
 """
 
 from __future__ import annotations
@@ -31,25 +31,22 @@ from armdrive.tasks import AlertKind
 from armdrive.text.reading import parse_toml
 from armdrive.trace.entries import EntryKind, TraceEntry
 from armdrive.trace.files import Recording
-from armdrive.trace.log import Parting, talk
+from armdrive.trace.log import Divergence, describer
 from kinematics.errors import KinematicsError
 
-# A simulated twin on simulated time, brought to where a recording begins, fed with its bytes.
+# The simulated device, on simulated time.
 
+TimedMessages = deque[tuple[float, Message]]
 
-Said = deque[tuple[float, Message]]
-
-ANSWER_S = 2.0
-"""A twin that stands has answered by then, or never will."""
-MOTION_S = 300.0
-"""So long its motions are waited for."""
-_STALLED = 1000
+ANSWER_S = 2.0  # a simulated device at rest has answered by then, or never will
+MOTION_S = 300.0  # longest motion to wait for
+_STALLED = 1000  # wake-ups without progress after which the device is left alone
 
 
 class ReplayBench:
-    """One twin. `late_s` is how far it has fallen behind the arm that was recorded.
+    """The simulated device of a replay.
 
-    `passing` is the last of its reports that tell of a moment.
+    `late_s` is its delay against the recording; `passing` is its latest progress report.
     """
 
     def __init__(self, config: ArmConfig, settings: Mapping[str, Value] | None = None) -> None:
@@ -57,40 +54,40 @@ class ReplayBench:
         self.now_s = 0.0
         self._config = config
         self._settings = settings
-        self._answers: Said = deque()
-        self._banners: Said = deque()
+        self._answers: TimedMessages = deque()
+        self._banners: TimedMessages = deque()
         self.passing: Message | None = None
         self._passed_s = -math.inf
-        self._splitter = talk(config.connection.dialect).splitter()
+        self._splitter = describer(config.connection.dialect).splitter()
         self._make(None)
 
     @property
     def words(self) -> str:
-        """The physical state of the twin in one line."""
+        """The physical state of the simulated device in one line."""
         return state_line(self._device)
 
     @property
     def view(self) -> dict[str, Json]:
-        """The physical state of the twin as plain data."""
+        """The physical state of the simulated device as plain data."""
         return state_json(self._device)
 
     @property
     def passing_s(self) -> float:
-        """When that report came, on the recording's clock."""
+        """Time of the latest progress report, on the recording's clock."""
         return self._passed_s - self.late_s
 
     @property
     def moving(self) -> bool:
-        """Whether its motors turn."""
+        """Whether a motor turns."""
         return self._device.moving
 
     @property
     def registers(self) -> tuple[int, ...]:
-        """What its controller would tell."""
+        """The position registers of its controller."""
         return tuple(self._device.registers)
 
     def place(self, registers: Sequence[int], position: Sequence[int] | None) -> None:
-        """Have its controller count from there, and its motors stand at a position if one is known.
+        """Set the controller's registers and, if it is known, the position of the motors.
 
         Raises `RecordingError` for counts that such a controller cannot have.
         """
@@ -105,61 +102,64 @@ class ReplayBench:
         self._line.advance(self.now_s)
 
     def send(self, data: bytes, time_s: float) -> None:
-        """Give it bytes at a time of the recording."""
+        """Send bytes to the device at a time of the recording."""
         self.advance(time_s)
         self._line.send(data, self.now_s)
 
     def advance(self, time_s: float) -> None:
-        """Let it live up to a time of the recording."""
-        self._live(time_s + self.late_s)
+        """Run the device up to a time of the recording."""
+        self._run(time_s + self.late_s)
 
     def answer(self, time_s: float) -> Message | None:
-        """Return its next answer, waiting for it beyond a time of the recording where it must.
+        """Return the next answer, which may come after a time of the recording; None without one.
 
-        None where none comes. What it is late by is added to every time from then on.
+        The delay is added to every later time.
         """
         return self._next(self._answers, time_s)
 
     def banner(self, time_s: float) -> Message | None:
-        """Return its next banner in the same way."""
+        """Return the next banner in the same way."""
         return self._next(self._banners, time_s)
 
-    def forget_banners(self) -> None:
-        """Take no notice of how it began."""
+    def discard_banners(self) -> None:
+        """Drop the banners of the device's own start."""
         self._banners.clear()
 
     def stand(self, time_s: float) -> bool:
-        """Let its motors come to rest, beyond a time of the recording where it must."""
+        """Run the device until its motors rest, at least up to a time of the recording.
+
+        Return whether they rest.
+        """
         self.advance(time_s)
         due_s = self.now_s
         while self.moving and self.now_s < due_s + MOTION_S:
-            self._live(max(min(self._line.next_s(), due_s + MOTION_S), self.now_s))
+            self._run(max(min(self._line.next_s(), due_s + MOTION_S), self.now_s))
         self.late_s += self.now_s - due_s
         return not self.moving
 
-    def unasked(self, before_s: float = math.inf) -> Message | None:
-        """Return an answer from before a time that the recorded arm has not given."""
+    def extra_answer(self, before_s: float = math.inf) -> Message | None:
+        """Return an answer from before a time that the recorded arm has not given, if any."""
         if self._answers and self._answers[0][0] <= before_s + self.late_s:
             return self._answers[0][1]
         return None
 
-    def _next(self, said: Said, time_s: float) -> Message | None:
+    def _next(self, messages: TimedMessages, time_s: float) -> Message | None:
         self.advance(time_s)
         due_s = self.now_s
-        while not said and self._waits(due_s):
-            self._live(min(max(self._line.next_s(), self.now_s), due_s + MOTION_S))
-        if not said:
+        while not messages and self._may_come(due_s):
+            self._run(min(max(self._line.next_s(), self.now_s), due_s + MOTION_S))
+        if not messages:
             return None
         self.late_s += self.now_s - due_s
-        return said.popleft()[1]
+        return messages.popleft()[1]
 
-    def _waits(self, due_s: float) -> bool:
-        next_s = self._line.next_s()
-        patient_s = MOTION_S if self.moving else ANSWER_S
-        return max(next_s, self.now_s) < due_s + patient_s
+    def _may_come(self, due_s: float) -> bool:
+        """Return whether a message due at a time may still come."""
+        timeout_s = MOTION_S if self.moving else ANSWER_S
+        return max(self._line.next_s(), self.now_s) < due_s + timeout_s
 
-    def _live(self, time_s: float) -> None:
-        """Take what it says up to a time on its own clock, each thing at its moment."""
+    def _run(self, time_s: float) -> None:
+        """Run the device up to a time on its own clock, and take each message when it is sent."""
         idle = 0
         while (due_s := self._line.next_s()) < time_s and idle < _STALLED:
             idle = 0 if due_s > self.now_s else idle + 1
@@ -182,7 +182,7 @@ class ReplayBench:
         except BadRequest:  # a setting that the caller has chosen
             raise
         except (ArmError, KinematicsError, ArithmeticError, LookupError) as error:
-            raise RecordingError(f"no twin can be made of the recorded arm: {error}") from None
+            raise RecordingError(f"the recorded arm cannot be simulated: {error}") from None
         self._line = self._wire()
 
     def _wire(self) -> PacedDevice:
@@ -192,30 +192,30 @@ class ReplayBench:
         return self._device.line()
 
 
-# Where a twin has to stand for a recording: the counts, offsets and gaps in its entries.
+# The position counts, offsets and gaps in the entries of a recording.
 
 Counts = tuple[int, ...]
 
 _POSITIONED = ("referenced", "restored")
 _COUNTS = re.compile(r"(-?[0-9]{1,9}(?: -?[0-9]{1,9})*)(?:;|$)")
-_NO_COUNTS = (EntryKind.REQUEST, EntryKind.SILENCE, EntryKind.REPLY, EntryKind.LOST)
+_NO_COUNTS = (EntryKind.REQUEST, EntryKind.TIMEOUT, EntryKind.REPLY, EntryKind.LOST)
 
 
 def counts_of(entry: TraceEntry) -> Counts:
-    """Return the motors' counts that an entry begins with. Raises `RecordingError`."""
+    """Return the motor counts at the start of an entry. Raises `RecordingError`."""
     found = _COUNTS.match(str(entry.what))
     if found is None:
-        raise RecordingError(f"{entry.what!r:.60} stands where the counts of motors belong")
+        raise RecordingError(f"{entry.what!r:.60} does not begin with the motors' counts")
     return tuple(int(word) for word in found[1].split(" "))
 
 
 def first_counts(entries: Sequence[TraceEntry]) -> Counts | None:
-    """Return what the controller told first."""
+    """Return the first counts that the controller reported."""
     return next((counts_of(entry) for entry in entries if entry.kind is EntryKind.REGISTERS), None)
 
 
 def first_offset(entries: Sequence[TraceEntry]) -> Counts | None:
-    """Return what made counts a position when the position was first known."""
+    """Return the reference offset at the time when the position was first known."""
     offset = None
     for entry in entries:
         if entry.kind is EntryKind.OFFSET:
@@ -226,7 +226,7 @@ def first_offset(entries: Sequence[TraceEntry]) -> Counts | None:
 
 
 def offset_at(entries: Sequence[TraceEntry], index: int) -> Counts | None:
-    """Return the offset at an entry, None where the position was not known by then."""
+    """Return the reference offset at an entry, or None if the position was not known yet."""
     known = first_offset(entries[:index])
     found = (entry for entry in reversed(entries[:index]) if entry.kind is EntryKind.OFFSET)
     latest = next(found, None)
@@ -234,16 +234,16 @@ def offset_at(entries: Sequence[TraceEntry], index: int) -> Counts | None:
 
 
 def position(counts: Counts, offset: Counts | None) -> Counts | None:
-    """Return where the motors are, None where that is not known."""
+    """Return the position of the motors, or None if it is not known."""
     if offset is None or len(offset) != len(counts):
         return None
     return tuple(a + b for a, b in zip(counts, offset, strict=True))
 
 
 def gap(entries: Sequence[TraceEntry]) -> range:
-    """Return which entries are not to be compared: from the first gap to where counts are read.
+    """Return the entries that cannot be compared: from the first gap to the next counts.
 
-    There the twin can be put to where the arm stood. Empty where nothing is missing.
+    Those counts tell where to place the simulated device. The range is empty without a gap.
     """
     gaps = [index for index, entry in enumerate(entries) if entry.kind is EntryKind.GAP]
     if not gaps:
@@ -255,7 +255,7 @@ def gap(entries: Sequence[TraceEntry]) -> range:
 
 
 def answer_to(entries: Sequence[TraceEntry], index: int) -> TraceEntry | None:
-    """Return the counts that answer an entry, if it asks for them and gets them."""
+    """Return the entry with the counts that an entry asks for, if it does and gets them."""
     entry = entries[index]
     if entry.kind is not EntryKind.REQUEST or not str(entry.what).startswith("ReadPosition"):
         return None
@@ -267,123 +267,129 @@ def answer_to(entries: Sequence[TraceEntry], index: int) -> TraceEntry | None:
     return None
 
 
-# Holding what an arm said beside what its twin says: the first difference is the parting.
+# Comparing the messages of the arm with those of the simulated device.
 
-GRACE_S = 1.0
-"""An answer of the twin that the arm has not given by then, with nothing asked, is a difference."""
-_APART = frozenset((Weight.PASSING, Weight.SELF))
+GRACE_S = 1.0  # an unrequested answer of the simulated device this long before the arm's differs
+_NOT_COMPARED = frozenset((Weight.PASSING, Weight.SELF))
 
 
-class Judge:
-    """Compares entry after entry, up to the first difference; `compared` counts what agreed."""
+class Comparison:
+    """Compares entries up to the first difference; `compared` counts those that agreed."""
 
-    def __init__(self, bench: ReplayBench, talk: Describer) -> None:
+    def __init__(self, bench: ReplayBench, describer: Describer) -> None:
         self.compared = 0
-        self.parting: Parting | None = None
+        self.divergence: Divergence | None = None
         self._bench = bench
-        self._talk = talk
-        self._splitter = talk.splitter()
-        self._told = False
-        self._heard_s = 0.0
+        self._describer = describer
+        self._splitter = describer.splitter()
+        self._counts_seen = False
+        self._received_s = 0.0
         self._passing: Message | None = None
 
     def resume(self) -> None:
-        """Begin to listen behind a gap: a message that had begun before it is none."""
-        self._splitter = self._talk.splitter()
+        """Start again after a gap: a message that began before the gap is incomplete."""
+        self._splitter = self._describer.splitter()
 
-    def heard(self, index: int, entry: TraceEntry, asked: str) -> None:
+    def received(self, index: int, entry: TraceEntry, request: str) -> None:
         """Compare the messages that the bytes of an entry complete."""
         data = entry.what if isinstance(entry.what, bytes) else b""
         for message in self._splitter.feed(data):
-            self._heard_s = entry.time_s
+            self._received_s = entry.time_s
             if message.weight is Weight.PASSING:
                 self._passing = message
-            beginning = message.weight is Weight.BANNER and not self._told
-            if message.weight not in _APART and not beginning and self.parting is None:
-                self._compare(index, entry, message, asked)
+            start_banner = message.weight is Weight.BANNER and not self._counts_seen
+            if message.weight in _NOT_COMPARED or start_banner or self.divergence is not None:
+                continue
+            self._compare(index, entry, message, request)
 
-    def _compare(self, index: int, entry: TraceEntry, message: Message, asked: str) -> None:
-        said = self._talk.said(message.data)
+    def _compare(self, index: int, entry: TraceEntry, message: Message, request: str) -> None:
+        arm = self._describer.said(message.data)
         banner = message.weight is Weight.BANNER
         answer = (self._bench.banner if banner else self._bench.answer)(entry.time_s)
         if answer is None:
-            self._part(index, entry, "the arm said what the twin does not say", said, "nothing")
-        elif not self._agrees(message, answer, asked):
-            its = self._talk.said(answer.data)
-            self._part(index, entry, "they answered otherwise", said, its)
+            why = "the arm sent a message that the simulated device did not send"
+            self._differ(index, entry, why, arm, "nothing")
+        elif not self._agrees(message, answer, request):
+            self._differ(index, entry, "the answers differ", arm, self._describer.said(answer.data))
         else:
             self.compared += 1
 
-    def _agrees(self, message: Message, answer: Message, asked: str) -> bool:
+    def _agrees(self, message: Message, answer: Message, request: str) -> bool:
         if message.data == answer.data or message.weight is Weight.BANNER:
             return True
-        of_moment = message.weight is answer.weight is Weight.MOMENT
-        turning = asked.startswith("Move") or self._bench.moving
-        return of_moment and turning and message.kind == answer.kind
+        momentary = message.weight is answer.weight is Weight.MOMENT
+        moving = request.startswith("Move") or self._bench.moving
+        return momentary and moving and message.kind == answer.kind
 
     def counts(self, index: int, entry: TraceEntry) -> None:
-        """Compare the counts of motors that stand."""
-        if not self._told:
-            self._told = True
-            self._bench.forget_banners()
+        """Compare the counts of motors at rest."""
+        if not self._counts_seen:
+            self._counts_seen = True
+            self._bench.discard_banners()
         counts = counts_of(entry)
-        stands = self._bench.stand(entry.time_s)
+        at_rest = self._bench.stand(entry.time_s)
         twin = self._bench.registers
-        if stands and counts == twin:
+        if at_rest and counts == twin:
             self.compared += 1
             return
-        why = "the motors were counted otherwise" if stands else "the twin still moves"
-        self._part(index, entry, why, _words(counts), _words(twin))
+        why = "the motor counts differ" if at_rest else "the simulated device still moves"
+        self._differ(index, entry, why, _words(counts), _words(twin))
 
-    def silence(self, index: int, entry: TraceEntry) -> None:
-        """Look whether the twin has spoken since the arm fell silent."""
+    def timed_out(self, index: int, entry: TraceEntry) -> None:
+        """Check that the simulated device has been as silent as the arm was."""
         self._bench.advance(entry.time_s)
-        self.unasked(index, entry, entry.time_s)
-        said = self._bench.passing
-        if said is not None and self._bench.passing_s > self._heard_s + GRACE_S / 4:
-            why = f"the arm was silent from {self._heard_s:.3f} s on, and the twin was not"
-            self._part(index, entry, why, str(entry.what), self._talk.said(said.data))
+        self.extra_answer(index, entry, entry.time_s)
+        report = self._bench.passing
+        if report is not None and self._bench.passing_s > self._received_s + GRACE_S / 4:
+            why = (
+                f"the arm was silent from {self._received_s:.3f} s on; the simulated device was not"
+            )
+            self._differ(index, entry, why, str(entry.what), self._describer.said(report.data))
 
     def alerted(self, index: int, entry: TraceEntry) -> None:
-        """Compare the last reports of a motion, where the arm's were of something else."""
-        words = str(entry.what)
-        ours, its = (
-            "nothing" if each is None else self._talk.said(each.data)
+        """Compare the latest progress reports, if the arm's raised an alert."""
+        text = str(entry.what)
+        arm, twin = (
+            "nothing" if each is None else self._describer.said(each.data)
             for each in (self._passing, self._bench.passing)
         )
-        if words.startswith(AlertKind.RESTARTED.value):
-            self._part(index, entry, "the arm began anew, the twin did not", words, its)
-        elif words.startswith(AlertKind.ASTRAY.value) and ours != its:
-            self._part(index, entry, "the arm was seen off the way that was sent", ours, its)
+        if text.startswith(AlertKind.RESTARTED.value):
+            why = "the arm restarted; the simulated device did not"
+            self._differ(index, entry, why, text, twin)
+        elif text.startswith(AlertKind.ASTRAY.value) and arm != twin:
+            self._differ(index, entry, "the arm was off the commanded path", arm, twin)
 
-    def unasked(self, index: int, entry: TraceEntry, before_s: float) -> None:
-        """Look whether the twin has said by then what the arm never said."""
-        message = self._bench.unasked(before_s)
+    def extra_answer(self, index: int, entry: TraceEntry, before_s: float) -> None:
+        """Check that the simulated device has sent no answer that the arm never sent."""
+        message = self._bench.extra_answer(before_s)
         if message is not None:
-            silent = str(entry.what) if entry.kind is EntryKind.SILENCE else "nothing"
-            its = self._talk.said(message.data)
-            self._part(index, entry, "the twin said what the arm did not say", silent, its)
+            arm = str(entry.what) if entry.kind is EntryKind.TIMEOUT else "nothing"
+            why = "the simulated device sent a message that the arm did not send"
+            self._differ(index, entry, why, arm, self._describer.said(message.data))
 
-    def _part(self, index: int, entry: TraceEntry, why: str, arm: str, twin: str) -> None:
-        if self.parting is None:
+    def _differ(self, index: int, entry: TraceEntry, why: str, arm: str, twin: str) -> None:
+        if self.divergence is None:
             bench = self._bench
-            self.parting = Parting(index, entry.time_s, why, arm, twin, bench.words, bench.view)
+            self.divergence = Divergence(
+                index, entry.time_s, why, arm, twin, bench.words, bench.view
+            )
 
 
 def _words(counts: tuple[int, ...]) -> str:
     return " ".join(map(str, counts))
 
 
-_ANSWERS = frozenset((EntryKind.REPLY, EntryKind.REGISTERS, EntryKind.SILENCE))
+# The replay itself.
+
+_REPLIES = frozenset((EntryKind.REPLY, EntryKind.REGISTERS, EntryKind.TIMEOUT))
 
 
 def config_of(recording: Recording) -> ArmConfig:
-    """Return the arm of a recording as its own file there describes it. Raises `RecordingError`."""
+    """Return the arm that the header of a recording describes. Raises `RecordingError`."""
     header = recording.header
     if not header.arm_file:
         raise RecordingError(
-            "the recording holds no arm file, so that no simulated twin can be made of it; "
-            "--show still prints it"
+            "the recording contains no arm file, so it cannot be replayed; --show still prints it"
         )
     try:
         table = parse_toml(header.arm_file, RecordingError)
@@ -395,7 +401,7 @@ def config_of(recording: Recording) -> ArmConfig:
 
 
 def _put_model(table: dict[str, Any], folder: Path, text: str) -> None:
-    """Have the arm file name the model file that came with it, and no other."""
+    """Write the recorded model file into a folder and make the arm file name that one."""
     word = table.get("model")
     if isinstance(word, str) and word.lower().endswith(MODEL_FILE):
         (folder / f"model{MODEL_FILE}").write_text(text, encoding="utf-8", errors="replace")
@@ -404,40 +410,40 @@ def _put_model(table: dict[str, Any], folder: Path, text: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Replayed:
-    """What a replay found. `compared` counts the messages and counts that were held together."""
+    """The result of a replay. `compared` counts the messages and positions that agreed."""
 
     compared: int
     late_s: float
-    parting: Parting | None
+    divergence: Divergence | None
     notes: tuple[str, ...]
 
 
 def replay(recording: Recording, settings: Mapping[str, Value] | None = None) -> Replayed:
-    """Replay a recording against the twin of its arm. Raises `RecordingError`."""
+    """Replay a recording against a simulated device of its arm. Raises `RecordingError`."""
     config = config_of(recording)
     notes = []
     if config.calibration != recording.header.calibration:
         notes.append(
-            "this armdrive understands the recorded arm file otherwise than the one that wrote it "
-            f"({recording.header.version}): angles and positions of the twin may differ"
+            f"armdrive {recording.header.version}, which wrote the recording, read the arm file "
+            "differently: the simulated angles and positions may differ"
         )
     if recording.cut_off:
-        notes.append("the recording's last line was cut off")
+        notes.append("the last line of the recording is incomplete and was ignored")
     return _Replay(recording, ReplayBench(config, settings), notes).run()
 
 
 class _Replay:
-    """One replay under way."""
+    """A replay in progress."""
 
     def __init__(self, recording: Recording, bench: ReplayBench, notes: list[str]) -> None:
         self._entries = recording.entries
         self._bench = bench
         self._notes = notes
-        self._judge = Judge(bench, talk(recording.header.dialect))
-        self._asked = ""
+        self._comparison = Comparison(bench, describer(recording.header.dialect))
+        self._request = ""  # the request that has no reply yet
 
     def run(self) -> Replayed:
-        """Go through all entries up to the first difference."""
+        """Process all entries up to the first difference."""
         missing = gap(self._entries)
         self._begin()
         for index, entry in enumerate(self._entries):
@@ -447,29 +453,33 @@ class _Replay:
             if missing and index == missing.stop:
                 self._resume(index)
             self._take(index, entry)
-            if self._judge.parting is not None:
+            if self._comparison.divergence is not None:
                 break
         else:
             self._end()
         if missing.stop == len(self._entries) and missing:
-            self._notes.append("part of the recording had gone, and the rest cannot be compared")
-        judge = self._judge
-        return Replayed(judge.compared, self._bench.late_s, judge.parting, tuple(self._notes))
+            self._notes.append("entries are missing, and the rest cannot be compared")
+        found = self._comparison
+        return Replayed(found.compared, self._bench.late_s, found.divergence, tuple(self._notes))
 
-    # -- where the twin stands ------------------------------------------------------------------
+    # -- where the simulated device starts ------------------------------------------------------
 
     def _begin(self) -> None:
-        """Have the twin stand as the arm stood at first, as far as the recording tells."""
+        """Place the simulated device where the arm first stood, as far as the recording shows."""
         counts, offset = first_counts(self._entries), first_offset(self._entries)
         if counts is None:
-            self._notes.append("the arm never told where it stands: the twin stands anywhere")
+            self._notes.append(
+                "the arm never reported its position: the simulated device starts anywhere"
+            )
             return
         self._bench.place(counts, position(counts, offset))
         if offset is None:
-            self._notes.append("the arm's position was never known: the twin stands anywhere")
+            self._notes.append(
+                "the arm's position was never known: the simulated device starts anywhere"
+            )
 
     def _pass_over(self, entry: TraceEntry) -> None:
-        """Have the twin hear settings that last; what it says to them is not compared."""
+        """Send a lasting setting to the simulated device without comparing the answer."""
         if entry.kind is EntryKind.SENT and isinstance(entry.what, bytes):
             self._bench.send(entry.what, entry.time_s)
 
@@ -480,45 +490,45 @@ class _Replay:
         counts = counts_of(answer)
         self._bench.advance(self._entries[index].time_s)
         self._bench.place(counts, position(counts, offset_at(self._entries, index)))
-        self._judge.resume()
-        self._asked = ""
+        self._comparison.resume()
+        self._request = ""
         self._notes.append(
-            f"part of the recording had gone: it is compared from {answer.time_s:.3f} s on"
+            f"entries are missing: the comparison starts again at {answer.time_s:.3f} s"
         )
 
-    # -- what happens ---------------------------------------------------------------------------
+    # -- entries --------------------------------------------------------------------------------
 
     def _take(self, index: int, entry: TraceEntry) -> None:
-        judge = self._judge
+        comparison = self._comparison
         if entry.kind is EntryKind.SENT and isinstance(entry.what, bytes):
             self._bench.send(entry.what, entry.time_s)
-        elif entry.kind is EntryKind.HEARD:
-            judge.heard(index, entry, self._asked)
+        elif entry.kind is EntryKind.RECEIVED:
+            comparison.received(index, entry, self._request)
         elif entry.kind is EntryKind.REQUEST:
-            judge.unasked(index, entry, entry.time_s - GRACE_S)
-            self._asked = str(entry.what)
+            comparison.extra_answer(index, entry, entry.time_s - GRACE_S)
+            self._request = str(entry.what)
         elif entry.kind is EntryKind.ALERT:
-            judge.alerted(index, entry)
+            comparison.alerted(index, entry)
         elif entry.kind is EntryKind.REGISTERS:
-            judge.counts(index, entry)
-        elif entry.kind is EntryKind.SILENCE:
-            judge.silence(index, entry)
-        if entry.kind in _ANSWERS:
-            self._asked = ""
+            comparison.counts(index, entry)
+        elif entry.kind is EntryKind.TIMEOUT:
+            comparison.timed_out(index, entry)
+        if entry.kind in _REPLIES:
+            self._request = ""
 
     def _end(self) -> None:
-        """Look whether the twin has said more, unless the arm's answer was still to come."""
-        if not self._entries or self._asked:
+        """Check for extra answers, unless the arm's last answer is missing from the recording."""
+        if not self._entries or self._request:
             return
         index = len(self._entries) - 1
         last = self._entries[index]
         self._bench.advance(last.time_s)
-        self._judge.unasked(index, last, last.time_s - GRACE_S)
+        self._comparison.extra_answer(index, last, last.time_s - GRACE_S)
 
 
 def replayed_view(recording: Recording, replayed: Replayed) -> dict[str, Any]:
-    """Return what a replay found as plain data."""
-    header, parting = recording.header, replayed.parting
+    """Return the result of a replay as plain data."""
+    header, parting = recording.header, replayed.divergence
     return {
         "arm": header.arm,
         "dialect": header.dialect,

@@ -1,7 +1,8 @@
-"""What passes on the wire of a held arm, told to other programs as it comes, by its recorder.
+"""The wire tap: the traffic of an arm, streamed to other programs while one program holds it.
 
-Each message is `{"wire": [[time_s, "sent" or "heard", bytes in hexadecimal], ...], "missed": how
-many entries were passed over, "now_s": the arm's clock}`, or `{}` where nothing has passed.
+Each message is `{"wire": [[time_s, direction, bytes in hexadecimal], ...], "missed": number of
+skipped entries, "now_s": the arm's clock}`, or `{}` if there was no traffic. The direction is the
+entry's kind, `"sent"` or its counterpart for received bytes.
 """
 
 from __future__ import annotations
@@ -12,12 +13,9 @@ from typing import Any
 
 from armdrive.trace.entries import WIRE, TraceEntry
 
-MOST = 200
-"""So many entries of the recorder are taken at once."""
-BACK = 4000
-"""Who has not read for longer than so many passes over the oldest of them."""
-PIECE_BYTES = 1024
-"""Longer bytes are told in pieces: callers take messages of a bounded size."""
+MOST = 200  # entries fetched from the recorder at once
+BACK = 4000  # a reader further behind than this skips the oldest entries
+PIECE_BYTES = 1024  # longer entries are split, because messages have a bounded size
 MESSAGE_BYTES = 8192
 
 Piece = tuple[float, str, str]
@@ -25,10 +23,10 @@ Since = Callable[[int, int, int], tuple[int, tuple[TraceEntry, ...]]]
 """Returns entries of the recorder, as `EntryRing.since` does."""
 
 
-def overheard(
+def tap_messages(
     since: Since, now_s: Callable[[], float], closed: Callable[[], bool], every_s: float
 ) -> Iterator[dict[str, Any]]:
-    """Give what passes from now on, looked at so often, until the arm has been closed."""
+    """Yield the traffic from now on, polled every `every_s`, until the arm is closed."""
     number, _ = since(0, 0, 0)
     missed = 0
     while True:
@@ -55,7 +53,7 @@ def _pieces(entry: TraceEntry) -> Iterator[Piece]:
 
 
 def _messages(pieces: list[Piece]) -> Iterator[list[Piece]]:
-    """Put pieces together, as many as a message may have; one alone is never too long."""
+    """Group pieces into messages of at most `MESSAGE_BYTES`."""
     message: list[Piece] = []
     size = 0
     for piece in pieces:

@@ -36,7 +36,7 @@ class LoggedArm(FakeArm):
         """Have what belongs to one small motion pass by."""
         self.pass_by(EntryKind.REQUEST, "MoveBy(37 0 -4 0 0 0; 219.5 steps/s)")
         self.pass_by(EntryKind.SENT, f"@STEP 214,{steps}\r".encode())
-        self.pass_by(EntryKind.HEARD, b"1\r")
+        self.pass_by(EntryKind.RECEIVED, b"1\r")
         self.pass_by(EntryKind.REPLY, "done")
 
     def save_recording(self):
@@ -52,7 +52,7 @@ def storied(dialect="teachmover"):
     arm.pass_by(EntryKind.STATE, "moving")
     for number in range(6):
         arm.move(f"{37 + number},0,-4,0,0,0")
-    arm.pass_by(EntryKind.SILENCE, "no answer to `@STEP 214,37,0,-4,0,0,0` within 1.5 s")
+    arm.pass_by(EntryKind.TIMEOUT, "no answer to `@STEP 214,37,0,-4,0,0,0` within 1.5 s")
     arm.pass_by(EntryKind.STATE, "error-stop")
     arm.pass_by(EntryKind.TRUST, "suspect: a motion was sent and never answered")
     arm.pass_by(EntryKind.ERROR, "[E502] no answer to `@STEP 214,37,0,-4,0,0,0` within 1.5 s")

@@ -254,7 +254,7 @@ class LogScreen(DeskScreen):
             for line in view.visible(height)
         ]
         if not rows:
-            rows = [(log_text.nothing(view.book.sieve), "")]
+            rows = [(log_text.nothing(view.book.filter), "")]
         listed.show(rows)
 
     # -- keys ---------------------------------------------------------------------------------
@@ -262,7 +262,7 @@ class LogScreen(DeskScreen):
     def action_find(self) -> None:
         """Type what all lines must have."""
         view = self.log_view
-        self.app.push_screen(FindScreen(self.desk.keys, view.book.sieve.text, view.find))
+        self.app.push_screen(FindScreen(self.desk.keys, view.book.filter.text, view.find))
 
     def action_open_line(self) -> None:
         """Show all of the chosen line, or of the newest one."""

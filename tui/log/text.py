@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from armdrive.errors.printing import in_full
 from armdrive.errors.table import CatalogueEntry, by_code
 from armdrive.trace.entries import Topic
-from armdrive.trace.log import LogBook, LogLine, Sieve
+from armdrive.trace.log import LogBook, LogFilter, LogLine
 from tui.keys.keyboard import Keyboard
 
 CUT = "~"
@@ -20,22 +20,22 @@ WAYS: Mapping[str, str] = {"->": "to the arm", "<-": "from the arm"}
 def head(book: LogBook, keys: Keyboard, *, following: bool, held: bool) -> str:
     """Return what is shown of how much, and by which keys that changes."""
     topics = "  ".join(
-        f"{keys.label(f'log-{topic.value}')} [{'x' if topic in book.sieve.topics else ' '}] "
+        f"{keys.label(f'log-{topic.value}')} [{'x' if topic in book.filter.topics else ' '}] "
         f"{topic.value}"
         for topic in Topic
     )
     conduct = "HELD STILL" if held else "newest last" if following else "looking back"
-    text = f"  find: {book.sieve.text}" if book.sieve.text else ""
+    text = f"  find: {book.filter.text}" if book.filter.text else ""
     return f"{topics}\n{conduct}, {len(book.lines)} of {book.total} lines{text}"
 
 
 def row(line: LogLine, width: int, *, chosen: bool) -> str:
     """Return a line of the log in so many columns: mark, time, way, code, bytes, words."""
     mark = ">" if chosen else "!" if line.topic is Topic.ERRORS else " "
-    start = f"{mark}{line.time_s:10.3f} {line.way} "
+    start = f"{mark}{line.time_s:10.3f} {line.arrow} "
     code = f"[{line.code}] " if line.code and not line.words.startswith("[") else ""
     if not line.shown:
-        return cut(f"{start}{code}{line.told}", width)
+        return cut(f"{start}{code}{line.text}", width)
     room = max((width - len(start)) * 2 // 5, 8)
     return cut(f"{start}{cut(line.shown, room):<{room}}  {line.words}", width)
 
@@ -47,7 +47,7 @@ def cut(text: str, width: int) -> str:
 
 def whole(line: LogLine, width: int, keys: Keyboard) -> str:
     """Return everything that is known of a line; of an error the catalogue's row too."""
-    way = WAYS.get(line.way, "")
+    way = WAYS.get(line.arrow, "")
     parts = [
         f"{line.time_s:.4f} s after the connection, entry {line.number}: {line.kind.value} {way}",
         line.shown,
@@ -78,7 +78,7 @@ def asked_text(what: str, text: str) -> str:
     return f"{what}: {text}_   (commas between words; space stops the arm)"
 
 
-def nothing(sieve: Sieve) -> str:
+def nothing(sieve: LogFilter) -> str:
     """Return why there is no line in sight."""
     missing = [topic.value for topic in Topic if topic not in sieve.topics]
     reasons = [f"left out: {', '.join(missing)}"] if missing else []

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from armdrive.errors import ArmError
 from armdrive.trace.entries import Topic
-from armdrive.trace.log import LogBook, LogLine, LogReader, Sieve
+from armdrive.trace.log import LogBook, LogFilter, LogLine, LogReader
 from tui.screens import ScreenHost
 
 PORTION = 100
@@ -112,7 +112,7 @@ class LogView:
             self._lines = tuple(self.book.lines)
         return bool(new)
 
-    def sieve(self, sieve: Sieve) -> None:
+    def sieve(self, sieve: LogFilter) -> None:
         """Have other lines in sight."""
         self.book.choose(sieve)
         self._lines = tuple(self.book.lines)
@@ -120,19 +120,19 @@ class LogView:
 
     def find(self, text: str) -> None:
         """Have only lines with a text in sight."""
-        self.sieve(Sieve(self.book.sieve.topics, text))
+        self.sieve(LogFilter(self.book.filter.topics, text))
 
     # -- keys ---------------------------------------------------------------------------------
 
     def switch_topic(self, topic: str) -> None:
         """Show a topic, or leave it out."""
-        self.sieve(self.book.sieve.turned(Topic(topic)))
+        self.sieve(self.book.filter.toggled(Topic(topic)))
 
     def show_all(self) -> None:
         """Show everything again, and follow it."""
         self.held = False
         self.window = Window()
-        self.sieve(Sieve())
+        self.sieve(LogFilter())
 
     def switch_hold(self) -> None:
         """Hold the lines still, or let them come again."""

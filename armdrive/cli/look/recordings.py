@@ -14,29 +14,29 @@ from armdrive.sim.device import Options
 from armdrive.storage.files import recordings
 from armdrive.trace.entries import Topic
 from armdrive.trace.files import ENDING, Recording, read_recording
-from armdrive.trace.log import BETWEEN, Narrator, Sieve, heading, lines, recorded
+from armdrive.trace.log import SEPARATOR, LogFilter, Narrator, heading, lines, recorded
 from armdrive.trace.replay import Replayed, config_of, replay, replayed_view
 from kinematics.errors import suggestion
 
 
 def log(options: argparse.Namespace) -> Iterator[Result]:
     """Read a recording: what passed on the wire, what was asked, what came of it."""
-    sieve = Sieve(_topics(options.only), options.find)
+    log_filter = LogFilter(_topics(options.only), options.find)
     file = options.file or _newest()
     recording = read_recording(file)
     yield Result(None, f"{file}: {heading(recording)}")
-    for line in filter(sieve.passes, recorded(recording)):
+    for line in filter(log_filter.passes, recorded(recording)):
         yield Result(line.view(), str(line))
 
 
 def _topics(words: str | None) -> frozenset[Topic]:
     if words is None:
         return frozenset(Topic)
-    for word in words.split(BETWEEN):
+    for word in words.split(SEPARATOR):
         if word not in list(Topic):
             near = suggestion(word, list(Topic))
             raise BadRequest(f"there is no topic {word!r}{near}: choose of {', '.join(Topic)}")
-    return frozenset(Topic(word) for word in words.split(BETWEEN))
+    return frozenset(Topic(word) for word in words.split(SEPARATOR))
 
 
 def _newest() -> Path:
@@ -60,13 +60,13 @@ def replay_recording(options: argparse.Namespace) -> Iterator[Result]:
     replayed = None if options.show else _replayed(recording, options.set)
     yield Result(None, heading(recording))
     if not options.quiet:
-        parting = None if replayed is None else replayed.parting
+        parting = None if replayed is None else replayed.divergence
         yield Result(None, _in_time(lines(recording, parting), options.speed))
     if replayed is None:
         narrator = Narrator(recording.header.dialect)
         yield from (Result(narrator.view(entry)) for entry in recording.entries)
     else:
-        code = 0 if replayed.parting is None else PARTED
+        code = 0 if replayed.divergence is None else PARTED
         yield Result(replayed_view(recording, replayed), _verdict(replayed), code)
 
 
@@ -90,7 +90,7 @@ def _verdict(replayed: Replayed) -> Iterator[str]:
         yield f"note: {note}"
     if replayed.late_s > 0.0:
         yield f"note: the twin took {replayed.late_s:.3f} s longer than the arm, all in all"
-    if replayed.parting is None:
+    if replayed.divergence is None:
         yield f"the twin answered as the arm did: {replayed.compared} answers and counts compared"
     else:
-        yield str(replayed.parting)
+        yield str(replayed.divergence)

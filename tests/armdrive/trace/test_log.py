@@ -14,7 +14,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors.table import found
 from armdrive.trace.calls import NO_TRACER
 from armdrive.trace.entries import ENTRY_BYTES, EntryKind, EntryRing, TraceEntry
-from armdrive.trace.log import TOPICS, LogBook, LogLine, LogReader, Sieve, Topic
+from armdrive.trace.log import TOPICS, LogBook, LogFilter, LogLine, LogReader, Topic
 
 
 @pytest.fixture
@@ -62,7 +62,7 @@ def test_a_motion_is_read_in_words_with_its_intent_and_its_bytes(arm):
 
 def test_counts_are_told_once(arm):
     told = next(each for each in arm.log().read() if each.kind is EntryKind.REGISTERS)
-    assert told.told == "registers: 0 0 0 0 0 0, inputs 0"
+    assert told.text == "registers: 0 0 0 0 0 0, inputs 0"
 
 
 def test_times_are_counted_from_the_connection():
@@ -91,7 +91,7 @@ def test_every_dialect_has_a_log(dialect):
         arm.move_motors(0, 0, 0, 0, 3, 0)
         lines = arm.log().read(5000)
     assert any(each.kind is EntryKind.SENT and each.words for each in lines)
-    assert any(each.kind is EntryKind.HEARD and each.words for each in lines)
+    assert any(each.kind is EntryKind.RECEIVED and each.words for each in lines)
 
 
 def test_frames_of_a_bus_are_written_as_frames():
@@ -142,7 +142,7 @@ def test_a_reader_looks_no_further_back_than_it_was_told():
     for number in range(100):
         ring.add(TraceEntry(float(number), EntryKind.REPLY, str(number)))
     gap, *lines = reader(ring, back=10).read()
-    assert gap.words.startswith("90 entries")
+    assert gap.words.startswith("90 older entries")
     assert [each.words for each in lines] == [str(number) for number in range(90, 100)]
 
 
@@ -158,11 +158,11 @@ def test_a_message_that_began_before_a_gap_is_no_message():
     ring = EntryRing(most_bytes=2 * (ENTRY_BYTES + 2))
     ring.seal()
     log = reader(ring)
-    ring.add(TraceEntry(0.0, EntryKind.HEARD, b"1,"))
+    ring.add(TraceEntry(0.0, EntryKind.RECEIVED, b"1,"))
     log.read()
     for _ in range(5):
-        ring.add(TraceEntry(0.0, EntryKind.HEARD, b"x"))
-    ring.add(TraceEntry(0.0, EntryKind.HEARD, b"\r1\r"))
+        ring.add(TraceEntry(0.0, EntryKind.RECEIVED, b"x"))
+    ring.add(TraceEntry(0.0, EntryKind.RECEIVED, b"\r1\r"))
     assert log.read()[-1].words.endswith("done")
 
 
@@ -180,13 +180,13 @@ def test_topics_and_texts_are_sieved():
     failed = line(1, EntryKind.RAISED, "NoAnswer: no answer", code="E502")
     assert book.take([sent, failed]) == 2
     for sieve, passed in (
-        (Sieve(frozenset({Topic.BYTES})), [sent]),
-        (Sieve(text="ANSWER"), [failed]),
-        (Sieve(text="e502"), [failed]),
-        (Sieve(text="step,37"), [sent]),
-        (Sieve(text="step,38"), []),
-        (Sieve().turned(Topic.BYTES), [failed]),
-        (Sieve().turned(Topic.BYTES).turned(Topic.BYTES), [sent, failed]),
+        (LogFilter(frozenset({Topic.BYTES})), [sent]),
+        (LogFilter(text="ANSWER"), [failed]),
+        (LogFilter(text="e502"), [failed]),
+        (LogFilter(text="step,37"), [sent]),
+        (LogFilter(text="step,38"), []),
+        (LogFilter().toggled(Topic.BYTES), [failed]),
+        (LogFilter().toggled(Topic.BYTES).toggled(Topic.BYTES), [sent, failed]),
     ):
         book.choose(sieve)
         assert list(book.lines) == passed
@@ -195,7 +195,7 @@ def test_topics_and_texts_are_sieved():
 
 def test_a_book_is_bounded_and_forgets_what_is_too_old_for_it():
     book = LogBook(kept=3)
-    book.choose(Sieve(frozenset({Topic.ERRORS})))
+    book.choose(LogFilter(frozenset({Topic.ERRORS})))
     assert book.take([line(0, EntryKind.ERROR), *map(line, range(1, 5))]) == 1
     assert book.total == 3
     assert not book.lines
@@ -206,7 +206,7 @@ def test_a_book_is_bounded_and_forgets_what_is_too_old_for_it():
 @given(st.lists(st.sampled_from(list(EntryKind)), max_size=30), st.integers(1, 8))
 def test_what_passes_is_the_same_whether_it_is_chosen_before_or_after(kinds, kept):
     lines = [line(number, kind) for number, kind in enumerate(kinds)]
-    wanted = Sieve(frozenset({Topic.ERRORS, Topic.BYTES}))
+    wanted = LogFilter(frozenset({Topic.ERRORS, Topic.BYTES}))
     before, after = LogBook(kept), LogBook(kept)
     before.choose(wanted)
     for each in lines:

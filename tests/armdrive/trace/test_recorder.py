@@ -55,7 +55,7 @@ def test_every_byte_of_the_wire_is_noted_in_order(dialect, tmp_path, monkeypatch
     arm.move_motors(5, 5, 5, 5, 5, 5)
     entries = saved(arm, tmp_path).entries
     assert b"".join(of_kind(entries, EntryKind.SENT)) == passed["sent"]
-    assert b"".join(of_kind(entries, EntryKind.HEARD)) == passed["heard"]
+    assert b"".join(of_kind(entries, EntryKind.RECEIVED)) == passed["heard"]
     arm.close()
 
 
@@ -103,7 +103,7 @@ def test_a_stop_is_noted_once_and_a_dead_one_says_so(arm, tmp_path):
     arm.estop()
     arm.sleep(0.5)
     stops = of_kind(saved(arm, tmp_path).entries, EntryKind.STOP)
-    assert stops == ["asked for", "dead, whatever it costs"]
+    assert stops == ["normal stop", "emergency stop"]
 
 
 def test_a_fault_is_written_by_itself_at_once(tmp_path):
@@ -157,7 +157,7 @@ def test_a_folder_that_cannot_be_written_is_an_error_of_the_call_and_none_of_the
     arm = recorded_arm(folder=tmp_path / "blocked")
     arm.estop()
     arm.tracer.close()
-    assert "cannot be written" in arm.tracer.trouble
+    assert "cannot be written" in arm.tracer.files.trouble
     with pytest.raises(StateFileError, match="cannot be written"):
         arm.save_recording()
     arm.close()

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from armdrive.trace.entries import ENTRY_BYTES, EntryKind, EntryRing, TraceEntry
 
 kinds = st.sampled_from(
-    [EntryKind.SENT, EntryKind.HEARD, EntryKind.REQUEST, EntryKind.REPLY, EntryKind.OFFSET]
+    [EntryKind.SENT, EntryKind.RECEIVED, EntryKind.REQUEST, EntryKind.REPLY, EntryKind.OFFSET]
 )
 words = st.sampled_from(["MoveBy(1)", "SwitchOn()", "SetOutputs(bits=3)", "1 2 3", "done"])
 
@@ -78,6 +78,6 @@ def test_a_gap_stands_where_something_went():
 
 
 def test_a_connection_that_never_comes_about_is_bounded_too():
-    ring = filled([TraceEntry(float(t), EntryKind.HEARD, b"x" * 100) for t in range(5000)], -1)
+    ring = filled([TraceEntry(float(t), EntryKind.RECEIVED, b"x" * 100) for t in range(5000)], -1)
     assert sum(len(each.what) for each in ring.entries()) < 5_000_000
     assert ring.bytes <= 4_000_000

@@ -123,12 +123,12 @@ def test_any_value_in_any_place_is_read_or_refused(text, data):
     [
         ('{"t": 0, "kind": "dance", "text": ""}', "unknown kind 'dance'"),
         ('{"t": 0, "kind": "sent", "text": ""}', "must have t, kind and bytes"),
-        ('{"t": 0, "kind": "sent", "bytes": "\\u0394"}', "no byte"),
-        ('{"t": NaN, "kind": "state", "text": ""}', "no time"),
-        ('{"t": true, "kind": "state", "text": ""}', "no time"),
+        ('{"t": 0, "kind": "sent", "bytes": "\\u0394"}', "beyond Latin-1"),
+        ('{"t": NaN, "kind": "state", "text": ""}', "instead of a time"),
+        ('{"t": true, "kind": "state", "text": ""}', "instead of a time"),
         ('{"t": -1, "kind": "state", "text": ""}', "earlier"),
-        ("[" * 100_000, "no JSON"),
-        ("7", "no JSON object"),
+        ("[" * 100_000, "not JSON"),
+        ("7", "not a JSON object"),
     ],
 )
 def test_a_broken_line_is_named_with_its_number(text, line, words):
@@ -146,7 +146,7 @@ def test_a_file_that_is_not_there_too_large_or_of_tomorrow(tmp_path, text, monke
         read_recording(tmp_path)
     later = text.replace(b'"armdrive_recording": 1', b'"armdrive_recording": 2', 1)
     (tmp_path / "later.jsonl").write_bytes(later)
-    with pytest.raises(RecordingError, match="format 2"):
+    with pytest.raises(RecordingError, match="format is 2"):
         read_recording(tmp_path / "later.jsonl")
     monkeypatch.setattr("armdrive.trace.files.MOST_FILE_BYTES", 100)
     with pytest.raises(RecordingError, match="larger"):
@@ -170,7 +170,7 @@ def test_an_arm_without_a_known_file_is_still_recorded(recording):
     header = header_of(config, link="bench", why="test", began=(0.0, 0.0))
     assert header.arm_file == ""
     bare = replace(recording, header=header)
-    with pytest.raises(RecordingError, match="holds no arm file"):
+    with pytest.raises(RecordingError, match="contains no arm file"):
         replay(bare)
     assert "1970-01-01" in heading(bare)
     assert len(list(lines(bare))) == len(bare.entries)

@@ -64,7 +64,7 @@ def replays(days):
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_a_twin_repeats_what_a_simulated_arm_said_to_the_byte_and_the_moment(replays, dialect):
     replayed, _ = replays[dialect]
-    assert replayed.parting is None
+    assert replayed.divergence is None
     assert replayed.compared > 30
     assert replayed.late_s == pytest.approx(0.0, abs=1e-9)
     assert replayed.notes == ()
@@ -88,7 +88,7 @@ def test_the_twin_ends_where_the_arm_physically_stood(days, replays):
 def test_a_slower_twin_gets_its_bytes_later_and_still_agrees(days):
     recording, _ = days["teachmover"]
     replayed = replay(recording, {"speed_error": 0.3})
-    assert replayed.parting is None
+    assert replayed.divergence is None
     assert replayed.late_s > 0.5
 
 
@@ -136,7 +136,7 @@ FAULTS = {
 def test_a_fault_is_where_they_part(dialect, fault, tmp_path):
     recording = faulty(dialect, tmp_path, FAULTS[fault])
     replayed = replay(recording)
-    parting = replayed.parting
+    parting = replayed.divergence
     assert parting is not None
     moved = next(e for e in recording.entries if "move_j(shoulder_deg=40" in str(e.what))
     assert moved.time_s < parting.time_s <= recording.entries[-1].time_s
@@ -155,13 +155,13 @@ def test_registers_that_were_moved_by_others_part(tmp_path):
     arm.sleep(2.0)
     recording = saved(arm, tmp_path)
     arm.close()
-    assert "5" in replay(recording).parting.arm
+    assert "5" in replay(recording).divergence.arm
 
 
 def test_a_lost_wire_is_no_difference(tmp_path):
     recording = faulty("teachmover", tmp_path, lambda twin: twin.faults.add("unplug", after_s=0.7))
     replayed = replay(recording)
-    assert replayed.parting is None
+    assert replayed.divergence is None
     assert replayed.compared > 20
 
 
@@ -175,8 +175,8 @@ def test_what_remains_of_a_long_run_is_replayed_from_where_counts_were_read(dial
     recording = saved(arm, tmp_path)
     arm.close()
     replayed = replay(recording)
-    assert replayed.parting is None
-    assert any("compared from" in note for note in replayed.notes)
+    assert replayed.divergence is None
+    assert any("comparison starts again" in note for note in replayed.notes)
     assert replayed.compared > 3
     assert recording.entries[-1].time_s - 6.0 > 0.0
 
@@ -205,5 +205,5 @@ def test_a_position_that_was_restored_is_where_the_twin_stands(tmp_path):
         later.move_j(base_deg=15)
         recording = saved(later, tmp_path)
     replayed = replay(recording)
-    assert replayed.parting is None
+    assert replayed.divergence is None
     assert replayed.notes == ()

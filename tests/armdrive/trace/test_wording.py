@@ -8,13 +8,13 @@ from recorder_bench import recorded_arm
 from armdrive.dialects.teachmover.controller import FIRST_LINE
 from armdrive.registry import DIALECTS
 from armdrive.trace.entries import WIRE, EntryKind
-from armdrive.trace.log import Narrator, talk
+from armdrive.trace.log import Narrator, describer
 from firmware_protocol.frames import Frame, pack
 from firmware_protocol.teachmover.messages import Close, Delay, Key, Registers, Status
 
 
 def sent(dialect, data):
-    row = talk(dialect)
+    row = describer(dialect)
     return row.words(data, row.sent)
 
 
@@ -90,11 +90,11 @@ HEARD = [
 
 @pytest.mark.parametrize(("dialect", "data", "words"), HEARD)
 def test_what_a_device_says_is_told_in_words(dialect, data, words):
-    assert talk(dialect).words(data, talk(dialect).heard).startswith(words)
+    assert describer(dialect).words(data, describer(dialect).heard).startswith(words)
 
 
 def test_any_message_has_words_of_its_name_and_its_fields():
-    wording = talk("teachmover").wording
+    wording = describer("teachmover").wording
     assert wording(Delay(12)) == "delay: count 12"
     assert wording(Close()) == "close the gripper until its switch trips"
     assert wording(Close(90)) == "close the gripper until its switch trips at speed 90"
@@ -113,7 +113,7 @@ def test_a_whole_session_has_words_and_none_of_them_is_python(dialect):
     narrator = Narrator(dialect)
     told = [(entry, narrator.line(0, entry).words) for entry in entries if entry.kind in WIRE]
     assert all(words for entry, words in told if entry.kind is EntryKind.SENT)
-    assert any(words for entry, words in told if entry.kind is EntryKind.HEARD)
+    assert any(words for entry, words in told if entry.kind is EntryKind.RECEIVED)
     for _, words in told:
         assert not {"(", "<", "unreadable"} & set(words.split()[:1])
         assert "()" not in words

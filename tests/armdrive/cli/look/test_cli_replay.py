@@ -48,13 +48,13 @@ def test_a_replay_that_agrees_prints_the_timeline_and_ends_well(call, recording)
 
 def test_a_replay_that_parts_says_where_and_ends_with_one(call, parted):
     out = call("replay", parted, code=1).out
-    assert out.count("they part at") == 2  # in its place, and at the end
-    assert "The twin stands like this: power on" in out
+    assert out.count("they differ at") == 2  # in its place, and at the end
+    assert "The simulated device's state: power on" in out
 
 
 def test_showing_compares_nothing(call, parted):
     out = call("replay", parted, "--show", code=0).out
-    assert "they part" not in out
+    assert "they differ" not in out
     assert "no answer to" in out
 
 
@@ -83,7 +83,9 @@ def test_the_timeline_can_run_at_the_speed_of_the_arm(call, recording, monkeypat
 
 def test_a_broken_file_is_one_sentence(call, tmp_path):
     (tmp_path / "broken.jsonl").write_text("{}\n")
-    assert "no recording" in call.refused("replay", str(tmp_path / "broken.jsonl"), code=2)
+    assert "not a flight recording" in call.refused(
+        "replay", str(tmp_path / "broken.jsonl"), code=2
+    )
     assert "cannot be read" in call.refused("replay", str(tmp_path / "none.jsonl"), code=2)
 
 
@@ -132,6 +134,6 @@ def test_a_fault_on_a_real_port_leaves_a_file_whose_replay_shows_it(call, tmp_pa
                 arm.jog_j(base_deg=2)
         (file,) = recordings().glob("*error-stop*")
     out = call("replay", str(file), code=1).out
-    assert "they part at" in out
-    assert "the twin said what the arm did not say" in out
+    assert "they differ at" in out
+    assert "the simulated device sent a message that the arm did not send" in out
     assert "no answer to `@" in out  # the move, or a look at the arm that came before it

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 from armdrive.connect.control_socket import REQUESTS, WIRE
 from armdrive.trace.entries import EntryKind, EntryRing, TraceEntry
-from armdrive.trace.wire_tap import BACK, MESSAGE_BYTES, MOST, overheard
+from armdrive.trace.wire_tap import BACK, MESSAGE_BYTES, MOST, tap_messages
 
 
 def held():
@@ -19,7 +19,7 @@ def held():
 
 def tapped(arm):
     """Listen to the wire of an arm whose clock stands still."""
-    return overheard(arm.tracer.since, lambda: 7.0, lambda: arm.closed, 0.0)
+    return tap_messages(arm.tracer.since, lambda: 7.0, lambda: arm.closed, 0.0)
 
 
 def told(arm, ring, entries):
@@ -38,7 +38,7 @@ def test_bytes_are_told_in_their_order_and_nothing_else_is():
     entries = [
         TraceEntry(2.0, EntryKind.SENT, b"\x01\xff"),
         TraceEntry(2.1, EntryKind.STATE, "moving"),
-        TraceEntry(2.2, EntryKind.HEARD, b"\x02"),
+        TraceEntry(2.2, EntryKind.RECEIVED, b"\x02"),
     ]
     (message,) = told(arm, ring, entries)
     assert message == {
@@ -52,7 +52,7 @@ def test_messages_are_bounded_and_nothing_is_lost_between_them():
     ring, arm = held()
     sizes = [1, 5000, 300, 1024, 1025, *[40] * (3 * MOST)]
     messages = told(
-        arm, ring, [TraceEntry(3.0, EntryKind.HEARD, bytes([7]) * size) for size in sizes]
+        arm, ring, [TraceEntry(3.0, EntryKind.RECEIVED, bytes([7]) * size) for size in sizes]
     )
     pieces = [piece for message in messages for piece in message["wire"]]
     assert sum(len(data) // 2 for _, _, data in pieces) == sum(sizes)
