@@ -106,7 +106,7 @@ class InputsOutputs:
                 after(core.state, Event.MOVE)
             core.readings.awaiting += 1
             seen = core.readings.sensed
-            absences = self._parts.engine.absences
+            absences = self._parts.engine.suspend_count
 
         def ended() -> bool:
             if self._parts.runner.stops != stops or core.state in _ASLEEP:

@@ -131,7 +131,7 @@ class TaskRunner:
 
         def ended() -> bool:
             if simulated and not task.done:
-                speed_override.breathe(waited_s + speed_override.waited_s)
+                speed_override.nap(waited_s + speed_override.waited_s)
             return task.done
 
         while not await Wait(self.pace, ended, timeout_s):
@@ -145,7 +145,7 @@ class TaskRunner:
     def absences(self) -> int:
         """Return how often this program or its computer was suspended."""
         with self.pace.lock:
-            return self.engine.absences
+            return self.engine.suspend_count
 
     def require_present(self, absences: int) -> None:
         """Raise `Stopped` where this program has stood still since that count was taken."""

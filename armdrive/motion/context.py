@@ -112,14 +112,14 @@ class MotionContext:
             try:
                 reply: Reply = yield Exchange(ReadPosition())
             except NoAnswer as error:
-                silence, mute = error, mute or self.engine.heard_s < asked_s
+                silence, mute = error, mute or self.engine.received_s < asked_s
                 continue
             if isinstance(reply, RequestRejected) and reply.reason:  # it is there, and says why not
                 raise DeviceFault(reply.reason)
-            heard_s = self.engine.heard_s
+            heard_s = self.engine.received_s
             if attempt and isinstance(reply, Registers):
                 yield from self.quiet()
-            alone = heard_s == self.engine.heard_s or self._beats
+            alone = heard_s == self.engine.received_s or self._beats
             if isinstance(reply, Registers) and alone:
                 self.looked_s = self.now_s
                 if mute and not reply.positions.largest:
@@ -143,7 +143,7 @@ class MotionContext:
         self.engine.controller.forget()
 
     def _quiet_from_s(self, since_s: float) -> float:
-        return since_s if self._beats else max(since_s, self.engine.heard_s)
+        return since_s if self._beats else max(since_s, self.engine.received_s)
 
     @property
     def _beats(self) -> bool:
@@ -367,7 +367,7 @@ def take_difference(core: Core) -> bool:
     registers = core.position.counts
     zeroed = not registers.largest
     if zeroed and core.belief.trust is not Trust.UNKNOWN:
-        core.position.count_anew(registers)
+        core.position.rebase(registers)
         core.readings.current = Current.UNKNOWN
     else:
         core.position.believe_registers()
@@ -408,7 +408,7 @@ def be_remembered(wire: MotionContext) -> TaskBody[None]:
     pauses_s = _pauses_s()
     while not (wire.core.memory.settled or wire.stopping or wire.now_s >= end_s):
         yield SleepUntil(wire.now_s + next(pauses_s))
-    wire.core.hear_memory()
+    wire.core.report_write_errors()
 
 
 def _pauses_s() -> Iterator[float]:
@@ -438,7 +438,7 @@ def alerted(core: Core, alert: Alert, now_s: float) -> None:
     evidence = EVIDENCE[alert.kind]
     if evidence is not None:
         core.learn(evidence, now_s, alert.text)
-        core.told_early = core.told_early or (evidence, alert.text)
+        core.early_evidence = core.early_evidence or (evidence, alert.text)
     if alert.kind in (AlertKind.RESTARTED, AlertKind.SWITCHED_OFF):
         core.readings.current = Current.UNKNOWN
     code = ALARM_VOUCHED if evidence is None else code_of(evidence)

@@ -38,7 +38,7 @@ class Idling:
             core.settle()
         if core.state not in (State.STANDBY, State.HOMING):
             return math.inf, None
-        core.hear_memory()
+        core.report_write_errors()
         if core.memory.owing and now_s >= core.still_since_s + STILL_S:
             core.mark_still()
             core.still_since_s = now_s  # where it could not be written, try again later

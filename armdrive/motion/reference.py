@@ -89,8 +89,8 @@ def _take_up_record(wire: MotionContext, registers: Registers) -> None:
 def _heed_what_came_before(wire: MotionContext) -> None:
     """Weigh an alert that came before there was a record to be doubted: it speaks against it."""
     core = wire.core
-    if core.told_early is not None:
-        evidence, words = core.told_early
+    if core.early_evidence is not None:
+        evidence, words = core.early_evidence
         core.learn(evidence, wire.now_s, words)
         core.diagnostics.error = ""  # nothing is latched by connecting
         core.diagnostics.notify(f"{evidence.value} ({words})", evidence)
@@ -129,7 +129,7 @@ def home_device(
     core.position.slack.doubt()  # the device does not tell which way it came off its switches
     core.position.refer(registers.positions, ArmCoordinates(homing.joints, homing.opening_mm))
     core.learn(Evidence.HOMED_BY_SWITCHES, wire.now_s)
-    core.clear_remarks()
+    core.clear_diagnostics()
     core.still_since_s = wire.now_s
     yield from _settled(wire)
 
@@ -163,7 +163,7 @@ def confirm_record(wire: MotionContext) -> TaskBody[None]:
     if core.belief.trust is not Trust.RESTORED:
         raise NotReferenced(
             f"there is no restored position to confirm, this one is {core.belief.trust.value}: "
-            f"{core.belief.reason}. To mend it, call `home()`"
+            f"{core.belief.reason}. To fix this, call `home()`"
         )
     core.learn(Evidence.CONFIRMED, wire.now_s)
     core.mark_still()
@@ -184,7 +184,7 @@ def disable(wire: MotionContext) -> TaskBody[None]:
         raise wire.fault(DeviceFault(words))
     core.readings.current = Current.OFF
     registers = yield from wire.ask_registers()
-    core.position.count_anew(registers.positions)  # they may have been zeroed, which moves nothing
+    core.position.rebase(registers.positions)  # they may have been zeroed, which moves nothing
     core.readings.sense(registers)
     core.mark_still()
     yield from be_remembered(wire)
@@ -284,7 +284,7 @@ def take_reference(wire: MotionContext, word: Vouched) -> TaskBody[None]:
         )
     core.position.refer(registers, word.there)
     core.learn(word.evidence, wire.now_s)
-    core.clear_remarks()
+    core.clear_diagnostics()
     yield from _settled(wire)
 
 

@@ -137,7 +137,7 @@ class Performer:
 
     def _absent(self) -> int:
         with self.arm.pace.lock:
-            return self.arm.engine.absences
+            return self.arm.engine.suspend_count
 
     @property
     def outputs(self) -> int:

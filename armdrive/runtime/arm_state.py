@@ -1,7 +1,7 @@
-"""All that is known of one arm, and the only place where it changes.
+"""The state of one arm, and the only place where it changes.
 
-The engine's tasks (armdrive/motion) are its only writers; everybody else reads the frozen
-`Status` it makes. What becomes of its position is in position.py.
+Only the engine's tasks (armdrive/motion) change the state; all others read the frozen `Status`.
+The position ledger is in position.py.
 """
 
 from __future__ import annotations
@@ -34,11 +34,10 @@ from armdrive.trace.calls import NO_TRACER, Tracer
 from armdrive.trace.entries import EntryCondition
 from kinematics.spaces import Motors
 
-# What the status says beside its numbers: an error and a notice, each with its code. Words that are
-# put down without a code have none: words and code never come apart.
+# The error and the notice in the status. Text and code are always set together.
 
 FAULT = named("DeviceFault").code
-"""The code of a fault that is reported in words alone."""
+"""The code of a fault that is reported as text only."""
 
 EMERGENCY_STOP = named("EMERGENCY_STOP").code
 RECONNECTED = named("RECONNECTED").code
@@ -46,7 +45,7 @@ ALARM_VOUCHED = named("ALARM_VOUCHED").code
 
 
 def code_of(cause: BaseException | Evidence) -> str:
-    """Return the code of an error or of an evidence; empty where it has none."""
+    """Return the code of an error or an evidence, or an empty string."""
     row = entry_of(cause) if isinstance(cause, Evidence) else entry(cause)
     return "" if row is None else row.code
 
@@ -59,7 +58,7 @@ class Diagnostics:
 
     @property
     def error(self) -> str:
-        """Why the arm is in error-stop, or why its wire is lost."""
+        """Why the arm is in error-stop, or why its link is lost."""
         return self._error[0]
 
     @error.setter
@@ -68,12 +67,12 @@ class Diagnostics:
 
     @property
     def error_code(self) -> str:
-        """The catalogue's code of the error."""
+        """The code of the error."""
         return self._error[1]
 
     @property
     def notice(self) -> str:
-        """What somebody should know."""
+        """What the operator should know."""
         return self._notice[0]
 
     @notice.setter
@@ -82,22 +81,22 @@ class Diagnostics:
 
     @property
     def notice_code(self) -> str:
-        """The catalogue's code of the notice, where it is about something that went wrong."""
+        """The code of the notice, if it reports a problem."""
         return self._notice[1]
 
-    def say_error(self, words: str, code: str) -> None:
-        """Put an error down with its code."""
+    def set_error(self, words: str, code: str) -> None:
+        """Set the error and its code."""
         self._error = (words, code)
 
     def notify(self, words: str, cause: BaseException | Evidence) -> None:
-        """Put a notice down with the code of its cause."""
+        """Set the notice, with the code of its cause."""
         self._notice = (words, code_of(cause))
 
 
 class Core:
-    """One arm's state. Touched under the pace's lock, by the engine's tasks.
+    """The state of one arm. The engine's tasks change it, under the pace's lock.
 
-    Raises `Refused` for an arm whose motors do not fit its controller.
+    Raises `Refused` if the arm's motors do not fit its controller.
     """
 
     def __init__(
@@ -129,66 +128,65 @@ class Core:
         self.state = State.DISCONNECTED
         self.before_loss = State.DISCONNECTED
         self.latched = ("", "")
-        self.told_early: tuple[Evidence, str] | None = None
-        """The first evidence that the device gave unasked, against a record that is read later."""
+        self.early_evidence: tuple[Evidence, str] | None = None
+        """Evidence that the device sent by itself, before the position record was read."""
         self.belief: Belief = FIRST_BELIEF
         self.hold: ContinuousJog | None = None
         self.holds = 0
-        """How often somebody has asked for a held jog, or for it to go on."""
+        """Number of requests to start or continue a held jog."""
         self.nudges: list[IncrementalJog] = []
         self.still_since_s = 0.0
         self.differences: tuple[Difference, ...] = ()
 
     def _unwrap(self, registers: Motors, near: Motors) -> Motors:
-        """Undo the registers' wrap by the controller of now: a mended wire brings another one."""
+        """Undo the wrap of registers. Reconnecting replaces the controller, so look it up."""
         return self.controller.unwrap(registers, near)
 
-    # -- what happens -------------------------------------------------------------------------
+    # -- events -------------------------------------------------------------------------------
 
     def happen(self, event: Event) -> None:
-        """Follow the table of states; raises `WrongState` where it has no such row."""
+        """Apply an event to the state machine; raises `WrongState` if it is not allowed."""
         self.state = after(self.state, event)
         self.tracer.changed()
 
     def settle(self) -> None:
-        """End a motion, unless a fault or a loss has taken the state elsewhere meanwhile."""
+        """End a motion, unless a fault or the loss of the link has already changed the state."""
         self.stops.end()
         if self.state in (State.MOVING, State.HOMING, State.STOPPING):
             self.happen(Event.DONE)
 
     def fault(self, cause: str | ArmError, code: str = FAULT) -> None:
-        """Latch error-stop and say why; what was asked for and not begun is forgotten."""
+        """Latch error-stop with its cause, and drop the jogs that have not begun."""
         code = code_of(cause) if isinstance(cause, ArmError) else code
-        self.diagnostics.say_error(str(cause), code)
-        self._forget_what_waits()
+        self.diagnostics.set_error(str(cause), code)
+        self._drop_pending()
         if self.state is State.DISCONNECTED:
             self.latched = (self.diagnostics.error, self.diagnostics.error_code)
         else:
             self.happen(Event.FAULT)
 
     def lose(self, lost: ArmError) -> None:
-        """Note that the wire is gone, and with it all that was asked for and not begun."""
+        """Record the loss of the link, and drop the jogs that have not begun."""
         if self.state is not State.DISCONNECTED:
             self.before_loss = self.state
-            faulty = self.state is State.ERROR_STOP
-            said = self.diagnostics
-            self.latched = (said.error, said.error_code) if faulty else ("", "")
-        self.diagnostics.say_error(str(lost), code_of(lost))
-        self._forget_what_waits()
+            latched = self.diagnostics.error, self.diagnostics.error_code
+            self.latched = latched if self.state is State.ERROR_STOP else ("", "")
+        self.diagnostics.set_error(str(lost), code_of(lost))
+        self._drop_pending()
         self.happen(Event.LOST)
 
     def lost_in_motion(self, now_s: float) -> None:
-        """Note that the wire was lost while the arm moved: what it was sent runs on."""
+        """Record that the link was lost during a motion: the device finishes what it was sent."""
         self.stops.cut_off()
         self.learn(Evidence.LOST_IN_MOTION, now_s)
 
-    def _forget_what_waits(self) -> None:
+    def _drop_pending(self) -> None:
         self.hold = None
         self.nudges.clear()
         self.speed_override.end_pause()
 
     def learn(self, evidence: Evidence, now_s: float, detail: str = "") -> None:
-        """Weigh evidence about the position, and remember what came of it."""
+        """Apply evidence to the trust in the position, and save a changed trust."""
         before = self.belief
         self.belief = before.after(evidence, now_s, detail)
         if self.belief is not before:
@@ -196,72 +194,71 @@ class Core:
             self.tracer.changed()
 
     def require_reference(self) -> None:
-        """Raise `NotReferenced` unless planned motion may go on."""
+        """Raise `NotReferenced` unless planned motion is allowed."""
         require_reference(self.belief, allow_restored=self.allow_restored)
 
     def require_geometry(self) -> None:
-        """Raise `Refused` for an arm whose lengths and steps nobody has filled in."""
+        """Raise `Refused` if the arm's lengths and steps are unverified template values."""
         if not self.geometry_known:
             raise Refused(
-                f"the numbers of the {self.config.model.title} are a template that nobody has "
-                "verified, so that a Cartesian goal would lead somewhere else: measure the arm and "
-                "give every key of [lengths] and [steps_per_turn] in its arm file as measured "
-                "(`armdrive config show NAME --toml` prints the template's, which do not count "
-                "unchanged), or say verified = true in its model file. Joints can be moved as they "
-                "are"
+                f"the lengths and steps of the {self.config.model.title} are unverified template "
+                "values, so a Cartesian goal would be wrong. Measure the arm and enter every key "
+                "of [lengths] and [steps_per_turn] in its arm file (`armdrive config show NAME "
+                "--toml` prints the template's values, which count only once they are measured), "
+                "or set verified = true in its model file. Moving single joints works as it is"
             )
 
     def require_settings(self) -> None:
-        """Raise `SettingsDiffer` while the device is set up for another arm than the file's."""
+        """Raise `SettingsDiffer` while the controller's settings contradict the arm file."""
         wrong = [each for each in self.differences if each.must]
         if wrong:
             raise SettingsDiffer(
-                "nothing moves while the controller's settings are not the arm file's: "
+                "the arm does not move while the controller's settings differ from the arm file: "
                 + "; ".join(map(str, wrong))
                 + ". `armdrive doctor --mend` sends these lines"
             )
 
     @property
     def position_known(self) -> bool:
-        """Tell whether limits and Cartesian coordinates mean anything."""
+        """Whether soft limits and Cartesian coordinates are meaningful."""
         return self.belief.trust is Trust.REFERENCED or (
             self.belief.trust is Trust.RESTORED and self.allow_restored
         )
 
     @property
     def seen(self) -> Motors:
-        """Where the motors are to be shown: as reported in motion, else as acknowledged."""
+        """The position to display: read back during a motion if possible, else acknowledged."""
         moving = self.state in (State.MOVING, State.HOMING, State.STOPPING)
         reporting = moving and self.controller.abilities.reports_while_moving
         if reporting and self.position.read_back is not None:
             return self.position.read_back
         return self.position.acknowledged
 
-    def clear_remarks(self) -> None:
-        """Forget what was remarked before a reference; a doubt about it is a remark of its own."""
+    def clear_diagnostics(self) -> None:
+        """Clear error and notice at a reference; report backlash that the reference left open."""
         self.diagnostics.error = ""
         names = [motor.name for motor in self.transmission.motors]
         self.diagnostics.notice = doubt_words(names, self.position.slack)
 
-    # -- what is remembered -------------------------------------------------------------------
+    # -- the position record ------------------------------------------------------------------
 
     def mark_still(self) -> None:
-        """Have the position of an arm that stands written, and the mark of motion taken away."""
+        """Save the position of an arm at rest, and remove the motion mark."""
         self.memory.mark_still()
-        self.hear_memory()
+        self.report_write_errors()
 
     def remember(self) -> None:
-        """Have what is believed now written; a mark of motion stays."""
+        """Save the present position and trust; a motion mark stays."""
         self.memory.remember()
-        self.hear_memory()
+        self.report_write_errors()
 
-    def hear_memory(self) -> None:
-        """Show what went wrong with writing since this was last asked."""
+    def report_write_errors(self) -> None:
+        """Show in the notice why the latest write failed, if it did."""
         if trouble := self.memory.trouble():
             self.diagnostics.notify(trouble, StateFileError(trouble))
 
     def record(self, in_motion: bool) -> Record:
-        """Return what there is to be remembered of this moment."""
+        """Return the record of this moment."""
         position = self.position
         return Record(
             arm=self.config.name,
@@ -276,10 +273,10 @@ class Core:
             in_motion=in_motion,
         )
 
-    # -- what is shown ------------------------------------------------------------------------
+    # -- views --------------------------------------------------------------------------------
 
     def condition(self) -> EntryCondition:
-        """Return what a flight recorder notes whenever it has changed."""
+        """Return the condition whose changes the flight recorder notes."""
         return EntryCondition(
             self.position.shift,
             self.state,
@@ -290,7 +287,7 @@ class Core:
         )
 
     def stop_bound(self) -> StopBound:
-        """Return how long and how far the tip goes on if a stop is asked for now."""
+        """Return how long and how far the tip moves on after a stop at this moment."""
         known = self.belief.trust is not Trust.UNKNOWN
         joints = self.position.coordinates.joints if known else None
         lost = self.state is State.DISCONNECTED
@@ -299,17 +296,14 @@ class Core:
         )
 
     def plans(self, legs: Iterable[MotionSegment], burst_s: float) -> None:
-        """Announce from now on how a planned motion ends, until `settle`.
-
-        Where it is slowed meanwhile, it is no longer the motion that was planned.
-        """
+        """Base the stop bound on a planned motion until `settle`, or until the motion is slowed."""
         self.speed_override.begin()
         self.stops.plan(self.controller, legs, burst_s)
 
     def status(
         self, engine: Engine, *, simulated: bool, scheduling_jitter: SchedulingJitter
     ) -> Status:
-        """Return a frozen picture of this moment."""
+        """Return the status at this moment."""
         known = self.belief.trust is not Trust.UNKNOWN
         joints, opening_mm = self.transmission.to_joints(self.seen)
         bound = self.stop_bound()
@@ -350,6 +344,6 @@ class Core:
             scheduling_jitter=scheduling_jitter,
             underruns=self.controller.underruns,
             link_stats=LinkStats(
-                engine.bytes_sent, engine.bytes_heard, self.config.connection.baud
+                engine.bytes_sent, engine.bytes_received, self.config.connection.baud
             ),
         )

@@ -1,8 +1,8 @@
-"""Lost motion between a motor and what it drives: where every motor is within it, in whole steps.
+"""Backlash: the lost motion between a motor and its joint, in whole steps.
 
-A motor whose train has a backlash of B steps turns B of them after a reversal before anything
-follows. Its *taken* is how far it has gone through them: 0 where it pushes in its negative
-direction, B in its positive one. Registers count the motor, positions what it drives:
+After a reversal, a motor with a backlash of B steps turns B steps before the joint follows. The
+steps *taken up* range from 0, when the motor pushes in its negative direction, to B in its positive
+direction. Registers count the motor's steps, positions those of the joint:
 
     position = registers + offset - taken
 """
@@ -14,21 +14,18 @@ from dataclasses import dataclass, replace
 
 from kinematics.spaces import Motors
 
-# Where every motor is within its backlash, and what that is at least and at most, in steps.
-#
-# Between what a motor turns and what it drives is the arithmetic of hysteresis: when it turns by n
-# steps, its taken becomes min(max(taken + n, 0), B), and what is left of n is what has been
-# driven.
+# The arithmetic of hysteresis: when a motor turns n steps, taken becomes min(max(taken + n, 0), B),
+# and the rest of n drives the joint.
 
 
 def turned(taken: int, width: int, steps: int) -> tuple[int, int]:
-    """Return taken after a motor has turned by some steps, and the steps that were driven."""
+    """Return the steps taken up after a motor has turned, and the steps that drove the joint."""
     after = min(max(taken + steps, 0), width)
     return after, steps - (after - taken)
 
 
 def to_turn(taken: int, width: int, steps: int) -> int:
-    """Return how far a motor has to turn so that so many steps are driven."""
+    """Return the steps a motor has to turn in order to drive its joint by `steps`."""
     if not steps:
         return 0
     return steps + (width - taken if steps > 0 else -taken)
@@ -36,7 +33,7 @@ def to_turn(taken: int, width: int, steps: int) -> int:
 
 @dataclass(frozen=True, slots=True)
 class TakenUp:
-    """Where one motor is within its backlash: what is assumed, and what it is at least and most."""
+    """The steps one motor has taken up: the assumed value, and its least and greatest value."""
 
     width: int
     at: int
@@ -45,38 +42,38 @@ class TakenUp:
 
     @classmethod
     def unknown(cls, width: int) -> TakenUp:
-        """Return the middle, as nobody knows better."""
+        """Return an unknown value, assumed to be in the middle."""
         return cls(width, width // 2, 0, width)
 
     @property
     def sure(self) -> bool:
-        """Whether it is known."""
+        """Whether the value is known exactly."""
         return self.least == self.most
 
     def doubted(self) -> TakenUp:
-        """Return the same as an assumption."""
+        """Return the same assumption with unknown limits."""
         return TakenUp(self.width, self.at, 0, self.width)
 
     def centred(self) -> TakenUp:
-        """Return the assumption that is wrong by least."""
+        """Return the assumption with the smallest possible error."""
         return replace(self, at=(self.least + self.most) // 2)
 
     def after(self, steps: int) -> TakenUp:
-        """Return this when the motor has turned by some steps."""
-        places = (turned(each, self.width, steps)[0] for each in (self.at, self.least, self.most))
-        return TakenUp(self.width, *places)
+        """Return the value after the motor has turned."""
+        values = (turned(each, self.width, steps)[0] for each in (self.at, self.least, self.most))
+        return TakenUp(self.width, *values)
 
 
-TOLERANCE_STEPS = 1
-"""Motors that turn together are so far at most from the straight way between two corners."""
-
-MOST_CORNERS = 512
-"""So many pieces of a motion are remembered; no device has more of them ahead than half of it."""
+TOLERANCE_STEPS = 1  # motors that turn together deviate this far from the straight line at most
+MOST_CORNERS = 512  # corners kept of a motion; no device queues more than half as many segments
 
 
 @dataclass(frozen=True, slots=True)
 class _Corner:
-    """A place on the way since the arm was last known: steps turned and driven, and taken there."""
+    """A point on the path sent since the last known position.
+
+    `turned` and `driven` are the steps of motors and joints up to here; `taken` is the backlash.
+    """
 
     turned: Motors
     driven: Motors
@@ -84,11 +81,11 @@ class _Corner:
 
     @property
     def at(self) -> Motors:
-        """What is taken there."""
+        """The assumed steps taken up at this point."""
         return Motors(each.at for each in self.taken)
 
     def after(self, steps: Motors) -> _Corner:
-        """Return the place at which the motors are when they have turned further, all one way."""
+        """Return the point after the motors have turned further, each in one direction."""
         each = list(zip(self.taken, steps, strict=True))
         driven = Motors(turned(taken.at, taken.width, one)[1] for taken, one in each)
         further = tuple(taken.after(one) for taken, one in each)
@@ -96,10 +93,10 @@ class _Corner:
 
 
 class Slack:
-    """The backlash of all motors: at the acknowledged position, and along what was sent since.
+    """The backlash of all motors, at the acknowledged position and along the path sent since then.
 
-    A stop may come anywhere on that way, so that it is remembered: of a motor that has reversed,
-    the registers alone do not tell how its backlash is taken up.
+    A stop may come anywhere on the path, so its corners are kept: after a reversal, the registers
+    alone do not show how much of a motor's backlash is taken up.
     """
 
     def __init__(self, widths: Sequence[int]) -> None:
@@ -108,7 +105,7 @@ class Slack:
         self._still = Motors([0] * len(self.widths))
         self._seen: _Corner | None = None
         self.vague = False
-        """Whether what was seen last may be before a reversal or behind it, steps apart."""
+        """Whether the latest registers fit the path both before and after a reversal."""
         self._passed = 0.0
         self._stand(map(TakenUp.unknown, self.widths))
 
@@ -120,30 +117,30 @@ class Slack:
 
     @property
     def taken(self) -> Motors:
-        """What is taken at the acknowledged position."""
+        """The steps taken up at the acknowledged position."""
         return Motors(each.at for each in self._here)
 
     @property
     def ahead(self) -> Motors:
-        """What is taken where the way leads that has been sent."""
+        """The steps taken up at the end of the path sent so far."""
         return self._way[-1].at
 
     @property
     def unsure(self) -> tuple[int, ...]:
-        """The motors, counted from 0, that may push in another direction than is assumed."""
+        """The motors, counted from 0, whose backlash may be taken up differently than assumed."""
         return tuple(n for n, each in enumerate(self._here) if not each.sure)
 
     # -- motion -------------------------------------------------------------------------------
 
     def to_send(self, steps: Motors) -> Motors:
-        """Return what motors have to turn for some steps, from where the way leads."""
+        """Return the steps to send so that the joints move by `steps` from the end of the path."""
         if not self.any:
             return steps
         each = zip(self.ahead, self.widths, steps, strict=True)
         return Motors(to_turn(*one) for one in each)
 
     def sends(self, steps: Motors) -> Motors:
-        """Note what motors are about to turn further; return what that drives."""
+        """Extend the path by steps of the motors; return the steps that drive the joints."""
         if not self.any:
             return steps
         last = self._way[-1]
@@ -155,77 +152,77 @@ class Slack:
         return driven
 
     def takes_back(self) -> None:
-        """Forget what was noted last: it is not sent."""
+        """Remove the latest extension of the path, which was not sent."""
         if self.any:
             self._way.pop()
 
     def stand(self) -> None:
-        """Forget a way that is no longer driven."""
+        """Drop a path that is no longer being driven."""
         self._stand(self._here)
 
     def arrive(self) -> None:
-        """Note that the way was driven to its end."""
+        """Move to the end of the path."""
         self._stand(self._way[-1].taken)
 
-    # -- what registers show ------------------------------------------------------------------
+    # -- registers ----------------------------------------------------------------------------
 
     def see(self, turned: Motors) -> Motors:
-        """Take how far motors have turned since they were acknowledged; return what that drove."""
+        """Take the steps turned since the acknowledged position; return those of the joints."""
         if not self.any:
             return turned
         self._seen = self._at(turned)
         return self._seen.driven
 
     def believe(self) -> None:
-        """Take what was seen last for the truth."""
+        """Take the latest registers as the position."""
         if self._seen is not None:
             self._stand(self._seen.taken)
             self._seen = None
 
     def _at(self, turned: Motors) -> _Corner:
-        """Return the place on the way at which motors have turned so far: the first that fits.
+        """Return the first point of the path at which the motors have turned this far.
 
-        A motion only goes on, so that no place fits before one that was seen. Motors that nobody
-        has sent anywhere were turned by others, forth and back perhaps.
+        A motion never goes backwards, so points before the latest known one are excluded. If the
+        motors have turned without a path, something else turned them, possibly back and forth.
         """
         last = len(self._way) - 2
-        beside = [
-            (index, *_beside(self._way[index].turned, self._way[index + 1].turned, turned))
+        distances = [
+            (index, *_distance(self._way[index].turned, self._way[index + 1].turned, turned))
             for index in range(max(min(int(self._passed), last), 0), last + 1)
         ]
         fits = [
             (index, share)
-            for index, share, off in beside
+            for index, share, off in distances
             if off <= TOLERANCE_STEPS and index + share >= self._passed
         ]
         if fits:
             self._passed = sum(fits[0])
-        nearest = min(beside, key=lambda one: one[2], default=(0,))[0]
-        place, *others = [self._behind(index, turned) for index, _ in fits or [(nearest, 0.0)]]
-        self.vague = any((other.driven - place.driven).largest > 2 for other in others)
+        nearest = min(distances, key=lambda one: one[2], default=(0,))[0]
+        point, *others = [self._beyond(index, turned) for index, _ in fits or [(nearest, 0.0)]]
+        self.vague = any((other.driven - point.driven).largest > 2 for other in others)
         if len(self._way) == 1 and turned.largest:
-            return replace(place, taken=tuple(each.doubted() for each in place.taken))
-        return place
+            return replace(point, taken=tuple(each.doubted() for each in point.taken))
+        return point
 
-    def _behind(self, index: int, turned: Motors) -> _Corner:
-        """Return where motors are that have turned so far, all of it since a corner one way."""
+    def _beyond(self, index: int, turned: Motors) -> _Corner:
+        """Return the point after a corner at which the motors have turned this far."""
         corner = self._way[index]
         return corner.after(turned - corner.turned)
 
     # -- references ---------------------------------------------------------------------------
 
     def doubt(self) -> None:
-        """Note that something may have turned the arm that no register counts."""
+        """Doubt the backlash: something that no register counts may have moved the arm."""
         self._stand(each.doubted() for each in self._here)
         self._seen = None
 
     def refer(self) -> None:
-        """Begin anew at a place that somebody vouches for."""
+        """Start again at a reference."""
         self._stand(each.centred() for each in self._here)
         self._seen = None
 
     def restore(self, taken: Sequence[int], unsure: Sequence[int]) -> bool:
-        """Take up what a record says; False where it says nothing that fits."""
+        """Take up the backlash of a record; return whether it fits the arm."""
         self._seen = None
         if not self.any:
             return True
@@ -242,8 +239,8 @@ class Slack:
         return True
 
 
-def _beside(start: Motors, end: Motors, at: Motors) -> tuple[float, float]:
-    """Return the share of a straight piece at which a place lies, and how far beside it."""
+def _distance(start: Motors, end: Motors, at: Motors) -> tuple[float, float]:
+    """Return the share of a straight segment nearest to a point, and the point's distance."""
     delta, made = end - start, at - start
     busiest = max(range(len(delta)), key=lambda motor: abs(delta[motor]))
     share = min(max(made[busiest] / delta[busiest], 0.0), 1.0) if delta[busiest] else 0.0
@@ -251,12 +248,12 @@ def _beside(start: Motors, end: Motors, at: Motors) -> tuple[float, float]:
 
 
 def doubt_words(names: Sequence[str], slack: Slack) -> str:
-    """Return the notice of a reference that was taken with the backlash on an unknown side."""
+    """Return a notice if a reference was taken while the backlash was on an unknown side."""
     if not slack.unsure:
         return ""
     doubted = ", ".join(names[motor] for motor in slack.unsure)
     return (
-        f"nobody knows which way the backlash of {doubted} is taken up, so that the position may "
-        "be off by half of it: for a better one, come to the reference by jogs of armdrive, each "
-        "motor further than its backlash, and refer once more"
+        f"it is not known in which direction the backlash of {doubted} is taken up, so the "
+        "position may be off by half of it. For a better reference, jog each of these motors "
+        "towards the reference posture by more than its backlash, then set the reference again"
     )

@@ -1,8 +1,8 @@
-"""Who calls the engine, and by which clock: a thread in real time, or whoever waits.
+"""Clocks: real time, with a thread that calls the engine, and simulated time without a thread.
 
-Simulated time passes only while one waits. Each turn has every engine do what is due by now, and
-then jumps to the earliest moment at which one of them wants to go on: several arms move side by
-side, in the same way every time.
+Simulated time passes only while a caller waits. Each turn advances every engine on the clock and
+then jumps to the earliest of their deadlines, so that several arms move together, in the same way
+in every run.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ from armdrive.errors import ArmError, BadRequest
 from armdrive.runtime.engine import Engine
 from armdrive.status import Lateness
 
-# Signals that end a program, kept back while a simulated engine takes a step.
+# Signals that end a program, delayed while a simulated engine takes a step.
 #
-# On simulated time the engine runs on the thread that waits, and that is where Python calls signal
-# handlers, which often raise. An engine torn apart in mid-step would send a motion twice or wait
-# for an answer that it has already heard; a step lasts a fraction of a millisecond.
+# On simulated time the engine runs on the waiting thread, where Python also calls signal handlers,
+# and these often raise. An engine interrupted in the middle of a step could send a motion twice, or
+# wait for an answer that it has already received. A step takes a fraction of a millisecond.
 
 _ENDING = ("SIGINT", "SIGTERM", "SIGHUP")
 
 
 class SignalsBetweenSteps:
-    """While entered, handlers of ending signals run at `deliver` and at the end, nowhere else.
+    """A context in which the handlers of ending signals run only at `deliver` and at its end.
 
-    Only the main thread hears signals: on any other thread this does nothing.
+    Only the main thread receives signals: on any other thread the context does nothing.
     """
 
     def __init__(self) -> None:
         self._handlers: dict[int, Callable[[int, FrameType | None], Any]] = {}
-        self._heard: list[int] = []
+        self._pending: list[int] = []
 
     def __enter__(self) -> Self:
         if threading.current_thread() is threading.main_thread():
@@ -60,26 +60,24 @@ class SignalsBetweenSteps:
         self.deliver()
 
     def deliver(self) -> None:
-        """Call the handlers of what has been heard; whatever they raise is raised here."""
-        while self._heard:
-            number = self._heard.pop(0)
+        """Call the handlers of the pending signals; errors that they raise are raised here."""
+        while self._pending:
+            number = self._pending.pop(0)
             self._handlers[number](number, None)
 
     def _note(self, number: int, frame: FrameType | None) -> None:  # noqa: ARG002
-        self._heard.append(number)
+        self._pending.append(number)
 
 
-STUCK_TURNS = 20_000
-"""So many turns of the engines within `STUCK_S` of simulated time are a flaw; real ones need tens.
-"""
+STUCK_TURNS = 20_000  # more turns within `STUCK_S` of simulated time are a bug; tens are normal
 STUCK_S = 1e-6
 
 
 class SimulatedClock:
-    """One simulated time for one arm or several: `Arm.connect("sim:robko01", pace=clock)`.
+    """Simulated time for one arm or several: `Arm.connect("sim:robko01", pace=clock)`.
 
-    Whichever arm is waited for, time passes for all of them. `lock` is held while they take a
-    turn. Where several threads wait at once, each drives it, and nothing is repeatable any more.
+    While a caller waits for any arm, time passes for all of them. `lock` is held during a turn. If
+    several threads wait at once, each of them advances the clock, and runs are not repeatable.
     """
 
     def __init__(self, now_s: float = 0.0) -> None:
@@ -89,30 +87,31 @@ class SimulatedClock:
 
     @property
     def engines(self) -> tuple[Engine, ...]:
-        """The engines that live in this time, in the order in which they came."""
+        """The engines on this clock, in the order in which they were added."""
         return self._engines
 
     def add(self, engine: Engine) -> None:
-        """Have an engine live in this time."""
+        """Put an engine on this clock."""
         with self.lock:
             self._engines = (*self._engines, engine)
 
     def remove(self, engine: Engine) -> None:
-        """Let go of an engine; the others go on."""
+        """Take an engine off this clock."""
         with self.lock:
             self._engines = tuple(each for each in self._engines if each is not engine)
 
     def advance(self) -> float:
-        """Have every engine do what is due; return when one wants to be called again."""
+        """Advance every engine to the present time; return the earliest of their deadlines."""
         now_s = self.now_s
         if len(self._engines) == 1:
             return self._engines[0].advance(now_s)
         return min([engine.advance(now_s) for engine in self._engines], default=math.inf)
 
     def wait(self, done: Callable[[], bool], end_s: float, there: Callable[[], bool]) -> bool:
-        """Jump from deadline to deadline until `done()`; False at `end_s`, or while not `there()`.
+        """Jump from deadline to deadline until `done()`, and return True.
 
-        Raises `ArmError` where nothing is left that could ever happen, or time does not pass.
+        Return False at `end_s`, or when `there()` becomes false. Raises `ArmError` if no deadline
+        is left, or if time does not pass.
         """
         progress = ClockProgress(self)
         with SignalsBetweenSteps() as signals:
@@ -131,14 +130,14 @@ class SimulatedClock:
 
 
 class ClockProgress:
-    """Jumps of a clock during one wait, and whether time passes between them."""
+    """The jumps of a clock during one wait, with a check that time passes."""
 
     def __init__(self, clock: SimulatedClock) -> None:
         self._clock = clock
         self._since_s, self._turns = clock.now_s, 0
 
     def jump(self, next_s: float, end_s: float) -> None:
-        """Go on to the next deadline, at most to `end_s`."""
+        """Jump to the next deadline, at most to `end_s`."""
         clock = self._clock
         if math.isinf(next_s) and math.isinf(end_s):
             raise ArmError("the simulated arm has nothing left to do")
@@ -151,49 +150,46 @@ class ClockProgress:
 
 
 def _stuck(clock: SimulatedClock) -> str:
-    """Say who wants to go on at once, over and over."""
+    """Return an error that names the parts whose deadlines never lie in the future."""
     guilty = [words for engine in clock.engines if (words := _hurry(engine, clock.now_s))]
-    who = guilty or [f"a task {_on(engine)}" for engine in clock.engines]
+    names = guilty or [f"a task {_on(engine)}" for engine in clock.engines]
     return (
-        f"simulated time does not pass at {clock.now_s:.6f} s: {'; '.join(who)}. This is a flaw of "
-        "armdrive: please report it"
+        f"simulated time does not pass at {clock.now_s:.6f} s: {'; '.join(names)}. This is a bug "
+        "in armdrive: please report it"
     )
 
 
 def _hurry(engine: Engine, now_s: float) -> str:
-    wanting = {"the wire": engine.link.next_s(), "the controller": engine.controller.next_s()}
-    who = [name for name, due_s in wanting.items() if due_s <= now_s + STUCK_S]
-    return f"{' and '.join(who)} {_on(engine)}" if who else ""
+    deadlines = {"the wire": engine.link.next_s(), "the controller": engine.controller.next_s()}
+    due = [name for name, due_s in deadlines.items() if due_s <= now_s + STUCK_S]
+    return f"{' and '.join(due)} {_on(engine)}" if due else ""
 
 
 def _on(engine: Engine) -> str:
     return (
-        f"on {engine.link.description} wants to go on at once, again and again; "
+        f"on {engine.link.description} asks to be called again at once, over and over; "
         f"`{engine.last_sent}` was sent last"
     )
 
 
-# Who calls the engine, and by which clock: a thread in real time, or whoever waits.
+# Paces: what calls an arm's engine.
 #
-# `RealPace` runs one thread that sleeps on the wire until the engine's next deadline.
-# `SimulatedPace` has no thread: a call that waits drives the engines on its clock and jumps from
-# deadline to deadline, so that a script runs as fast as the computer can.
+# `RealPace` runs a thread that sleeps on the wire until the engine's next deadline. `SimulatedPace`
+# has no thread: a waiting call advances the engines and jumps from deadline to deadline, so that a
+# script runs as fast as the computer allows.
 
-LONGEST_SLEEP_S = 0.25
-"""The real-time thread looks around at least this often."""
+LONGEST_SLEEP_S = 0.25  # the real-time thread calls the engine at least this often
+LONGEST_STEP_S = 0.1  # an accelerated clock runs ahead of its engine by this much real time at most
 
-LONGEST_STEP_S = 0.1
-"""An accelerated clock advances by so much real time at most until its engine has seen it."""
+SUSPENDED_S = 1.0
+"""A round longer than this means that the program or the computer was suspended: stop any motion.
 
-ABSENT_S = 1.0
-"""A round that took so long was suspended, or its computer was: what moves then is stopped.
-
-The sleep that it had meant to take counts as well: the wire may have ended that early.
+The planned sleep counts towards the round, because the wire may have ended it early.
 """
 
 
 class Pace(Protocol):
-    """Drives an engine through time. Hold `lock` while touching what the engine owns."""
+    """Calls an engine as time passes. Hold `lock` while using anything that the engine owns."""
 
     lock: threading.RLock
     lateness: Lateness
@@ -202,23 +198,20 @@ class Pace(Protocol):
         """Return the arm's own time in seconds, from an arbitrary start."""
 
     def start(self, engine: Engine) -> None:
-        """Begin to drive an engine."""
+        """Start calling an engine."""
 
     def wait(self, done: Callable[[], bool], timeout_s: float) -> bool:
-        """Let time pass until `done()`; False when the time is over first."""
+        """Let time pass until `done()`; return False if the timeout comes first."""
 
     def wake(self) -> None:
-        """Have the engine look at what was asked of it, from any thread."""
+        """Make the engine look for new requests at once; may be called from any thread."""
 
     def close(self) -> None:
-        """Stop driving."""
+        """Stop calling the engine."""
 
 
 class SimulatedPace:
-    """An arm's place in simulated time, which passes only while somebody waits.
-
-    As fast as the engines get through it. Several arms may live on one clock.
-    """
+    """Simulated time, which passes only while a caller waits. Several arms may share a clock."""
 
     def __init__(self, clock: SimulatedClock | None = None) -> None:
         self.clock = clock or SimulatedClock()
@@ -239,7 +232,7 @@ class SimulatedPace:
         return self.clock.now_s
 
     def start(self, engine: Engine) -> None:
-        """Begin to drive an engine."""
+        """Start calling an engine."""
         self._engine = engine
         self.clock.add(engine)
 
@@ -249,27 +242,27 @@ class SimulatedPace:
         return self.clock.wait(done, end_s, self.driving)
 
     def wake(self) -> None:
-        """Nothing sleeps on simulated time."""
+        """Do nothing: no thread sleeps on simulated time."""
 
     def close(self) -> None:
-        """Let go of the engine."""
+        """Stop calling the engine."""
         engine, self._engine = self._engine, None
         if engine is not None:
             self.clock.remove(engine)
 
     def driving(self) -> bool:
-        """Return whether it has an engine to drive: False before `start` and after `close`."""
+        """Return whether the pace has an engine: False before `start` and after `close`."""
         return self._engine is not None
 
 
 def _drivable(engine: Engine) -> bool:
-    """Tell whether an engine has anything left to do: a wire, or somebody who looks for it."""
+    """Return whether an engine has a link, or a way to reconnect a lost one."""
     return engine.broken is None or engine.reconnect is not None
 
 
 @dataclass(frozen=True, slots=True)
 class _Mark:
-    """What an arm's clock showed at a moment; `driven` while a thread drives its engine on."""
+    """A moment on the arm's clock and on the computer's; `driven` while the thread runs."""
 
     arm_s: float
     real_s: float
@@ -277,10 +270,10 @@ class _Mark:
 
 
 class RealPace:
-    """A thread that advances the engine by the monotonic clock and sleeps on the wire between."""
+    """Real time: a thread advances the engine by the monotonic clock and sleeps in between."""
 
     def __init__(self, *, speed: float = 1.0) -> None:
-        """`speed` makes an in-process simulated arm's clock run that much faster than real."""
+        """Create a pace; `speed` makes an in-process simulated arm's clock run faster."""
         self.lock = threading.RLock()
         self.lateness = Lateness()
         self._speed = speed
@@ -293,13 +286,13 @@ class RealPace:
     def now_s(self) -> float:
         """Return the monotonic time since the start, times the speed.
 
-        A clock that runs faster than real waits for its engine. Else a computer that is busy for
-        a moment would let minutes pass on an arm that nobody drives meanwhile.
+        An accelerated clock waits for its engine. Otherwise minutes of the arm's time could pass
+        without a call of the engine whenever the computer is busy for a moment.
         """
         return self._shown_s(time.monotonic())
 
     def _shown_s(self, real_s: float) -> float:
-        """Return what the arm's clock shows at a moment of the computer's clock."""
+        """Return the arm's time at a moment of the computer's clock."""
         mark = self._mark
         passed_s = real_s - mark.real_s
         if self._speed > 1.0 and mark.driven:
@@ -307,14 +300,14 @@ class RealPace:
         return mark.arm_s + passed_s * self._speed
 
     def start(self, engine: Engine) -> None:
-        """Begin to drive an engine in a thread of its own."""
+        """Start a thread that calls the engine."""
         self._engine = engine
         engine.asleep_s, engine.round_s = self._asleep_s, self._lasted_s
         self._thread = threading.Thread(target=self._drive, name="armdrive", daemon=True)
         self._thread.start()
 
     def wait(self, done: Callable[[], bool], timeout_s: float) -> bool:
-        """Sleep until `done()` or the time is over."""
+        """Sleep until `done()`, or return False at the timeout."""
         end_s = self.now_s() + timeout_s
         with self._turn:
             while not done():
@@ -323,18 +316,18 @@ class RealPace:
                 left_s = (end_s - self.now_s()) / self._speed
                 if left_s <= 0.0:
                     return False
-                # a bounded sleep, so that Ctrl-C is seen on every system
+                # a bounded sleep, because Windows does not interrupt an endless one at Ctrl-C
                 self._turn.wait(min(left_s, LONGEST_SLEEP_S))
         return True
 
     def wake(self) -> None:
-        """End the thread's sleep on the wire."""
+        """End the thread's sleep."""
         engine = self._engine
         if engine is not None:
             engine.link.wake()
 
     def close(self) -> None:
-        """End the thread; what the device is doing by then is bounded by its last burst."""
+        """End the thread. The device ends by itself what it was sent."""
         engine, self._engine = self._engine, None
         if engine is not None:
             engine.link.wake()
@@ -343,32 +336,32 @@ class RealPace:
             thread.join(timeout=2.0)
 
     def _asleep_s(self) -> float:
-        """Return for how long this very round has stood still; 0 while it goes on as it should."""
+        """Return how long the current round has been suspended; 0 in a normal round."""
         round_s = self._lasted_s()
-        return round_s if round_s > ABSENT_S else 0.0
+        return round_s if round_s > SUSPENDED_S else 0.0
 
     def _lasted_s(self) -> float:
-        """Return how long ago this round began."""
+        """Return the duration of the current round so far."""
         return time.monotonic() - self._mark.real_s
 
     def _drive(self) -> None:
         began_s, pause_s = time.monotonic(), 0.0
         try:
             while (engine := self._engine) is not None and _drivable(engine):
-                # counted from one round to the next: a suspension may fall anywhere between
+                # measured from round to round: a suspension may fall anywhere between two
                 last_s, began_s = began_s, time.monotonic()
                 round_s = began_s - last_s
                 with self._turn:
                     self._set_mark(driven=True)
-                    if round_s > ABSENT_S:
-                        engine.absent(round_s - pause_s)
+                    if round_s > SUSPENDED_S:
+                        engine.suspended(round_s - pause_s)
                     next_s = engine.advance(self.now_s())
                     self._turn.notify_all()
                 longest_s = LONGEST_SLEEP_S if self._speed <= 1.0 else LONGEST_STEP_S / 2
                 pause_s = min((next_s - self.now_s()) / self._speed, longest_s)
                 pause_s = max(pause_s, 0.0)
                 if self._asleep_s():
-                    pause_s = 0.0  # it was suspended in this very round: look at once
+                    pause_s = 0.0  # this round was suspended: call the engine again at once
                 if pause_s > 0.0:
                     self._rest(engine, pause_s)
         except BaseException as failure:
@@ -379,29 +372,29 @@ class RealPace:
             self._set_mark(driven=False)
 
     def _set_mark(self, *, driven: bool) -> None:
-        real_s = time.monotonic()  # read once: between two readings the arm's clock would stand
+        real_s = time.monotonic()  # read once: the arm's clock would lose time between two readings
         self._mark = _Mark(self._shown_s(real_s), real_s, driven)
 
     def _rest(self, engine: Engine, pause_s: float) -> None:
-        """Sleep on the wire; where only the deadline ended that, count how late it was."""
+        """Sleep on the wire; if the deadline ended the sleep, record how late the wake-up was."""
         due_s = time.monotonic() + pause_s
         engine.link.wait(pause_s)
         late_s = time.monotonic() - due_s
-        if 0.0 <= late_s <= ABSENT_S:  # earlier, the wire had something; later, it was suspended
+        if 0.0 <= late_s <= SUSPENDED_S:  # earlier: data arrived; later: a suspension
             self.lateness.add(late_s)
 
 
-# What `pace=` of a connection may be, and the pace that each of them is.
+# The argument `pace=` of a connection.
 
 PaceChoice = str | float | SimulatedClock | SimulatedPace | None
-"""What `pace` may be: "simulated", "real", a factor of real time, a clock, or another arm's pace.
+"""One of "simulated", "real", a factor of real time, a clock, or another arm's pace.
 
-Without any, simulated time of the arm's own; of an `AsyncArm`, that of its event loop.
+None means simulated time of the arm's own; for an `AsyncArm`, the time of its event loop.
 """
 
 
 def pace_of(choice: PaceChoice) -> Pace:
-    """Return the pace of a simulated arm. Raises `BadRequest`."""
+    """Return the pace for a simulated arm. Raises `BadRequest`."""
     if isinstance(choice, SimulatedClock):
         return SimulatedPace(choice)
     if isinstance(choice, SimulatedPace):
@@ -413,5 +406,6 @@ def pace_of(choice: PaceChoice) -> Pace:
     if isinstance(choice, int | float) and choice > 0:
         return RealPace(speed=float(choice))
     raise BadRequest(
-        f'pace is "simulated", "real", a factor of real time or a SimulatedClock, not {choice!r}'
+        'pace must be "simulated", "real", a factor of real time or a SimulatedClock, '
+        f"not {choice!r}"
     )

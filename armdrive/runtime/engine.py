@@ -1,8 +1,8 @@
-"""The engine: one exchange on the wire at a time, one task at a time, no clock of its own.
+"""The engine: runs one task at a time and one exchange on the wire at a time, without a clock.
 
-`advance(now_s)` does all that is due by now and returns when it wants to be called next. Faults of
-the wire are thrown into the task (tasks.py) where it waits, so that it can say what they mean for
-the arm. Whoever calls `advance` is the only one that touches the wire.
+`advance(now_s)` does all that is due and returns the time of the next call. Link faults are raised
+inside the waiting task (tasks.py), which knows what they mean for the arm. Only the thread that
+calls `advance` touches the wire.
 """
 
 from __future__ import annotations
@@ -31,77 +31,73 @@ from armdrive.tasks import (
 from armdrive.trace.calls import NO_TRACER, Tracer
 from armdrive.transports.link import Link
 
-# How long a call may take that moves nothing: one rule for connecting, resets, looks and the rest.
-# The engine keeps it, whatever comes over the wire, so that no controller has to.
+# The time limit of calls that move nothing: connecting, resetting, reading the position. The engine
+# enforces it, whatever arrives on the wire, so that no controller has to.
 
 CALL_LIMIT_S = 20.0
-"""Connecting, a reset, a look and whatever else moves nothing ends within this.
+"""Time limit of a call that moves nothing.
 
-Twice the slowest first contact: a GRBL board may take 4 s to start, and is then reset three times,
-2 s each. So one attempt may be lost to noise.
+Twice the slowest first contact: a GRBL board may take 4 s to start and is then reset up to three
+times, 2 s each. The second half allows for one attempt that is lost to noise.
 """
 
-DEVICE_WAITS = ("answer_margin_s", "answer_s", "boot_s", "mute_s")
-"""The settings of a dialect that say how long its device is waited for."""
+DEVICE_TIMEOUTS = ("answer_margin_s", "answer_s", "boot_s", "mute_s")
+"""The settings of a dialect that are timeouts of its device."""
 
 
 def call_limit_s(device: object) -> float:
-    """Return the limit for an arm, by the section of its file that is named after its dialect.
+    """Return the call limit for an arm, given its dialect's settings.
 
-    Who has a slow device waited for three times as long as usual gets three times the limit: a
-    deadline that no device of theirs could keep would leave the arm without any use.
+    The limit grows with the longest of the device's timeouts, relative to its default. Otherwise an
+    arm file that allows a slow device three times as long could never connect.
     """
     longer = 1.0
     for each in fields(device) if hasattr(device, "__dataclass_fields__") else ():  # type: ignore[arg-type]
-        if each.name in DEVICE_WAITS and isinstance(each.default, float) and each.default > 0.0:
+        if each.name in DEVICE_TIMEOUTS and isinstance(each.default, float) and each.default > 0.0:
             longer = max(longer, getattr(device, each.name) / each.default)
     return CALL_LIMIT_S * longer
 
 
-# What came in over a wire while an answer was waited for, in words for an error.
+# What arrived while a call waited for an answer: part of the error if the answer never comes.
 
-MOST_BYTES = 512
-"""So much is remembered: more than any excerpt shows."""
-MOST_SHOWN = 48
-"""Bytes of an excerpt."""
-MOST_IDS = 6
-"""Ids of frames that are named."""
+MOST_BYTES = 512  # bytes kept, more than any excerpt shows
+MOST_SHOWN = 48  # bytes in an excerpt
+MOST_IDS = 6  # frame ids listed
 NOT_THE_ANSWER = "but not the answer"
-"""Stands before what was received, in an error's words."""
-ANOTHER = "and that port, baud rate and dialect are right"
+CHECK_SETTINGS = "and that port, baud rate and dialect are right"
 
 
 class ReceivedFrame(Protocol):
-    """A frame, of which the id is told."""
+    """A frame with its CAN id."""
 
     @property
     def can_id(self) -> int:
-        """The id that it was sent with."""
+        """The frame's id."""
 
 
 class FrameReader(Protocol):
-    """Reads frames out of what comes in, whatever the chunks."""
+    """Splits a stream of bytes into frames."""
 
     def feed(self, data: bytes) -> Iterable[ReceivedFrame]:
         """Take bytes; return the frames that they complete."""
 
 
 class Received:
-    """What has come since a call began: bytes, or the frames that `frames` reads out of them."""
+    """What has arrived since a call began: bytes, or frames if `frames` makes a reader for them."""
 
     def __init__(self, frames: Callable[[], FrameReader] | None = None) -> None:
         self._frames = frames
         self.clear()
 
     def clear(self) -> None:
-        """Forget what came: another call begins."""
+        """Start over, at the beginning of a call."""
         self.count = 0
         self._first = bytearray()
         self._reader = None if self._frames is None else self._frames()
         self._ids: dict[int, None] = {}
 
     def add(self, data: bytes) -> None:
-        """Take note of what came."""
+        """Add bytes."""
         if self._reader is not None:
             for frame in self._reader.feed(data):
                 self.count += 1
@@ -111,9 +107,9 @@ class Received:
         self.count += len(data)
         self._first += data[: MOST_BYTES - len(self._first)]
 
-    def look_at(self, silent: str) -> str:
-        """Return what a person does about it: `silent`, and more where bytes came."""
-        return silent if self._frames or not self.count else f"{silent}, {ANOTHER}"
+    def look_at(self, advice: str) -> str:
+        """Return the advice for a missing answer; if bytes arrived, they may be another dialect."""
+        return advice if self._frames or not self.count else f"{advice}, {CHECK_SETTINGS}"
 
     def __str__(self) -> str:
         if not self.count:
@@ -129,21 +125,18 @@ def _many(count: int, noun: str) -> str:
     return f"1 {noun} was received" if count == 1 else f"{count} {noun}s were received"
 
 
-def excerpt(heard: bytes, most: int = MOST_SHOWN) -> str:
-    """Return bytes for people, with nothing that a terminal obeys; the end of them cut off."""
-    text = heard[:most].decode("latin-1").encode("unicode_escape").decode("ascii")
-    return f"'{text}'{' ...' if len(heard) > most else ''}"
+def excerpt(data: bytes, most: int = MOST_SHOWN) -> str:
+    """Return the first bytes as printable text, with terminal control codes escaped."""
+    text = data[:most].decode("latin-1").encode("unicode_escape").decode("ascii")
+    return f"'{text}'{' ...' if len(data) > most else ''}"
 
 
 # The engine itself.
 
 T = TypeVar("T")
 
-MOST_TURNS = 10_000
-"""A task that takes more steps without waiting for anything is broken, and is ended."""
-
-LAST_WORDS = 16
-"""A task whose time is over may wait so often for something else: nothing is given to it."""
+MOST_TURNS = 10_000  # a task that takes more steps without waiting is broken, and is ended
+LAST_STEPS = 16  # steps that a task may take to clean up after its time limit
 
 
 def _never() -> float:
@@ -166,11 +159,12 @@ class Engine:
         received: Received | None = None,
         call_limit_s: float = CALL_LIMIT_S,
     ) -> None:
-        """Take a link and a controller, and four calls.
+        """Take a link, a controller and four callbacks.
 
-        `idle(now)` gives work for quiet times and when to ask again; `stopping` hears that a
-        stop was asked for, `lost` that the wire broke, `noticed` what the device says unasked.
-        `call_limit_s` is how long a routine look may take; `received` keeps what came meanwhile.
+        `idle(now)` returns the time of its next call and, if there is routine work, a task;
+        `stopping` is called while a stop is requested, `lost` when the link is lost, `noticed` with
+        each unsolicited message of the device. `call_limit_s` limits routine work; `received`
+        collects what arrives during a call.
         """
         self.link = link
         self.controller = controller
@@ -178,15 +172,15 @@ class Engine:
         self.now_s = 0.0
         self.asleep_s: Callable[[], float] = _never
         self.round_s: Callable[[], float] = _never
-        self._absences = 0
+        self._suspend_count = 0
         self.stop_asked = False
         self.stop_hard = False
         self.stop_why = ""
         self.last_answer = ""
         self.requests_sent = 0
         self.bytes_sent = 0
-        self.bytes_heard = 0
-        self.heard_s = -math.inf
+        self.bytes_received = 0
+        self.received_s = -math.inf
         self._idle = idle
         self._stopping = stopping
         self._lost = lost
@@ -200,46 +194,45 @@ class Engine:
         self.received = received or Received()
         self.call_limit_s = call_limit_s
         self.reconnect: Callable[[float], float] | None = None
-        """What is called while the wire is broken, and may `take` another; says when next."""
+        """Called while the link is lost. May `take` a new link; returns when to call again."""
 
     @property
     def last_sent(self) -> str:
-        """The text of what was sent last."""
+        """The text of the latest message sent."""
         return self.controller.last_said
 
     @property
     def busy(self) -> bool:
-        """Tell whether a task is at work."""
+        """Whether a task is running or waiting to run."""
         return self._task is not None or self._next is not None
 
     @property
-    def absences(self) -> int:
-        """How often this program stood still, this very moment's suspension included.
+    def suspend_count(self) -> int:
+        """Number of times this program was suspended, including a suspension in progress.
 
-        Whoever compares two of these holds the lock that `advance` is called with.
+        Hold the lock of `advance` while comparing two values.
         """
-        return self._absences + (self.asleep_s() > 0.0)
+        return self._suspend_count + (self.asleep_s() > 0.0)
 
     @property
     def at_rest(self) -> bool:
-        """Tell whether nothing is at work and no stop is left that nobody has seen."""
+        """Whether no task is running and no stop is pending."""
         return self._broken is not None or not (self.busy or self.stop_asked)
 
     @property
     def broken(self) -> LinkLost | None:
-        """The loss of the wire, once it has happened."""
+        """The loss of the link, once it has happened."""
         return self._broken
 
     def start(
         self, body: TaskBody[T], *, alone: bool = False, within_s: float = math.inf
     ) -> Task[T]:
-        """Hand over a task; it begins at an `advance`, when what is at work has ended.
+        """Submit a task, which begins in `advance` as soon as the running task has ended.
 
-        It ends with `NoAnswer` where it takes longer than `within_s`. The time counts from now
-        on, but not while the motion of another call is at work.
-        Raises `WrongState` while another one waits, or with `alone` while anything but routine
-        is at work: nothing may begin to move when its caller no longer expects it to. A stop
-        that nobody has seen yet holds for this task as well.
+        The task ends with `NoAnswer` after `within_s`, not counting the time in which it waits for
+        another call's motion. Raises `WrongState` if another task already waits, or, with `alone`,
+        if anything but routine work is running: no arm may start to move after its caller has
+        stopped expecting it. A pending stop also applies to this task.
         """
         busy = self._task is not None and not self._task.routine and alone
         if self._next is not None or busy:
@@ -254,9 +247,9 @@ class Engine:
 
     @contextmanager
     def limited(self) -> Iterator[None]:
-        """Have what the task at work does herein end within `call_limit_s`, as if it were a call.
+        """Apply the call limit to this part of the running task.
 
-        For the looks that are part of a motion, whose own time nobody knows beforehand.
+        For position readings within a motion, which has no time limit of its own.
         """
         task = self._task
         if task is None or not math.isinf(task.within_s):
@@ -269,12 +262,12 @@ class Engine:
         finally:
             task.within_s = math.inf
 
-    def absent(self, time_s: float) -> None:
-        """Hear that this program stood still for so long: nobody knows what happened meanwhile.
+    def suspended(self, time_s: float) -> None:
+        """Handle a suspension of this program that lasted `time_s`: stop any motion.
 
-        A motion that goes on after that is one that nobody expects, so it is stopped.
+        After a suspension the operator no longer expects the arm to move.
         """
-        self._absences += 1
+        self._suspend_count += 1
         for task in (self._task, self._next):  # the device could not answer in that time
             if task is not None:
                 task.since_s += time_s
@@ -283,26 +276,26 @@ class Engine:
             self.stop_why = f": this program had stood still for {time_s:.1f} s"
 
     def close(self) -> None:
-        """Give up the wire for good: whatever is at work or comes later fails with `LinkLost`."""
+        """Close the connection: the running task and every later one fail with `LinkLost`."""
         if self._broken is None:
             with suppress(LinkLost):
-                if said := self.controller.farewell():
-                    self.tracer.sent(said)
-                    self.link.write(said, self.now_s)
+                if frames := self.controller.farewell():
+                    self.tracer.sent(frames)
+                    self.link.write(frames, self.now_s)
             self._end(LinkLost("the connection was closed: connect again"))
 
     def take(self, link: Link, controller: Controller) -> None:
-        """Go on over another wire in place of the broken one. Nothing is left of what was asked."""
+        """Replace a lost link. All earlier requests, and a pending stop, are dropped."""
         self.link, self.controller = link, controller
         self._broken, self._proved = None, False
         self.stop_asked, self.stop_hard, self.stop_why = False, False, ""
 
     def prove(self) -> None:
-        """Hear that the arm is behind the wire that was taken."""
+        """Confirm that the arm answers on the new link."""
         self._proved = True
 
     def advance(self, now_s: float) -> float:
-        """Do what is due by now; return when to call again, on the same clock."""
+        """Do all that is due; return the time of the next call, on the same clock."""
         self.now_s = now_s
         if self._broken is not None:
             next_s = math.inf if self.reconnect is None else self.reconnect(now_s)
@@ -318,7 +311,7 @@ class Engine:
         except LinkLost as lost:
             self._break(lost)
             return math.inf if self.reconnect is None else self.reconnect(now_s)
-        except Exception as error:  # a flaw of ours
+        except Exception as error:  # a bug of ours
             self.tracer.failed(error)
             raise
         return self._next_s()
@@ -326,43 +319,43 @@ class Engine:
     def _listen(self) -> None:
         data = self.link.read(self.now_s)
         if data:
-            self.heard_s = self.now_s
-            self.bytes_heard += len(data)
+            self.received_s = self.now_s
+            self.bytes_received += len(data)
             self.received.add(data)
             self.tracer.received(data)
             self.controller.receive(data, self.now_s)
         self._talk()
 
     def _talk(self) -> None:
-        """Write what the controller has to say by now, and take in what it has heard.
+        """Write the controller's messages, and process its events.
 
-        What was thought out before this program was suspended is not said after it: it is stopped.
-        To the controller, what is left unsaid then is a message that was lost on the wire.
+        A message computed before a suspension of this program is not sent after it; the motion is
+        stopped instead. To the controller, such a message was lost on the wire.
         """
         woken = self._woken()
-        said = self.controller.advance(self.now_s)
-        if said and (woken or not self._woken()) and not self._stale():
-            self.tracer.sent(said)
-            self.link.write(said, self.now_s)
-            self.bytes_sent += len(said)
+        data = self.controller.advance(self.now_s)
+        if data and (woken or not self._woken()) and not self._stale():
+            self.tracer.sent(data)
+            self.link.write(data, self.now_s)
+            self.bytes_sent += len(data)
         while (event := self.controller.next_event()) is not None:
-            self._hear(event)
+            self._process(event)
 
     def _stale(self) -> bool:
-        """Tell whether an order comes too late to be said; a stop never does."""
+        """Return whether it is too late to send an order; it is never too late for a stop."""
         return not self.stop_asked and self.round_s() > self.controller.abilities.order_s
 
     def _woken(self) -> bool:
-        """Tell whether this round was suspended; what was at work hears of a stop then."""
+        """Return whether this round was suspended and its motion is therefore being stopped."""
         asleep_s = self.asleep_s()
         if asleep_s <= 0.0:
             return False
-        self.absent(asleep_s)
+        self.suspended(asleep_s)
         if self.stop_asked:
             self.controller.stop(hard=self.stop_hard)
         return self.stop_asked
 
-    def _hear(self, event: Event) -> None:
+    def _process(self, event: Event) -> None:
         self.tracer.reported(event)
         if isinstance(event, ProtocolWarning):
             self.last_answer = event.text
@@ -379,21 +372,21 @@ class Engine:
                 self.last_answer = str(event)
                 self._resume(event)
 
-    def _no_answer(self, silence: Timeout) -> NoAnswer:
-        """Return the error of a silence: of a call with a deadline, with all the time it took."""
+    def _no_answer(self, timeout: Timeout) -> NoAnswer:
+        """Return the error for a timeout; for a call with a limit, with the whole time it took."""
         task = self._task
         if task is None or math.isinf(task.within_s):
             return NoAnswer(
-                f"{silence} on {self.link.description}. {silence.look_at}, then call `reset()`"
+                f"{timeout} on {self.link.description}. {timeout.look_at}, then call `reset()`"
             )
-        silence = replace(silence, waited_s=self.now_s - task.since_s)
+        timeout = replace(timeout, waited_s=self.now_s - task.since_s)
         return NoAnswer(
-            f"{silence} on {self.link.description}: {self.received}. "
-            f"{self.received.look_at(silence.look_at)}, then call `reset()`"
+            f"{timeout} on {self.link.description}: {self.received}. "
+            f"{self.received.look_at(timeout.look_at)}, then call `reset()`"
         )
 
     def _count_time(self) -> None:
-        """Have the time of tasks count, unless a motion that somebody asked for is at work."""
+        """Start the time limits of tasks; a waiting task's starts after another call's motion."""
         if (task := self._task) is not None and math.isnan(task.since_s):
             task.since_s = self.now_s
         waiting = self._task is not None and not self._task.routine
@@ -401,20 +394,19 @@ class Engine:
             self._next.since_s = self.now_s
 
     def _end_late(self) -> None:
-        """End the task at work where its time is over: one rule for every dialect and wire.
+        """End the running task if its time limit has passed, for every dialect and link.
 
-        A device that never stops talking, or that answers a part of everything, keeps a
-        controller's own deadlines from passing.
+        Controllers have timeouts of their own, but a device that sends endlessly, or answers every
+        message in part, can keep those from expiring.
         """
         task = self._task
         if task is None or self.now_s < task.until_s:
             return
-        silence = Timeout(self.controller.last_said, 0.0, self.controller.look_at)
-        error = self._no_answer(silence)
+        error = self._no_answer(Timeout(self.controller.last_said, 0.0, self.controller.look_at))
         if self._asked:
             self._asked = False
             self.controller.forget()
-        for _ in range(LAST_WORDS):
+        for _ in range(LAST_STEPS):
             self._resume(error)
             if self._task is not task or self.now_s < task.until_s:
                 return
@@ -422,7 +414,7 @@ class Engine:
         self._finish(task)
 
     def _run(self) -> None:
-        """Let tasks take steps until the present one waits for something that is not there yet."""
+        """Run tasks until the current one waits for something that is not there yet."""
         turns = 0
         self._count_time()
         self._end_late()
@@ -431,7 +423,7 @@ class Engine:
                 return
             turns += 1
             if turns > MOST_TURNS:
-                self._resume(ArmError("a task went round without waiting, and was ended"))
+                self._resume(ArmError("a task looped without waiting, and was ended"))
                 return
             if isinstance(self._wait, SleepUntil):
                 if self._wait.time_s > self.now_s and not self.stop_asked:
@@ -456,7 +448,7 @@ class Engine:
     def _send(self, request: Request) -> None:
         try:
             self.controller.begin(request, self.now_s)
-        except (ValueError, Refused) as error:  # what the dialect cannot express
+        except (ValueError, Refused) as error:  # the dialect cannot express the request
             self._resume(error if isinstance(error, Refused) else Refused(f"not sent: {error}"))
             return
         self.tracer.requested(request)
@@ -487,14 +479,14 @@ class Engine:
     def _break(self, lost: LinkLost) -> None:
         self._end(lost)
         self._lost(lost)
-        if self._proved:  # else it is a wire that was only tried
+        if self._proved:  # otherwise an attempt to reconnect has failed, which is no new loss
             self.tracer.lost(lost)
 
     def _end(self, lost: LinkLost) -> None:
-        """Let everything at work hear of the loss where it waits, and end it."""
+        """End every task with the loss of the link."""
         self._broken = lost
         self._asked = False
-        self.stop_asked = False  # what could still be stopped has ended with the wire
+        self.stop_asked = False  # without a link there is nothing left to stop
         if (task := self._task) is not None:
             task.abandon(lost)
             self._finish(task)
@@ -503,12 +495,12 @@ class Engine:
             self._next = None
 
     def _next_s(self) -> float:
-        heard_s = min(self.link.next_s(), self.controller.next_s())
+        due_s = min(self.link.next_s(), self.controller.next_s())
         if self._task is not None:
-            heard_s = min(heard_s, self._task.until_s)
+            due_s = min(due_s, self._task.until_s)
         if self._asked:
-            return heard_s
+            return due_s
         if isinstance(self._wait, SleepUntil):
-            return min(self._wait.time_s, heard_s)
+            return min(self._wait.time_s, due_s)
         wake_s, _ = self._idle(self.now_s)
-        return min(wake_s, heard_s)
+        return min(wake_s, due_s)

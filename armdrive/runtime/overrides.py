@@ -1,8 +1,8 @@
-"""Whether somebody has paused the arm, and how fast it may go of what was asked.
+"""Pause and speed override of one arm.
 
-Any thread may ask; the tasks look before each burst or segment. A stop, an error and a lost wire
-end a pause together with the motion that waited in it. A motion that has waited too long is given
-up, and the pause stays.
+Any thread may set them; tasks check them before each burst or segment. A stop, an error and a lost
+link end a pause together with the motion that waits in it. After too long a pause the motion is
+given up; the arm stays paused.
 """
 
 from __future__ import annotations
@@ -15,20 +15,15 @@ from kinematics.errors import finite
 SLOWEST = 0.01
 FULL = 1.0
 
-DOUBT = 4.0
-"""A slowed motion is waited for so many times longer than it should be slower."""
+DELAY_MARGIN = 4.0  # allow a slowed motion this many times the delay that it should have
 
-BREATH_S = 0.005
-"""On simulated time a paused arm waits in real time, for somebody who lives in it."""
+# On simulated time, a paused arm waits in real time so that another thread can resume it: up to
+# 5 s in short naps. Then simulated time runs on.
+NAP_S = 0.005
+NAPS = 1000
 
-BREATHS = 1000
-"""Some 5 s for another thread of this program to resume it. After that, simulated time runs on."""
-
-LONGEST_PAUSE_S = 8 * 3600.0
-"""A motion waits in a pause for a shift, and is given up then: nobody expects it any more."""
-
-LONGEST_SIMULATED_PAUSE_S = 600.0
-"""A call on simulated time waits no longer for a pause that only its own program can end."""
+LONGEST_PAUSE_S = 8 * 3600.0  # a working shift; after that nobody expects the motion to go on
+LONGEST_SIMULATED_PAUSE_S = 600.0  # limit on simulated time if only the caller could resume
 
 GIVEN_UP = (
     "the arm has been paused for {:.0f} s, so the motion was given up. The arm is still paused: "
@@ -37,81 +32,84 @@ GIVEN_UP = (
 
 
 def given_up(waited_s: float) -> WrongState:
-    """Return the error of what has waited in a pause for so long."""
+    """Return the error of a motion that was given up after waiting in a pause."""
     return WrongState(GIVEN_UP.format(waited_s))
 
 
 class SpeedOverride:
-    """What was asked of one arm by whoever watches it, and what that has cost in time."""
+    """The pause and the speed override of one arm, and the delay they have caused."""
 
     def __init__(self) -> None:
         self.paused = False
         self.override = FULL
         self.was_slowed = False
-        """Whether anything of the motion under way may have been sent slower than planned."""
+        """Whether any part of the current motion may have been sent slower than planned."""
         self.waits = False
         self.delay_s = 0.0
         self.waited_s = 0.0
-        """How long motions have waited in pauses: a part of the delay."""
+        """Time that motions have spent in pauses: a part of the delay."""
         self.given_up = False
         """Whether the motion that waits in the pause is given up; the pause stays."""
         self.others = False
-        """Whether somebody else can resume the arm: in real time, or from another terminal."""
-        self._breaths_left = BREATHS
+        """Whether another program or thread can resume the arm."""
+        self._naps_left = NAPS
 
     @property
     def longest_real_s(self) -> float:
-        """How long somebody is waited for in real time, where no simulated time passes."""
-        return LONGEST_PAUSE_S if self.others else BREATHS * BREATH_S
+        """How long, in real time, a paused arm waits while no simulated time passes."""
+        return LONGEST_PAUSE_S if self.others else NAPS * NAP_S
 
     def pause(self) -> None:
-        """Have the motion under way wait behind its next burst or segment, and the next ones."""
-        self._breaths_left = BREATHS
+        """Make motions wait after their current burst or segment."""
+        self._naps_left = NAPS
         self.paused = True
 
     def end_pause(self) -> None:
-        """Let a waiting motion go on, where it has not been ended meanwhile."""
+        """Let a waiting motion continue, unless it has been ended."""
         self.paused = False
 
     def set_override(self, share: float) -> None:
-        """Have what is sent next take 1/share of its time. Raises `BadRequest`."""
+        """Slow the motion sent from now on to a share of its speed. Raises `BadRequest`."""
         self.override = override_share(share)
         self.was_slowed = self.was_slowed or self.override < FULL
 
     def begin(self) -> None:
-        """Hear that a motion begins, of which nothing has been sent yet."""
+        """Start a motion: nothing of it has been sent yet."""
         self.was_slowed = self.override < FULL
 
     def slowed_s(self, duration_s: float) -> float:
-        """Return how long something takes now that should take so long at full speed."""
+        """Return the duration under the override, given the duration at full speed."""
         return duration_s / self.override
 
     def note_slowed(self, nominal_s: float) -> None:
-        """Note that something is sent now that should take so long at full speed."""
-        self.delay_s += DOUBT * (self.slowed_s(nominal_s) - nominal_s)
+        """Count the delay of a burst or segment, given its duration at full speed."""
+        self.delay_s += DELAY_MARGIN * (self.slowed_s(nominal_s) - nominal_s)
 
     def note_waited(self, time_s: float) -> None:
-        """Note how long a motion has waited in a pause."""
+        """Count the time that a motion has waited in a pause."""
         self.delay_s += time_s
         self.waited_s += time_s
 
-    def breathe(self, waited_s: float) -> None:
+    def nap(self, waited_s: float) -> None:
         """Let real time pass while a call waits in a pause on simulated time.
 
-        `waited_s` is how much of that it has waited: where nobody else could end the pause, its
-        motion is given up at last.
+        `waited_s` is the simulated time spent waiting. If only the caller could end the pause, the
+        motion is given up after `LONGEST_SIMULATED_PAUSE_S`.
         """
         if not self.waits:
             return
-        if self.others or self._breaths_left > 0:
-            self._breaths_left -= 1
-            time.sleep(BREATH_S)
+        if self.others or self._naps_left > 0:
+            self._naps_left -= 1
+            time.sleep(NAP_S)
         if waited_s >= LONGEST_SIMULATED_PAUSE_S and not self.others:
             self.given_up = True
 
 
 def override_share(share: float) -> float:
-    """Check a speed override: a share of the speed asked for, from 0.01 to 1."""
+    """Return a valid speed override: a share of the requested speed, 0.01 to 1.
+
+    Raises `BadRequest` for any other number.
+    """
     value = finite("the speed override", share)
     if not SLOWEST <= value <= FULL:
         raise BadRequest(

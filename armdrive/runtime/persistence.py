@@ -1,7 +1,9 @@
-"""What is remembered of a running arm: when its record is written, and the mark of motion.
+"""When an arm's position record is written, and the motion mark in it.
 
-Everything here only *asks* for writing and returns at once (storage/record_writer.py does it).
-Whoever must not go on before the mark is on the disk waits until `mark_stands` (motion/context.py).
+The motion mark says that the arm is moving: if a program dies during a motion, the next program
+finds the mark and does not trust the recorded position. The methods here only request a write and
+return at once (storage/record_writer.py writes). A motion waits for `mark_stands` before its first
+byte (motion/context.py).
 """
 
 from __future__ import annotations
@@ -15,10 +17,10 @@ from armdrive.storage.record_writer import AtOnce, BesideTheWire, Keeper, Record
 
 
 class Memory:
-    """One arm's record. `describe(in_motion)` gives the record of this moment.
+    """The position record of one arm. `describe(in_motion)` returns the present record.
 
-    Nothing is written before `taken_up`: a connection that failed leaves the record as it was.
-    With `wake` the writing is done in a thread beside the caller's, and `wake` is called after it.
+    Nothing is written before `taken_up`, so a failed connection leaves the record as it was. With
+    `wake`, another thread writes and then calls `wake`.
     """
 
     def __init__(
@@ -38,12 +40,12 @@ class Memory:
         self._asked: Record | None = None
         self._asked_number = 0
         self._cleared_number = 0
-        self._told_number = 0
+        self._reported_number = 0
 
-    # -- what an earlier program left ---------------------------------------------------------
+    # -- the record of an earlier program -----------------------------------------------------
 
     def load(self, arm: str, calibration: str, motors: int) -> Record | None:
-        """Return what an earlier program left; raises `StateFileError` where it is of no use."""
+        """Return the record of an earlier program; raises `StateFileError` if it is unusable."""
         try:
             record = self._recorder.load()
             if record is None:
@@ -56,22 +58,22 @@ class Memory:
         return record
 
     def taken_up(self) -> None:
-        """From here on the record is this program's to write."""
+        """Start writing: the record now belongs to this program."""
         self._taken_up = True
 
-    # -- the mark of motion -------------------------------------------------------------------
+    # -- the motion mark ----------------------------------------------------------------------
 
     def begin_mark(self) -> None:
-        """Ask for the mark of motion, unless it stands already."""
+        """Request the motion mark, unless it is already on the disk."""
         self._moving = True
         if not self._mark_is_kept:
             self._ask()
 
     def mark_stands(self) -> bool:
-        """Tell whether the mark outlives a power cut by now.
+        """Return whether the motion mark is on the disk, safe against a power cut.
 
-        Raises `StateFileError` where it could not be written: then nothing may move, since a
-        program that ended in mid-motion would leave a wrong position behind.
+        Raises `StateFileError` if the mark could not be written. Nothing may move then, because a
+        program that dies during the motion would leave a wrong position behind.
         """
         if self._mark_is_kept:
             return True
@@ -82,49 +84,49 @@ class Memory:
         raise StateFileError(self._words(outcome.error))
 
     def mark_still(self) -> None:
-        """Ask for the position of an arm that stands, without the mark."""
+        """Request a record of the arm at rest, without the motion mark."""
         self._moving = False
         self._ask()
 
     @property
     def owing(self) -> bool:
-        """Whether the mark may still be there, or what was asked for last could not be written."""
+        """Whether the motion mark may still be on the disk, or the latest write has failed."""
         kept = self._writer.outcome.kept
         return self._moving or self._failed or (kept is not None and kept.in_motion)
 
     @property
     def _mark_is_kept(self) -> bool:
-        """A mark is on the disk, and nothing has been asked for since that takes it away."""
+        """Whether a motion mark is on the disk and no later request removes it."""
         outcome = self._writer.outcome
         marked = outcome.kept is not None and outcome.kept.in_motion
         return marked and outcome.kept_number > self._cleared_number
 
-    # -- whatever else is to be remembered ----------------------------------------------------
+    # -- the record in general ----------------------------------------------------------------
 
     def remember(self) -> None:
-        """Ask for what is believed now; a mark of motion stays."""
+        """Request a write of the present record; a motion mark stays."""
         self._ask()
 
     @property
     def settled(self) -> bool:
-        """Whether nothing is left to write: it is on the disk, or has failed."""
+        """Whether every requested write has ended, successfully or not."""
         return self._writer.outcome.number >= self._asked_number
 
     def trouble(self) -> str:
-        """Return why the position could not be remembered, once for each time; or nothing."""
+        """Return why the latest write failed, once for each failure; otherwise an empty string."""
         outcome = self._writer.outcome
-        if outcome.number == self._told_number:
+        if outcome.number == self._reported_number:
             return ""
-        self._told_number = outcome.number
+        self._reported_number = outcome.number
         return self._words(outcome.error) if outcome.error else ""
 
     def finish(self, timeout_s: float) -> None:
-        """Wait until all is written. Nothing is written afterwards, not even by a slow disk."""
+        """Wait for pending writes. Nothing is written after this, not even by a slow disk."""
         self._writer.finish(timeout_s)
         self._keeper.end()
 
     def _ask(self) -> None:
-        """Hand over the record of this moment, unless it is the last one's, or there is none."""
+        """Request a write of the present record, unless it is the same as the previous one."""
         record = self._describe(self._moving)
         nothing_known = record.trust == Trust.UNKNOWN.value and not self._moving
         if not self._taken_up or (record == self._asked and not self._failed):
@@ -143,6 +145,6 @@ class Memory:
 
     def _words(self, error: str) -> str:
         return (
-            f"the position of {self._describe(self._moving).arm} cannot be remembered ({error}): "
-            "make room on the disk, or the folder writable"
+            f"the position of {self._describe(self._moving).arm} cannot be saved ({error}): "
+            "free some disk space or make the folder writable"
         )

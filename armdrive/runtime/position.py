@@ -1,10 +1,9 @@
-"""Where one arm is: commanded, acknowledged and read back, in motor steps and in joint angles.
+"""The position of one arm: commanded, acknowledged and read back, in motor steps and joint angles.
 
-`DeviceReadings` and `FingerState` are what is known besides: current, inputs and outputs, fingers.
-
-Positions are motor steps of the model: registers plus the reference offset, less what is taken up
-of each motor's backlash (backlash.py). A reference is that offset: nothing here ever asks the
-controller to zero its registers.
+Positions are motor steps of the model: the controller's registers plus the reference offset, minus
+the backlash that each motor has taken up (backlash.py). A reference sets that offset; the
+controller is never asked to zero its registers. `DeviceReadings` and `FingerState` hold the rest of
+what the device reports: current, inputs, outputs, fingers.
 """
 
 from __future__ import annotations
@@ -24,34 +23,34 @@ from kinematics.transmission import Transmission
 
 
 def joints_between(start: Joints, end: Joints, fraction: float) -> Joints:
-    """Return the joints at a fraction of the straight way between two; beyond its end above 1."""
+    """Interpolate between two postures in joint space; a fraction above 1 extrapolates."""
     angles = (a + (b - a) * fraction for a, b in zip(start, end, strict=True))
     return Joints(tuple(angles), start.names)
 
 
 def alike(a: Joints, b: Joints, within_rad: float) -> bool:
-    """Tell whether two postures are the same, each joint within an angle."""
+    """Return whether two postures agree, each joint within an angle."""
     return all(abs(x - y) <= within_rad for x, y in zip(a, b, strict=True))
 
 
 @dataclass(frozen=True, slots=True)
 class ArmCoordinates:
-    """Where the arm is meant to be, before rounding to steps: joints and gripper opening."""
+    """A point in joint space before rounding to steps: joint angles and gripper opening."""
 
     joints: Joints
     opening_mm: float
 
     @property
     def values(self) -> tuple[float, ...]:
-        """The joint angles in rad, and then the opening."""
+        """The joint angles in rad, followed by the opening in mm."""
         return (*self.joints, self.opening_mm)
 
     def motors(self, transmission: Transmission) -> Motors:
-        """Return the whole steps that stand for this point: the one place where it is rounded."""
+        """Return the point in whole steps: the only place where it is rounded."""
         return transmission.to_motors(self.joints, self.opening_mm)
 
     def towards(self, other: ArmCoordinates, fraction: float) -> ArmCoordinates:
-        """Return the point at a fraction of the straight way in joint space."""
+        """Interpolate in joint space; a fraction of 1 or more returns `other`."""
         if fraction >= 1.0:
             return other
         opening_mm = self.opening_mm + (other.opening_mm - self.opening_mm) * fraction
@@ -60,7 +59,7 @@ class ArmCoordinates:
 
 @dataclass(frozen=True, slots=True)
 class MotionSegment:
-    """A motion that is straight in joint space, and how long it takes at the speed asked for."""
+    """A motion that is straight in joint space, with its duration at the requested speed."""
 
     start: ArmCoordinates
     end: ArmCoordinates
@@ -68,11 +67,11 @@ class MotionSegment:
 
     @property
     def turns_rad(self) -> tuple[float, ...]:
-        """By how much each joint turns."""
+        """The angle that each joint turns."""
         return tuple(b - a for a, b in zip(self.start.joints, self.end.joints, strict=True))
 
     def steps(self, transmission: Transmission) -> tuple[float, ...]:
-        """Return how far each motor turns, before any rounding."""
+        """Return the steps that each motor turns, before rounding."""
         before, after = (
             transmission.to_exact(each.joints, each.opening_mm) for each in (self.start, self.end)
         )
@@ -80,21 +79,21 @@ class MotionSegment:
 
 
 class DeviceReadings:
-    """What the device says of itself apart from its registers: current, inputs, outputs, grip."""
+    """What the device reports apart from its registers: current, inputs, outputs, grip."""
 
     def __init__(self, *, grip_switch: bool) -> None:
         self._grip_switch = grip_switch
         self.current = Current.UNKNOWN
         self.inputs: int | None = None
         self.sensed = 0
-        """How often the inputs have been read."""
+        """Number of times the inputs have been read."""
         self.awaiting = 0
-        """How many calls wait for inputs: a standing arm is looked at more often then."""
+        """Number of calls that wait for inputs: an arm at rest is polled faster meanwhile."""
         self.outputs: int | None = None
         self.gripping: bool | None = None
 
     def sense(self, registers: Registers) -> None:
-        """Take the inputs and the current; without a grip switch nothing tells whether it grips."""
+        """Take the inputs, the current and, if there is a grip switch, whether it is closed."""
         if registers.held is not None:
             self.current = Current.HELD if registers.held else Current.OFF
         self.inputs = registers.inputs
@@ -104,7 +103,7 @@ class DeviceReadings:
 
 
 class FingerState:
-    """Where the fingers touched something, or the share that a servo was told to open."""
+    """The opening at which the fingers touched something, or a servo gripper's commanded share."""
 
     def __init__(self, config: ArmConfig, transmission: Transmission) -> None:
         self._config = config
@@ -113,12 +112,12 @@ class FingerState:
         self.share: float | None = None
 
     def arrive(self, opening_mm: float) -> None:
-        """Note how far the gripper is open by its motor: fingers opened past the touch let go."""
+        """Take a new opening: opening the fingers beyond the touch releases the object."""
         if self.touch_mm is not None and opening_mm >= self.touch_mm:
             self.touch_mm = None
 
     def force_n(self, opening_mm: float) -> float:
-        """Return the force with which they press, from the cable pulled in behind the touch."""
+        """Return the gripping force, computed from the cable pulled in since the touch."""
         steps_per_n = self._config.model.grip_steps_per_n
         if self.touch_mm is None or steps_per_n is None:
             return 0.0
@@ -126,7 +125,7 @@ class FingerState:
         return (self.touch_mm - opening_mm) * steps_per_mm / steps_per_n
 
     def seen_mm(self, pulled_mm: float) -> float | None:
-        """Return how far apart the fingers are, from where their motor or servo has them."""
+        """Return the opening of the fingers, given the opening that their motor stands for."""
         if self._transmission.has_gripper:
             return max(pulled_mm, self.touch_mm or 0.0)
         if self.share is None:
@@ -136,12 +135,12 @@ class FingerState:
 
 
 def motors_of(config: ArmConfig, controller: Controller) -> Transmission:
-    """Return an arm's motors. Raises `Refused` where they do not fit its controller."""
+    """Return an arm's transmission. Raises `Refused` if it does not fit the controller."""
     transmission = config.model.transmission
     if transmission is None:
         raise Refused(
-            f"no motor steps are known of the {config.model.title}: give steps_per_turn in "
-            "an arm file of a model that has motors"
+            f"the {config.model.title} has no motor steps: use a model with motors, and give "
+            "steps_per_turn in its arm file"
         )
     motors = len(transmission.motors)
     if motors != controller.abilities.motors:
@@ -154,9 +153,9 @@ def motors_of(config: ArmConfig, controller: Controller) -> Transmission:
 
 
 class PositionLedger:
-    """Where the motors of one arm are, as commanded, as acknowledged and as read back.
+    """The commanded, acknowledged and read-back position of one arm's motors.
 
-    `unwrap` undoes the wrap of registers near a position, as `Controller.unwrap` does.
+    `unwrap` undoes the wrap of registers near a position, like `Controller.unwrap`.
     """
 
     def __init__(
@@ -179,12 +178,12 @@ class PositionLedger:
         self.acknowledged = still
         self.read_back: Motors | None = None
         self.fell = False
-        """Whether registers fell to zero in the present motion, which does not lead there."""
+        """Whether registers dropped to zero during a motion that does not lead there."""
         self.coordinates = self.coordinates_of(still)
 
     @property
     def shift(self) -> Motors:
-        """What the registers of the acknowledged position have to be added to."""
+        """The difference between the acknowledged position and its registers."""
         return self.offset - self.slack.taken
 
     @property
@@ -193,30 +192,30 @@ class PositionLedger:
         return self.acknowledged - self.shift
 
     def stands(self) -> None:
-        """Note that nothing is under way: what is sent next begins at the acknowledged position."""
+        """Start from rest: the next motion begins at the acknowledged position."""
         self.slack.stand()
         self.commanded = self.acknowledged
         self.fell = False
 
     def sends(self, steps: Motors) -> None:
-        """Note what motors are about to be sent, backlash included."""
+        """Add steps that are about to be sent, backlash compensation included."""
         self.commanded = self.commanded + self.slack.sends(steps)
         self._readings.current = Current.HELD
 
     def takes_back(self, commanded: Motors) -> None:
-        """Note that what was to be sent last was not: so far it is commanded, as it was before."""
+        """Withdraw the latest steps, which were not sent after all."""
         self.commanded = commanded
         self.slack.takes_back()
 
     def arrived(self, coordinates: ArmCoordinates | None) -> None:
-        """Note that the motion was acknowledged, and which unrounded point it stands for."""
+        """Acknowledge the motion, given the unrounded point that it leads to."""
         self.acknowledged = self.commanded
         self.slack.arrive()
         self.coordinates = coordinates or self.coordinates_of(self.acknowledged)
         self._fingers.arrive(self.coordinates.opening_mm)
 
     def found(self, registers: Registers) -> None:
-        """Take the registers for the position of an arm of which nothing else is known."""
+        """Take the registers as the position of an arm about which nothing else is known."""
         self._readings.sense(registers)
         self.counts = registers.positions
         self.commanded = self.acknowledged = self.read_back = registers.positions
@@ -232,35 +231,35 @@ class PositionLedger:
         return self.counts - expected
 
     def progress(self, registers: Registers) -> None:
-        """Note where the motors are while they move."""
-        there = self.commanded - self.offset + self.slack.ahead
-        self._see(self._unwrap(registers.positions, there))
+        """Take registers that were read during a motion."""
+        goal = self.commanded - self.offset + self.slack.ahead
+        self._see(self._unwrap(registers.positions, goal))
 
     def _see(self, counts: Motors) -> None:
         before = self.read_back if self.counts.largest and not counts.largest else None
         self.counts = counts
         self.read_back = self.acknowledged + self.slack.see(counts - self.expected)
-        if before is not None:  # a motion only goes on
+        if before is not None:  # a motion never goes backwards
             ways = zip(before, self.read_back, self.commanded, strict=True)
             self.fell |= any(not min(a, c) <= b <= max(a, c) for a, b, c in ways)
 
     def believe_registers(self) -> None:
-        """Take the read-back for the position: the motors are there, whatever was commanded."""
+        """Take the read-back position as the acknowledged one, whatever was commanded."""
         if self.read_back is not None and self.read_back != self.acknowledged:
             self.acknowledged = self.read_back
             self.coordinates = self.coordinates_of(self.acknowledged)
-        self.commanded = self.acknowledged  # also where nothing had moved yet
+        self.commanded = self.acknowledged  # even if nothing has moved yet
         self.slack.believe()
 
-    def count_anew(self, registers: Motors) -> None:
-        """Keep the position, and let it be what these registers mean from now on."""
+    def rebase(self, registers: Motors) -> None:
+        """Keep the position although the registers have changed: adjust the offset."""
         self.slack.doubt()
         self.offset = self.acknowledged - registers + self.slack.taken
         self.counts = registers
         self.commanded = self.read_back = self.acknowledged
 
     def refer(self, registers: Motors, there: ArmCoordinates) -> None:
-        """Make the present registers mean a known posture."""
+        """Set the reference offset: the present registers stand for a known posture."""
         position = there.motors(self._transmission)
         self.slack.refer()
         self.offset = position - registers + self.slack.taken
@@ -269,22 +268,22 @@ class PositionLedger:
         self.coordinates = there
 
     def restore(self, record: Record, registers: Motors) -> bool:
-        """Take up a recorded reference; False where the registers no longer agree with it."""
+        """Take up a recorded reference; return whether the registers still agree with it."""
         self.offset = Motors(record.offset)
         recorded = Motors(record.registers)
         fits = self.slack.restore(record.taken, record.unsure)
         counts = self.counts = self._unwrap(registers, recorded)
         self.commanded = self.acknowledged = self.read_back = recorded + self.shift
         self.coordinates = self._recorded_point(record) or self.coordinates_of(self.acknowledged)
-        if counts != recorded and not registers.largest:  # the counters lost the power, not the arm
-            self.count_anew(registers)
+        if counts != recorded and not registers.largest:  # a power cut zeroed the registers
+            self.rebase(registers)
         elif counts != recorded:
             self._see(counts)
             self.believe_registers()
         return counts == recorded and fits
 
     def _recorded_point(self, record: Record) -> ArmCoordinates | None:
-        """Return the unrounded point of a record, if it stands for the same whole steps."""
+        """Return the unrounded point of a record, if it rounds to the acknowledged position."""
         names = self.coordinates.joints.names
         if len(record.coordinates) != len(names) + 1:
             return None
@@ -293,6 +292,6 @@ class PositionLedger:
         return there if there.motors(self._transmission) == self.acknowledged else None
 
     def coordinates_of(self, position: Motors) -> ArmCoordinates:
-        """Return the point that whole motor steps stand for."""
+        """Return the joint angles and the opening at a position."""
         joints, opening_mm = self._transmission.to_joints(position)
         return ArmCoordinates(joints, opening_mm)

@@ -1,6 +1,6 @@
-"""Two tables: what leads from one state of an arm to another, and what its position is worth.
+"""Two tables: the state machine of an arm, and the trust in its position.
 
-The states are PLCopen's; how far the position can be believed is independent of them.
+The states are PLCopen's. Trust is independent of them.
 
 disconnected --opened--> standby (or disabled, where the device can switch its motor current)
 standby --move--> moving --done--> standby;  standby --home--> homing --done--> standby
@@ -24,7 +24,7 @@ from armdrive.status import Evidence, State, Trust
 
 
 class Event(Enum):
-    """What can happen to an arm."""
+    """The events of the state machine."""
 
     OPENED_HELD = "the port was opened"
     OPENED_SWITCHED = "the port was opened and the motors are off"
@@ -58,7 +58,7 @@ def _table() -> Mapping[tuple[State, Event], State]:
         (s.HOMING, e.STOP): s.STOPPING,
         (s.ERROR_STOP, e.RESET): s.STANDBY,
         (s.ERROR_STOP, e.RESET_SWITCHED): s.DISABLED,
-        # a device can be locked from before this program, which shows when something is to move
+        # a device may be locked since before this program started, which shows at the first motion
         (s.STANDBY, e.RESET): s.STANDBY,
         (s.STANDBY, e.RESET_SWITCHED): s.DISABLED,
         (s.DISABLED, e.RESET): s.DISABLED,
@@ -73,7 +73,7 @@ def _table() -> Mapping[tuple[State, Event], State]:
 
 
 TRANSITIONS = _table()
-"""(state, event) to the next state; what is not in the table is refused."""
+"""(state, event) to the next state. Any other combination is refused."""
 
 _WAY_OUT = MappingProxyType(
     {
@@ -89,7 +89,7 @@ _WAY_OUT = MappingProxyType(
 
 
 def after(state: State, event: Event) -> State:
-    """Return the state that follows; raises `WrongState` where the table has no such row."""
+    """Return the next state; raises `WrongState` if the table has no such row."""
     try:
         return TRANSITIONS[state, event]
     except KeyError:
@@ -98,10 +98,10 @@ def after(state: State, event: Event) -> State:
         ) from None
 
 
-# How far the position can be believed: one table of what is seen, and what it does to trust.
+# Trust in the position: one table from evidence to trust.
 #
-# The arms have no encoders, so trust is all there is. Evidence against a position lowers it and
-# never raises it; only a reference, or an operator who confirms the drawn posture, raises it.
+# Most of the arms have no encoders, so a wrong position cannot be measured. Evidence against a
+# position lowers trust; only a reference, or an operator who confirms the drawn posture, raises it.
 
 RESULTS: Mapping[Evidence, Trust] = MappingProxyType(
     {
@@ -137,19 +137,19 @@ RESULTS: Mapping[Evidence, Trust] = MappingProxyType(
 
 @dataclass(frozen=True, slots=True)
 class Belief:
-    """A trust with its reason and the time it was formed, on the arm's clock."""
+    """A trust, its reason, and the time of the evidence on the arm's clock."""
 
     trust: Trust
     reason: str
     since_s: float = 0.0
 
     def after(self, evidence: Evidence, now_s: float, detail: str = "") -> Belief:
-        """Weigh new evidence. An unknown position stays unknown whatever else goes wrong."""
+        """Return the belief after new evidence. An unknown position cannot become suspect."""
         result = RESULTS[evidence]
         if result is Trust.SUSPECT and self.trust in (Trust.UNKNOWN, Trust.SUSPECT):
-            return self  # the first reason is the one that has to be mended
+            return self  # keep the first reason: it is the one to remedy
         if evidence is Evidence.LINK_BACK and self.trust is not Trust.REFERENCED:
-            return self  # it only takes away
+            return self  # a returning link can only lower trust
         reason = f"{evidence.value} ({detail})" if detail else evidence.value
         return Belief(result, reason, now_s)
 
@@ -167,12 +167,12 @@ _REMEDY = MappingProxyType(
 
 
 def require_reference(belief: Belief, *, allow_restored: bool) -> None:
-    """Raise `NotReferenced`, with the way to regain trust, unless planned motion may go on."""
+    """Raise `NotReferenced`, with the remedy, unless planned motion is allowed."""
     if belief.trust is Trust.REFERENCED:
         return
     if belief.trust is Trust.RESTORED and allow_restored:
         return
     raise NotReferenced(
-        f"planned motion needs a position that can be trusted, and this one is "
-        f"{belief.trust.value}: {belief.reason}. To mend it, {_REMEDY[belief.trust]}"
+        f"planned motion needs a trusted position, and this one is {belief.trust.value}: "
+        f"{belief.reason}. To fix this, {_REMEDY[belief.trust]}"
     )

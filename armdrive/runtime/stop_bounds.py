@@ -1,19 +1,19 @@
-"""How long and how far the finger tips go on: after a stop, and after the host has fallen silent.
+"""Stop bounds: how long and how far the fingertips move on after a stop, or after the host dies.
 
-The controller bounds the time, and how much of its way the motion makes in that time. Each joint
-turns by that much of its speed: by its speed in the planned motion that is under way, else by its
-limit, or by the motors where those are slower. Where a device does not coordinate its motors, it is
-the motors that turn by that much, each by itself. Each motor may be a step further by rounding.
+The controller bounds the time, and how much more of its motion the device performs in that time.
+Each joint turns at its speed in the planned motion, or, without a plan, at its limit or that of its
+motors, whichever is lower. On a device that does not coordinate its motors, each motor turns by
+itself instead. Rounding adds one step per motor.
 
-The tip's way is bounded twice, and the smaller number is announced:
+The distance of the tip is bounded in two ways, and the smaller bound is announced:
 
-- Each joint turns the tip about its axis, at the tip's distance from it. That distance grows by at
-  most the way that the joints beyond it make, and never beyond the arm's reach.
-- In the posture at hand, each turn moves the tip in a direction of its own. The furthest corner of
-  all these directions is how far it gets as long as they stay the same. As the arm turns, they
-  change, no faster than by the levers: half of what that adds up to is added.
+- By levers: each joint turns the tip about its axis, at the tip's distance from that axis. The
+  distance grows by the travel of the joints farther out, but never beyond the arm's reach.
+- By directions: in the present posture, each joint moves the tip in its own direction. If the
+  directions stayed the same, the farthest corner of their sum would be the bound. They change as
+  the arm turns, at most at the rate given by the levers; half of that change is added.
 
-Without a known posture the first holds for the arm stretched out.
+Without a known posture, the first bound is used with the arm stretched out.
 """
 
 from __future__ import annotations
@@ -29,26 +29,21 @@ from kinematics.geometry import ArmGeometry
 from kinematics.spaces import Joints
 from kinematics.transmission import Transmission
 
-ROUNDING_STEPS = 1.0
-"""A motor stands on whole steps, before and after: it turns by so much more than its share."""
-PROBE_RAD = 1e-6
-"""Each joint is turned by this much to see where it moves the tip."""
-LEAST_S = 1e-9
-"""No part of a motion is taken for shorter."""
-
-LEAST_HZ = 1e-6
-"""No motor is taken for slower."""
+ROUNDING_STEPS = 1.0  # a motor starts and ends on whole steps, so it may turn one step more
+PROBE_RAD = 1e-6  # turn each joint by this angle to find how it moves the tip
+LEAST_S = 1e-9  # shortest duration of a part of a motion
+LEAST_HZ = 1e-6  # lowest rate of a motor
 
 Vector = tuple[float, float, float]
 Turn = tuple[float, ...]
-"""What a joint or a motor turns by itself, in rad of each joint."""
+"""The angle that each joint turns when one joint or one motor moves, in rad."""
 
 
 @dataclass(frozen=True, slots=True)
 class StopBound:
-    """The worst case at this moment: of a stop that is asked for, and of a host that dies.
+    """The worst case at this moment, for a stop and for a host that dies (`silent`).
 
-    A pause is to the arm what that death is: what the device was handed runs out, no more comes.
+    A pause is bounded like the death of the host: the device finishes what it was sent.
     """
 
     time_s: float
@@ -59,7 +54,7 @@ class StopBound:
 
 @dataclass(frozen=True, slots=True)
 class StopStretch:
-    """A part of a planned motion: how fast each joint and each motor turns in it, at most."""
+    """A part of a planned motion, with the highest speed of each joint and each motor."""
 
     part: StopPart
     joints_rad_s: tuple[float, ...]
@@ -68,15 +63,18 @@ class StopStretch:
 
 @dataclass(frozen=True, slots=True)
 class Turns:
-    """What may turn: each of `each` by itself, either way, and besides each motor by `beside`."""
+    """The turns that may happen after a stop, each in either direction.
+
+    `each` are the turns of the motion itself, `extra` those that rounding and braking add.
+    """
 
     each: tuple[Turn, ...]
-    beside: tuple[Turn, ...]
+    extra: tuple[Turn, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class RunOn:
-    """How long an arm goes on, and what turns meanwhile, whatever its posture is."""
+    """How long an arm moves on, and which turns happen meanwhile, in any posture."""
 
     time_s: float
     turns: Turns
@@ -84,7 +82,7 @@ class RunOn:
     silent_turns: Turns
 
     def bound(self, config: ArmConfig, joints: Joints | None) -> StopBound:
-        """Return how far that takes the tip at a posture, or at most without a known one."""
+        """Return the bound for the tip in a posture; for the worst posture if it is unknown."""
         arm = config.model.arm
         moves = None if joints is None else _tip_moves(arm, joints)
         ways_mm = (_way_mm(arm, joints, moves, turns) for turns in (self.turns, self.silent_turns))
@@ -95,47 +93,47 @@ class RunOn:
 def stop_bound(
     config: ArmConfig, controller: Controller, joints: Joints | None, burst_s: float
 ) -> StopBound:
-    """Return the bound for whatever may be commanded next; without a known posture, anywhere."""
+    """Return the bound for any command; for the worst posture if `joints` is None."""
     return run_on(config, controller, burst_s).bound(config, joints)
 
 
 class StopForecast:
-    """How one arm goes on if it is stopped now: by the motion that is planned, or by any other."""
+    """The stop bound of one arm, based on its planned motion if there is one."""
 
     def __init__(self, config: ArmConfig, transmission: Transmission) -> None:
         self._config = config
         self._transmission = transmission
         self.burst_s = config.motion.jog_burst_s
-        """How much motion is sent ahead at most."""
+        """The longest motion that is sent ahead."""
         self.cut_off_s = 0.0
-        """The longest that what was under way may last when the wire was lost."""
+        """The longest motion that the device may still have held when the link was lost."""
         self._planned: RunOn | None = None
         self._unplanned: tuple[tuple[float, Stopping], RunOn] | None = None
-        """How whatever may be commanded next goes on, and what that was computed from."""
+        """The run-on of an arbitrary command, cached with its inputs."""
         self._bound: tuple[RunOn, Joints | None, StopBound] | None = None
-        """The bound that was announced last: most looks find the arm where it was."""
+        """The latest bound, cached because most polls find the arm at rest."""
 
     def plan(self, controller: Controller, legs: Iterable[MotionSegment], burst_s: float) -> None:
-        """Forecast the stop of a planned motion, until `end`."""
+        """Base the bound on a planned motion until `end`."""
         self.burst_s = burst_s
         found = stretches(self._transmission, legs)
         self._planned = run_on(self._config, controller, burst_s, found) if found else None
 
     def end(self) -> None:
-        """Forecast the stop of whatever may be commanded next."""
+        """Base the bound on arbitrary commands."""
         self.burst_s = self._config.motion.jog_burst_s
         self._planned = None
 
     def cut_off(self) -> None:
-        """Note that the wire is lost in motion: what was sent ahead runs on."""
+        """Handle the loss of the link during a motion: the device finishes what it was sent."""
         self.cut_off_s = max(self.cut_off_s, self.burst_s)
 
     def bound(
         self, controller: Controller, joints: Joints | None, *, lost: bool, slowed: bool
     ) -> StopBound:
-        """Return how long and how far the tip goes on; without a known posture, from anywhere.
+        """Return how long and how far the tip moves on; for the worst posture if it is unknown.
 
-        A motion that was `slowed`, or whose wire is `lost`, is not the planned one any more.
+        The plan no longer applies to a motion that was `slowed` or whose link is `lost`.
         """
         burst_s = max(self.burst_s, self.cut_off_s) if lost else self.burst_s
         planned = None if lost or slowed else self._planned
@@ -152,7 +150,7 @@ class StopForecast:
 def stretches(
     transmission: Transmission | None, legs: Iterable[MotionSegment]
 ) -> tuple[StopStretch, ...]:
-    """Return the parts of a planned motion in which motors turn."""
+    """Return the parts of a planned motion in which a motor turns."""
     if transmission is None:
         return ()
     found = []
@@ -168,7 +166,7 @@ def stretches(
 def run_on(
     config: ArmConfig, controller: Controller, burst_s: float, planned: Sequence[StopStretch] = ()
 ) -> RunOn:
-    """Return how an arm goes on: in a planned motion, or in whatever may be commanded next."""
+    """Return how an arm moves on after a stop, in a planned motion or after any command."""
     whole = controller.stopping(burst_s, [stretch.part for stretch in planned])
     ways: list[tuple[StopStretch, Stopping]]
     if planned or not controller.abilities.coordinated:
@@ -188,11 +186,11 @@ def run_on(
     return RunOn(whole.asked_s, _widest(asked), whole.silent_s, _widest(silent))
 
 
-# -- what turns ---------------------------------------------------------------------------------
+# -- which joints turn, and how far -------------------------------------------------------------
 
 
 def _at_limits(config: ArmConfig, controller: Controller) -> StopStretch:
-    """Return the motion of all joints, each as fast as its limit and its motors let it."""
+    """Return a motion of all joints, each as fast as its limit and its motors allow."""
     limits = config.model.joint_speeds_rad_s
     fastest_hz = controller.usable_rate_hz(math.inf)
     rows = _inverse(config)
@@ -204,7 +202,7 @@ def _at_limits(config: ArmConfig, controller: Controller) -> StopStretch:
 
 
 def _single_motors(config: ArmConfig, controller: Controller) -> list[StopStretch]:
-    """Return a motion of each motor alone, as fast as it and its joints may turn."""
+    """Return a motion of each motor alone, as fast as the motor and its joints may turn."""
     transmission = config.model.transmission
     if transmission is None:
         return [_at_limits(config, controller)]
@@ -223,7 +221,7 @@ def _single_motors(config: ArmConfig, controller: Controller) -> list[StopStretc
 def _turned(
     config: ArmConfig, stretch: StopStretch, motion_s: float, extra_steps: float, *, free: bool
 ) -> Turns:
-    """Return what turns in so much of a motion; of a device whose motors are `free`, each motor."""
+    """Return the turns in `motion_s` of a motion; if motors are `free`, each motor separately."""
     rows = _inverse(config)
     motors = range(len(rows[0])) if rows else range(0)
     columns = [tuple(row[motor] for row in rows) for motor in motors]
@@ -236,15 +234,15 @@ def _turned(
             tuple(speed * motion_s if index == joint else 0.0 for index in range(count))
             for joint, speed in enumerate(stretch.joints_rad_s)
         )
-    beside = tuple(
+    extra = tuple(
         _times(column, ROUNDING_STEPS + extra_steps if rate_hz else ROUNDING_STEPS)
         for column, rate_hz in rates
     )
-    return Turns(each, beside)
+    return Turns(each, extra)
 
 
 def _inverse(config: ArmConfig) -> tuple[tuple[float, ...], ...]:
-    """Return what each motor's step turns, a row for each joint; nothing of unknown motors."""
+    """Return the joint angles per motor step, one row per joint; empty for unknown motors."""
     transmission = config.model.transmission
     if transmission is None:
         return ()
@@ -256,14 +254,10 @@ def _times(turn: Turn, factor: float) -> Turn:
 
 
 def _widest(found: Sequence[Turns]) -> Turns:
-    """Return turns that none of some exceeds: they are of the same joints or motors, in order."""
+    """Return the largest of several turns for each joint or motor."""
     return Turns(
-        tuple(
-            max(alike, key=_size) for alike in zip(*(turns.each for turns in found), strict=True)
-        ),
-        tuple(
-            max(alike, key=_size) for alike in zip(*(turns.beside for turns in found), strict=True)
-        ),
+        tuple(max(same, key=_size) for same in zip(*(turns.each for turns in found), strict=True)),
+        tuple(max(same, key=_size) for same in zip(*(turns.extra for turns in found), strict=True)),
     )
 
 
@@ -271,11 +265,11 @@ def _size(turn: Turn) -> float:
     return max(map(abs, turn), default=0.0)
 
 
-# -- how far that takes the tip -----------------------------------------------------------------
+# -- how far the tip moves ----------------------------------------------------------------------
 
 
 def _tip_moves(arm: ArmGeometry, joints: Joints) -> tuple[Vector, ...]:
-    """Return how the tip moves for each rad that a joint turns, in mm."""
+    """Return the tip's displacement in mm per rad of each joint."""
     here = _tip(arm, joints)
     moves = []
     for index, name in enumerate(joints.names):
@@ -293,9 +287,9 @@ def _tip(arm: ArmGeometry, joints: Joints) -> Vector:
 def _way_mm(
     arm: ArmGeometry, joints: Joints | None, moves: tuple[Vector, ...] | None, turns: Turns
 ) -> float:
-    """Return the smaller of both bounds of the tip's way."""
+    """Return the smaller of the two bounds of the tip's distance."""
     each_rad = [
-        math.fsum(abs(turn[joint]) for turn in (*turns.each, *turns.beside))
+        math.fsum(abs(turn[joint]) for turn in (*turns.each, *turns.extra))
         for joint in range(len(arm.joint_names))
     ]
     longest_mm = arm.levers_mm(None)
@@ -303,7 +297,7 @@ def _way_mm(
     if moves is None:
         return by_levers_mm
     straight_mm = _furthest_mm([_moved(moves, turn) for turn in turns.each])
-    straight_mm += math.fsum(math.hypot(*_moved(moves, turn)) for turn in turns.beside)
+    straight_mm += math.fsum(math.hypot(*_moved(moves, turn)) for turn in turns.extra)
     return min(by_levers_mm, straight_mm + _bent_mm(each_rad, longest_mm))
 
 
@@ -320,7 +314,7 @@ def _by_levers_mm(
 
 
 def _moved(moves: Sequence[Vector], turn: Turn) -> Vector:
-    """Return where a turn moves the tip while the directions stay as they are."""
+    """Return the tip's displacement by a turn, with the present directions."""
     x, y, z = (
         math.fsum(move[axis] * angle for move, angle in zip(moves, turn, strict=True))
         for axis in range(3)
@@ -329,7 +323,7 @@ def _moved(moves: Sequence[Vector], turn: Turn) -> Vector:
 
 
 def _furthest_mm(ways: Sequence[Vector]) -> float:
-    """Return how far some ways lead together, each gone one way or the other."""
+    """Return the longest sum of displacements, each taken in one direction or the other."""
     corners = [(0.0, 0.0, 0.0)]
     for x, y, z in ways:
         if x or y or z:
@@ -339,9 +333,9 @@ def _furthest_mm(ways: Sequence[Vector]) -> float:
 
 
 def _bent_mm(each_rad: Sequence[float], longest_mm: Sequence[float]) -> float:
-    """Bound what the turning of the directions adds: half of their second derivatives' sum.
+    """Bound the effect of changing directions: half of the sum of their second derivatives.
 
-    That of two joints is no longer than the lever of the one farther out.
+    The second derivative for two joints is at most the lever of the outer joint.
     """
     total_mm, inner_rad = 0.0, 0.0
     for turn_rad, lever_mm in zip(each_rad, longest_mm, strict=True):
@@ -351,7 +345,7 @@ def _bent_mm(each_rad: Sequence[float], longest_mm: Sequence[float]) -> float:
 
 
 def straying_mm(config: ArmConfig, joints: Joints, steps: Sequence[float]) -> float:
-    """Bound how far the tip leaves its way when each motor may stray from it by so many steps."""
+    """Bound the tip's deviation from its path if each motor deviates by so many steps."""
     transmission = config.model.transmission
     if transmission is None or not any(steps):
         return 0.0

@@ -148,7 +148,7 @@ def end(stand: Stand, cause: Cause) -> None:
         case Cause.SUSPENDED:
             stand.abandon(ASLEEP_S)
             arm.pace.clock.now_s += ASLEEP_S
-            arm.engine.absent(ASLEEP_S)
+            arm.engine.suspended(ASLEEP_S)
     try:
         arm.sleep(RESTS_S)
     except ArmError:

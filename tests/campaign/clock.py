@@ -176,4 +176,4 @@ class CampaignPace(SimulatedPace):
         self._now_s += by_s
         self._agenda.patience.postpone(by_s)
         if self._driven is not None:
-            self._driven.absent(by_s)
+            self._driven.suspended(by_s)

@@ -132,7 +132,7 @@ MUTANTS = (
         name="what was said while connecting is not held against the record",
         promise="a position is not trusted after evidence against it",
         path="armdrive/motion/reference.py",
-        old="    if core.told_early is not None:",
+        old="    if core.early_evidence is not None:",
         new="    if False:",
         tests=tests_of(
             "tests/armdrive/dialects/armdroid/test_armdroid_sagging.py",

@@ -144,12 +144,12 @@ MUTANTS = (
         path="armdrive/motion/reference.py",
         old=(
             "    core.learn(word.evidence, wire.now_s)\n"
-            "    core.clear_remarks()\n"
+            "    core.clear_diagnostics()\n"
             "    yield from _settled(wire)\n"
         ),
         new=(
             "    core.learn(word.evidence, wire.now_s)\n"
-            "    core.clear_remarks()\n"
+            "    core.clear_diagnostics()\n"
             "    core.settle()\n"
         ),
         tests=tests_of(

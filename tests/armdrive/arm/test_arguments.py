@@ -314,7 +314,7 @@ FAR = Pose.of(x_mm=1000, y_mm=0, z_mm=100, pitch_deg=0)
         (lambda arm: Arm.connect(5), 'target must be .* for example "sim:teachmover"'),
         (lambda arm: Arm.connect("sim:x"), "no dialect is named 'x'"),
         (lambda arm: Arm.connect("sim:grbl", dialct="grbl"), "did you mean 'dialect'"),
-        (lambda arm: Arm.connect("sim:grbl", pace="slow"), "pace is"),
+        (lambda arm: Arm.connect("sim:grbl", pace="slow"), "pace must be"),
         (lambda arm: Arm.connect("sim:grbl", twin=5), "twin must be a simulated arm"),
         (lambda arm: AsyncArm.connect(5), "target must be the name of an arm"),
         (lambda arm: AsyncArm.connect("sim:grbl", dialct="grbl"), "did you mean 'dialect'"),

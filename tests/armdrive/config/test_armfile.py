@@ -314,7 +314,7 @@ def test_a_real_template_refuses_cartesian_goals_and_moves_joints():
         lambda: arm.move_l(arm.pose),
         lambda: arm.jog_l(z_mm=2),
     ):
-        with pytest.raises(Refused, match=r"template that nobody has verified.*config show NAME"):
+        with pytest.raises(Refused, match=r"unverified template values.*config show NAME"):
             call()
     assert arm.jog_j(shoulder_deg=1).note == ""
     arm.close()

@@ -99,7 +99,7 @@ def test_a_factor_is_a_pace_too():
 
 @pytest.mark.parametrize("pace", ["fast", 0, -1, 0.0])
 def test_other_paces_are_refused(pace):
-    with pytest.raises(BadRequest, match="pace is"):
+    with pytest.raises(BadRequest, match="pace must be"):
         Arm.connect("sim:teachmover", pace=pace)
 
 

@@ -283,7 +283,7 @@ SUSPENDED_IN = {"a delay": Delay(5.0), "a wait": AwaitInputs(high=(2,)), "a look
 
 @pytest.mark.parametrize("name", SUSPENDED_IN)
 def test_a_suspension_ends_the_program_wherever_it_falls(arm, name):
-    arm.twin.device.at(arm.twin.device.now_s + 0.3, lambda: arm.engine.absent(60.0))
+    arm.twin.device.at(arm.twin.device.now_s + 0.3, lambda: arm.engine.suspended(60.0))
     does = performer(arm).perform
     if name == "a look":
         does(SUSPENDED_IN[name])
@@ -305,7 +305,7 @@ def test_a_suspension_that_nobody_has_noticed_yet_counts_once(arm):
 
 def test_a_wait_of_a_script_ends_as_well(arm):
     for wait in (lambda: arm.sleep(5.0), lambda: arm.wait_inputs(high=2, within_s=5.0)):
-        arm.twin.device.at(arm.twin.device.now_s + 0.3, lambda: arm.engine.absent(60.0))
+        arm.twin.device.at(arm.twin.device.now_s + 0.3, lambda: arm.engine.suspended(60.0))
         with pytest.raises(Stopped, match=r"suspended|stop"):
             wait()
     arm.sleep(0.1)  # the next one is asked for after it
@@ -314,11 +314,11 @@ def test_a_wait_of_a_script_ends_as_well(arm):
 def test_a_person_lets_a_program_go_on_after_a_suspension(arm, monkeypatch):
     class Sleeper(Listener):
         def hold(self, text, over):
-            arm.engine.absent(60.0)
+            arm.engine.suspended(60.0)
 
     does = performer(arm, Sleeper()).perform
     does(Hold("look"))
-    monkeypatch.setattr(running.time, "sleep", lambda _: arm.engine.absent(9.0) or arm.resume())
+    monkeypatch.setattr(running.time, "sleep", lambda _: arm.engine.suspended(9.0) or arm.resume())
     arm.pause()
     does(Outputs(on=(1,)))
     assert arm.status.outputs == 1

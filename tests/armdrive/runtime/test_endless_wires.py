@@ -153,7 +153,7 @@ def test_a_suspension_is_no_part_of_the_time_that_a_device_has():
     pace.wire.spoil("dripping")
     task = arm.runner.submit(arm_look(arm), within_s=CALL_LIMIT_S)
     pace.wait(lambda: task.done, 10.0)
-    arm.engine.absent(60.0)
+    arm.engine.suspended(60.0)
     pace.wait(lambda: task.done, 0.0)
     assert task.until_s == pytest.approx(60.0 + CALL_LIMIT_S, abs=1.0)
 

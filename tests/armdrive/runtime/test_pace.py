@@ -145,7 +145,7 @@ class Sleeper:
             self.broken = "the test is over"
         return now_s + 0.2
 
-    def absent(self, time_s):
+    def suspended(self, time_s):
         self.missed.append((self.rounds, time_s))
 
     def wait(self, timeout_s):
@@ -166,7 +166,7 @@ def test_a_suspension_is_noticed_wherever_it_falls(place, asleep_s, monkeypatch)
     real._engine = sleeper
     real._drive()
     assert [(rounds, round(time_s, 3)) for rounds, time_s in sleeper.missed] == [(2, asleep_s)]
-    if asleep_s > pace.ABSENT_S:
+    if asleep_s > pace.SUSPENDED_S:
         assert (2 in sleeper.waits) == (place == "wait")
 
 

@@ -22,7 +22,7 @@ class SleepyPace(SimulatedPace):
     def sleep(self):
         with self.lock:
             self._now_s += ASLEEP_S
-            self._engine.absent(ASLEEP_S)
+            self._engine.suspended(ASLEEP_S)
 
 
 def connected(dialect):

@@ -18,7 +18,7 @@ from armdrive.programs import running
 from armdrive.programs.acts import Say
 from armdrive.runtime.clock import RealPace, SimulatedClock, SimulatedPace
 from armdrive.runtime.engine import Engine
-from armdrive.runtime.overrides import BREATHS, LONGEST_PAUSE_S, LONGEST_SIMULATED_PAUSE_S
+from armdrive.runtime.overrides import LONGEST_PAUSE_S, LONGEST_SIMULATED_PAUSE_S, NAPS
 from armdrive.status import State
 
 LONGEST_WAIT_S = 3700.0
@@ -176,7 +176,7 @@ def test_a_pause_on_simulated_time_that_nobody_can_end_is_no_hang(monkeypatch, d
     with pytest.raises(WrongState, match="still paused"):
         handle.wait()
     assert arm.pace.now_s() - began_s == pytest.approx(LONGEST_SIMULATED_PAUSE_S, abs=3.0)
-    assert len(breaths) == BREATHS
+    assert len(breaths) == NAPS
     assert arm.status.paused
     assert arm.twin.world.motors == stood
     arm.resume()

@@ -41,7 +41,7 @@ def test_without_room_for_the_mark_nothing_moves_and_the_position_stays_known(ro
     arm = life.connect(allow_restored=True)
     life.disk.room = room
     before = life.motors
-    with pytest.raises(StateFileError, match=r"No space left on device.*make room"):
+    with pytest.raises(StateFileError, match=r"No space left on device.*free some disk space"):
         arm.move_j(base_deg=4.0)
     assert arm.status.state is State.STANDBY
     assert life.motors == before

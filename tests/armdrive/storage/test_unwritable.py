@@ -124,7 +124,7 @@ def test_a_position_that_nobody_could_keep_up_to_date_is_unknown_and_nothing_mov
             assert arm.status.trust is Trust.UNKNOWN
             assert "make the folder writable" in arm.status.trust_reason
             motors = arm.twin.world.motors
-            with pytest.raises(StateFileError, match="make room on the disk, or the folder"):
+            with pytest.raises(StateFileError, match="free some disk space or make the folder"):
                 arm.jog_j(base_deg=1.0)
             assert arm.twin.world.motors == motors
     assert path.read_bytes() == before
