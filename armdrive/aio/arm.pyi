@@ -12,7 +12,7 @@ from armdrive.arm.moving import Place
 from armdrive.arm.reference import Accept, Told
 from armdrive.config.arm import ArmConfig
 from armdrive.dialog.operator import Operator, PostureRequest
-from armdrive.motion.device import RowTold
+from armdrive.motion.device import RowReport
 from armdrive.motion.execute import Moved
 from armdrive.motion.gripper import Grasped
 from armdrive.motion.jog.session import Jogged
@@ -318,7 +318,7 @@ class AsyncArm(AsyncConnection):
     async def read_pendant_program(self) -> PendantProgram:
         """Read the program in the arm's own memory; takes some seconds, and moves nothing."""
     async def write_pendant_program(
-        self, program: PendantProgram, *, leave_others: bool = ..., told: RowTold = ...
+        self, program: PendantProgram, *, leave_others: bool = ..., told: RowReport = ...
     ) -> int:
         """Write a program into the arm's memory, and read it back; moves nothing."""
     async def mend_settings(self, lines: Sequence[str] | None = ...) -> DeviceSettings:

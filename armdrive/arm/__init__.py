@@ -18,7 +18,7 @@ from armdrive.arm.device import InputsOutputs, Lines, PendantMemory
 from armdrive.arm.gripper import Gripper
 from armdrive.arm.jogging import Jogging
 from armdrive.arm.moving import Moving, Place, Places, move_to_place
-from armdrive.arm.reference import Accept, Referencing, Told, unheard
+from armdrive.arm.reference import Accept, Referencing, Told, unreported
 from armdrive.blocking import Wait, blocking, coroutine_of, run_blocking
 from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import PATIENCE_S, ConnectOptions, Parts, connect
@@ -26,7 +26,7 @@ from armdrive.dialog.operator import Operator, PostureRequest
 from armdrive.errors.arguments import checked_calls
 from armdrive.motion import device as device_tasks
 from armdrive.motion import reference as reference_tasks
-from armdrive.motion.device import RowTold
+from armdrive.motion.device import RowReport
 from armdrive.motion.execute import Moved
 from armdrive.motion.frames import frame_names, pose_in_frame
 from armdrive.motion.gripper import Grasped
@@ -211,7 +211,7 @@ class Arm:
     # -- referencing ----------------------------------------------------------------------------
 
     @blocking
-    async def home(self, *, operator: Operator | None = None, told: Told = unheard) -> Pose:
+    async def home(self, *, operator: Operator | None = None, told: Told = unreported) -> Pose:
         """Take the reference posture, which an operator has to confirm; return its pose.
 
         An arm whose file has a `[homing]` section, on a device that homes by its own switches,
@@ -720,7 +720,7 @@ class Arm:
         program: PendantProgram,
         *,
         leave_others: bool = False,
-        told: RowTold = device_tasks.unheard,
+        told: RowReport = device_tasks.unreported,
     ) -> int:
         """Write a program into the arm's memory, and read it back; moves nothing.
 

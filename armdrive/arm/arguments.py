@@ -75,7 +75,7 @@ RULES: Mapping[str, Rule] = MappingProxyType(
         ),
         "Place": _PLACE,
         "Pose": made_of(Pose, "a pose", A_POSE),
-        "RowTold": call,
+        "RowReport": call,
         "Sequence[PathPart]": several(
             made_of(get_args(PathPart), "a part of a path", f"LinePart({A_POSE})"),
             "a list of parts",

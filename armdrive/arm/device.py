@@ -177,7 +177,7 @@ class PendantMemory:
         program: PendantProgram,
         *,
         leave_others: bool = False,
-        told: program_memory.RowTold = program_memory.unheard,
+        told: program_memory.RowReport = program_memory.unreported,
     ) -> int:
         """Write a program into the arm's memory; see `Arm.write_pendant_program`."""
         self._memory()

@@ -18,11 +18,11 @@ from armdrive.motion.reference import (
     Drift,
     Verdict,
     Verified,
+    confirmed_posture,
     drift_between,
     judge,
     take_reference,
     verified_view,
-    vouched,
 )
 from armdrive.motion.resolve import above_mark
 from armdrive.moves import ParkMove
@@ -36,7 +36,7 @@ from kinematics.spaces import Joints, Pose
 Told = Callable[[tuple[str, ...]], None]
 
 
-def unheard(_: tuple[str, ...]) -> None:
+def unreported(_: tuple[str, ...]) -> None:
     """Nobody wants to hear which motors have been homed."""
 
 
@@ -90,7 +90,7 @@ class Referencing:
         await self._parts.runner.perform(referencing.begin_home(self._parts.wire))
         try:
             self._have_confirmed(operator, request)
-            await self._vouch(request.joints, request.opening_mm, Evidence.HOMED)
+            await self._confirm_posture(request.joints, request.opening_mm, Evidence.HOMED)
         except BaseException:
             await self._leave_homing()
             raise
@@ -142,7 +142,7 @@ class Referencing:
         """Say that the arm stands in its reference posture now."""
         request = self.request()
         after(self._core.state, Event.MOVE)
-        await self._vouch(request.joints, request.opening_mm, Evidence.HOMED)
+        await self._confirm_posture(request.joints, request.opening_mm, Evidence.HOMED)
 
     async def declare_posture(self, posture: Joints | Pose, opening_mm: float) -> None:
         """Say that the arm stands in this posture now, by joints or by pose."""
@@ -150,7 +150,7 @@ class Referencing:
         joints = geometry.ik(posture) if isinstance(posture, Pose) else posture
         geometry.check(joints)
         after(self._core.state, Event.MOVE)
-        await self._vouch(joints, finite("opening_mm", opening_mm), Evidence.DECLARED)
+        await self._confirm_posture(joints, finite("opening_mm", opening_mm), Evidence.DECLARED)
 
     async def confirm_restored(self) -> None:
         """Say that the arm stands as its record shows it: planned motion is allowed again."""
@@ -175,11 +175,11 @@ class Referencing:
         joints = self._config.model.arm.ik(reference.pose)
         return PostureRequest(self._arm, reference.pose, joints, reference.opening_mm)
 
-    async def _vouch(self, joints: Joints, opening_mm: float, evidence: Evidence) -> None:
+    async def _confirm_posture(self, joints: Joints, opening_mm: float, evidence: Evidence) -> None:
         there = ArmCoordinates(joints, opening_mm)
         with self._parts.pace.lock:
-            word = vouched(self._core, there, evidence, self._parts.pace.now_s())
-        await self._parts.runner.perform(take_reference(self._parts.wire, word))
+            confirmed = confirmed_posture(self._core, there, evidence, self._parts.pace.now_s())
+        await self._parts.runner.perform(take_reference(self._parts.wire, confirmed))
 
     # -- verifying ------------------------------------------------------------------------------
 
@@ -233,7 +233,7 @@ class Referencing:
 
     async def _conclude(self, request: MarkRequest, verified: Verified) -> None:
         if verified.accepted:
-            await self._vouch(request.joints, request.opening_mm, Evidence.HOMED)
+            await self._confirm_posture(request.joints, request.opening_mm, Evidence.HOMED)
         elif verified.verdict is Verdict.ROUNDING:
             await self._parts.runner.perform(verifying.believe_mark(self._parts.wire))
         else:

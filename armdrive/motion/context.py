@@ -1,6 +1,7 @@
-"""What a task needs of the engine: replies, registers that are weighed, motion, and the disk.
+"""The context of a motion task: requests, register checks, bursts, segments, and the motion mark.
 
-Motion is a burst, or a course of segments; what each answer to it means stands here.
+A motion is sent as bursts or as a stream of segments; this file decides what each reply means for
+the arm's position and state.
 """
 
 from __future__ import annotations
@@ -46,21 +47,18 @@ from armdrive.tasks import (
 )
 from kinematics.spaces import Motors
 
-QUIET_S = 0.3
-"""A silence this long ends whatever a disturbed controller had still to say."""
-
-TRIES = 3
-"""How often the registers are asked for: reading moves nothing, so it may be repeated."""
+QUIET_S = 0.3  # after this long without a byte, no more of a disturbed reply will come
+TRIES = 3  # attempts to read the registers; reading moves nothing, so it may be repeated
 
 
 class MotionContext:
-    """What a task needs of the engine: asking, looking, and motion in bursts or queued segments."""
+    """What a motion task works with: requests, position readings, and motion."""
 
     def __init__(self, engine: Engine, core: Core) -> None:
         self.engine = engine
         self.core = core
         self.looked_s = -math.inf
-        """When the registers were read last."""
+        """Time of the latest reading of the registers."""
         self.straying_mm = self.slow_s = self.total_s = 0.0
 
     @property
@@ -70,15 +68,15 @@ class MotionContext:
 
     @property
     def stopping(self) -> bool:
-        """Whether a stop has been asked for."""
+        """Whether a stop has been requested."""
         return self.engine.stop_asked
 
     def stopped(self, words: str) -> Stopped:
-        """Return the error of a motion that a stop ended, with the reason where one is known."""
+        """Return the error for a motion that a stop has ended, with the reason if it is known."""
         return Stopped(words + self.engine.stop_why)
 
     def request(self, request: Request, silence: Evidence = Evidence.SILENT) -> TaskBody[Reply]:
-        """Send one request and return its reply; silence is a fault of the arm."""
+        """Send a request and return the reply. A timeout faults the arm with `silence`."""
         try:
             reply: Reply = yield Exchange(request)
         except NoAnswer as error:
@@ -88,20 +86,20 @@ class MotionContext:
         return reply
 
     def ask_registers(self) -> TaskBody[Registers]:
-        """Read the registers, again where an exchange was disturbed. Raises `DeviceFault`.
+        """Read the registers, repeating disturbed exchanges. Raises `DeviceFault`.
 
-        It ends within the limit of a call, also in the middle of a motion.
+        The call limit applies, even in the middle of a motion.
         """
         with self.engine.limited():
             return (yield from self._ask_registers())
 
     def _ask_registers(self) -> TaskBody[Registers]:
-        """Ask until one answer is sure.
+        """Ask until one answer is certain.
 
-        After a disturbance an answer counts only if the line falls silent behind it: else it
-        may be the late one of the try before, and the next answer would be taken for another's.
-        After a silence, counts of zero may be those of a controller that has begun anew; an answer
-        that came, and that nobody could read, is none.
+        After a disturbance, an answer counts only if the line is quiet after it. Otherwise it may
+        be the late answer to the previous attempt, and every later answer would be one request
+        behind. After a timeout, counts of zero may mean that the controller restarted. A garbled
+        answer is no timeout.
         """
         silence: NoAnswer | None = None
         mute = False
@@ -114,26 +112,26 @@ class MotionContext:
             except NoAnswer as error:
                 silence, mute = error, mute or self.engine.received_s < asked_s
                 continue
-            if isinstance(reply, RequestRejected) and reply.reason:  # it is there, and says why not
+            if isinstance(reply, RequestRejected) and reply.reason:  # the device says why
                 raise DeviceFault(reply.reason)
-            heard_s = self.engine.received_s
+            received_s = self.engine.received_s
             if attempt and isinstance(reply, Registers):
                 yield from self.quiet()
-            alone = heard_s == self.engine.received_s or self._beats
+            alone = received_s == self.engine.received_s or self._beats
             if isinstance(reply, Registers) and alone:
                 self.looked_s = self.now_s
                 if mute and not reply.positions.largest:
-                    self.core.learn(Evidence.SILENT, self.now_s)  # it may have begun anew
+                    self.core.learn(Evidence.SILENT, self.now_s)  # it may have restarted
                 return reply
         raise silence or DeviceFault(
-            f"whatever is on {self.engine.link.description} does not answer as this arm does: "
+            f"the device on {self.engine.link.description} does not answer like this arm: "
             "check the cable, the port and the dialect"
         )
 
     def quiet(self) -> TaskBody[None]:
-        """Wait until nothing has been heard for a while, and forget what was.
+        """Wait for a quiet line, then discard what has arrived.
 
-        Of a device whose line is never quiet, as long as late answers take.
+        If the device sends heartbeats, wait only as long as a late answer can take.
         """
         since_s = self.now_s
         while self.now_s < (end_s := self._quiet_from_s(since_s) + QUIET_S):
@@ -150,9 +148,9 @@ class MotionContext:
         return self.core.controller.abilities.beats
 
     def read(self) -> TaskBody[Motors]:
-        """Read the registers; return how far they are from the acknowledged ones.
+        """Read the registers; return their difference from the acknowledged ones.
 
-        A difference is believed when it is read twice: the line has no check bytes.
+        A difference counts once it is read twice, because the line has no checksum.
         """
         difference = yield from self._read_once()
         seen = None
@@ -171,11 +169,11 @@ class MotionContext:
         return self.core.position.compare(registers)
 
     def look(self) -> TaskBody[None]:
-        """Weigh what the registers show of an arm that stands: somebody else may move it."""
+        """Read the position of an arm at rest; a change means that something else moved it."""
         weigh_difference(self, (yield from self.read()))
 
     def verify(self) -> TaskBody[None]:
-        """Compare the registers with what was acknowledged; a difference is a fault."""
+        """Compare the registers with the acknowledged position; a difference is a fault."""
         difference = yield from self.read()
         if not difference.largest:
             return
@@ -196,16 +194,16 @@ class MotionContext:
         return error
 
     def require_no_fault(self) -> None:
-        """Raise what has latched error-stop meanwhile."""
+        """Raise the error that has latched error-stop, if one has."""
         if self.core.state is State.ERROR_STOP:
             raise DeviceFault(self.core.diagnostics.error)
 
     # -- motion -------------------------------------------------------------------------------
 
     def look_before_motion(self) -> TaskBody[None]:
-        """Look, unless that was done a moment ago, while the mark of motion is being written.
+        """Read the position and write the motion mark, unless the latest reading is fresh.
 
-        A slow disk makes what was seen stale, so that the look comes after it once more.
+        If a slow disk makes the reading stale, the position is read again.
         """
         self.core.memory.begin_mark()
         if self.now_s > self.looked_s + FRESH_S:
@@ -223,7 +221,7 @@ class MotionContext:
     ) -> TaskBody[None]:
         """Send one burst to an absolute target and wait until it has ended.
 
-        A burst that has not begun to move when `let_go()` becomes true need not be made.
+        A burst that has not started moving when `let_go()` becomes true is dropped.
         """
         core = self.core
         steps = target - core.position.acknowledged
@@ -234,7 +232,7 @@ class MotionContext:
             return
         core.position.stands()
         *first, last = pieces(core, steps, rate_hz, core.stops.burst_s, core.controller.duration_s)
-        for piece in first:  # these move nothing but motors
+        for piece in first:  # these only take up backlash
             arrived = yield from self._burst(
                 replace(piece, let_go=let_go), core.position.coordinates
             )
@@ -246,7 +244,7 @@ class MotionContext:
         yield from self._burst(replace(last, let_go=let_go), there)
 
     def _burst(self, burst: MoveBy, there: ArmCoordinates | None) -> TaskBody[bool]:
-        """Send one burst and wait until it has ended; False where a stop ended it early."""
+        """Send one burst and wait for its end; return False if a stop ended it early."""
         core = self.core
         core.position.sends(burst.steps)
         reply = yield from self._driven(burst)
@@ -266,7 +264,7 @@ class MotionContext:
         return True
 
     def _driven(self, request: MoveBy | MoveAlong) -> TaskBody[Reply]:
-        """Send a motion and return its reply; a wire that is lost meanwhile is lost in motion."""
+        """Send a motion and return the reply; the loss of the link counts as lost in motion."""
         try:
             return (yield from self.request(request, Evidence.ANSWER_LOST))
         except LinkLost:
@@ -274,14 +272,14 @@ class MotionContext:
             raise
 
     def note_straying(self, steps: Sequence[float]) -> None:
-        """Note that each motor may stray from its way by so many steps."""
+        """Take into account that each motor may deviate from its path by some steps."""
         here, _ = self.core.transmission.to_joints(self.core.position.acknowledged)
         self.straying_mm = max(self.straying_mm, straying_mm(self.core.config, here, steps))
 
     def _may_begin(self, let_go: Callable[[], bool]) -> TaskBody[bool]:
-        """Tell whether a motion may be sent now; raises where what happened meanwhile forbids it.
+        """Return whether a motion may be sent now; raises if settings or a fault forbid it.
 
-        False where it was stopped or let go while a slow disk was waited for.
+        False means that the motion was stopped or released while the disk was slow.
         """
         core = self.core
         core.require_settings()
@@ -290,7 +288,7 @@ class MotionContext:
         return marked
 
     def stream(self, request: MoveAlong, course: StreamedCourse) -> TaskBody[bool]:
-        """Have a device drive queued segments; True when all were driven, False when halted."""
+        """Stream segments to a device; return whether all were driven, or False if halted."""
         core = self.core
         if not (yield from self._may_begin(request.let_go)):
             return False
@@ -310,7 +308,7 @@ class MotionContext:
     def _ended(
         self, reply: Halted | Interrupted, passes: Callable[[Motors], bool]
     ) -> TaskBody[None]:
-        """Take up where a stop left the motors: the registers counted it. The operator's raises."""
+        """Read where a stop left the motors; a stop at the pendant raises `PendantStop`."""
         yield from self.read()
         core = self.core
         if isinstance(reply, Halted) and not reply.kept:
@@ -330,29 +328,30 @@ class MotionContext:
             )
 
     def _refusal(self, reply: RequestRejected) -> TaskBody[None]:
-        """Find out what a refused motion left behind: nothing, where the device is sure of it.
+        """Raise the fault of a refused motion, after reading what the motion left behind.
 
-        Where an alert has said already why the motion ended, its words are the error's.
+        The position stays trusted if the device is certain that it moved nothing. If an alert has
+        already given a reason, the error uses its words.
         """
         core = self.core
-        told = core.diagnostics.error if core.state is State.ERROR_STOP else ""
+        alert = core.diagnostics.error if core.state is State.ERROR_STOP else ""
         difference = yield from self.read()
         words = f": {reply.reason}" if reply.reason else ""
         if not reply.moved and not difference.largest:
             core.position.believe_registers()
-            raise self.fault(DeviceFault(told or f"the controller refused the motion{words}"))
+            raise self.fault(DeviceFault(alert or f"the controller refused the motion{words}"))
         core.learn(_evidence(reply), self.now_s, reply.reason)
         take_difference(core)
-        raise self.fault(DeviceFault(told or _refused_words(reply)))
+        raise self.fault(DeviceFault(alert or _refused_words(reply)))
 
 
 def without_reset(error: ArmError) -> str:
-    """Return what an error says, without the reset that there is no arm for yet."""
+    """Return an error's text without the advice to reset, for an arm that is not connected yet."""
     return str(error).rstrip(".").removesuffix(", then call `reset()`")
 
 
 def weigh_difference(wire: MotionContext, difference: Motors) -> None:
-    """Say what registers mean that changed while nothing was moved from here."""
+    """Apply the evidence of registers that changed although armdrive moved nothing."""
     core = wire.core
     if not difference.largest:
         return
@@ -363,7 +362,7 @@ def weigh_difference(wire: MotionContext, difference: Motors) -> None:
 
 
 def take_difference(core: Core) -> bool:
-    """Take the registers for where the arm is; True where they were zeroed, which moves nothing."""
+    """Take the registers as the position; return whether they were zeroed, which moves nothing."""
     registers = core.position.counts
     zeroed = not registers.largest
     if zeroed and core.belief.trust is not Trust.UNKNOWN:
@@ -374,23 +373,21 @@ def take_difference(core: Core) -> bool:
     return zeroed
 
 
-# Waiting for the disk, while the engine goes on listening and a stop ends the wait.
-#
-# On simulated time the disk takes no time, and nothing here waits.
+# Waiting for the disk. The engine keeps running meanwhile, and a stop ends the wait. On simulated
+# time the disk takes no time.
 
-FIRST_LOOK_S = 0.001
-LAST_LOOK_S = 0.05
-SLOWER = 1.5
-"""The disk is looked at often at first, as most need a few milliseconds, then less and less."""
+# poll often at first, because most disks need a few milliseconds, then less and less
+FIRST_POLL_S = 0.001
+LAST_POLL_S = 0.05
+POLL_GROWTH = 1.5
 
-LONGEST_S = 5.0
-"""A reference is good without its record: a disk that takes longer is not waited for."""
+LONGEST_S = 5.0  # a reference is valid without its record, so do not wait longer for a slow disk
 
 
 def leave_standstill(wire: MotionContext, let_go: Callable[[], bool] = never) -> TaskBody[bool]:
-    """Wait until the mark of motion is on the disk; raises `StateFileError` where it cannot be.
+    """Wait until the motion mark is on the disk; raises `StateFileError` if it cannot be written.
 
-    False where a stop was asked for meanwhile, or `let_go()` became true: nothing may move then.
+    Return False if a stop was requested or `let_go()` became true: nothing may move then.
     """
     memory = wire.core.memory
     memory.begin_mark()
@@ -403,7 +400,7 @@ def leave_standstill(wire: MotionContext, let_go: Callable[[], bool] = never) ->
 
 
 def be_remembered(wire: MotionContext) -> TaskBody[None]:
-    """Wait until what was asked for is on the disk or has failed, which the notice tells then."""
+    """Wait until the requested writes have ended; the notice reports a failure."""
     end_s = wire.now_s + LONGEST_S
     pauses_s = _pauses_s()
     while not (wire.core.memory.settled or wire.stopping or wire.now_s >= end_s):
@@ -412,14 +409,14 @@ def be_remembered(wire: MotionContext) -> TaskBody[None]:
 
 
 def _pauses_s() -> Iterator[float]:
-    """Give the pauses between two looks."""
-    pause_s = FIRST_LOOK_S
+    """Yield the pauses between two polls."""
+    pause_s = FIRST_POLL_S
     while True:
         yield pause_s
-        pause_s = min(pause_s * SLOWER, LAST_LOOK_S)
+        pause_s = min(pause_s * POLL_GROWTH, LAST_POLL_S)
 
 
-# What a device says unasked, and what that does to trust and state: one table.
+# Alerts, the unsolicited messages of a device, and their effect on trust and state: one table.
 
 EVIDENCE: Mapping[AlertKind, Evidence | None] = MappingProxyType(
     {
@@ -430,11 +427,11 @@ EVIDENCE: Mapping[AlertKind, Evidence | None] = MappingProxyType(
         AlertKind.ASTRAY: Evidence.OFF_THE_PATH,
     }
 )
-"""What each alert says about the position; None where the device vouches for it."""
+"""The evidence of each alert about the position; None if the device still guarantees it."""
 
 
 def alerted(core: Core, alert: Alert, now_s: float) -> None:
-    """Latch error-stop with the device's words, and weigh what they mean for the position."""
+    """Latch error-stop with the device's message, and apply its evidence to the position."""
     evidence = EVIDENCE[alert.kind]
     if evidence is not None:
         core.learn(evidence, now_s, alert.text)
@@ -445,26 +442,23 @@ def alerted(core: Core, alert: Alert, now_s: float) -> None:
     core.fault(f"{alert.text}. Look at the arm, then call `reset()`", code)
 
 
-# The course of segments of one motion.
+# The segments of one motion.
 
-FRESH_S = 0.05
-"""A look at the registers this long ago still tells where a motion starts from."""
+FRESH_S = 0.05  # a motion may start from a position that was read this long ago
+BLIND_S = 2.0  # longest motion without comparing the position
 
-TURNING_ROUND = "it stopped as it turned round, with the backlash taken up or not yet"
-
-BLIND_S = 2.0
-"""A motion is compared with the registers at least this often."""
+TURNING_ROUND = "the arm stopped while reversing, so the backlash may or may not be taken up"
 
 
 Way = tuple[ArmCoordinates, float]
-"""An unrounded point, and how long the way there takes or longer."""
+"""An unrounded point, and the least time to get there."""
 
 
 class StreamedCourse:
-    """The segments of one motion: absolute targets, rounded once, and what was drawn of them.
+    """The segments of one motion: absolute targets, rounded once, drawn as the device has room.
 
-    `left` is the rest of a way that was begun and, for a pause, not sent to its end. Of `total_s`
-    of motion, `slow_s` is slower than the device can turn its motors without pauses.
+    `left` is the rest of a segment that a pause has interrupted. `slow_s` of the `total_s` of
+    motion are slower than the device can turn its motors without stopping in between.
     """
 
     def __init__(self, core: Core, ways: Iterator[Way]) -> None:
@@ -480,9 +474,10 @@ class StreamedCourse:
         self._pending: Sequence[MoveBy] = ()
 
     def segments(self) -> Iterator[MoveBy]:
-        """Give one segment after the other; its target is the commanded position from then on.
+        """Yield the segments; the target of a drawn segment is the commanded position.
 
-        Ways in which no motor makes a step lend their time to the next: a slow motion stays slow.
+        If no motor makes a step on the way to a point, its time is added to the next segment, so
+        that a slow motion stays slow.
         """
         waited_s = 0.0
         for there, duration_s in self._ways:
@@ -498,7 +493,7 @@ class StreamedCourse:
             yield from self._drawn(steps, steps.largest / duration_s)
 
     def _drawn(self, steps: Motors, rate_hz: float) -> Iterator[MoveBy]:
-        """Give the segment of some steps, with the backlash of motors that reverse in it."""
+        """Yield the segment for some steps, with the backlash of reversing motors."""
         core = self._core
         longest_s = segment_s(core.stops.burst_s)
         found = pieces(core, steps, rate_hz, longest_s, lambda count, rate: count / rate)
@@ -514,7 +509,7 @@ class StreamedCourse:
             yield piece
 
     def give_back(self, unsent: int) -> None:
-        """Take in that so many segments that were drawn last were not sent, one at most."""
+        """Take back the latest segment if it was drawn but not sent (`unsent` is 0 or 1)."""
         pending = self._pending if unsent else self._pending[1:]
         if not pending or self.end is None:
             return
@@ -524,31 +519,31 @@ class StreamedCourse:
         self.end = None
 
     def passes(self, position: Motors) -> bool:
-        """Tell whether a position is within what has been drawn so far."""
+        """Return whether a position lies within the segments drawn so far."""
         return all(
             low <= at <= high for low, at, high in zip(self._low, position, self._high, strict=True)
         )
 
 
 def _evidence(reply: RequestRejected) -> Evidence:
-    """Return what a motion that was not made says of the position."""
+    """Return the evidence of a refused motion about the position."""
     if reply.silent:
         return Evidence.SILENT
     return Evidence.BROKEN_OFF if reply.reason else Evidence.MOTION_REFUSED
 
 
 def _refused_words(reply: RequestRejected) -> str:
-    """Say that a motion was not made: by the device's reason, or else it understood nothing."""
+    """Return the error text of a refused motion, with the device's reason if it gave one."""
     if reply.reason:
-        return f"the motion was broken off: {reply.reason}. Look at the arm, then call `reset()`"
+        return f"the motion was aborted: {reply.reason}. Look at the arm, then call `reset()`"
     return (
-        "the controller refused a motion that it should have understood; a byte may have been "
-        "garbled. Look at the arm, then call `reset()`"
+        "the controller refused a valid motion; a byte may have been corrupted. Look at the arm, "
+        "then call `reset()`"
     )
 
 
 def way_between(start: Motors, end: Motors) -> Callable[[Motors], bool]:
-    """Return what tells whether every motor stands between where it started and was sent."""
+    """Return a test whether every motor is between its start and its target."""
     spans = [(min(pair), max(pair)) for pair in zip(start, end, strict=True)]
     return lambda at: all(
         low <= count <= high for count, (low, high) in zip(at, spans, strict=True)

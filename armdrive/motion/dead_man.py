@@ -1,12 +1,12 @@
-"""The dead-man: what a terminal's key repeats mean for an arm that may move only while held.
+"""The dead-man switch: turns a terminal's key repeats into hold-to-jog actions.
 
-Terminals report no key release. A first press is one bounded increment; a repeat of it soon
-after means that the key is held, and each further repeat prolongs the hold a little. Nothing
-here reads a clock or moves anything: key events and times come in, actions go out.
+Most terminals report no key release. A first press is one bounded increment; a repeat soon after it
+means that the key is held, and each further repeat extends the hold a little. This code reads no
+clock and moves nothing: key events and times come in, actions go out.
 
-A link that stalls delivers its old repeats all at once, long after the key was let go. So what
-follows a silence is gated for 30 ms before it counts: as many events in so short a time as no
-keyboard sends are backlog. They are dropped, the jog ends, and the keys are disarmed.
+A stalled link delivers old repeats all at once, long after the key was released. Events after a
+silence therefore wait for 30 ms before they count. More events in that time than a keyboard can
+send are a backlog: they are dropped, the jog ends, and the keys are disarmed.
 """
 
 from __future__ import annotations
@@ -15,27 +15,23 @@ import math
 from collections import deque
 from dataclasses import dataclass, replace
 
-REPEAT_WITHIN_S = 0.75
-"""A repeat up to this long after the first press means held: the longest usual repeat delay."""
+REPEAT_WITHIN_S = 0.75  # the longest usual repeat delay: a repeat within it means held
 
+# A hold ends three repeat intervals after the latest repeat, within these two bounds.
 HOLD_SHORTEST_S = 0.12
 HOLD_LONGEST_S = 0.25
 HOLD_INTERVALS = 3.0
-"""A hold ends this many repeat intervals after the last repeat, within the two bounds."""
 
 GATE_S = 0.03
 BACKLOG_EVENTS = 4
-"""So many events in less than `GATE_S` are backlog.
+"""This many events in less than `GATE_S` are a backlog.
 
-A 33 Hz keyboard needs 91 ms for four repeats. 60 ms of jitter squeeze that to 31 ms: never
-mistaken. A link that delivers what it kept back does so within a few milliseconds.
+A 33 Hz keyboard needs 91 ms for four repeats; even 60 ms of jitter leave 31 ms. A stalled link
+delivers its backlog within a few milliseconds.
 """
 
-WATCH_S = 2.0
-"""A key that comes back within so long a silence may be the head of a backlog."""
-
-ARM_AFTER_QUIET_S = 0.25
-"""Arming waits for so long a silence of the keys, lest backlog arms the screen itself."""
+WATCH_S = 2.0  # a key that returns within this time may be the start of a backlog
+ARM_AFTER_QUIET_S = 0.25  # arming needs this long without keys, so that no backlog can arm
 
 BACKLOG_REASON = (
     "keys arrived faster than a keyboard sends them (old repeats of a stalled link, or pasted "
@@ -55,7 +51,7 @@ class Increment:
 
 @dataclass(frozen=True, slots=True)
 class HeldKey:
-    """Jog in the direction of this key, until then and not longer."""
+    """Jog in the direction of this key until `until_s`."""
 
     key: str
     until_s: float
@@ -63,14 +59,14 @@ class HeldKey:
 
 @dataclass(frozen=True, slots=True)
 class Release:
-    """End the jog of this key: it is held no more."""
+    """End the jog of this key: it has been released."""
 
     key: str
 
 
 @dataclass(frozen=True, slots=True)
 class Disarm:
-    """The jog keys are dead until somebody arms them anew."""
+    """Ignore the jog keys until they are armed again."""
 
     reason: str
 
@@ -80,7 +76,7 @@ Action = Increment | HeldKey | Release | Disarm
 
 @dataclass(frozen=True, slots=True)
 class _Gate:
-    """Events that came after a silence, waiting to be told from backlog."""
+    """Events after a silence that may turn out to be a backlog."""
 
     key: str
     opened_s: float
@@ -118,23 +114,23 @@ class DeadMan:
 
     @property
     def held(self) -> str | None:
-        """The key that is held at present."""
+        """The key that is being held, if any."""
         return self._key if self._until_s > -math.inf else None
 
     @property
     def gated(self) -> bool:
-        """Whether an event waits to be told from backlog."""
+        """Whether an event is waiting to see whether a backlog follows."""
         return self._gate is not None
 
     def arm(self, now_s: float) -> bool:
-        """Let keys have effect; refused while keys are still pouring in. Returns `armed`."""
+        """Arm the keys, unless keys are still arriving; return `armed`."""
         if not self._armed and now_s - self._event_s >= ARM_AFTER_QUIET_S:
             self._armed = True
             self._event_s = now_s
         return self._armed
 
     def press(self, key: str, now_s: float) -> tuple[Action, ...]:
-        """Take a key event, first press or repeat alike; returns what to do, in order."""
+        """Take a key event, a first press or a repeat; return the actions in order."""
         actions = self.tick(now_s)
         gap_s = now_s - self._event_s
         self._event_s = now_s
@@ -147,7 +143,7 @@ class DeadMan:
         return actions + self._begin(key, now_s, gap_s)
 
     def tick(self, now_s: float) -> tuple[Action, ...]:
-        """Say what has fallen due by now; to be called at `next_s` and before every event."""
+        """Return the actions that are due; call at `next_s` and before every event."""
         actions: tuple[Action, ...] = ()
         if self._gate is not None and now_s >= self._gate.due_s:
             actions = self._open(self._gate, now_s)
@@ -157,23 +153,23 @@ class DeadMan:
         return actions
 
     def next_s(self) -> float:
-        """Return when `tick` has something to do; infinite while nothing is under way."""
+        """Return when to call `tick`; infinite if nothing is pending."""
         gate_s = math.inf if self._gate is None else self._gate.due_s
         return min(gate_s, math.inf if self.held is None else self._until_s)
 
     def release_all(self, now_s: float) -> tuple[Action, ...]:
-        """End whatever is under way. Repeats still on their way count as possible backlog."""
+        """End any hold. Repeats that arrive later may be a backlog."""
         self._watch_until_s = now_s + WATCH_S
         return self._let_go()
 
     def disarm(self, reason: str) -> tuple[Action, ...]:
-        """End whatever is under way, and let no key have effect until `arm`."""
+        """End any hold, and ignore keys until `arm`."""
         was_armed, self._armed = self._armed, False
         released = self._let_go()
         return (*released, Disarm(reason)) if was_armed else released
 
     def _begin(self, key: str, now_s: float, gap_s: float) -> tuple[Action, ...]:
-        """Take an event while its key is not held and no gate is shut."""
+        """Take an event of a key that is not held, while no event is waiting."""
         hasty = gap_s < GATE_S
         same = key == self._key
         repeat = same and not hasty and now_s - self._pressed_s <= REPEAT_WITHIN_S
@@ -197,7 +193,7 @@ class DeadMan:
         return ()
 
     def _open(self, gate: _Gate, now_s: float) -> tuple[Action, ...]:
-        """Let what waited take effect, if it is still fresh and one keyboard could send it."""
+        """Act on the waiting events, if they are fresh and a keyboard could have sent them."""
         self._let_go()
         alone = gate.events == 1
         until_s = gate.last_s + HOLD_LONGEST_S
@@ -216,14 +212,14 @@ class DeadMan:
         return HeldKey(self._key, self._until_s)
 
     def _patience_s(self) -> float:
-        """Return how long to wait for the next repeat; jitter spoils a mean of very few."""
+        """Return how long to wait for the next repeat; a mean needs a few intervals."""
         if len(self._intervals) < _INTERVALS_TO_TRUST:
             return HOLD_LONGEST_S
         mean_s = sum(self._intervals) / len(self._intervals)
         return min(max(HOLD_INTERVALS * mean_s, HOLD_SHORTEST_S), HOLD_LONGEST_S)
 
     def _let_go(self) -> tuple[Action, ...]:
-        """Forget key, hold and gate; give the release of what was held."""
+        """Clear key, hold and waiting events; return the release of the held key."""
         held = self.held
         self._key = ""
         self._pressed_s = self._until_s = -math.inf

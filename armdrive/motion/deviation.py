@@ -1,10 +1,10 @@
-"""Room for a burst of a device that does not coordinate its motors: how far it may stray.
+"""Path deviation: how far a burst may leave the straight path, and how long it may be.
 
-A whole motion is audited as if it were straight in joint space. Such a device keeps to that only
-at the ends of its bursts; between them each motor goes its own way. So a burst is made short
-enough that the tip stays within `motion.straying_mm` of the straight way, and shorter where a
-guard or a joint's limit is nearer than that. Where a joint is beside its limit, a small burst is
-made motor by motor.
+A motion is audited as if it were straight in joint space. A device that does not coordinate its
+motors is on that path only at the ends of its bursts; in between, each motor turns by itself. A
+burst is therefore short enough that the tip stays within `motion.straying_mm` of the path, and
+shorter near a guard or a joint limit. If a joint is at its limit, a small burst is sent motor by
+motor.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from armdrive.runtime.stop_bounds import straying_mm
 from armdrive.tasks import MoveBy
 from kinematics.spaces import Joints, Motors
 
-# Where joints may be during a burst whose motors are not coordinated, and in which order they go.
+# Joint angles during an uncoordinated burst, and the order of the motors.
 #
-# Each motor is somewhere between its start and its target, and nobody knows in which company: the
-# joints are somewhere in the picture of that box. Through the couplings every joint is a sum over
-# the motors, so that its extremes are at corners of the box.
+# Each motor is somewhere between its start and its target, independently of the others: the motor
+# positions fill a box. Every joint is a weighted sum of motors, so its extremes are at corners of
+# the box.
 
 Span = tuple[float, float]
 
 
 class Corridor:
-    """What every joint has to keep to on the way from a start to a target.
+    """The range of every joint on the way from a start to a target.
 
-    Its limits, or what the start or the target are beyond them already, and a step of one motor.
+    The joint limits, extended to the start and the target if those lie beyond, plus one motor step.
     """
 
     def __init__(self, core: Core, start: Motors, target: Motors) -> None:
@@ -46,10 +46,10 @@ class Corridor:
         ]
 
     def holds(self, start: Motors, end: Motors, strays: Sequence[float] | None = None) -> bool:
-        """Tell whether no joint leaves the corridor, whichever motors are ahead of the others.
+        """Return whether no joint leaves the corridor, in whatever order the motors turn.
 
-        `strays` says how far each is from its share of the way at most. It is of use where nothing
-        ends a burst in mid-way: a ramp ends the motors each at a place of its own.
+        `strays` bounds each motor's deviation from its share of the path. The bound applies only if
+        the device has no abort: an abort stops the motors with ramps of their own.
         """
         here, _ = self._core.transmission.to_joints(start)
         there, _ = self._core.transmission.to_joints(end)
@@ -70,7 +70,7 @@ class Corridor:
 
 
 def _box(row: Sequence[float], angle: float, steps: Motors) -> Span:
-    """Return the least and the greatest angle of a joint while motors make steps in any order."""
+    """Return the range of a joint's angle while motors make steps in any order."""
     turns_rad = [share * one for share, one in zip(row, steps, strict=True)]
     return (
         angle + sum(min(turn, 0.0) for turn in turns_rad),
@@ -79,9 +79,9 @@ def _box(row: Sequence[float], angle: float, steps: Motors) -> Span:
 
 
 def turns(corridor: Corridor, start: Motors, target: Motors) -> tuple[Motors, ...]:
-    """Return the ends of bursts that lead to a target, in which motors take turns.
+    """Return the ends of bursts to a target in which the motors take turns.
 
-    As many motors go at once as the corridor has room for; nothing where no order stays in it.
+    As many motors turn at once as the corridor allows. Empty if no order stays in the corridor.
     """
     moving = [motor for motor, one in enumerate(target - start) if one]
     order = _order(corridor, start, target, frozenset(moving), set())
@@ -99,7 +99,7 @@ def turns(corridor: Corridor, start: Motors, target: Motors) -> tuple[Motors, ..
 def _order(
     corridor: Corridor, at: Motors, target: Motors, left: frozenset[int], dead: set[frozenset[int]]
 ) -> tuple[int, ...]:
-    """Return in which order motors go one by one, empty where none stays in the corridor."""
+    """Return an order in which single motors stay in the corridor; empty if there is none."""
     for motor in sorted(left):
         rest, there = left - {motor}, _with(at, target, motor)
         if rest in dead or not corridor.holds(at, there):
@@ -116,18 +116,13 @@ def _with(at: Motors, target: Motors, motor: int) -> Motors:
     return Motors(target[n] if n == motor else one for n, one in enumerate(at))
 
 
-SMALL_STEPS = 8
-"""A burst this small is sent whatever the tip may stray: there must be a way out of a guard."""
-
-WAY_OUT_MM = 0.5
-"""An arm within a guard goes out in bursts that stray no more: the steps of drives are tiny."""
-
-LOOKS = (0.25, 0.5, 0.75)
-"""Where on its way a burst is compared with the guards; its ends have been audited."""
+SMALL_STEPS = 8  # a burst this small is always allowed: there must be a way out of a guard
+WAY_OUT_MM = 0.5  # deviation allowed to an arm inside a guard on its way out
+LOOKS = (0.25, 0.5, 0.75)  # where a burst is checked against guards; its ends were audited
 
 
 def has_room(core: Core, target: Motors, rate_hz: float) -> bool:
-    """Tell whether a burst from where the arm is may stray as far as it can."""
+    """Return whether a burst from the present position may deviate as far as it can."""
     start = core.position.acknowledged
     largest = (target - start).largest
     if core.controller.abilities.coordinated or largest <= 1:
@@ -161,7 +156,7 @@ def _clear_of_guards(core: Core, here: Joints, there: Joints, stray_mm: float) -
 
 
 def strays_steps(core: Core, steps: Motors, rate_hz: float) -> tuple[float, ...]:
-    """Bound how far what motors drive is beside its straight way, backlash included."""
+    """Bound each motor's deviation from the straight path in steps, backlash included."""
     sent = core.position.slack.to_send(steps)
     strays = core.controller.strays_steps(sent, rate_hz)
     if sent == steps:
@@ -170,10 +165,10 @@ def strays_steps(core: Core, steps: Motors, rate_hz: float) -> tuple[float, ...]
 
 
 def lags(steps: Motors, sent: Motors) -> tuple[float, ...]:
-    """Return how far each motor's load is behind its share of a piece that takes backlash up.
+    """Return how far each joint lags, in motor steps, while its motor takes up backlash.
 
-    It stands while the others go, and catches up: at most d w / (d + w) steps behind, where d are
-    driven and w taken up.
+    The joint stands while the others move, then catches up. With d steps driven and w taken up, it
+    lags by at most d w / (d + w) steps.
     """
     found = []
     for driven, turned in zip(steps, sent, strict=True):
@@ -183,9 +178,9 @@ def lags(steps: Motors, sent: Motors) -> tuple[float, ...]:
 
 
 def may_lag(core: Core, steps: Motors, rate_hz: float) -> bool:
-    """Tell whether backlash may be taken up in the piece of these steps, as the tip keeps its way.
+    """Return whether the tip stays near its path if backlash is taken up during these steps.
 
-    Devices that coordinate their motors keep to `motion.line_tolerance_mm` there as everywhere.
+    The tolerance is `motion.line_tolerance_mm` if the device coordinates its motors.
     """
     start, target = core.position.commanded, core.position.commanded + steps
     strays = strays_steps(core, steps, rate_hz)
@@ -201,10 +196,10 @@ def may_lag(core: Core, steps: Motors, rate_hz: float) -> bool:
 
 
 def in_turn(core: Core, target: Motors, rate_hz: float) -> tuple[Motors, ...]:
-    """Return where the bursts end that a burst is made of: itself alone, nearly always.
+    """Return the targets of the bursts that replace one burst; almost always its own target.
 
-    A small one beside a joint's limit is made of several, motor by motor, in an order in which no
-    joint passes its limit; nothing is returned where there is no such order.
+    A small burst at a joint limit is split motor by motor, in an order in which no joint passes its
+    limit. Empty if there is no such order.
     """
     start = core.position.acknowledged
     steps = target - start
@@ -217,23 +212,23 @@ def in_turn(core: Core, target: Motors, rate_hz: float) -> tuple[Motors, ...]:
     return turns(corridor, start, target)
 
 
-# Bursts and segments in which a motor reverses: it has to take its backlash up as well.
+# Backlash compensation: a motor that reverses also has to take up its backlash.
 #
-# That is merged into the piece of motion in which it reverses, which lasts as long as without it
-# where the motor can turn so fast, and longer where not. A piece that would last longer than is
-# announced is preceded by pieces of its own for the backlash, in which nothing but motors turns;
-# so is one in which the tip would leave its way too far while a motor takes it up.
+# The extra steps are merged into the burst or segment in which the motor reverses, which takes
+# longer only if the motor cannot turn that fast. If the result would last longer than announced, or
+# take the tip too far off its path, the backlash is taken up beforehand, in pieces of its own that
+# move no joint.
 
 Lasts = Callable[[float, float], float]
-"""How long the busiest motor's steps may take at a rate."""
+"""Takes the busiest motor's steps and a rate; returns the longest time they may take."""
 
 
 def pieces(
     core: Core, steps: Motors, rate_hz: float, longest_s: float, lasts: Lasts
 ) -> Sequence[MoveBy]:
-    """Return what is sent so that some steps are driven: as a rule a single piece.
+    """Return the motions to send so that the joints move by some steps; usually a single one.
 
-    None but that of the steps themselves lasts longer than `longest_s`, as `lasts` knows it.
+    The pieces that only take up backlash last at most `longest_s` each, by the measure of `lasts`.
     """
     sent = core.position.slack.to_send(steps)
     if sent == steps:
@@ -248,13 +243,13 @@ def pieces(
 
 
 def _least_s(core: Core, sent: Motors, taken_up: Motors, duration_s: float) -> float:
-    """Return the least time, from `duration_s` on, in which no motor that reverses is too fast."""
+    """Return the least time, at least `duration_s`, in which no reversing motor is too fast."""
     each = zip(sent, taken_up, _rates_hz(core), strict=True)
     return max(duration_s, *(abs(turns) / most for turns, up, most in each if up), 1e-9)
 
 
 def _rates_hz(core: Core) -> Iterator[float]:
-    """Give how fast each motor turns for the fastest of its joints alone, where it is able to."""
+    """Yield the rate of each motor for its fastest joint, limited to what the device can do."""
     model, able_hz = core.config.model, core.controller.usable_rate_hz(math.inf)
     speeds = (*model.joint_speeds_rad_s, model.gripper_speed_mm_s)
     for row in core.transmission.matrix:

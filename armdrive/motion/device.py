@@ -1,4 +1,4 @@
-"""Comparing a device's settings with the arm file's, and writing what a person has agreed to."""
+"""The device's own memory: its settings, compared with the arm file, and its stored program."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ from armdrive.tasks import (
 
 
 def compare_settings(wire: MotionContext) -> TaskBody[DeviceSettings]:
-    """Read the device's settings; what differs from the arm file keeps the arm from moving.
+    """Compare the device's settings with the arm file; a difference keeps the arm from moving.
 
-    A difference is believed when it is read twice: the line has no check bytes.
+    A difference counts once it is read twice, because the line has no checksum.
     """
     core = wire.core
     reply, seen = (yield from _ask_settings(wire)), None
@@ -48,7 +48,7 @@ def compare_settings(wire: MotionContext) -> TaskBody[DeviceSettings]:
 
 
 def compare_again(wire: MotionContext) -> TaskBody[None]:
-    """Read settings once more that kept the arm from moving: somebody may have mended them."""
+    """Read the settings again if they kept the arm from moving: they may have been corrected."""
     if any(each.must for each in wire.core.differences):
         yield from compare_settings(wire)
 
@@ -56,13 +56,13 @@ def compare_again(wire: MotionContext) -> TaskBody[None]:
 def _ask_settings(wire: MotionContext) -> TaskBody[DeviceSettings]:
     reply = yield from wire.request(ReadSettings())
     if not isinstance(reply, DeviceSettings):
-        words = f"the controller did not tell its settings ({reply}): look at the wire"
+        words = f"the controller did not report its settings ({reply}): check the wire"
         raise wire.fault(DeviceFault(words))
     return reply
 
 
 def mend_settings(wire: MotionContext, lines: tuple[str, ...]) -> TaskBody[DeviceSettings]:
-    """Write the lines that a person has agreed to, one at a time, and compare again."""
+    """Write the lines that the user has agreed to, one at a time, and compare again."""
     core = wire.core
     for line in lines:
         reply = yield from wire.request(MendSetting(line))
@@ -72,25 +72,23 @@ def mend_settings(wire: MotionContext, lines: tuple[str, ...]) -> TaskBody[Devic
     return (yield from compare_settings(wire))
 
 
-# A device's own program: read until two readings agree, and written row by row. Nothing moves.
+# The stored program of a device. Nothing moves.
 #
-# The line has no check bytes: a digit that was turned on it makes another row, which looks as
-# good.
-# So a program is believed when it was read twice alike, and written when it reads as it should.
+# The line has no checksum, and a row with a corrupted digit still looks valid. A program is
+# therefore read until two readings agree, and written row by row, then read back.
 
 Row = tuple[int, ...]
-"""The device's words of one row; the first is its number."""
+"""The words of one row; the first is its number."""
 
-RowTold = Callable[[int], object]
+RowReport = Callable[[int], object]
 
-READINGS = 5
-"""So often a program is read at most until two readings in succession agree."""
+READINGS = 5  # attempts until two readings in succession agree
 
 
 def read_program(wire: MotionContext) -> TaskBody[tuple[Row, ...]]:
-    """Return the program in the device's memory, read twice alike. Raises `DeviceFault`."""
+    """Return the program in the device's memory, after two equal readings. Raises `DeviceFault`."""
     seen: DeviceProgram | None = None
-    trouble = "no two readings of it agree: a disturbed line"
+    trouble = "no two readings agree, so the line is disturbed"
     for _ in range(READINGS):
         if wire.stopping:
             raise wire.stopped("reading the program was stopped")
@@ -101,30 +99,30 @@ def read_program(wire: MotionContext) -> TaskBody[tuple[Row, ...]]:
             seen = reply
         else:
             trouble = str(reply)
-    yield from wire.look()  # an arm that is not there at all says so here
+    yield from wire.look()  # raises the right error if the arm does not answer at all
     raise DeviceFault(f"the program in the arm cannot be read: {trouble}. Try again")
 
 
-def unheard(_: int) -> None:
-    """Nobody wants to hear which rows are in the arm."""
+def unreported(_: int) -> None:
+    """Ignore a report about a written row."""
 
 
 def write_program(
-    wire: MotionContext, rows: Sequence[Row], *, leave_others: bool, told: RowTold = unheard
+    wire: MotionContext, rows: Sequence[Row], *, leave_others: bool, told: RowReport = unreported
 ) -> TaskBody[int]:
-    """Bring rows into the device's memory; return how many of them had to be written.
+    """Write rows into the device's memory; return the number of rows written.
 
-    Rows that are there already are left; `told` hears the number of each other one as it is in.
-    Raises `Refused` where the memory has rows of other numbers, which nothing sent from here can
-    take away, unless `leave_others`; and `ProgramHalfWritten` where it ends before the end, or
-    reads otherwise afterwards.
+    Rows that are already there are skipped; `told` is called with the number of each written row.
+    Raises `Refused` if the memory has rows with other numbers, which cannot be deleted from here,
+    unless `leave_others`; and `ProgramHalfWritten` if writing ends early or the memory differs
+    afterwards.
     """
     before = yield from read_program(wire)
     others = tuple(row[0] for row in before if row[0] not in {row[0] for row in rows})
     if others and not leave_others:
         raise Refused(
-            f"the arm's memory has {named_rows(others)} besides, which would stay, and run with "
-            "the new program: clear them at the pendant, or say that they are to stay"
+            f"the arm's memory also has {named_rows(others)}, which would stay and run with the "
+            "new program: clear them at the pendant, or allow them to stay"
         )
     missing = [row for row in rows if row not in before]
     written: list[int] = []
@@ -144,7 +142,7 @@ def write_program(
 
 
 def _write_row(wire: MotionContext, row: Row) -> TaskBody[None]:
-    """Write one row, again where an exchange was disturbed: twice the same changes nothing."""
+    """Write one row, repeating disturbed exchanges: writing a row twice changes nothing."""
     trouble: Reply | NoAnswer | None = None
     for _ in range(TRIES):
         if wire.stopping:
@@ -155,11 +153,11 @@ def _write_row(wire: MotionContext, row: Row) -> TaskBody[None]:
     if isinstance(trouble, NoAnswer):
         yield from wire.look()
         raise trouble
-    raise DeviceFault(f"the arm does not take row {row[0]}: its memory is full, or the line bad")
+    raise DeviceFault(f"the arm refuses row {row[0]}: its memory is full, or the line is disturbed")
 
 
 def _asked(wire: MotionContext, request: ReadProgram | WriteRow) -> TaskBody[Reply | NoAnswer]:
-    """Ask once; what disturbed it is returned, when the line has fallen silent behind it."""
+    """Ask once; after a disturbance, wait for a quiet line and return the error."""
     try:
         reply: Reply = yield Exchange(request)
     except NoAnswer as error:
@@ -173,32 +171,32 @@ def _asked(wire: MotionContext, request: ReadProgram | WriteRow) -> TaskBody[Rep
 def _compare(
     rows: Sequence[Row], before: Sequence[Row], after: Sequence[Row], written: list[int]
 ) -> None:
-    """Raise where the memory is not what it was, with the rows written into it."""
+    """Raise unless the memory holds its previous rows and the written ones."""
     wanted = {row[0]: row for row in (*before, *rows)}
     found = {row[0]: row for row in after}
     wrong = tuple(n for n in sorted(wanted | found) if wanted.get(n) != found.get(n))
     if wrong:
         good = tuple(number for number in written if number not in wrong)
         raise ProgramHalfWritten(
-            f"the arm's memory reads otherwise than was written: {named_rows(wrong)}. Write again",
+            f"the arm's memory differs from what was written: {named_rows(wrong)}. Write again",
             written=good,
             doubtful=wrong,
         )
 
 
 def _half(error: ArmError, written: list[int], missing: Sequence[Row]) -> ArmError:
-    """Return the error that says which rows are in the arm."""
+    """Return the error of an incomplete write, which lists the rows that are in the arm."""
     under_way = tuple(row[0] for row in missing[len(written) : len(written) + 1])
     rest = tuple(row[0] for row in missing[len(written) + 1 :])
     is_in = f"{named_rows(written)} in the arm" if written else "nothing new in the arm"
     doubt = f", {named_rows(under_way)} perhaps" if under_way else ""
     old = f"; {named_rows(rest)} as before" if rest else ""
-    mend = (
+    remedy = (
         "plug in, connect again and write again" if isinstance(error, LinkLost) else "write again"
     )
     words = (
-        f"the program was not written to its end: {is_in}{doubt}{old}. To mend it, {mend}. "
-        f"What happened: {error}"
+        f"the program was not written completely: {is_in}{doubt}{old}. To complete it, {remedy}. "
+        f"The cause: {error}"
     )
     if isinstance(error, Stopped):
         return Stopped(words)

@@ -1,8 +1,8 @@
-"""Motion that the engine carries out step by step, in bursts or in segments that a device queues.
+"""Executing motion, in bursts or in a stream of queued segments.
 
-A segment is decided at the last moment: the controller draws it when it has room for it within
-the announced time. What was drawn is remembered, so that a halt can be told from a lost position.
-A task never sleeps and touches no wire: it yields what it waits for (runtime/engine.py).
+A segment is computed at the last moment, when the controller has room for it within the announced
+time ahead. Drawn segments are kept, so that a halt can be told from a lost position. A task never
+sleeps and never touches the wire: it yields what it waits for (runtime/engine.py).
 """
 
 from __future__ import annotations
@@ -25,18 +25,17 @@ from armdrive.status import State
 from armdrive.tasks import MoveAlong, SleepUntil, TaskBody, never
 from kinematics.spaces import Joints, Motors, Pose
 
-# Waiting in a pause: the arm stands, is looked at now and then, and goes on where it stopped.
+# Waiting in a pause: the arm stands, is polled now and then, and continues where it stopped.
 
-LOOK_S = 0.05
-"""How often a paused motion asks whether it may go on."""
-NOT_THERE = "the arm is no longer where it was paused ({}): the motion does not go on, plan anew"
+PAUSE_POLL_S = 0.05  # how often a paused motion checks whether it may continue
+NOT_THERE = "the arm is no longer where it was paused ({}): the motion has ended, plan it again"
 
 
 def wait_out_pause(wire: MotionContext) -> TaskBody[None]:
-    """Wait until somebody resumes the arm, or stops it; returns at once where nobody has paused.
+    """Wait while the arm is paused, until it is resumed or stopped.
 
-    The arm is remembered as standing meanwhile. Raises where that takes too long, and where
-    the arm is no longer as it was: a motion that goes on from elsewhere has never been audited.
+    The position record shows the arm at rest meanwhile. Raises if the pause takes too long, and if
+    the arm is no longer in the same place: a motion from elsewhere was never audited.
     """
     speed_override, core = wire.core.speed_override, wire.core
     if not speed_override.paused or wire.stopping:
@@ -50,7 +49,7 @@ def wait_out_pause(wire: MotionContext) -> TaskBody[None]:
     try:
         while speed_override.paused and not wire.stopping:
             before_s = wire.now_s
-            yield SleepUntil(before_s + LOOK_S)
+            yield SleepUntil(before_s + PAUSE_POLL_S)
             wire.require_no_fault()
             waited_s = wire.now_s - began_s
             if speed_override.given_up or waited_s >= LONGEST_PAUSE_S:
@@ -63,7 +62,7 @@ def wait_out_pause(wire: MotionContext) -> TaskBody[None]:
         speed_override.waits = False
     if wire.stopping:
         return
-    yield from wire.look()  # however fresh the last one is: somebody may be about at the arm
+    yield from wire.look()  # however fresh the latest reading is: a person may be at the arm
     wire.require_no_fault()
     if core.position.acknowledged != stood or core.belief is not believed:
         raise WrongState(NOT_THERE.format(core.belief.reason))
@@ -75,9 +74,9 @@ def stream_legs(
     ahead_s: float,
     let_go: Callable[[], bool] | None,
 ) -> TaskBody[bool]:
-    """Drive audited legs; True when all of it was driven, False when something ended it early.
+    """Stream audited legs; return whether all were driven, or False if something ended them.
 
-    `let_go` makes it a jog, and tells when what is queued of it is given up.
+    `let_go` makes the motion a jog, which ends as soon as `let_go()` is true.
     """
     jog = let_go is not None
     ways, speed_override = _slices(wire, legs, segment_s(ahead_s)), wire.core.speed_override
@@ -99,7 +98,7 @@ def stream_legs(
 
 
 class _Stretch:
-    """What is driven of a motion until it is paused: no segment is drawn from then on."""
+    """The part of a motion up to the next pause: no segment is drawn after it."""
 
     def __init__(self, ways: Iterator[Way], speed_override: SpeedOverride) -> None:
         self.exhausted = False
@@ -107,7 +106,7 @@ class _Stretch:
         self._speed_override = speed_override
 
     def ways(self) -> Iterator[Way]:
-        """Give points for as long as nobody pauses the arm."""
+        """Yield points until the arm is paused."""
         while not self._speed_override.paused:
             way = next(self._ways, None)
             if way is None:
@@ -117,14 +116,14 @@ class _Stretch:
 
 
 class _HeldBack:
-    """Tells a device whether somebody has paused the arm; how long it waits for that is noted."""
+    """Tells a device whether the arm is paused, and counts the time that it waits."""
 
     def __init__(self, wire: MotionContext) -> None:
         self._wire = wire
         self._since_s = math.inf
 
     def __call__(self) -> bool:
-        """Tell whether nothing more is to be sent for now."""
+        """Return whether nothing may be sent for now."""
         speed_override, now_s = self._wire.core.speed_override, self._wire.now_s
         speed_override.note_waited(max(now_s - self._since_s, 0.0))
         self._since_s = now_s if speed_override.paused else math.inf
@@ -134,7 +133,7 @@ class _HeldBack:
 def stream_held(
     wire: MotionContext, ways: Iterator[Way], ahead_s: float, let_go: Callable[[], bool]
 ) -> TaskBody[bool]:
-    """Drive a jog for as long as `ways` gives something to drive and nobody lets go."""
+    """Stream a jog until `ways` ends or `let_go()` is true."""
     course = StreamedCourse(wire.core, ways)
     request = MoveAlong(course.segments(), ahead_s, jog=True, let_go=let_go)
     return (yield from wire.stream(request, course))
@@ -143,7 +142,7 @@ def stream_held(
 def _slices(
     wire: MotionContext, legs: tuple[MotionSegment, ...], longest_s: float
 ) -> Iterator[Way]:
-    """Cut legs into about equal parts that last `longest_s` at most; none after a stop."""
+    """Cut legs into about equal parts of at most `longest_s` each; end at a stop."""
     speed_override = wire.core.speed_override
     for leg in legs:
         done = 0.0
@@ -157,19 +156,18 @@ def _slices(
             yield leg.start.towards(leg.end, done), left_s / count
 
 
-# Planned motion: a plan cut into bursts that are never longer than announced, then verified.
+# Planned motion: bursts that are never longer than announced, followed by verification.
 
-MOST_BURSTS = 10_000_000
-"""No leg needs more of them, however short they are made."""
+MOST_BURSTS = 10_000_000  # no leg needs more
 
 
 @dataclass(frozen=True, slots=True)
 class Moved:
-    """What a motion did: where it ended, on whole steps, and what it cost.
+    """The result of a motion: the final posture, on whole steps, and its cost.
 
-    `rounding_mm` is how far the tip is from the goal because motors stand on whole steps.
-    `straying_mm` bounds how far it left the planned way between bursts because the device does
-    not coordinate its motors, or a motor took up backlash meanwhile; 0 where neither is so.
+    `rounding_mm` is the tip's distance from the goal due to whole steps. `straying_mm` bounds the
+    tip's deviation from the planned path between bursts, if the device does not coordinate its
+    motors or a motor had to take up backlash; otherwise it is 0.
     """
 
     joints: Joints
@@ -184,8 +182,8 @@ class Moved:
         took = f"{self.duration_s:.1f} s, {self.bursts} exchanges"
         rounding = f"{self.rounding_mm:.2f} mm from the goal by rounding to steps"
         straying = (
-            f"on the way at most {self.straying_mm:.1f} mm beside it, since its motors did not "
-            "turn in proportion"
+            f"up to {self.straying_mm:.1f} mm off the path, because its motors did not turn in "
+            "proportion"
         )
         parts = [f"tip {self.pose}", f"{took}, {rounding}"]
         parts += [straying] * (self.straying_mm > 0.0) + [self.note] * bool(self.note)
@@ -193,7 +191,7 @@ class Moved:
 
 
 def follow(wire: MotionContext, plan: MotionPlan) -> TaskBody[Moved]:
-    """Carry out an audited plan. Raises `Stopped` where a stop ended it early."""
+    """Execute an audited plan. Raises `Stopped` if a stop ends it early."""
     core = wire.core
     began_s, bursts_before = wire.now_s, wire.engine.requests_sent
     with in_motion(wire):
@@ -201,7 +199,7 @@ def follow(wire: MotionContext, plan: MotionPlan) -> TaskBody[Moved]:
         yield from wire.look_before_motion()
         core.require_reference()
         if core.position.coordinates != plan.start:
-            raise WrongState("the arm is no longer where the motion was planned from: plan anew")
+            raise WrongState("the arm has moved since the motion was planned: plan it again")
         yield from drive_legs(wire, plan.legs, core.config.motion.planned_burst_s)
         yield from wire.verify()
     if wire.stopping and core.position.coordinates != plan.end:
@@ -212,9 +210,9 @@ def follow(wire: MotionContext, plan: MotionPlan) -> TaskBody[Moved]:
 
 @contextmanager
 def in_motion(wire: MotionContext, *, or_homing: bool = False) -> Iterator[None]:
-    """Be in the state of motion herein, unless a stop was asked for before it began.
+    """A context in the state MOVING; raises `Stopped` if a stop was requested beforehand.
 
-    With `or_homing`, a homing that is under way stays what the arm is at.
+    With `or_homing`, an arm in the state HOMING stays in it.
     """
     core = wire.core
     homing = or_homing and core.state is State.HOMING
@@ -234,7 +232,7 @@ def in_motion(wire: MotionContext, *, or_homing: bool = False) -> Iterator[None]
 def report(
     wire: MotionContext, goal: ArmCoordinates, began_s: float, requests_before: int
 ) -> Moved:
-    """Say where the arm is now, and how far that is from the goal."""
+    """Return the result of a motion that has ended."""
     core, arm = wire.core, wire.core.config.model.arm
     joints, _ = core.transmission.to_joints(core.position.acknowledged)
     pose, wanted = arm.fk(joints), arm.fk(goal.joints)
@@ -250,12 +248,12 @@ def report(
 
 
 def _slow_note(wire: MotionContext) -> str:
-    """Say so where most of a queued motion was too slow for a device to drive without pauses."""
+    """Return a note if most of a streamed motion was too slow to be driven without stops."""
     if wire.slow_s <= wire.total_s / 2.0:
         return ""
     slowest_hz = wire.core.controller.usable_rate_hz(0.0)
     return (
-        f"driven with pauses: this controller turns a motor no slower than {slowest_hz:.1f} steps/s"
+        f"driven with stops: this controller turns a motor no slower than {slowest_hz:.1f} steps/s"
     )
 
 
@@ -266,9 +264,9 @@ def drive_legs(
     *,
     let_go: Callable[[], bool] | None = None,
 ) -> TaskBody[None]:
-    """Go along legs as the device best can, queued or in bursts, until a stop.
+    """Drive along legs, streamed if the device has a queue, otherwise in bursts, until a stop.
 
-    `let_go` makes it a jog, and tells when the rest of it is given up.
+    `let_go` makes the motion a jog, which ends as soon as `let_go()` is true.
     """
     if not legs or wire.stopping:
         return
@@ -285,9 +283,9 @@ def follow_leg(
     burst_s: float,
     let_go: Callable[[], bool] | None = None,
 ) -> TaskBody[None]:
-    """Go along a leg in bursts, each of which lasts `burst_s` at most, until a stop.
+    """Drive along a leg in bursts of at most `burst_s` each, until a stop.
 
-    A pause is waited out between two of them; of a jog, it ends the rest.
+    A pause takes effect between two bursts; it ends a jog.
     """
     core, done, speed_override = wire.core, 0.0, wire.core.speed_override
     jog, released = let_go is not None, let_go or never
@@ -314,15 +312,15 @@ def follow_leg(
         elif not wire.stopping and not (
             core.belief is believed and on_the_way(core.position.acknowledged)
         ):
-            raise WrongState(NOT_THERE.format(core.belief.reason))  # a pause came before it began
+            raise WrongState(NOT_THERE.format(core.belief.reason))  # paused before it started
 
 
 def next_share(wire: MotionContext, leg: MotionSegment, burst_s: float, done: float) -> float:
-    """Return the share of a leg that the next burst may cover, about all the left ones' equal.
+    """Return the share of a leg for the next burst; the remaining bursts are about equally long.
 
-    Its whole steps are counted, so that neither rounding nor the coarseness of the device's
-    speeds makes a burst last longer than announced; only a single step may. Of a device that does
-    not coordinate its motors, no more than it has room to stray on.
+    The burst's whole steps are counted, so that neither rounding nor coarse speed settings make it
+    longer than announced (except a burst of a single step). If the device does not coordinate its
+    motors, the burst is also short enough for its deviation.
     """
     left = 1.0 - done
     count = max(math.ceil(_leg_takes_s(wire, leg) * left / burst_s - 1e-9), 1)
@@ -335,7 +333,7 @@ def next_share(wire: MotionContext, leg: MotionSegment, burst_s: float, done: fl
         if short and has_room(wire.core, target, _rate_hz(steps, duration_s)):
             return share
         count += 1 + count // (10 if short else 50)
-    raise WrongState(NOT_THERE.format("it is beside the way"))
+    raise WrongState(NOT_THERE.format("it is off the path"))
 
 
 def _leg_takes_s(wire: MotionContext, leg: MotionSegment) -> float:
@@ -344,7 +342,7 @@ def _leg_takes_s(wire: MotionContext, leg: MotionSegment) -> float:
 
 
 def true_duration_s(wire: MotionContext, steps: float, duration_s: float) -> float:
-    """Return how long the device may take for steps that should take `duration_s` or longer."""
+    """Return how long the device takes for steps that should take at least `duration_s`."""
     return wire.core.controller.duration_s(steps, _rate_hz(steps, duration_s))
 
 
@@ -354,9 +352,9 @@ def paced_move(
     duration_s: float,
     let_go: Callable[[], bool] = never,
 ) -> TaskBody[None]:
-    """Send one burst that takes `duration_s` or longer, if nobody has let go before it begins.
+    """Send one burst that takes at least `duration_s`, unless `let_go()` is true beforehand.
 
-    Where the device's slowest setting is still faster than that, the rest of the time is waited.
+    If the device's slowest speed is too fast, wait for the rest of the time.
     """
     target = there.motors(wire.core.transmission)
     steps = (target - wire.core.position.acknowledged).largest
@@ -380,7 +378,7 @@ def _rate_hz(steps: float, duration_s: float) -> float:
 def bench_move(
     wire: MotionContext, speeds: SpeedLimits, steps: Motors, fraction: float
 ) -> TaskBody[Moved]:
-    """Move motors by raw steps, in bursts of jogging length. Knows no limit and no guard."""
+    """Move motors by raw steps, in bursts of jogging length, without limits and guards."""
     core = wire.core
     began_s, before = wire.now_s, wire.engine.requests_sent
     with in_motion(wire, or_homing=True):

@@ -1,4 +1,4 @@
-"""The frames in which goals and jogs are meant: the base, the tool, and those of the arm file."""
+"""The coordinate frames of goals and jogs: the base, the tool, and those of the arm file."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ from kinematics.frames.vectors import Vector
 from kinematics.spaces import Joints, Pose
 
 BASE, TOOL = BASE_FRAME, TOOL_FRAME
-"""Frames that every arm has. The tool's x is up from the hand's back, y its side, z along it."""
+"""Frames of every arm. The tool's x points up from the back of the hand, y sideways, z forward."""
 
 
 def frame_names(config: ArmConfig) -> tuple[str, ...]:
-    """Return the frames that an arm knows, in the order in which a person goes through them."""
+    """Return the names of an arm's frames, in the order in which the desk cycles through them."""
     return (BASE, TOOL, *config.frames)
 
 
 def axes_of(config: ArmConfig, joints: Joints, frame: str) -> tuple[Vector, Vector, Vector]:
-    """Return the unit vectors of a frame's x, y and z in the base, the arm in that posture.
+    """Return the unit vectors of a frame's x, y and z axes in the base, in a posture.
 
-    Raises `BadRequest` for a frame that nobody knows.
+    Raises `BadRequest` for an unknown frame.
     """
     x, y, z = columns(_rotation(config, joints, frame))
     return x, y, z
 
 
 def goal_in_base(config: ArmConfig, joints: Joints, goal: Pose, frame: str) -> Pose:
-    """Return a goal as the base sees it. In the tool's frame a goal is a change from where it is.
+    """Convert a goal to the base frame. A goal in the tool's frame is relative to the tool.
 
-    So `Pose.of(x_mm=0, y_mm=0, z_mm=20, pitch_deg=0)` goes 20 mm on in the hand's direction.
+    So `Pose.of(x_mm=0, y_mm=0, z_mm=20, pitch_deg=0)` moves 20 mm forward along the hand.
     """
     if frame == BASE:
         return goal
@@ -43,11 +43,11 @@ def goal_in_base(config: ArmConfig, joints: Joints, goal: Pose, frame: str) -> P
 
 
 def pose_in_frame(config: ArmConfig, pose: Pose, frame: str) -> Pose:
-    """Return a pose of the base as the base or a frame of the arm file sees it."""
+    """Convert a pose from the base frame to a frame of the arm file."""
     if frame == BASE:
         return pose
     if frame == TOOL:
-        raise BadRequest("where the tool is, seen from the tool itself, is always 0: name a frame")
+        raise BadRequest("a pose in the tool's own frame is always 0: name another frame")
     return _known(config.frames, frame).from_base(pose)
 
 
@@ -65,6 +65,6 @@ def _known(frames: Mapping[str, UserFrame], name: str) -> UserFrame:
     except KeyError:
         known = ", ".join((BASE, TOOL, *frames))
         raise BadRequest(
-            f"no frame is called {name!r}; known are {known}. Frames of your own belong into the "
+            f"no frame is called {name!r}; known are {known}. Define frames of your own in the "
             "arm file, under [frames.NAME]"
         ) from None

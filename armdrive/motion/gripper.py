@@ -1,9 +1,9 @@
-"""Grasping by short closing bursts, with the grip switch read between them.
+"""Gripping: closing in short bursts, with the grip switch read in between.
 
-The controller's own closing command cannot be aborted and takes seconds; short bursts can be
-stopped after each. The fingers close in coarse steps until the switch trips, open until it lets
-go, and close again in fine steps: the opening at which it trips tells the object's width. Behind
-the switch, a stated number of steps adds a stated force.
+The controller's own closing command takes seconds and cannot be aborted; short bursts can be
+stopped. The fingers close in coarse steps until the switch trips, open until it releases, and close
+again in fine steps: the opening at which the switch trips gives the object's width. Beyond that
+point, a known number of steps adds a known force.
 """
 
 from __future__ import annotations
@@ -26,42 +26,41 @@ SERVO, OUTPUT = "servo", "output"
 
 @dataclass(frozen=True, slots=True)
 class Grasped:
-    """What the fingers found: a width in mm, 0 where they met each other, and the force in N."""
+    """The result of a grasp: the object's width in mm (0: no object), and the force in N."""
 
     width_mm: float
     force_n: float
 
     @property
     def holding(self) -> bool:
-        """Whether there is something between the fingers."""
+        """Whether an object is between the fingers."""
         return self.width_mm > NOTHING_MM
 
 
-NOTHING_MM = 1.0
-"""An opening this small when the switch trips means that the fingers met each other."""
+NOTHING_MM = 1.0  # if the switch trips at this opening or less, the fingers have met each other
 
 
 def require_gripper(core: Core) -> None:
-    """Raise `Refused` for an arm whose gripper nothing moves."""
+    """Raise `Refused` for an arm without a driven gripper."""
     if not core.transmission.has_gripper and core.config.gripper.kind not in (SERVO, OUTPUT):
         raise Refused(
-            f"the {core.config.title} has no motor for a gripper, so nothing opens or closes: add "
-            "a motor with steps_per_mm to its arm file if there is one, or say gripper.kind"
+            f"the {core.config.title} has no gripper motor: if the arm has one, add a motor with "
+            "steps_per_mm to its arm file; for a servo or an output, set gripper.kind"
         )
 
 
 def require_finger_motor(core: Core) -> None:
-    """Raise `Refused` for an arm whose fingers are not moved step by step."""
+    """Raise `Refused` for an arm whose fingers are not driven by a stepper motor."""
     require_gripper(core)
     if not core.transmission.has_gripper:
         raise Refused(
-            f"the gripper of the {core.config.title} is no stepper and cannot be jogged: "
+            f"the gripper of the {core.config.title} has no stepper motor and cannot be jogged: "
             "call `gripper.open()` or `gripper.close()`"
         )
 
 
 def check_opening(core: Core, opening_mm: float) -> None:
-    """Raise `OutOfBounds` or `BadRequest` for what a servo or an output cannot be told."""
+    """Raise `OutOfBounds` or `BadRequest` for an opening that a servo or an output cannot do."""
     low, high = core.config.model.gripper_range_mm
     if not low <= opening_mm <= high:
         raise OutOfBounds(
@@ -72,13 +71,13 @@ def check_opening(core: Core, opening_mm: float) -> None:
         )
     if core.config.gripper.kind == OUTPUT and opening_mm not in (low, high):
         raise BadRequest(
-            f"this gripper is switched by an output: it is open ({high:g} mm) or closed "
-            f"({low:g} mm), nothing between"
+            f"this gripper is switched by an output: it can only be open ({high:g} mm) or closed "
+            f"({low:g} mm)"
         )
 
 
 def set_gripper(wire: MotionContext, opening_mm: float) -> TaskBody[Moved]:
-    """Command a servo or an output, and wait for as long as the fingers take to get there."""
+    """Command a servo or an output, and wait as long as the fingers take to get there."""
     core = wire.core
     check_opening(core, opening_mm)
     low, high = core.config.model.gripper_range_mm
@@ -86,7 +85,7 @@ def set_gripper(wire: MotionContext, opening_mm: float) -> TaskBody[Moved]:
     before = core.fingers.share
     began_s, requests = wire.now_s, wire.engine.requests_sent
     with in_motion(wire):
-        core.fingers.share = None  # until it is acknowledged, nobody knows
+        core.fingers.share = None  # unknown until the command is acknowledged
         reply = yield from wire.request(SetGripper(share))
         if not isinstance(reply, Done):
             raise DeviceFault(f"the controller did not take the gripper's command: {reply}")
@@ -97,9 +96,9 @@ def set_gripper(wire: MotionContext, opening_mm: float) -> TaskBody[Moved]:
 
 
 def check_grasp(core: Core, force_n: float) -> float:
-    """Return the motor's steps for each N of force. Raises `Refused` for an arm that cannot feel.
+    """Return the gripper motor's steps per N of force.
 
-    And `BadRequest` for a force that the gripper does not have.
+    Raises `Refused` if the arm has no grip switch, and `BadRequest` for a force out of range.
     """
     require_gripper(core)
     if not core.controller.abilities.grip_switch:
@@ -115,12 +114,12 @@ def check_grasp(core: Core, force_n: float) -> float:
         )
     steps_per_n = core.config.model.grip_steps_per_n
     if steps_per_n is None:
-        raise Refused("no grip force is known of this arm: call `gripper.close()` with a width")
+        raise Refused("this arm's grip force is not known: call `gripper.close()` with a width")
     return steps_per_n
 
 
 def grasp(wire: MotionContext, speeds: SpeedLimits, force_n: float) -> TaskBody[Grasped]:
-    """Close on whatever is there and press with about `force_n`."""
+    """Close until an object is gripped, and press with about `force_n`."""
     core, settings = wire.core, wire.core.config.gripper
     steps_per_n = check_grasp(core, force_n)
     depth_mm = settings.trip_force_n * steps_per_n / steps_per_mm(core)
@@ -142,7 +141,7 @@ def grasp(wire: MotionContext, speeds: SpeedLimits, force_n: float) -> TaskBody[
 def _close_until_grip(
     wire: MotionContext, speeds: SpeedLimits, steps: int, depth_mm: float
 ) -> TaskBody[None]:
-    """Close in bursts of `steps` until the switch trips, `depth_mm` of cable behind the touch."""
+    """Close in bursts of `steps` until the switch trips, `depth_mm` of cable after the touch."""
     core = wire.core
     behind_mm = depth_mm + 2.0 * core.config.gripper.approach_steps / steps_per_mm(core)
     while not core.readings.gripping:
@@ -160,7 +159,7 @@ def _close_until_grip(
 def _open_until_free(
     wire: MotionContext, speeds: SpeedLimits, deepest_steps: float
 ) -> TaskBody[None]:
-    """Open in fine bursts until the switch lets go, further than any grip is deep at most."""
+    """Open in fine bursts until the switch releases, at most by the depth of the firmest grip."""
     core = wire.core
     deepest_mm = (deepest_steps + core.config.gripper.approach_steps) / steps_per_mm(core)
     furthest_mm = core.position.coordinates.opening_mm + deepest_mm
@@ -168,7 +167,7 @@ def _open_until_free(
         _raise_if_stopped(wire)
         if core.position.coordinates.opening_mm > furthest_mm:
             raise DeviceFault(
-                "the gripper was opened and its switch did not let go: look at the switch, and "
+                "the gripper is open and its switch did not release: look at the switch, and "
                 f"check {core.config.connection.dialect}.grip_bit in the arm file"
             )
         yield from _slide(wire, speeds, FINE_STEPS)
@@ -192,7 +191,7 @@ def _raise_if_stopped(wire: MotionContext) -> None:
 
 
 def steps_per_mm(core: Core) -> float:
-    """Return the gripper motor's steps for each mm of opening, without their sign."""
+    """Return the gripper motor's steps per mm of opening, without a sign."""
     joints = core.position.coordinates.joints
     opening = MotionSegment(ArmCoordinates(joints, 0.0), ArmCoordinates(joints, 1.0), 0.0)
     return max(map(abs, opening.steps(core.transmission)))

@@ -1,4 +1,4 @@
-"""What is done while nobody asks for anything: look at the arm now and then, and remember it."""
+"""Idle work: poll an arm at rest, save its position, set outputs, and recover a lost link."""
 
 from __future__ import annotations
 
@@ -17,31 +17,30 @@ from armdrive.tasks import Done, Registers, SetOutputs, SleepUntil, TaskBody
 
 MOST_OUTPUTS = (1 << OUTPUTS) - 1
 
-INPUTS_POLL_S = 0.05
-"""While somebody waits for an input, a standing arm is looked at so often."""
+INPUTS_POLL_S = 0.05  # poll interval while a call waits for an input
 
 STILL_S = 2.0
-"""An arm that has stood this long is recorded as standing."""
+"""After this long at rest, remove the motion mark. Short stops do not write to the disk twice."""
 
 
 class Idling:
-    """Tells the engine what is due in quiet times."""
+    """Tells the engine what to do while no task is running."""
 
     def __init__(self, wire: MotionContext) -> None:
         self._wire = wire
         self._polled_s = 0.0
 
     def due(self, now_s: float) -> tuple[float, TaskBody[Any] | None]:
-        """Return when to ask again, and what to do now, if anything."""
+        """Return when to call again, and a task to run now, if any."""
         core = self._wire.core
-        if core.state is State.STOPPING:  # nothing is at work: the arm stands
+        if core.state is State.STOPPING:  # no task is running, so the arm is at rest
             core.settle()
         if core.state not in (State.STANDBY, State.HOMING):
             return math.inf, None
         core.report_write_errors()
         if core.memory.owing and now_s >= core.still_since_s + STILL_S:
             core.mark_still()
-            core.still_since_s = now_s  # where it could not be written, try again later
+            core.still_since_s = now_s  # if writing fails, try again later
         mark_s = core.still_since_s + STILL_S if core.memory.owing else math.inf
         every_s = core.config.motion.idle_poll_s
         if core.readings.awaiting:
@@ -65,24 +64,23 @@ def set_outputs(wire: MotionContext, bits: int) -> TaskBody[None]:
     wire.core.readings.outputs = bits
 
 
-# Taking an arm up again over a wire that was lost: believes little, and moves nothing.
+# Recovering a lost link. Moves nothing, and trusts little.
 #
-# It ends in error-stop, or disabled where the arm was disabled before. An error that was latched
-# stays latched. The position is at best restored: while nobody could see it, the arm may have been
-# moved by hand.
+# The arm ends in error-stop, or disabled if it was disabled before. A latched error stays latched.
+# The position is restored at best, because the arm may have been moved by hand meanwhile.
 
 MEANWHILE = ". Meanwhile "
 BACK = "the wire was lost and is back{elsewhere}: look at the arm, then call `reset()`"
 
 
 def resume(wire: MotionContext, lost_s: float, lost_link: str) -> TaskBody[None]:
-    """Find the controller behind a wire that was lost at a time. Moves nothing.
+    """Find the controller on a new link after the loss of the old one. Moves nothing.
 
-    `lost_link` describes that wire: it is said where the new one is another.
+    `lost_link` describes the old link; the error names the new one if it differs.
     """
     core = wire.core
     stands_s = lost_s + core.stop_bound().silent_time_s
-    while wire.now_s < stands_s and not wire.stopping:  # what was sent before runs on for so long
+    while wire.now_s < stands_s and not wire.stopping:  # the device finishes what it was sent
         yield SleepUntil(stands_s)
     registers = yield from wire.ask_registers()
     core.stops.cut_off_s = 0.0
@@ -101,7 +99,7 @@ def resume(wire: MotionContext, lost_s: float, lost_link: str) -> TaskBody[None]
 
 
 def _weigh(core: Core, registers: Registers, now_s: float) -> None:
-    """Compare the registers with what was known when the wire was lost."""
+    """Compare the registers with the position at the loss of the link."""
     if core.belief.trust is Trust.UNKNOWN:
         core.position.found(registers)
         return
@@ -116,7 +114,7 @@ def _weigh(core: Core, registers: Registers, now_s: float) -> None:
 def _latch(core: Core, was: State, back: str) -> None:
     earlier, code = core.latched
     if earlier and code != RECONNECTED:
-        earlier = earlier.partition(MEANWHILE)[0]  # of a wire that is lost often, the last time
+        earlier = earlier.partition(MEANWHILE)[0]  # of repeated losses, report only the latest
         core.fault(f"{earlier}{MEANWHILE}{back}", code)
     elif was is State.DISABLED:
         core.diagnostics.error = ""

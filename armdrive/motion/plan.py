@@ -1,8 +1,7 @@
-"""From a goal to a plan: corner points in joint space, their audit, and the legs between them.
+"""Planning: corner points in joint space, their audit, and the timed legs between them.
 
-A leg is straight in joint space and driven at one speed; where the arm speeds up or slows down,
-legs are short, so that their speeds follow the ramp (kinematics/paths/timing.py). Units: rad, mm,
-s.
+A leg is straight in joint space and has one speed. During acceleration and deceleration the legs
+are short, so that their speeds follow the ramp (kinematics/paths/timing.py). Units: rad, mm, s.
 """
 
 from __future__ import annotations
@@ -30,17 +29,16 @@ from kinematics.paths.timing import MotionLimits, Point, timed
 from kinematics.spaces import Joints, Pose
 from kinematics.transmission import Transmission
 
-SKIPPED_SHARE = 0.75
-"""How much of the tolerance a skipped corner may lie beside the way, so that it holds between."""
+SKIPPED_SHARE = 0.75  # share of the tolerance for skipped corners; the rest covers the way between
 
 
 @dataclass(frozen=True, slots=True)
 class SpeedLimits:
-    """The limits that time is computed from: joints in rad/s, gripper in mm/s, motors in Hz.
+    """The speed limits for timing: joints in rad/s, gripper in mm/s, motors in Hz.
 
-    A joint comes to its full speed in `ramp_s` (0: at once), or as `accelerations_rad_s2` says of
-    it, and its acceleration builds up in `jerk_s`. `limits` are the same for each coordinate: the
-    joints, and the opening where a motor drives it.
+    A joint reaches full speed in `ramp_s` (0: at once), or with its own acceleration in
+    `accelerations_rad_s2`; the acceleration builds up in `jerk_s`. `limits` holds the same values
+    by coordinate: the joints, followed by the opening if a motor drives it.
     """
 
     joints_rad_s: tuple[float, ...]
@@ -56,7 +54,7 @@ class SpeedLimits:
         object.__setattr__(self, "limits", self._limits())
 
     def duration_s(self, start: ArmCoordinates, end: ArmCoordinates, fraction: float) -> float:
-        """Return the least time in which no joint and no motor is faster than its limit."""
+        """Return the least time in which no joint and no motor exceeds its limit."""
         gripper = self.transmission.has_gripper
         ends = zip(_point(start, gripper), _point(end, gripper), strict=True)
         return self.limits.least_s([b - a for a, b in ends]) / fraction
@@ -79,9 +77,9 @@ class SpeedLimits:
 def legs_along(
     speeds: SpeedLimits, corners: Sequence[ArmCoordinates], fraction: float, longest_s: float
 ) -> tuple[MotionSegment, ...]:
-    """Return the legs of a way that is passed without stopping, at rest at both ends.
+    """Return the legs of a path that starts and ends at rest and has no stop in between.
 
-    While the speed changes, no leg lasts longer than `longest_s`.
+    While the speed changes, legs last at most `longest_s`.
     """
     gripper = speeds.transmission.has_gripper
     path = timed([_point(corner, gripper) for corner in corners], speeds.limits, fraction)
@@ -113,9 +111,9 @@ def _between(start: ArmCoordinates, point: Point) -> ArmCoordinates:
 def fewer(
     arm: ArmGeometry, legs: Sequence[MotionSegment], longest_s: float, tolerance_mm: float
 ) -> tuple[MotionSegment, ...]:
-    """Return the legs with those made one that a single burst can drive within the tolerance.
+    """Join legs that a single burst can drive within the tolerance.
 
-    A corner may be left out where the tip passes it, at its time, by less than the tolerance.
+    A corner may be skipped if the tip passes it, at the same time, within the tolerance.
     """
     found: list[MotionSegment] = []
     waiting: list[MotionSegment] = []
@@ -136,7 +134,7 @@ def _joined(legs: Sequence[MotionSegment]) -> MotionSegment:
 def _one(
     arm: ArmGeometry, legs: Sequence[MotionSegment], longest_s: float, tolerance_mm: float
 ) -> bool:
-    """Tell whether one burst may stand for these legs."""
+    """Return whether one burst may replace these legs."""
     whole = _joined(legs)
     if whole.duration_s > longest_s:
         return False
@@ -150,21 +148,19 @@ def _one(
     return True
 
 
-# A plan is audited whole before its first byte is sent: every joint limit at every corner (a leg is
-# straight in joint space, so its ends are its worst points) and every guard along the way
-# (kinematics/guards/path.py). A start that is itself beyond a bound is not held against the plan as
-# long as the plan never goes further beyond it: there must be a way out.
+# A whole plan is audited before its first byte is sent: every joint limit at every corner (a leg is
+# straight in joint space, so its worst points are its ends) and every guard along the way
+# (kinematics/guards/path.py). If the start is beyond a bound, the plan is allowed as long as it
+# never goes farther beyond: there must be a way out.
 
-OPTIONS = ("speed", "wait")
-"""What a misspelt word may mean where joints are named."""
+OPTIONS = ("speed", "wait")  # keywords to suggest for a misspelt joint name
 
-NEARLY = 0.999
-"""A blend may be so much smaller than asked for without a word."""
+NEARLY = 0.999  # a blend of at least this share of the requested radius needs no note
 
 
 @dataclass(frozen=True, slots=True)
 class MotionPlan:
-    """Legs end to end. Nothing in it has been rounded yet."""
+    """The legs of a motion, end to end and not yet rounded to steps."""
 
     start: ArmCoordinates
     legs: tuple[MotionSegment, ...]
@@ -172,17 +168,17 @@ class MotionPlan:
 
     @property
     def end(self) -> ArmCoordinates:
-        """Where the plan leads."""
+        """The end point of the plan."""
         return self.legs[-1].end if self.legs else self.start
 
     @property
     def duration_s(self) -> float:
-        """How long it takes, without the time that the wire needs between bursts."""
+        """The duration, without the time for exchanges between bursts."""
         return math.fsum(leg.duration_s for leg in self.legs)
 
 
 def named_joints(start: Joints, named_deg: Mapping[str, float]) -> Joints:
-    """Return `start` with the joints that the caller named, as `shoulder_deg=40`, replaced."""
+    """Return `start` with some joints replaced, given as `shoulder_deg=40`."""
     known = {f"{name}_deg": name for name in start.names}
     changed = {}
     for word, value in named_deg.items():
@@ -226,7 +222,7 @@ def plan_route(
     moves: Sequence[PathPart],
     fraction: float,
 ) -> MotionPlan:
-    """Plan joint motions, lines and arcs one after another, with their blends, and audit it all."""
+    """Plan a sequence of joint motions, lines and arcs with blends, and audit all of it."""
     for move in moves:
         if isinstance(move, LinePart | PosePart):
             posture_for(config, move.goal, start.joints)
@@ -240,15 +236,15 @@ def plan_route(
 
 
 def _smaller_blends(moves: Sequence[PathPart], sections: Sequence[PathSection]) -> str:
-    """Say which blends are smaller than asked for; at the end of the last part there is none."""
+    """Return a note about the blends that are smaller than requested. The last part has none."""
     found = {
         part: radius_mm
         for section in sections
         for part, radius_mm in zip(section.parts, section.blends_mm, strict=True)
     }
     said = [
-        f"the blend behind part {part} has {found.get(part, 0.0):.1f} mm instead of "
-        f"{move.blend_mm:.1f}, since a neighbouring part is too short for more"
+        f"the blend after part {part} is {found.get(part, 0.0):.1f} mm instead of "
+        f"{move.blend_mm:.1f}, because a neighbouring part is too short"
         for part, move in enumerate(moves[:-1], 1)
         if found.get(part, 0.0) < move.blend_mm * NEARLY
     ]
@@ -262,7 +258,7 @@ def _plan(
     ways: list[list[ArmCoordinates]],
     fraction: float,
 ) -> MotionPlan:
-    """Audit the corners of ways that end at rest, and time them."""
+    """Audit the corners of paths that each end at rest, and time them."""
     audit(config, [start.joints, *(corner.joints for way in ways for corner in way)])
     _audit_opening(config, start.opening_mm, ways[-1][-1].opening_mm if ways else start.opening_mm)
     motion, wire = config.motion, config.connection
@@ -280,10 +276,10 @@ def _plan(
 
 
 def audit(config: ArmConfig, corners: list[Joints], further: float = 0.0) -> None:
-    """Raise `OutOfBounds` for the first limit or guard that a joint path would pass.
+    """Raise `OutOfBounds` for the first limit or guard that a joint path would violate.
 
-    `further` is the share of the last way by which the arm might run on while it stops: guards
-    are kept there as well.
+    `further` extends the last leg by a share of its length, for an arm that may run on while it
+    stops; guards are checked there as well.
     """
     arm = config.model.arm
     excused = {each.joint: each.excess_rad for each in arm.violations(corners[0])}
@@ -305,8 +301,7 @@ def _audit_guards(config: ArmConfig, corners: list[Joints]) -> None:
 def posture_for(config: ArmConfig, goal: Pose, seed: Joints) -> Joints:
     """Return the allowed posture for a pose that is nearest to the seed.
 
-    Raises `Unreachable` or `OutOfBounds`; both name the nearest pose that is in reach and
-    outside every guard.
+    Raises `Unreachable` or `OutOfBounds`; both name the nearest reachable pose outside all guards.
     """
     arm, guards = config.model.arm, config.model.guards
     try:
@@ -316,12 +311,12 @@ def posture_for(config: ArmConfig, goal: Pose, seed: Joints) -> Joints:
         raise refusal.instead(allowed) if allowed is not None else refusal from None
     broken = guards.violation(arm, joints)
     if broken is None or guards.violations(arm, seed):
-        return joints  # a start beyond a guard may have a way out: the audit looks at all of it
+        return joints  # a start inside a guard may have a way out: the audit checks the whole path
     raise guard_error(broken, 1.0, nearest_allowed(arm, guards, goal, seed))
 
 
 def limit_error(violation: LimitViolation) -> OutOfBounds:
-    """Put a joint limit into words."""
+    """Return the error of a violated joint limit."""
     value, bound = math.degrees(violation.value_rad), math.degrees(violation.bound_rad)
     return OutOfBounds(
         f"the {violation.joint} would turn to {value:.1f}°, {abs(value - bound):.1f}° beyond its "
@@ -333,7 +328,7 @@ def limit_error(violation: LimitViolation) -> OutOfBounds:
 
 
 def guard_error(guard: Violation, share: float, nearest: Pose | None = None) -> OutOfBounds:
-    """Put a guard into words; value and bound are in mm, or in degrees for a sum of angles."""
+    """Return the error of a violated guard; its values are in mm, or degrees for joint sums."""
     where = "at the goal" if share >= 1.0 else f"{share:.0%} of the way to the goal"
     instead = f"; nearest pose that is allowed: {nearest}" if nearest is not None else ""
     if isinstance(guard, GuardViolation):

@@ -1,7 +1,7 @@
-"""A motion as it would be, before anything is sent: ways to hold the hand, duration, margins.
+"""Previews: a motion's postures, duration, margins and clearances, before anything is sent.
 
-What is shown is the plan that `move_j`, `move_to` or `move_l` would carry out, made by the same
-code (resolve.py). Units: mm, rad, s.
+A preview shows the plan that `move_j`, `move_to` or `move_l` would execute, made by the same code
+(resolve.py). Units: mm, rad, s.
 """
 
 from __future__ import annotations
@@ -39,22 +39,17 @@ from kinematics.guards.path import Clearance, least_clearances
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 
-# What can be foreseen of a plan: the postures on its way, joint margins, and how long it takes.
-#
-# Units: mm, rad, s.
+# Measures of a plan: its postures, joint margins and duration.
 
-STEP_MM = 2.0
-"""No point of the arm travels further than this between two postures, on all but long ways."""
-
-MOST_POSTURES = 500
-"""A way that would need more of them is looked at so often, evenly."""
+STEP_MM = 2.0  # no point of the arm moves farther between two postures, except on long paths
+MOST_POSTURES = 500  # a longer path is sampled evenly at this many postures
 
 
 @dataclass(frozen=True, slots=True)
 class Margin:
-    """How near a joint, or a guarded sum of joints, comes to a bound: below 0 beyond it.
+    """How near a joint, or a guarded sum of joints, comes to its bound; negative beyond it.
 
-    `index` is that of the posture in which it does.
+    `index` is the posture in which it is nearest.
     """
 
     joint: str
@@ -65,7 +60,7 @@ class Margin:
 
 
 def postures_along(arm: ArmGeometry, plan: MotionPlan) -> tuple[Joints, ...]:
-    """Return postures along a plan, its start and every corner among them."""
+    """Return postures along a plan, including its start and every corner."""
     travels = [arm.travel_bound_mm(leg.turns_rad) for leg in plan.legs]
     step_mm = max(STEP_MM, math.fsum(travels) / MOST_POSTURES)
     found = [plan.start.joints]
@@ -76,9 +71,9 @@ def postures_along(arm: ArmGeometry, plan: MotionPlan) -> tuple[Joints, ...]:
 
 
 def least_margins(model: ArmModel, postures: Sequence[Joints]) -> tuple[Margin, ...]:
-    """Return each joint's least distance from its limits, the smallest first, and each sum's.
+    """Return the least margin of each joint and each guarded sum, the smallest first.
 
-    A leg is straight in joint space, so that its ends are its worst points: nothing lies between.
+    A leg is straight in joint space, so its margins are smallest at its ends.
     """
     found = []
     for name, bounds in zip(model.arm.joint_names, model.arm.limits, strict=True):
@@ -101,10 +96,10 @@ def _least(name: str, values: Sequence[float], low: float, high: float) -> Margi
 
 
 def foreseen_s(config: ArmConfig, controller: Controller, plan: MotionPlan) -> float:
-    """Return about how long a plan takes on the wire, with a device that is as slow as it may be.
+    """Return the approximate duration of a plan on the slowest device that is in specification.
 
-    A queue is driven on without a break; bursts wait for one another's exchange. What a device
-    that does not coordinate its motors needs besides, to stay near the way, is not foreseen.
+    A queue is driven without a break; each burst waits for the exchange of the previous one. Extra
+    bursts that an uncoordinated device needs to stay near its path are not included.
     """
     wire = config.connection
     able = dialect(wire.dialect).abilities
@@ -127,26 +122,18 @@ def _bursts_s(
     return count * (one_s + exchange_s)
 
 
-# Where the arm could go instead of a goal that is refused: near it, or as far as the way is free.
-#
-# Units: mm, rad.
+# Alternatives to a refused goal: the nearest allowed pose, or as far along the path as possible.
 
-HALVINGS = 10
-"""A way is halved so often: its end is then known to a thousandth of it."""
-
-LEAST_TURN_RAD = math.radians(0.05)
-"""What turns no joint by this much leads nowhere."""
-
-
-LEAST_SHARE = 0.05
-"""Less of the way than this is no help to anybody who wants to go it."""
+HALVINGS = 10  # bisection steps: the end of the free path is found to a thousandth of its length
+LEAST_TURN_RAD = math.radians(0.05)  # smaller motions are not offered
+LEAST_SHARE = 0.05  # a smaller part of the path is not offered
 
 
 @dataclass(frozen=True, slots=True)
 class Furthest:
-    """A pose, and the posture in it, that the arm can be moved to, as a plan has shown.
+    """An alternative goal that a plan has shown to be possible: a pose and its posture.
 
-    `share` is how much of the way that was asked for leads there; 1 for the goal's neighbour.
+    `share` is the share of the requested path that leads there; 1 for a pose near the goal.
     """
 
     pose: Pose
@@ -155,10 +142,10 @@ class Furthest:
 
 
 def instead_of(ground: Ground, move: SingleMove, refusal: ArmError | None) -> Furthest | None:
-    """Return where an absolute move could lead instead; None where every way is barred.
+    """Return an alternative to a refused absolute move; None if nothing is possible.
 
-    The nearest pose that the refusal names, if it can be gone to, else as far along the way that
-    was asked for as limits and guards leave it free.
+    The alternative is the nearest pose that the refusal names, if the arm can go there; otherwise
+    the farthest point of the requested path that limits and guards allow.
     """
     near = getattr(refusal, "nearest", None)
     speed = getattr(move, "speed", 1.0)
@@ -175,7 +162,7 @@ def instead_of(ground: Ground, move: SingleMove, refusal: ArmError | None) -> Fu
 def _parts(
     ground: Ground, move: SingleMove, near: Pose | None
 ) -> Callable[[float], SingleMove] | None:
-    """Return what leads to a share of the way that was asked for."""
+    """Return a function that makes a move along a share of the requested path."""
     arm, here, asked = ground.config.model.arm, ground.here, pose_of(move, ground)
     match move:
         case LineMove() if asked is not None:
@@ -216,19 +203,16 @@ def _furthest(ground: Ground, joints: Joints, share: float) -> Furthest:
     return Furthest(ground.config.model.arm.fk(joints), joints, share)
 
 
-# The ways to hold the hand at a goal: which posture a motion takes, and why the others fall out.
-#
-# Units: rad.
+# The postures at a goal: which one a motion takes, and why not the others.
 
-SAME_RAD = 1e-4
-"""Postures whose joints differ by less are the same one, but for the last digits of a path."""
+SAME_RAD = 1e-4  # postures with smaller joint differences are the same, apart from rounding
 
 
 @dataclass(frozen=True, slots=True)
 class PostureOption:
-    """One posture at the goal; `against` says why it is not the one that would be taken.
+    """One posture at the goal; `against` is the reason why it is not taken.
 
-    `allowed` tells whether the arm may stand like this: its joints are then a goal by themselves.
+    `allowed` is true if the posture violates no limit and no guard: its joints are a valid goal.
     """
 
     name: str
@@ -241,9 +225,9 @@ class PostureOption:
 def ways_of(
     ground: Ground, move: Move, pose: Pose | None, end: Joints | None
 ) -> tuple[PostureOption, ...]:
-    """Return every posture for a pose, the taken one first; none where joints were asked for.
+    """Return every posture for a pose, the taken one first; none if the goal is joint angles.
 
-    `end` is the posture that the plan leads to, None where there is none.
+    `end` is the posture at the end of the plan, None without a plan.
     """
     if pose is None or (pose.yaw_rad is not None and not ground.config.model.arm.has_yaw):
         return ()
@@ -251,14 +235,13 @@ def ways_of(
     line = isinstance(move, LineMove)
     ways = [_way(ground, each, end, line) for each in _different(found)]
     if end is not None and not any(way.taken for way in ways):
-        ways.append(
-            PostureOption("", end, taken=True)
-        )  # of a way that turned a joint all the way round
+        # the path turns a joint by a whole turn, so that its end is none of the listed postures
+        ways.append(PostureOption("", end, taken=True))
     return tuple(sorted(ways, key=lambda way: not way.taken))
 
 
 def _different(found: Sequence[Posture]) -> Iterator[Posture]:
-    """Yield each posture once: the elbow of an arm that is stretched out is neither up nor down."""
+    """Yield each posture once: for a stretched arm, elbow up and elbow down are the same."""
     seen: list[Posture] = []
     for posture in found:
         if not any(alike(posture.joints, each.joints, SAME_RAD) for each in seen):
@@ -276,7 +259,7 @@ def _way(ground: Ground, posture: Posture, end: Joints | None, line: bool) -> Po
 
 
 def _forbidden(ground: Ground, posture: Posture) -> str:
-    """Say which limits or which guard keep the arm from standing like this."""
+    """Return which limits or which guard forbid a posture; empty if it is allowed."""
     if posture.violations:
         return "; ".join(map(violation_text, posture.violations))
     broken = ground.config.model.guards.violation(ground.config.model.arm, posture.joints)
@@ -284,13 +267,13 @@ def _forbidden(ground: Ground, posture: Posture) -> str:
 
 
 def _second_choice(ground: Ground, posture: Posture, end: Joints | None, line: bool) -> str:
-    """Say why another posture is taken than one that is allowed."""
+    """Return why an allowed posture is not taken."""
     if end is None:
-        return "allowed at the goal, but not reached on this way"
+        return "allowed at the goal, but not reachable on this path"
     if line:
-        return "allowed, but a straight line keeps the posture that it begins in"
+        return "allowed, but a straight line keeps the posture that it starts in"
     turn, least = (_turn_deg(ground.here.joints, one) for one in (posture.joints, end))
-    return f"allowed, but further: its joints turn by {turn:.0f}° instead of {least:.0f}°"
+    return f"allowed, but farther: its joints turn by {turn:.0f}° instead of {least:.0f}°"
 
 
 def _turn_deg(a: Joints, b: Joints) -> float:
@@ -298,24 +281,25 @@ def _turn_deg(a: Joints, b: Joints) -> float:
     return math.degrees(math.dist(a.angles_rad, b.angles_rad))
 
 
-STOPS_LOOKED_AT = 32
-"""At so many postures of a way the stopping distance is computed, which changes little between."""
+STOP_SAMPLES = 32  # postures at which the stopping distance is computed; it varies slowly
 
 
 @dataclass(frozen=True, slots=True)
 class Preview:
-    """What a motion would be, or why it is refused.
+    """The preview of a motion, or the reason why it is refused.
 
-    `ways` are the postures that hold the hand at the goal, `path` the tip's points along the way,
-    the start first, and `postures` the arm at each of them, no point of it further than about
-    2 mm from the last. `duration_s` is the plan's, `slowest_s` about what it is on the wire with
-    an arm that is as slow as it may be: nobody knows better before it has moved. `margins` are
-    each joint's least distance from its limits and `clearances` each guard's, the smallest first.
-    The tip would run on by at most `stop_distance_mm` after a stop. `hindrance` is why the arm
-    would go nowhere now, as while it is disabled or not referenced, which leaves the plan in
-    place; `problem` is what is wrong with the goal or the way, and `nearest` where the arm could
-    go instead. `resolved` is the move as it means the same from anywhere; of fingers that no motor
-    steps and of a grasp, it is all that can be foreseen.
+    - `ways`: the possible postures at the goal.
+    - `path`: the tip's points along the path, starting at the present one; `postures`: the arm at
+      each of these points, at most about 2 mm of travel apart.
+    - `duration_s`: the plan's duration; `slowest_s`: that on the slowest device in specification.
+    - `margins`: each joint's least distance from its limits; `clearances`: each guard's. The
+      smallest come first.
+    - `stop_time_s`, `stop_distance_mm`: the worst stop along the path.
+    - `hindrance`: why the arm cannot move at present (for instance disabled or not referenced);
+      the plan is valid nevertheless. `problem`: what is wrong with the goal or the path.
+    - `nearest`: an alternative to a refused goal.
+    - `resolved`: the absolute move. For a grasp, and for fingers without a stepper motor, this is
+      all that can be known in advance.
     """
 
     start: Joints | None
@@ -337,27 +321,27 @@ class Preview:
 
     @property
     def refusal(self) -> ArmError | None:
-        """What would be raised if the motion were asked for now."""
+        """The error that the motion would raise now, if any."""
         return self.hindrance or self.problem
 
     @property
     def possible(self) -> bool:
-        """Whether the motion would be carried out if it were asked for now."""
+        """Whether the motion would be executed now."""
         return self.refusal is None
 
     @property
     def end(self) -> Joints | None:
-        """The posture that the way leads to, None without a plan."""
+        """The posture at the end of the path, None without a plan."""
         return None if self.plan is None else self.plan.end.joints
 
     @property
     def margin(self) -> Margin | None:
-        """The joint that comes nearest to a limit of its own."""
+        """The smallest margin of a joint."""
         return self.margins[0] if self.margins else None
 
     @property
     def clearance(self) -> Clearance | None:
-        """The guard that the arm comes nearest to."""
+        """The smallest clearance of a guard."""
         return self.clearances[0] if self.clearances else None
 
     def __str__(self) -> str:
@@ -367,10 +351,10 @@ class Preview:
 def preview_move(
     ground: Ground, controller: Controller, move: Move, hindrance: ArmError | None
 ) -> Preview:
-    """Resolve a move where the arm stands, plan it, and measure it. Nothing is sent.
+    """Resolve a move from the arm's position, plan it, and measure it. Nothing is sent.
 
-    `hindrance` is why the arm would not move anywhere now. Raises `BadRequest` for a move that is
-    none: a joint or a frame that the arm does not have.
+    `hindrance` is the reason why the arm cannot move at present, if any. Raises `BadRequest` for a
+    joint or a frame that the arm does not have.
     """
     absolute = move if isinstance(move, MoveSequence | ParkMove) else resolve(move, ground)
     single = None if isinstance(absolute, MoveSequence) else absolute
@@ -387,10 +371,10 @@ def preview_move(
     model = ground.config.model
     postures = postures_along(model.arm, plan)
     burst_s = ground.config.motion.planned_burst_s
-    looks = (*postures[:: max(len(postures) // STOPS_LOOKED_AT, 1)], postures[-1])
+    samples = (*postures[:: max(len(postures) // STOP_SAMPLES, 1)], postures[-1])
     parts = stretches(model.transmission, plan.legs)
     runs_on = run_on(ground.config, controller, burst_s, parts)
-    bounds = [runs_on.bound(ground.config, each) for each in looks]
+    bounds = [runs_on.bound(ground.config, each) for each in samples]
     return Preview(
         here,
         hindrance,
@@ -421,22 +405,22 @@ def _planned(ground: Ground, move: Move) -> tuple[PlannedMove | None, ArmError |
         return None, refusal_of(error)
 
 
-# A preview for people, line by line, and as plain data for programs.
+# A preview as lines of text, and as plain data.
 
-MARGINS_SAID = 2
-CLEARANCES_SAID = 3
-"""How many of the nearest bounds a person is told; programs get them all."""
+# the smallest margins and clearances are enough for a person; programs get all of them
+MARGINS_SHOWN = 2
+CLEARANCES_SHOWN = 3
 
 
 def preview_lines(preview: Preview) -> Iterator[str]:
-    """Yield what a person wants to know before the arm moves."""
+    """Yield a preview as lines of text."""
     for way in preview.ways:
         yield way_line(way)
     if preview.plan is not None:
         yield f"leads to {preview.plan.end.joints}"
         yield duration_words(preview)
-        yield from (margin_words(one) for one in preview.margins[:MARGINS_SAID])
-        yield from (clearance_words(preview, one) for one in preview.clearances[:CLEARANCES_SAID])
+        yield from (margin_words(one) for one in preview.margins[:MARGINS_SHOWN])
+        yield from (clearance_words(preview, one) for one in preview.clearances[:CLEARANCES_SHOWN])
         yield (
             f"a stop on the way takes at most {preview.stop_time_s:.2f} s and "
             f"{preview.stop_distance_mm:.0f} mm"
@@ -449,35 +433,35 @@ def preview_lines(preview: Preview) -> Iterator[str]:
 
 
 def way_line(way: PostureOption) -> str:
-    """Say which posture it is, and why it is taken or not."""
+    """Return a line about a posture, and why it is taken or not."""
     sign = "->" if way.taken else "  "
     because = "taken" if way.taken else way.against
     return f"{sign} {way.name or 'the nearest posture found':<22} {way.joints}   ({because})"
 
 
 def duration_words(preview: Preview) -> str:
-    """Say how long it takes, with a slow arm too where that is longer."""
+    """Return a line about the duration, also on a slow device if that takes longer."""
     planned, slowest = f"{preview.duration_s:.1f} s", f"{preview.slowest_s:.1f} s"
-    slow = f", about {slowest} with an arm that is as slow as it may be"
+    slow = f", up to about {slowest} on a slow arm"
     return f"takes {planned}" + slow * (slowest != planned)
 
 
 def margin_words(margin: Margin) -> str:
-    """Say how near a joint comes to its limit."""
+    """Return a line about a joint's margin."""
     away, bound = math.degrees(margin.margin_rad), math.degrees(margin.bound_rad)
     name = margin.joint.replace("_", " ")
     return f"{name} stays {away:.1f}° from its limit of {bound:.1f}°"
 
 
 def clearance_words(preview: Preview, clearance: Clearance) -> str:
-    """Say how near the arm comes to a guard, and where."""
+    """Return a line about a guard's clearance."""
     share = share_of_way(preview, clearance.index)
     where = {0.0: "at the start", 1.0: "at the goal"}.get(share, f"{share:.0%} of the way")
     return f"{clearance.guard}: {round(clearance.clearance_mm)} mm ({clearance.quantity}), {where}"
 
 
 def share_of_way(preview: Preview, index: int) -> float:
-    """Return the share of the way at which one of its postures is."""
+    """Return the share of the path at which one of its postures is."""
     last = len(preview.postures) - 1
     return index / last if last > 0 else 1.0
 

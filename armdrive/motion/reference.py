@@ -1,6 +1,7 @@
-"""How an arm gets its position: from its record, its own switches or a person; how far it is off.
+"""How an arm gets its position: from its record, its home switches, or its operator.
 
-A reference is the controller's registers plus an offset that is kept here.
+Referencing sets an offset to the controller's registers. Verification measures how far the position
+has drifted.
 """
 
 from __future__ import annotations
@@ -42,10 +43,10 @@ from kinematics.transmission import Transmission
 
 
 def connect(wire: MotionContext) -> TaskBody[None]:
-    """Find the controller, take up its record, and end in stand-still. Moves nothing."""
+    """Find the controller and restore the recorded position. Moves nothing."""
     try:
         yield from _connect(wire)
-    except NoAnswer as error:  # there is no arm yet that could be reset
+    except NoAnswer as error:  # an arm that is not connected cannot be reset
         raise NoAnswer(f"{without_reset(error)}, then connect again") from None
 
 
@@ -55,11 +56,11 @@ def _connect(wire: MotionContext) -> TaskBody[None]:
     switched = core.controller.abilities.current is Switching.BOTH
     core.happen(Event.OPENED_SWITCHED if switched else Event.OPENED_HELD)
     _take_up_record(wire, registers)
-    _heed_what_came_before(wire)
+    _apply_early_evidence(wire)
     yield from compare_settings(wire)
-    core.memory.taken_up()  # from here on: a connection that failed leaves the record as it was
+    core.memory.taken_up()  # only now: a failed connection leaves the record as it was
     if core.belief.trust is Trust.SUSPECT:
-        core.remember()  # else registers that come back by chance would be believed once more
+        core.remember()  # otherwise registers that match by chance later would be trusted again
     core.still_since_s = wire.now_s
 
 
@@ -86,28 +87,28 @@ def _take_up_record(wire: MotionContext, registers: Registers) -> None:
             core.learn(Evidence.ENDED_IN_MOTION, wire.now_s)
 
 
-def _heed_what_came_before(wire: MotionContext) -> None:
-    """Weigh an alert that came before there was a record to be doubted: it speaks against it."""
+def _apply_early_evidence(wire: MotionContext) -> None:
+    """Apply an alert that arrived before the record was read."""
     core = wire.core
     if core.early_evidence is not None:
         evidence, words = core.early_evidence
         core.learn(evidence, wire.now_s, words)
-        core.diagnostics.error = ""  # nothing is latched by connecting
+        core.diagnostics.error = ""  # connecting latches no error
         core.diagnostics.notify(f"{evidence.value} ({words})", evidence)
 
 
 def begin_home(wire: MotionContext) -> TaskBody[None]:
-    """Enter the state in which an operator brings the arm to its posture."""
+    """Enter the state HOMING, in which the operator brings the arm to its reference posture."""
     wire.core.happen(Event.HOME)
     yield from ()
 
 
 def home_device(
-    wire: MotionContext, homing: HomingSettings, told: Callable[[int], None] = lambda _: None
+    wire: MotionContext, homing: HomingSettings, report: Callable[[int], None] = lambda _: None
 ) -> TaskBody[None]:
-    """Have the device find its switches, in the arm file's order; it stands at them afterwards.
+    """Home the device to its switches, in the order of the arm file.
 
-    `told` hears of each group of the arm file, by its index, when it has been homed.
+    `report` is called with the index of each group of the arm file when it has been homed.
     """
     core = wire.core
     core.require_settings()
@@ -119,14 +120,14 @@ def home_device(
     try:
         for index, group in enumerate(groups):
             yield from _home_group(wire, HomeDevice((group,)))
-            told(index)
+            report(index)
         if not groups:
             yield from _home_group(wire, HomeDevice())
     except LinkLost:
         core.learn(Evidence.LOST_IN_MOTION, wire.now_s)
         raise
     registers = yield from wire.ask_registers()
-    core.position.slack.doubt()  # the device does not tell which way it came off its switches
+    core.position.slack.doubt()  # the direction in which it left its switches is not known
     core.position.refer(registers.positions, ArmCoordinates(homing.joints, homing.opening_mm))
     core.learn(Evidence.HOMED_BY_SWITCHES, wire.now_s)
     core.clear_diagnostics()
@@ -135,14 +136,14 @@ def home_device(
 
 
 def _settled(wire: MotionContext) -> TaskBody[None]:
-    """Stand with what is believed by now, and wait until that is on the disk."""
+    """End the motion and wait until the position is on the disk."""
     wire.core.settle()
     wire.core.mark_still()
     yield from be_remembered(wire)
 
 
 def _home_group(wire: MotionContext, request: HomeDevice) -> TaskBody[None]:
-    """Have some of the motors homed; whatever ends it early leaves nothing referenced."""
+    """Home some of the motors; if homing ends early, nothing is referenced."""
     core, began_s = wire.core, wire.now_s
     reply = yield from wire.request(request, Evidence.ANSWER_LOST)
     if isinstance(reply, Done) and not wire.stopping:
@@ -151,13 +152,13 @@ def _home_group(wire: MotionContext, request: HomeDevice) -> TaskBody[None]:
     if wire.stopping:
         raise wire.stopped("homing was stopped: nothing was referenced")
     late = f"it had not ended after {wire.now_s - began_s:.0f} s, {wire.engine.received}"
-    why = late if isinstance(reply, Halted) else reply  # nobody stopped it: its time was over
+    why = late if isinstance(reply, Halted) else reply  # without a stop, a halt is a timeout
     words = f"homing failed: {why}. Look at the switches and the arm, then call `reset()`"
     raise wire.fault(DeviceFault(words))
 
 
 def confirm_record(wire: MotionContext) -> TaskBody[None]:
-    """Let a restored position count as referenced: the operator compared it with the arm."""
+    """Turn a restored position into a referenced one: the operator has compared it with the arm."""
     core = wire.core
     yield from wire.look()
     if core.belief.trust is not Trust.RESTORED:
@@ -171,16 +172,16 @@ def confirm_record(wire: MotionContext) -> TaskBody[None]:
 
 
 def disable(wire: MotionContext) -> TaskBody[None]:
-    """Drop the motor current: the arm can sag, so its position is suspect from then on."""
+    """Switch the motor current off. The arm can sag, so its position becomes suspect."""
     core = wire.core
     after(core.state, Event.DISABLE)
     core.learn(Evidence.CURRENT_DROPPED, wire.now_s)  # whatever the answer will be
-    yield from be_remembered(wire)  # no mark: a full disk does not keep the motors on
+    yield from be_remembered(wire)  # without a mark: a full disk must not keep the motors on
     core.happen(Event.DISABLE)
     core.readings.current = Current.UNKNOWN
     reply = yield from wire.request(DropCurrent())
     if not isinstance(reply, Done):
-        words = "the controller did not say that it switched the motor current off: look at it"
+        words = "the controller did not confirm that the motor current is off: look at the arm"
         raise wire.fault(DeviceFault(words))
     core.readings.current = Current.OFF
     registers = yield from wire.ask_registers()
@@ -191,7 +192,7 @@ def disable(wire: MotionContext) -> TaskBody[None]:
 
 
 def enable(wire: MotionContext) -> TaskBody[None]:
-    """Switch the motor current on where that can be done, and allow motion. Moves nothing."""
+    """Switch the motor current on, if the device can, and allow motion. Moves nothing."""
     core = wire.core
     after(core.state, Event.ENABLE)
     able = core.controller.abilities.current
@@ -200,7 +201,7 @@ def enable(wire: MotionContext) -> TaskBody[None]:
         if not isinstance(reply, Done):
             words = f"the controller did not switch the motors on: {reply}"
             raise wire.fault(DeviceFault(words))
-        wire.require_no_fault()  # it may have let the arm sag before it understood
+        wire.require_no_fault()  # the arm may have sagged before the device answered
         if able is Switching.BOTH:
             core.readings.current = Current.HELD
     yield from compare_again(wire)
@@ -208,9 +209,9 @@ def enable(wire: MotionContext) -> TaskBody[None]:
 
 
 def reset(wire: MotionContext) -> TaskBody[None]:
-    """Leave error-stop: listen until the line is quiet, and take up what the registers say.
+    """Leave error-stop: wait for a quiet line, then read the position. Moves nothing.
 
-    A device that may have switched its motors off is disabled then: `enable` is a call of its own.
+    If the device may have switched its motors off, the arm is disabled afterwards.
     """
     core = wire.core
     yield from wire.quiet()
@@ -230,22 +231,21 @@ def reset(wire: MotionContext) -> TaskBody[None]:
 
 
 def poll(wire: MotionContext) -> TaskBody[None]:
-    """Look at a standing arm: inputs, and whether its registers are still what they were."""
+    """Poll an arm at rest: its inputs, and whether its registers have changed."""
     yield from wire.look()
 
 
-# Taking a reference from somebody who looks at the arm, unless it has changed since he looked.
+# Manual reference: the operator confirms a posture. It is refused if the arm has changed since.
 #
-# Nothing below moves the arm, and nothing asks the controller to zero its registers, which would
-# drop its motor current.
+# Nothing here moves the arm, and the controller is never asked to zero its registers, because some
+# controllers drop the motor current when they do.
 
-PROMPT_S = 0.3
-"""Registers that are read this soon show the arm as it was vouched for."""
+PROMPT_S = 0.3  # registers read this soon after the confirmation show the confirmed posture
 
 
 @dataclass(frozen=True, slots=True)
-class Vouched:
-    """A posture that somebody vouches for, and what was known of the arm when he did."""
+class ConfirmedPosture:
+    """A posture that the operator confirms, with the state of the arm at that moment."""
 
     there: ArmCoordinates
     evidence: Evidence
@@ -254,36 +254,38 @@ class Vouched:
     at_s: float
 
 
-def vouched(core: Core, there: ArmCoordinates, evidence: Evidence, now_s: float) -> Vouched:
-    """Note that somebody vouches for a posture now."""
-    return Vouched(there, evidence, core.belief, core.position.expected, now_s)
+def confirmed_posture(
+    core: Core, there: ArmCoordinates, evidence: Evidence, now_s: float
+) -> ConfirmedPosture:
+    """Return the operator's confirmation of a posture at this moment."""
+    return ConfirmedPosture(there, evidence, core.belief, core.position.expected, now_s)
 
 
-def take_reference(wire: MotionContext, word: Vouched) -> TaskBody[None]:
-    """Let the present registers mean a posture that somebody vouches for.
+def take_reference(wire: MotionContext, confirmed: ConfirmedPosture) -> TaskBody[None]:
+    """Set the reference: the present registers stand for the confirmed posture.
 
-    Raises `DeviceFault` where the arm may have changed since: there is worse news of it, or the
-    registers have fallen to zero (the controller was restarted, and the arm may have sagged), or
-    they have changed and could not be read at once. Registers that were read at once may have
-    changed before he looked: somebody has just brought the arm there.
+    Raises `DeviceFault` if the arm may have changed since the confirmation: its position has become
+    suspect, its registers are zero (the controller restarted, and the arm may have sagged), or they
+    have changed and could not be read promptly. A change that is read promptly is fine: it happened
+    before the operator looked, when the arm was brought into the posture.
     """
     core = wire.core
     difference = yield from wire.read()
     if wire.stopping or core.state not in (State.STANDBY, State.HOMING):
         raise wire.stopped("a stop came between: nothing was referenced")
     registers = core.position.counts
-    changed = registers != word.registers
-    late = wire.now_s > word.at_s + PROMPT_S
-    doubted = core.belief is not word.belief and core.belief.trust is Trust.SUSPECT
+    changed = registers != confirmed.registers
+    late = wire.now_s > confirmed.at_s + PROMPT_S
+    doubted = core.belief is not confirmed.belief and core.belief.trust is Trust.SUSPECT
     if doubted or (changed and (late or not registers.largest)):
         weigh_difference(wire, difference)
         why = core.belief.reason if doubted or not registers.largest else _MOVED
         raise DeviceFault(
-            f"nothing was referenced, because of what was seen a moment ago: {why}. Look at the "
-            "arm, and vouch for its posture again"
+            f"the arm was not referenced, because it may have changed a moment ago: {why}. Look at "
+            "the arm, and confirm its posture again"
         )
-    core.position.refer(registers, word.there)
-    core.learn(word.evidence, wire.now_s)
+    core.position.refer(registers, confirmed.there)
+    core.learn(confirmed.evidence, wire.now_s)
     core.clear_diagnostics()
     yield from _settled(wire)
 
@@ -291,11 +293,11 @@ def take_reference(wire: MotionContext, word: Vouched) -> TaskBody[None]:
 _MOVED = "the wire was disturbed, and the registers have changed meanwhile"
 
 
-# Measuring an arm at its mark: nothing here moves it, its operator has brought it there.
+# Verification: measuring an arm at its reference mark, where the operator has brought it.
 
 
 def read_at_mark(wire: MotionContext) -> TaskBody[Motors]:
-    """Return where the registers say that the motors are, while an operator is at work."""
+    """Return the position that the registers show, while the operator is at work."""
     core = wire.core
     yield from wire.read()
     _require_homing(wire)
@@ -303,7 +305,7 @@ def read_at_mark(wire: MotionContext) -> TaskBody[Motors]:
 
 
 def believe_mark(wire: MotionContext) -> TaskBody[None]:
-    """Take a restored position for confirmed: the mark has shown that it is right."""
+    """Confirm a restored position: the mark has shown that it is right."""
     core = wire.core
     _require_homing(wire)
     if core.belief.trust is Trust.RESTORED:
@@ -312,7 +314,7 @@ def believe_mark(wire: MotionContext) -> TaskBody[None]:
 
 
 def doubt_position(wire: MotionContext, detail: str) -> TaskBody[None]:
-    """Say that the position is off, where nobody wants to take the mark for the new reference."""
+    """Make the position suspect: it is off, and the operator does not want a new reference."""
     core = wire.core
     _require_homing(wire)
     core.learn(Evidence.OFF_ITS_MARK, wire.now_s, detail)
@@ -324,42 +326,37 @@ def _require_homing(wire: MotionContext) -> None:
         raise wire.stopped("a stop came between: nothing was changed")
 
 
-# How far an arm's position is from the truth, measured where the truth is known: at its mark.
+# Drift: the difference between the position and the truth, measured at the reference mark.
 #
-# An arm without encoders counts steps and hopes. When somebody has brought the finger tips onto the
-# table's mark, the registers should read what the reference posture reads; what they read beyond it
-# is the drift. Steps are the motors' own, angles in rad, lengths in mm.
+# An arm without encoders only counts steps. When the operator has brought the fingertips onto the
+# mark, the registers should show the reference posture; their difference is the drift. Steps are
+# those of the motors, angles in rad, lengths in mm.
 
-ROUNDING_STEPS = 1
-"""Two counts of the same place may differ by a step: both are rounded."""
+ROUNDING_STEPS = 1  # two readings of the same place may differ by a step, because both are rounded
 
+# The smallest misalignment visible at the mark. A motor that is off by more steps is noticed by
+# its count, however little the tip moves.
 EYE_MM, EYE_STEPS = 0.5, 3
-"""What nobody sees at the mark; more steps than that are no matter of the eye on any motor."""
 
-GROSS_RAD = math.radians(10.0)
-"""No arm that was driven with care loses so much between two looks at its mark."""
+GROSS_RAD = math.radians(10.0)  # more than an arm loses between two verifications in normal use
 
 FROM_ELSEWHERE = (Evidence.DECLARED.value, Evidence.HOMED_BY_SWITCHES.value)
-"""References that were not taken at the mark: lengths and steps a turn lie between."""
+"""References taken away from the mark, so that errors of lengths and gear ratios show there."""
 
 SHOWN_RAD = math.radians(0.005)
 
 
 class Verdict(Enum):
-    """What a difference means."""
+    """The meaning of a difference."""
 
-    ROUNDING = "within rounding and what an eye sees: the position is right"
-    DRIFT = "a drift: lost steps, or slack in cables and gears"
-    CALIBRATION = "no lost steps: wrong numbers in the arm file, or tips that are not on the mark"
+    ROUNDING = "within rounding and visual accuracy: the position is right"
+    DRIFT = "drift: lost steps, or slack in cables and gears"
+    CALIBRATION = "no lost steps: wrong values in the arm file, or fingertips off the mark"
 
 
 @dataclass(frozen=True, slots=True)
 class Drift:
-    """How far the registers are beyond what the posture reads in which the arm really stands.
-
-    `turned` holds the differences of the joints, `opening_mm` that of the fingers, `tip_mm` how far
-    apart the tip is said to be and is.
-    """
+    """The position minus the true position: in steps, joint angles, opening and tip distance."""
 
     steps: Motors
     turned: Joints
@@ -368,11 +365,11 @@ class Drift:
 
     @property
     def largest_rad(self) -> float:
-        """The angle of the joint that is furthest off."""
+        """The largest joint error."""
         return max(map(abs, self.turned))
 
     def words(self, transmission: Transmission) -> str:
-        """Say how many steps each motor and how many degrees each joint is off."""
+        """Return the errors of motors in steps, joints in degrees, and the tip in mm."""
         motors = zip(transmission.motors, self.steps, strict=True)
         off = [f"{motor.name} {count:+d}" for motor, count in motors if count]
         angles = zip(self.turned.names, self.turned, strict=True)
@@ -388,22 +385,22 @@ class Drift:
 
 
 def drift_between(model: ArmModel, position: Motors, truth: Motors) -> Drift:
-    """Compare where the registers say that the motors are with where they are."""
+    """Return the difference between a position and the true one."""
     if model.transmission is None:
         raise ValueError("an arm without motors does not drift")
-    said, said_mm = model.transmission.to_joints(position)
+    shown, shown_mm = model.transmission.to_joints(position)
     true, true_mm = model.transmission.to_joints(truth)
-    turned = Joints(tuple(a - b for a, b in zip(said, true, strict=True)), said.names)
-    one, other = model.arm.fk(said), model.arm.fk(true)
+    turned = Joints(tuple(a - b for a, b in zip(shown, true, strict=True)), shown.names)
+    one, other = model.arm.fk(shown), model.arm.fk(true)
     tip_mm = math.dist((one.x_mm, one.y_mm, one.z_mm), (other.x_mm, other.y_mm, other.z_mm))
-    return Drift(position - truth, turned, said_mm - true_mm, tip_mm)
+    return Drift(position - truth, turned, shown_mm - true_mm, tip_mm)
 
 
 def judge(drift: Drift, reference: str) -> Verdict:
-    """Say what a drift means, by its size and by the words of how the reference was taken.
+    """Return the verdict on a drift, given its size and how the reference was taken.
 
-    A reference that was taken at the mark itself reads the same there whatever lengths and gearing
-    the arm file gives: only lost steps and slack are left to blame, unless it is beyond all reason.
+    If the reference was taken at the mark itself, wrong lengths and gear ratios in the arm file do
+    not show there. That leaves lost steps and slack, unless the drift is implausibly large.
     """
     unseen = drift.tip_mm <= EYE_MM and drift.steps.largest <= EYE_STEPS
     if unseen or drift.steps.largest <= ROUNDING_STEPS:
@@ -415,7 +412,7 @@ def judge(drift: Drift, reference: str) -> Verdict:
 
 @dataclass(frozen=True, slots=True)
 class Verified:
-    """What a verification found, and whether the present posture is the new reference."""
+    """The result of a verification, and whether the present posture is the new reference."""
 
     verdict: Verdict
     drift: Drift

@@ -1,9 +1,9 @@
-"""From a request to an absolute move: resolved against where the arm stands, and planned.
+"""Resolving moves: from a request to an absolute move, and to its plan.
 
-`resolve` gives a move that means the same from anywhere: in the base frame, with all joints and no
-point's name. Only such moves are planned, previewed, carried out and written down, so a change from
-where the arm is can never be applied twice. `prepare` resolves and plans a move as a whole; a
-sequence step by step, each from where the one before it ends.
+An absolute move means the same from any position: it is in the base frame, gives every joint, and
+names no saved point. Only absolute moves are planned, previewed, executed and journalled, so that a
+relative request is never applied twice. `prepare` resolves and plans a whole move; each step of a
+sequence starts at the end of the previous one.
 """
 
 from __future__ import annotations
@@ -44,22 +44,21 @@ from armdrive.runtime.position import ArmCoordinates, alike
 from kinematics.paths.parts import ArcPart, JointPart, PathPart
 from kinematics.spaces import Joints, Pose
 
-ALIKE_RAD = math.radians(0.5)
-"""A posture whose joints are all as near as this is the one that a point was taught in."""
+ALIKE_RAD = math.radians(0.5)  # joints within this angle are in the posture of a saved point
 
-OTHER_POSTURE = "the point's pose, but not its posture: a straight line keeps the one it begins in"
+OTHER_POSTURE = (
+    "this is the point's pose in another posture, because a straight line keeps its posture"
+)
 
-SAME_IN_EVERY_FRAME = "a point says its joints, which are the same in every frame"
+SAME_IN_EVERY_FRAME = "a saved point is a set of joint angles, which are the same in every frame"
 
-PARK_RISE_MM = 60.0
-"""How far `park` rises where a guard is in its way."""
-
+PARK_RISE_MM = 60.0  # `park` rises this far first if a guard is in its way
 PARK_HEIGHT_MM = 30.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ground:
-    """What a move is resolved against: the arm, its speeds, its points, and where it stands."""
+    """What a move is resolved against: the arm, its speeds, its points and its present position."""
 
     config: ArmConfig
     speeds: SpeedLimits
@@ -67,14 +66,14 @@ class Ground:
     point: Callable[[str], Joints]
     """Returns the joint angles of a named point; raises `UnknownPoint`."""
     stepped_gripper: bool = True
-    """Whether a motor moves the fingers step by step, so that their way can be planned."""
+    """Whether a stepper motor drives the fingers, so that their motion can be planned."""
 
     def at(self, here: ArmCoordinates) -> Ground:
-        """Return the same ground with the arm elsewhere."""
+        """Return the same ground with the arm at another position."""
         return replace(self, here=here)
 
     def in_base(self, pose: Pose, frame: str) -> Pose:
-        """Return a pose of a frame as the base sees it."""
+        """Convert a pose from a frame to the base frame."""
         return goal_in_base(self.config, self.here.joints, pose, frame)
 
     def posture(self, joints: Joints) -> Joints:
@@ -84,7 +83,7 @@ class Ground:
             return joints
         if set(joints.names) != set(names):
             raise BadRequest(
-                f"a place of this arm says {', '.join(names)}, not "
+                f"a goal for this arm needs the joints {', '.join(names)}, not "
                 f"{', '.join(joints.names) or 'nothing'}"
             )
         return Joints(tuple(joints[name] for name in names), names)
@@ -94,10 +93,10 @@ class Ground:
 
 
 def resolve(move: SingleMove, ground: Ground) -> SingleMove:
-    """Return a move that means the same from anywhere. Resolving it again changes nothing.
+    """Return the absolute form of a move. Resolving it again changes nothing.
 
-    Raises `BadRequest` for a joint or a frame that the arm does not have, `UnknownPoint`.
-    `ParkMove` and `JogMove` depend on what is in the way: `prepare` resolves them as it plans.
+    Raises `UnknownPoint`, and `BadRequest` for a joint or a frame that the arm does not have.
+    `ParkMove` and `JogMove` depend on obstacles: `prepare` resolves them while planning.
     """
     match move:
         case JointMove(goal=Joints() as joints):
@@ -127,10 +126,10 @@ def resolve(move: SingleMove, ground: Ground) -> SingleMove:
 
 
 def resolved(move: Move, ground: Ground) -> Move:
-    """Return any move as it means the same from anywhere; planned only where that decides it.
+    """Return the absolute form of any move, planning it only if necessary.
 
-    A sequence in which a move depends on where the one before it ends is planned, and `park` and
-    an increment are.
+    Planning is necessary for `park`, for an increment, and for a sequence in which a move depends
+    on where the previous one ends.
     """
     if _needs_plan(move):
         return prepare(move, ground).resolved
@@ -147,7 +146,7 @@ def _needs_plan(move: Move) -> bool:
 
 
 def _is_relative(move: SingleMove) -> bool:
-    """Tell whether what a move means depends on where the arm stands."""
+    """Return whether the meaning of a move depends on the arm's position."""
     match move:
         case JointMove(goal=Mapping()) | ParkMove() | JogMove():
             return True
@@ -173,7 +172,7 @@ def _part_in_base(part: PathPart, frame: str, ground: Ground) -> PathPart:
 
 
 def is_cartesian(move: Move) -> bool:
-    """Tell whether a move means nothing before the arm's lengths are known."""
+    """Return whether a move depends on the arm's lengths."""
     match move:
         case MoveSequence():
             return any(map(is_cartesian, move.moves))
@@ -186,7 +185,7 @@ def is_cartesian(move: Move) -> bool:
 
 
 def pose_of(move: SingleMove, ground: Ground) -> Pose | None:
-    """Return the pose that an absolute move asks for; None where it asks for joint angles."""
+    """Return the goal pose of an absolute move; None if its goal is joint angles."""
     match move:
         case PoseMove(goal=Pose() as pose) | LineMove(goal=Pose() as pose) | ArcMove(goal=pose):
             return pose
@@ -203,7 +202,7 @@ def pose_of(move: SingleMove, ground: Ground) -> Pose | None:
 class PlannedStep:
     """An absolute move and its audited plan.
 
-    A grasp and fingers that no motor steps have none: where they stop, or how, the plan cannot say.
+    There is no plan for a grasp, which ends at the object, and for fingers without a stepper motor.
     """
 
     move: SingleMove
@@ -212,24 +211,24 @@ class PlannedStep:
 
 @dataclass(frozen=True, slots=True)
 class PlannedMove:
-    """A move, resolved and audited as a whole: nothing of it has been sent yet."""
+    """A move, resolved and audited as a whole. Nothing has been sent yet."""
 
     steps: tuple[PlannedStep, ...]
 
     @property
     def resolved(self) -> Move:
-        """The move as it means the same from anywhere."""
+        """The absolute move."""
         moves = tuple(step.move for step in self.steps)
         return moves[0] if len(moves) == 1 else MoveSequence(moves)
 
     @property
     def plans(self) -> tuple[MotionPlan, ...]:
-        """The plans of its steps, end to end."""
+        """The plans of the steps, end to end."""
         return tuple(step.plan for step in self.steps if step.plan is not None)
 
     @property
     def plan(self) -> MotionPlan | None:
-        """All its legs as one plan; None where nothing of it can be planned."""
+        """All legs as one plan; None if no step can be planned."""
         if not self.plans:
             return None
         legs = tuple(leg for plan in self.plans for leg in plan.legs)
@@ -238,14 +237,14 @@ class PlannedMove:
 
     @property
     def duration_s(self) -> float:
-        """How long its plans take together."""
+        """The total duration of the plans."""
         return math.fsum(plan.duration_s for plan in self.plans)
 
 
 def prepare(move: Move, ground: Ground) -> PlannedMove:
-    """Resolve a move from where the arm stands, and plan and audit all of it.
+    """Resolve a move from the arm's position, then plan and audit all of it.
 
-    What it raises says why nothing of it is carried out.
+    Raises the reason if any part is refused; nothing is executed then.
     """
     match move:
         case MoveSequence():
@@ -265,7 +264,7 @@ def prepare(move: Move, ground: Ground) -> PlannedMove:
 
 
 def plan_of(move: SingleMove, ground: Ground) -> MotionPlan | None:
-    """Return the audited plan of an absolute move; None where it cannot be planned."""
+    """Return the audited plan of an absolute move; None if it cannot be planned."""
     config, speeds, here = ground.config, ground.speeds, ground.here
     match move:
         case JointMove(goal=Joints() as joints):
@@ -294,7 +293,7 @@ def plan_of(move: SingleMove, ground: Ground) -> MotionPlan | None:
 
 
 def _prepared_park(move: ParkMove, ground: Ground) -> PlannedMove:
-    """Plan the way to the park posture; where a guard is in the way, rise first."""
+    """Plan the motion to the park pose; if a guard is in the way, rise first."""
     there = PoseMove(move.goal or park_pose(ground.config), move.speed)
     try:
         return prepare(there, ground)
@@ -304,7 +303,7 @@ def _prepared_park(move: ParkMove, ground: Ground) -> PlannedMove:
 
 
 def _prepared_jog(move: JogMove, ground: Ground) -> PlannedMove:
-    """Plan an increment as far as the bounds allow: where it ends is what it means."""
+    """Plan an increment as far as the bounds allow; its end point is the absolute goal."""
     made = stride(ground.config, ground.speeds, move.jog, move.speed, ground.here, known=True)
     plan = MotionPlan(ground.here, made.legs, made.ended.note)
     joints = plan.end.joints
@@ -313,7 +312,7 @@ def _prepared_jog(move: JogMove, ground: Ground) -> PlannedMove:
     return PlannedMove((PlannedStep(JointMove(joints, move.speed), plan),))
 
 
-# Where `park` and a verification lead.
+# The goals of `park` and of a verification.
 
 
 def raised(pose: Pose, by_mm: float) -> Pose:
@@ -322,12 +321,12 @@ def raised(pose: Pose, by_mm: float) -> Pose:
 
 
 def park_pose(config: ArmConfig) -> Pose:
-    """Return where `park` goes: as the arm file says, else a little above the reference mark."""
+    """Return the park pose: that of the arm file, otherwise a pose above the reference mark."""
     return config.park or above_mark(config)
 
 
 def above_mark(config: ArmConfig) -> Pose:
-    """Return the pose a little above the reference mark. Raises `Refused` where there is none."""
+    """Return a pose just above the reference mark. Raises `Refused` without a reference."""
     if config.model.reference is None:
-        raise Refused("this arm has no park posture: write [park] into its arm file")
+        raise Refused("this arm has no park pose: write [park] into its arm file")
     return raised(config.model.reference.pose, PARK_HEIGHT_MM)

@@ -190,7 +190,7 @@ def test_a_change_that_is_resolved_is_made_once_however_often_it_is_run():
 
 
 def test_what_is_no_place_of_this_arm_is_said(ground):
-    with pytest.raises(BadRequest, match="a place of this arm says base, shoulder"):
+    with pytest.raises(BadRequest, match="a goal for this arm needs the joints base, shoulder"):
         resolve(JointMove(Joints((1.0,), ("turret",))), ground)
     with pytest.raises(BadRequest, match="a point says its joints"):
         resolve(LineMove("pick", frame="tool"), ground)

@@ -61,7 +61,7 @@ def test_time_passes_for_ever(monkeypatch):
 
 def test_a_pause_is_waited_in_for_ever(monkeypatch):
     """The hang of old: the driver without its limit, and a mission that does not resume."""
-    monkeypatch.setattr(SpeedOverride, "breathe", lambda *_: None)
+    monkeypatch.setattr(SpeedOverride, "nap", lambda *_: None)
     mission = ready()
     mission.stage.arm.pause()
     with pytest.raises(Broken, match=r"hangs: move_j\(.* had not ended at"):

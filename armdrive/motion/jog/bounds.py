@@ -1,4 +1,4 @@
-"""How far a jog may go on its way before a bound, and what bound that is, in words."""
+"""The bounds of a jog: how far it may go, and which limit or guard ends it."""
 
 from __future__ import annotations
 
@@ -19,13 +19,12 @@ from kinematics.guards.path import first_violation
 from kinematics.spaces import Joints, Pose
 from kinematics.transmission import Transmission
 
-HALVINGS = 9
-"""How closely a bound is looked for: to a five-hundredth of what is looked ahead, leg by leg."""
+HALVINGS = 9  # bisection steps: a bound is found to 1/512 of the distance ahead
 
 
 @dataclass(frozen=True, slots=True)
 class JogEnded:
-    """Why a jog goes no further; `cause` gives the code of it in the catalogue, if it has one."""
+    """Why a jog goes no further; `cause` is the error with its code, if there is one."""
 
     note: str
     cause: Exception | None = None
@@ -33,9 +32,9 @@ class JogEnded:
 
 @dataclass(frozen=True, slots=True)
 class Free:
-    """How long a way is free at its speed: of the edge of the reach, and of the guards.
+    """How long a jog can continue at its speed, within reach and clear of all guards.
 
-    `beyond_s` is a moment at which the nearer of the two is passed; none where all is free.
+    `beyond_s` is a moment at which the nearer bound has been passed; infinite without one.
     """
 
     reach_s: float
@@ -44,15 +43,15 @@ class Free:
 
     @property
     def free_s(self) -> float:
-        """How long it is free of both."""
+        """How long the jog can continue within both bounds."""
         return min(self.reach_s, self.clear_s)
 
 
 class Bounds:
-    """What bounds the jogs of one arm besides its limits: its reach and its guards.
+    """The bounds of one arm's jogs besides joint limits: its reach and its guards.
 
-    How far the arm may travel before a guard is broken is looked at once and then used up leg by
-    leg; only where that does not suffice is the way itself proved (kinematics/guards/path.py).
+    The clearance to the guards is computed once and then used up leg by leg. Only if it is not
+    enough, the path itself is checked (kinematics/guards/path.py).
     """
 
     def __init__(self, config: ArmConfig, transmission: Transmission) -> None:
@@ -66,7 +65,7 @@ class Bounds:
         self._looked = False
 
     def free(self, way: JogPath, here: Joints, look_s: float, from_s: float = 0.0) -> Free:
-        """Return how long a way is free that is here at a moment of it, at most `look_s`."""
+        """Return how long a path is free, at most `look_s`; it passes `here` at `from_s`."""
         reach_s, unreached_s = furthest(lambda time_s: way.at(from_s + time_s) is not None, look_s)
 
         def clear(time_s: float) -> bool:
@@ -77,27 +76,27 @@ class Bounds:
         return Free(reach_s, clear_s, min(unreached_s, unclear_s))
 
     def ended(self, way: JogPath, here: Joints, beyond_s: float) -> JogEnded:
-        """Say what is passed at a moment."""
+        """Return the reason why the path ends before a moment."""
         there = way.at(beyond_s)
         if there is None:
             why = way.why(beyond_s)
             cause = why if isinstance(why, Exception) else None
             return _ended(why.reason if isinstance(why, Unreachable) else str(why), cause)
         broken = self._broken(here, there.joints)
-        if broken is None:  # only rounding can bring this about
+        if broken is None:  # only rounding can cause this
             return JogEnded("")
         return _ended(broken.sentence, guard_error(broken, 1.0))
 
     def went(self, here: Joints, there: Joints) -> None:
-        """Hear that the arm goes there, which uses up some of the room."""
+        """Take into account that the arm moves, which uses up some of the clearance."""
         if self._stands is here:
             self._left_mm -= self._way_mm(here, there)
             self._stands, self._looked = there, False
 
     def holds(self, here: Joints, there: Joints) -> bool:
-        """Tell whether the way straight in joint space breaks no guard, or none deeper.
+        """Return whether the straight path in joint space violates no guard, or none more deeply.
 
-        Near a guard that holds as well for the whole steps on which the arm would come to rest.
+        Near a guard, the whole steps at which the arm would come to rest are checked as well.
         """
         way_mm = self._way_mm(here, there) + self._rounding_mm
         if not self._guards.sums and self._has_room(here, way_mm):
@@ -112,7 +111,7 @@ class Bounds:
         return None
 
     def _whole(self, joints: Joints) -> Joints:
-        """Return the posture on whole steps that stands for another."""
+        """Return a posture rounded to whole steps."""
         return self._transmission.to_joints(self._transmission.to_motors(joints))[0]
 
     def _has_room(self, here: Joints, way_mm: float) -> bool:
@@ -125,7 +124,7 @@ class Bounds:
         return way_mm <= self._left_mm
 
     def _most_rounding_mm(self) -> float:
-        """Return how far a point of the arm is off at most because motors stand on whole steps."""
+        """Return how far rounding to whole steps moves any point of the arm at most."""
         rows = self._transmission.inverse[: len(self._arm.limits)]
         return self._arm.travel_bound_mm([0.5 * math.fsum(map(abs, row)) for row in rows])
 
@@ -136,9 +135,9 @@ class Bounds:
 def furthest(
     good: Callable[[float], bool], most: float, halvings: int = HALVINGS
 ) -> tuple[float, float]:
-    """Return the furthest that is good, and something beyond it that is not; of 0 nothing is asked.
+    """Return, by bisection, the largest good value up to `most`, and a larger one that is not good.
 
-    The second is infinite where all is good.
+    The second is infinite if `most` is good. With `most` of 0, `good` is not called.
     """
     if most <= 0.0 or good(most):
         return most, math.inf
@@ -153,7 +152,7 @@ def furthest(
 
 
 def at_limits(names: Sequence[str]) -> str:
-    """Say which axes have stopped at the ends of their ranges, if any have."""
+    """Return a note about the axes that have stopped at their limits, or an empty string."""
     return f"the {' and the '.join(names)} stopped at the limit" if names else ""
 
 
@@ -161,41 +160,36 @@ def _ended(words: str, cause: Exception | None) -> JogEnded:
     return JogEnded(f"the jog ended here: further on, {words}", cause)
 
 
-# Where a jog leads: the point after a time at given rates, joint by joint or on the tip's line.
+# The path of a jog: the point after a time at given rates, in joint space or along the tip's line.
 #
-# Rates are rad/s and mm/s. A way leads from one unrounded point; it is straight in joint space or
-# straight in x, y, z, pitch, roll and yaw. Nothing here asks how fast that may be.
+# Rates are in rad/s and mm/s. A path starts at an unrounded point and is straight in joint space,
+# or straight in x, y, z, pitch, roll and yaw. Speed limits are not considered here.
 
-HOP_S = 0.1
-"""A posture so far ahead is not solved from the start, but from one on the way there."""
+HOP_S = 0.1  # a posture farther ahead is solved in hops of this length, each from the previous one
+AT_ONCE_RAD = 0.5  # a joint that turns more than this in a hop has changed the arm's posture
+FURTHER_S = (0.0, 0.02, 0.1)  # how far beyond the end of a line its reason is searched for
 
-AT_ONCE_RAD = 0.5
-"""A joint that turns further than this within a hop takes another posture."""
-
-FURTHER_S = (0.0, 0.02, 0.1)
-"""How much further than where a line ends its reason is looked for."""
-
-ELSEWHERE = "the arm would have to take another posture at once"
+ELSEWHERE = "the arm would have to change its posture abruptly"
 
 Span = tuple[float, float]
 
 Kind = tuple[Space, str]
-"""What a jog is meant in: a space and a frame."""
+"""The space and the frame of a jog."""
 
 
 class JogPath(Protocol):
-    """What the course of a jog needs of a way."""
+    """The path of a jog."""
 
     def at(self, time_s: float) -> ArmCoordinates | None:
-        """Return the point after a time, None where no posture within the limits reaches it."""
+        """Return the point after a time; None if no posture within the limits reaches it."""
 
     def why(self, time_s: float) -> KinematicsError | str:
-        """Say why there is no point after a time."""
+        """Return why there is no point after a time."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointJogPath:
-    """Joints and gripper turn at rates, each until it meets its limit; none without `spans`."""
+    """Joints and gripper move at given rates, each up to its limit in `spans`, if given."""
 
     start: ArmCoordinates
     rates: Sequence[float]
@@ -211,12 +205,12 @@ class JointJogPath:
         return ArmCoordinates(Joints(tuple(angles), self.start.joints.names), opening_mm)
 
     def why(self, time_s: float) -> KinematicsError | str:  # noqa: ARG002
-        """Say nothing: there always is a point."""
+        """Return an empty string: there is always a point."""
         return ""
 
 
 class TipJogPath:
-    """The tip goes straight on, and the fingers slide within `span_mm`."""
+    """The tip moves along a straight line, and the fingers within `span_mm`."""
 
     def __init__(
         self, config: ArmConfig, start: ArmCoordinates, rates: Sequence[float], span_mm: Span
@@ -229,7 +223,7 @@ class TipJogPath:
         self._solved: list[tuple[float, Joints]] = [(0.0, start.joints)]
 
     def at(self, time_s: float) -> ArmCoordinates | None:
-        """Return the point after a time, None where no posture within the limits reaches it."""
+        """Return the point after a time; None if no posture within the limits reaches it."""
         low, high = self._span_mm
         opening_mm = min(max(self._start.opening_mm + self._rates[-1] * time_s, low), high)
         if not any(self._rates[:-1]):
@@ -238,9 +232,9 @@ class TipJogPath:
         return None if joints is None else ArmCoordinates(joints, opening_mm)
 
     def why(self, time_s: float) -> KinematicsError | str:
-        """Say why there is no point after a time."""
+        """Return why there is no point after a time."""
         _, before = self._before(time_s)
-        # at the very edge, one solver still finds what another does not
+        # exactly at the edge, one solver may still succeed where another fails
         for further_s in FURTHER_S:
             try:
                 self._arm.ik_near(self.pose(time_s + further_s), before)
@@ -249,7 +243,7 @@ class TipJogPath:
         return ELSEWHERE
 
     def pose(self, time_s: float) -> Pose:
-        """Return the line's pose after a time, whether it can be reached or not."""
+        """Return the pose on the line after a time, reachable or not."""
         pose, (x, y, z, pitch, roll, *yaw, _) = self._pose, self._rates
         return Pose(
             pose.x_mm + x * time_s,
@@ -261,7 +255,7 @@ class TipJogPath:
         )
 
     def _before(self, time_s: float) -> tuple[float, Joints]:
-        """Return the last moment up to this one whose posture is known, and that posture."""
+        """Return the latest solved moment up to this one, and its posture."""
         known = (one for one in self._solved if one[0] <= time_s)
         return max(known, key=lambda one: one[0])
 
@@ -289,7 +283,7 @@ def jog_path(
     rates: Sequence[float],
     spans: Sequence[Span] | None = None,
 ) -> JogPath:
-    """Return the way of a jog; joints know no bounds without `spans`, and the fingers always do."""
+    """Return the path of a jog. Without `spans` the joints are unbounded; the fingers never are."""
     if kind[0] is Space.JOINT:
         return JointJogPath(start, rates, spans)
     rates = in_base(config, kind, start, rates)
@@ -299,7 +293,7 @@ def jog_path(
 def in_base(
     config: ArmConfig, kind: Kind, start: ArmCoordinates, rates: Sequence[float]
 ) -> tuple[float, ...]:
-    """Return the rates of a tip with x, y and z of its frame turned into the base's."""
+    """Return a tip's rates with x, y and z converted from its frame to the base frame."""
     _, frame = kind
     if frame == BASE:
         return tuple(rates)
@@ -310,16 +304,16 @@ def in_base(
 
 
 def spans_of(config: ArmConfig, start: ArmCoordinates) -> tuple[Span, ...]:
-    """Return where each joint, and then the gripper, may be: moving back is always allowed."""
+    """Return the allowed range of each joint, followed by the gripper: moving back is allowed."""
     bounds = [(one.low_rad, one.high_rad) for one in config.model.arm.limits]
     ranges = zip((*bounds, config.model.gripper_range_mm), start.values, strict=True)
     return tuple((min(low, a), max(high, a)) for (low, high), a in ranges)
 
 
 def on_limits(config: ArmConfig, start: ArmCoordinates) -> ArmCoordinates:
-    """Return a point that rounding to steps has put a hair beyond a limit as the one at the limit.
+    """Move a point that lies beyond a limit only by rounding to steps back to the limit.
 
-    Else no line of the tip could begin where a jog of the joints has ended.
+    Otherwise no line of the tip could start where a joint jog has ended.
     """
     transmission = config.model.transmission
     if transmission is None or not config.model.arm.violations(start.joints):

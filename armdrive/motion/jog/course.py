@@ -1,9 +1,9 @@
-"""The course of a held jog: an operator's wish and the clock in, the next leg out. Moves nothing.
+"""The course of a held jog: takes the operator's wish and the time, returns the next leg.
 
-A leg is as long as one burst or one queued segment. Its speed comes from a ramp, from what joints
-and motors can do there (rates.py: the jog slows near a singularity), and from the way that is left
-to the next bound (bounds.py), so that the arm could always stop before it. Where no step is left,
-the course has ended and says why.
+A leg is as long as one burst or one queued segment. Its speed follows from a ramp, from the speeds
+that joints and motors can reach (rates.py: the jog slows down near a singularity), and from the
+distance to the next bound (bounds.py), so that the arm can always stop before it. If no step is
+left, the course ends with a reason. This code moves nothing.
 """
 
 from __future__ import annotations
@@ -30,18 +30,15 @@ from armdrive.moves import GRIPPER_AXIS, Jog, Space
 from armdrive.runtime.position import ArmCoordinates, MotionSegment
 from kinematics.five_axis.rates import Rates, braked, shares_to_stop
 
-LAST_STEPS = 2
-"""The last steps before a bound are made at once, lest the arm creep for ever."""
-
-TOUCHING = 1e-6
-"""An axis that can go on by no more of its speed than this (1 is all of it) stands at its end."""
+LAST_STEPS = 2  # the last steps before a bound are made at once, or the arm would creep forever
+TOUCHING = 1e-6  # an axis limited to this share of its speed has reached its limit
 
 
 @dataclass(frozen=True, slots=True)
 class Wish:
-    """What an operator wants now: `speed` is a share of the limits.
+    """The jog that the operator wants now; `speed` is a share of the limits.
 
-    Where the position is not `known` there are no bounds.
+    If the position is not `known`, there are no bounds.
     """
 
     jog: Jog
@@ -51,10 +48,10 @@ class Wish:
 
 @dataclass(frozen=True, slots=True)
 class Terms:
-    """What a jog has to reckon with of a device.
+    """The properties of a device that matter for jogging.
 
-    `ramp_s` is how long the jog takes to full speed at most, `queued` whether speed carries on
-    from leg to leg, `run_on_s` how long the arm may run on when it is stopped.
+    `ramp_s` is the longest time to full speed; `queued` is true if the speed carries over from leg
+    to leg; `run_on_s` is how long the arm may run on after a stop.
     """
 
     ramp_s: float
@@ -64,10 +61,7 @@ class Terms:
 
 @dataclass(frozen=True, slots=True)
 class JogProposal:
-    """A leg that may be driven, and the speed that comes with it.
-
-    `note` says which axes stay behind at their limits.
-    """
+    """A leg that may be driven, and its speed. `note` names the axes that are at their limits."""
 
     leg: MotionSegment
     paced: Paced
@@ -83,9 +77,9 @@ class JogProposal:
 
 
 class JogCourse:
-    """One jog, from rest to rest. `propose` changes nothing until its answer is `take`n.
+    """One jog, from rest to rest. `propose` changes nothing; `take` accepts the proposal.
 
-    `note` is what was last said of it, kept by whoever says it.
+    `note` is the latest note that the caller has shown to the operator.
     """
 
     def __init__(self, config: ArmConfig, speeds: SpeedLimits, terms: Terms) -> None:
@@ -102,7 +96,7 @@ class JogCourse:
     ) -> JogProposal | JogEnded:
         """Return the next leg, which lasts `time_s` or a little longer, or why there is none.
 
-        Raises `BadRequest` for a frame that nobody knows.
+        Raises `BadRequest` for an unknown frame.
         """
         wished = wish.jog.space, wish.jog.frame
         kind = self._pacer.kind(wished, now_s)
@@ -117,17 +111,17 @@ class JogCourse:
         return self._bounded(paced, start, time_s)
 
     def take(self, proposal: JogProposal, now_s: float) -> None:
-        """Hear that a leg is driven now, or behind the one before."""
+        """Accept a proposal: its leg is driven now, or after the previous one."""
         leg = proposal.leg
         self._pacer.taken(proposal.paced, leg.duration_s, now_s)
         self._bounds.went(leg.start.joints, leg.end.joints)
 
     def stand(self) -> None:
-        """Hear that the arm has come to rest, wherever."""
+        """Start again from rest."""
         self._pacer.stand()
 
     def _goal(self, wish: Wish, start: ArmCoordinates, time_s: float) -> RateGoal:
-        """Return what can be had of a wish."""
+        """Return the part of a wish that joints and motors can fulfil."""
         jog, speed = wish.jog, wish.speed
         kind = jog.space, jog.frame
         shares = tuple(jog.amount(name) * speed for name in axis_names(self._config, jog.space))
@@ -146,7 +140,7 @@ class JogCourse:
     def _bounded(
         self, paced: Paced, start: ArmCoordinates, time_s: float
     ) -> JogProposal | JogEnded:
-        """Return a leg with which the arm could still stop before every bound."""
+        """Return a leg after which the arm can still stop before every bound."""
         spans = spans_of(self._config, start)
         shares = self._apart(paced, start, spans, time_s)
         names = axis_names(self._config, paced.kind[0])
@@ -182,8 +176,8 @@ class JogCourse:
     def _share(self, reach_s: float, clear_s: float, time_s: float, ramp_s: float) -> float:
         """Return the share of its speed that a leg may have.
 
-        A device that is stopped ends at the latest where it was sent to, so that it never passes
-        the edge of its reach; only the guards are kept from what it is announced to run on.
+        A stopped device ends at its target at the latest, so it never leaves its reach; only the
+        guards need the announced run-on as an extra margin.
         """
         share = min(braked(reach_s, time_s, ramp_s), braked(clear_s, time_s, ramp_s))
         if clear_s < reach_s:
@@ -193,7 +187,7 @@ class JogCourse:
     def _apart(
         self, paced: Paced, start: ArmCoordinates, spans: tuple[Span, ...], time_s: float
     ) -> tuple[float, ...]:
-        """Return by how much axes are slowed that end by themselves while the others go on."""
+        """Return the speed share of each axis that stops at its limit while the others continue."""
         rates = self._rates(paced.kind, paced.mean)
         ramps_s = [abs(share) / paced.slope if paced.slope else 0.0 for share in paced.mean]
         if paced.kind[0] is Space.JOINT:
@@ -228,23 +222,23 @@ class JogCourse:
         return jog_path(self._config, kind, start, self._rates(kind, shares), spans)
 
     def _rates(self, kind: Kind, shares: Rates) -> Rates:
-        """Return the rates in rad/s and mm/s of shares of full speed."""
+        """Return the rates in rad/s and mm/s for shares of full speed."""
         full = self._scale.full(kind[0])
         return tuple(share * most for share, most in zip(shares, full, strict=True))
 
 
-# An increment of a jog: legs as far as the bounds allow, and what bounds it.
+# Increments: the legs of an incremental jog, as far as the bounds allow.
 #
-# Joints turn in proportion. The tip keeps to its line: a long increment is cut into pieces.
+# Joints turn in proportion. The tip stays on its line: a long increment is cut into pieces, so that
+# the tip deviates by a few tenths of a millimetre at most.
 
 PIECE_MM = 10.0
 PIECE_RAD = math.radians(5.0)
-"""How long the pieces of a line are at most: the tip leaves it by some tenths of a mm at most."""
 
 
 @dataclass(frozen=True, slots=True)
 class JogIncrement:
-    """Legs end to end, and why they lead less far than asked, where they do."""
+    """The legs of an increment, and why they end early, if they do."""
 
     legs: tuple[MotionSegment, ...]
     ended: JogEnded
@@ -259,9 +253,9 @@ def stride(
     *,
     known: bool,
 ) -> JogIncrement:
-    """Return how an increment is driven; without bounds where the position is not known.
+    """Return the legs of an increment; without bounds if the position is not known.
 
-    Raises `BadRequest` for a frame that nobody knows.
+    Raises `BadRequest` for an unknown frame.
     """
     way, pieces = _way(config, jog, start, known=known)
     bounds = Bounds(config, speeds.transmission) if known else None
@@ -285,7 +279,7 @@ def stride(
 
 
 def _least_s(config: ArmConfig, speeds: SpeedLimits, jog: Jog) -> float:
-    """Return how long an increment of the tip takes at least: no less than if it were held."""
+    """Return the least duration of a tip increment: that of a held jog over the same distance."""
     if jog.space is Space.JOINT:
         return 0.0
     full = Scale(config, speeds).full(jog.space)
@@ -294,7 +288,7 @@ def _least_s(config: ArmConfig, speeds: SpeedLimits, jog: Jog) -> float:
 
 
 def _way(config: ArmConfig, jog: Jog, start: ArmCoordinates, *, known: bool) -> tuple[JogPath, int]:
-    """Return the way of an increment, which lasts a second, and into how many pieces it is cut."""
+    """Return the path of an increment, scaled to one second, and its number of pieces."""
     amounts = _amounts(config, jog)
     spans = spans_of(config, start) if known else None
     way = jog_path(config, (jog.space, jog.frame), start, amounts, spans)
@@ -306,7 +300,7 @@ def _way(config: ArmConfig, jog: Jog, start: ArmCoordinates, *, known: bool) -> 
 
 
 def _amounts(config: ArmConfig, jog: Jog) -> tuple[float, ...]:
-    """Return an increment in mm and rad; people give degrees."""
+    """Return an increment in mm and rad, converted from degrees."""
     lengths = ("x", "y", "z", GRIPPER_AXIS)
     return tuple(
         amount if name in lengths else math.radians(amount)
@@ -315,7 +309,7 @@ def _amounts(config: ArmConfig, jog: Jog) -> tuple[float, ...]:
 
 
 def _clipped(config: ArmConfig, jog: Jog, start: ArmCoordinates) -> list[str]:
-    """Return the axes that end at their limits while the others go on."""
+    """Return the axes that stop at their limits while the others continue."""
     names = axis_names(config, jog.space)
     spans = spans_of(config, start)
     places = start.values

@@ -1,9 +1,8 @@
-"""How fast a jog goes at the moment, and how it gets to what is wished for: by its ramp.
+"""The speed of a jog: its ramp, and the speeds that joints and motors can reach.
 
-Speeds are shares of full speed, one for each axis of a space. Where a device queues what it is
-sent, speed carries on from leg to leg. Elsewhere the arm stands between two bursts, so that a
-change of direction begins anew, and the ramp is no longer than the first burst: that one goes at
-half the speed, which is felt, and the others at all of it.
+Speeds are shares of full speed, one for each axis of a space. On a device with a queue, the speed
+carries over from leg to leg. Otherwise the arm stands between two bursts: a change of direction
+starts from rest, and the ramp is no longer than the first burst, which runs at half the speed.
 """
 
 from __future__ import annotations
@@ -20,15 +19,14 @@ from armdrive.runtime.position import ArmCoordinates
 from kinematics.five_axis.arm import FiveAxisArm
 from kinematics.five_axis.rates import Rates, joint_rates, ramped, share_of_limits
 
-STALE_S = 1.0
-"""An arm whose last leg should have ended so long ago stands: no exchange takes longer."""
+STALE_S = 1.0  # an arm whose latest leg ended this long ago is at rest: no exchange takes longer
 
 
 @dataclass(frozen=True, slots=True)
 class RateGoal:
-    """What can be had of a wish: shares of full speed, of the `speed` that was wished for.
+    """The achievable part of a wish, as shares of full speed; `speed` is the wished one.
 
-    `had` is the share of the wish that joints and motors can do.
+    `had` is the share of the wish that joints and motors can fulfil.
     """
 
     shares: Rates
@@ -43,10 +41,7 @@ class RateGoal:
 
 @dataclass(frozen=True, slots=True)
 class Paced:
-    """The speed of one leg: its mean, and what it ends with.
-
-    `ramp_s` is how long it takes to lose the mean speed; each axis alone takes its part of that.
-    """
+    """The speed of one leg: its mean and its final value."""
 
     kind: Kind
     mean: Rates
@@ -55,11 +50,11 @@ class Paced:
 
     @property
     def ramp_s(self) -> float:
-        """How long it takes to lose the mean speed."""
+        """Time to brake from the mean speed; each axis takes its share of that time."""
         return max(map(abs, self.mean)) / self.slope if self.slope > 0.0 else 0.0
 
     def slowed(self, shares: tuple[float, ...]) -> Paced:
-        """Return the speed with some axes slowed; an axis that is does not end faster."""
+        """Return the speed with some axes slowed; a slowed axis does not accelerate."""
         mean = tuple(a * share for a, share in zip(self.mean, shares, strict=True))
         end = tuple(
             b if share >= 1.0 else a for a, b, share in zip(mean, self.end, shares, strict=True)
@@ -68,7 +63,7 @@ class Paced:
 
 
 class Pacer:
-    """The speed of one jog. `ramp_s` is from rest to full speed."""
+    """The ramp of one jog. `ramp_s` is the time from rest to full speed."""
 
     def __init__(self, ramp_s: float, *, carries: bool) -> None:
         self._ramp_s = ramp_s
@@ -77,7 +72,7 @@ class Pacer:
         self._until_s = -math.inf
 
     def kind(self, wished: Kind, now_s: float) -> Kind:
-        """Return the space and frame to move in now: a moving arm first ends what it is in."""
+        """Return the space and frame to move in: a moving arm first stops in its present one."""
         last = self._moving(now_s)
         return last.kind if last is not None and self._carries else wished
 
@@ -98,11 +93,11 @@ class Pacer:
         return Paced(kind, *ramped(now, goal.shares, slope, time_s), slope)
 
     def stand(self) -> None:
-        """Hear that the arm stands."""
+        """Start again from rest."""
         self._last = None
 
     def taken(self, paced: Paced, time_s: float, now_s: float) -> None:
-        """Hear that a leg is driven now, or behind the one before."""
+        """Take into account a leg that is driven now, or after the previous one."""
         self._last = paced
         self._until_s = max(self._until_s, now_s) + time_s if self._carries else now_s + time_s
 
@@ -111,7 +106,7 @@ class Pacer:
         return share / ramp_s if ramp_s > 0.0 else math.inf
 
     def _moving(self, now_s: float) -> Paced | None:
-        """Return the speed of an arm that moves, or has just ended a burst."""
+        """Return the speed of an arm that is moving or has just finished a burst."""
         last = self._last
         if last is None or not any(last.end) or now_s > self._until_s + STALE_S:
             return None
@@ -119,7 +114,7 @@ class Pacer:
 
 
 def _along(goal: RateGoal, before: Rates) -> Rates:
-    """Return as much of a goal as there was of speed, if it led about the same way."""
+    """Return the previous speed in the goal's direction, if both point about the same way."""
     together = sum(a * b for a, b in zip(goal.shares, before, strict=True))
     if not goal.most or together <= 0.0:
         return (0.0,) * len(goal.shares)
@@ -127,20 +122,18 @@ def _along(goal: RateGoal, before: Rates) -> Rates:
     return tuple(each * share for each in goal.shares)
 
 
-# How much of a wished jog joints and motors can do from where the arm is, all axes slowed alike.
+# How fast a jog can go at the arm's position, with all axes slowed by the same factor.
 #
-# Near a singularity a line of the tip asks more and more of the joints. What a leg asks is measured
-# by solving it; of the five-axis build its joint rates are the first guess.
+# Near a singularity, a line of the tip demands more and more of the joints. The demand of a leg is
+# found by solving it; for a five-axis arm, the joint rates give the first guess.
 
 ANGULAR_JOG_RAD_S = math.radians(45.0)
-"""Pitch, roll and yaw of a Cartesian jog at full speed, before the joints' limits slow it."""
+"""Full speed of pitch, roll and yaw in a Cartesian jog, before joint limits slow it."""
 
 TRIES = 12
-NEARLY = 0.93
-"""A leg that needs this share of its time, or all of it, is as fast as can be."""
+NEARLY = 0.93  # a leg that needs at least this share of its time is fast enough
 EXACTLY = 1.0 + 1e-9
-LEAST, MOST = 0.05, 4.0
-"""By what factor a guess is corrected at once."""
+LEAST, MOST = 0.05, 4.0  # range of the factor that corrects a guess in one try
 
 
 def axis_names(config: ArmConfig, space: Space) -> tuple[str, ...]:
@@ -152,7 +145,7 @@ def axis_names(config: ArmConfig, space: Space) -> tuple[str, ...]:
 
 
 class Scale:
-    """Full speeds of the axes, and what can be had of them."""
+    """The full speeds of the axes, and the share of them that a leg can reach."""
 
     def __init__(self, config: ArmConfig, speeds: SpeedLimits) -> None:
         self._arm = config.model.arm
@@ -175,7 +168,7 @@ class Scale:
         return self._full[space]
 
     def first_guess(self, start: ArmCoordinates, rates: Sequence[float], speed: float) -> float:
-        """Return what the joint rates alone allow of a tip's rates, 1 where nobody knows."""
+        """Return the share of a tip's rates that the joint rates allow; 1 if it is not known."""
         if not isinstance(self._arm, FiveAxisArm):
             return 1.0
         angles = start.joints.angles_rad
@@ -192,9 +185,10 @@ class Scale:
         speed: float,
         guess: float,
     ) -> float:
-        """Return the share of a way's speed with which a leg of `time_s` keeps all limits.
+        """Return the share of a path's speed at which a leg of `time_s` keeps all limits.
 
-        Limits are those of `speed`. Where nothing but a little can be solved, a little is given.
+        The limits are scaled by `speed`. If only a short part of the path can be solved, the share
+        is small.
         """
         share = guess
         known = 0.0

@@ -1,4 +1,4 @@
-"""A held jog: the next leg of its course, decided at the last moment, while it is held."""
+"""Jog sessions: serving increments and a held jog until both have ended."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from armdrive.tasks import TaskBody
 from kinematics.errors import KinematicsError, suggestion
 from kinematics.spaces import Joints, Pose
 
-# What a jog may move, how fast, on which terms: where an arm's state meets its jog's course.
+# What a jog may do, given the state of the arm.
 
 
 def check_jog(core: Core, jog: Jog) -> None:
-    """Raise for a jog that names no axis of this arm, or needs a position that is not known."""
+    """Raise for an axis that the arm does not have, and for a jog that needs a known position."""
     if core.speed_override.paused:
-        raise WrongState("the arm is paused and is not jogged: resume it first (`armdrive resume`)")
+        raise WrongState("the arm is paused: resume it before jogging (`armdrive resume`)")
     known = axis_names(core.config, jog.space)
     for name, _ in jog.axes:
         if name not in known:
@@ -51,28 +51,28 @@ def check_jog(core: Core, jog: Jog) -> None:
 
 
 def capped(core: Core, speed: float) -> float:
-    """Return the speed, slowed where the position is not known."""
+    """Return the speed, limited if the position is not known."""
     return speed if core.position_known else min(speed, core.config.motion.unreferenced_speed)
 
 
 def wish_of(core: Core, hold: ContinuousJog) -> Wish:
-    """Return what somebody who holds a jog wants of the arm as it is now. Raises as `check_jog`."""
+    """Return the wish of a held jog, for the present state of the arm. Raises like `check_jog`."""
     check_jog(core, hold.jog)
     speed = capped(core, hold.speed) * core.speed_override.override
     return Wish(hold.jog, speed, known=core.position_known)
 
 
 def course_of(core: Core, speeds: SpeedLimits) -> JogCourse:
-    """Return the course of a jog that begins."""
+    """Return the course of a new jog."""
     queued = bool(core.controller.abilities.queued_segments)
     terms = Terms(core.config.motion.jog_ramp_s, queued, runs_on_s(core))
     return JogCourse(core.config, speeds, terms)
 
 
 def runs_on_s(core: Core) -> float:
-    """Return how long the arm may run on while it stops, where it does not end by itself.
+    """Return how long the arm may run on after a stop.
 
-    A device without an abort ends each burst where it was audited to end.
+    A device without an abort ends each burst at its audited target, so it does not run on.
     """
     if core.controller.abilities.abort is Abort.NONE:
         return 0.0
@@ -80,25 +80,24 @@ def runs_on_s(core: Core) -> float:
 
 
 def require_audit(core: Core, *legs: MotionSegment) -> None:
-    """Raise `OutOfBounds` for legs that would pass a limit or a guard: nothing goes unaudited."""
+    """Raise `OutOfBounds` for legs that would violate a limit or a guard: all motion is audited."""
     if core.position_known and legs:
         audit(core.config, [legs[0].start.joints, *(leg.end.joints for leg in legs)])
 
 
-SHORTER_TRIES = 3
-"""How often a line's burst is solved anew: by then a share of its joint motion is as straight."""
+SHORTER_TRIES = 3  # attempts to shorten a line's burst by solving it again; then cut it in joints
 
 
 def is_held(wire: MotionContext) -> bool:
-    """Tell whether somebody holds a jog now."""
+    """Return whether a jog is being held."""
     hold = wire.core.hold
     return hold is not None and hold.until_s > wire.now_s and not wire.core.speed_override.paused
 
 
 def held_burst(wire: MotionContext, course: JogCourse) -> TaskBody[bool]:
-    """Go on with the held jog for a burst; False where a bound leaves nowhere to go.
+    """Drive the held jog for a burst; return False if a bound has ended it.
 
-    A device that queues segments is driven for as long as the jog is held.
+    On a device with a queue, drive for as long as the jog is held.
     """
     core = wire.core
     if core.controller.abilities.queued_segments:
@@ -119,9 +118,9 @@ def held_burst(wire: MotionContext, course: JogCourse) -> TaskBody[bool]:
 
 
 class _Held:
-    """The points of a held jog that is queued, and the hold that has led to a bound.
+    """The points of a held jog for a device with a queue.
 
-    What leads to the bound is driven to its end, so that the hold is given up only behind it.
+    The motion up to a bound is driven to its end before the hold is dropped.
     """
 
     def __init__(self, wire: MotionContext, course: JogCourse) -> None:
@@ -130,7 +129,7 @@ class _Held:
         self._ended: ContinuousJog | None = None
 
     def ways(self) -> Iterator[Way]:
-        """Give points, each from where the one before has led."""
+        """Yield points, each computed from the previous one."""
         wire, core = self._wire, self._wire.core
         here = core.position.coordinates
         part_s = segment_s(core.config.motion.jog_burst_s)
@@ -145,16 +144,16 @@ class _Held:
             yield here, found.leg.duration_s
 
     def end(self) -> None:
-        """Give up the hold that led to a bound, unless somebody holds another by now."""
+        """Drop the hold that has reached a bound, unless another one has replaced it."""
         self._course.stand()
         if self._ended is not None:
             _give_up(self._wire, self._ended)
 
 
 def _fitting(wire: MotionContext, course: JogCourse, hold: ContinuousJog) -> JogProposal | None:
-    """Return a leg that this device ends within a burst; None where the jog ends here.
+    """Return a leg that the device completes within a burst; None if the jog ends here.
 
-    A long line that takes too long is asked for anew, for a shorter time: a share of its joint
+    If a line takes too long, it is solved again for a shorter time, because a share of its joint
     motion would not be straight.
     """
     core, tries = wire.core, SHORTER_TRIES
@@ -175,25 +174,25 @@ def _proposed(
     start: ArmCoordinates,
     time_s: float,
 ) -> JogProposal | None:
-    """Return the next leg of the held jog; None where it ends, with the reason as the notice."""
+    """Return the next leg of the held jog; None if it ends, with the reason in the notice."""
     core = wire.core
     try:
         found = course.propose(wish_of(core, hold), start, time_s, wire.now_s)
         if isinstance(found, JogEnded):
-            tell(wire, found)
+            show_end(wire, found)
             course.note = found.note
             return None
         require_audit(core, found.leg)
     except (ArmError, KinematicsError) as refusal:
         core.diagnostics.notify(str(refusal), refusal)
         return None
-    if found.note != course.note:  # also of nothing any more, as when it leads back
+    if found.note != course.note:  # also if the note disappears, as when the jog turns back
         core.diagnostics.notice = course.note = found.note
     return found
 
 
-def tell(wire: MotionContext, ended: JogEnded) -> None:
-    """Have the status say why a jog has ended, where there is a reason."""
+def show_end(wire: MotionContext, ended: JogEnded) -> None:
+    """Show in the notice why a jog has ended, if there is a reason."""
     if ended.cause is not None:
         wire.core.diagnostics.notify(ended.note, ended.cause)
     elif ended.note:
@@ -201,27 +200,26 @@ def tell(wire: MotionContext, ended: JogEnded) -> None:
 
 
 def _give_up(wire: MotionContext, hold: ContinuousJog) -> None:
-    """Forget a hold and its renewals, but not another that somebody has begun meanwhile."""
+    """Drop a hold and its renewals, but not another hold that has replaced it."""
     now = wire.core.hold
     if now is not None and now.jog == hold.jog:
         wire.core.hold = None
 
 
-# Jogging: short bursts while somebody holds a jog, single increments, and where both end.
+# The session.
 #
-# A held jog expires by itself: its owner renews it, and the last burst begins before it expires. An
-# increment expires as well where something keeps it from beginning. Limits and guards are met by
-# stopping at them, not by an error; moving away from one that is already passed is always allowed.
-# While the position is unknown, joints may be jogged slowly and without limits, since nothing is
-# known that they could be compared with.
+# A held jog expires unless its owner renews it; its last burst begins before it expires. An
+# increment expires too if it cannot begin in time. A jog stops at limits and guards without an
+# error, and moving away from a bound that has been passed is always allowed. While the position is
+# unknown, joints may be jogged slowly and without limits.
 
-PAUSED = "the jog was ended: the arm is paused"
-TOO_LATE = "an increment of the jog had to wait for too long and was dropped"
+PAUSED = "the jog has ended because the arm is paused"
+TOO_LATE = "a jog increment was dropped because it had to wait too long"
 
 
 @dataclass(frozen=True, slots=True)
 class Jogged:
-    """What a jog did; `note` says why it went less far than asked, where it did."""
+    """The result of a jog; `note` says why it ended early, if it did."""
 
     joints: Joints
     pose: Pose
@@ -229,7 +227,7 @@ class Jogged:
 
 
 def jog_session(wire: MotionContext, speeds: SpeedLimits) -> TaskBody[Jogged]:
-    """Serve increments and the held jog until neither is left, or somebody stops."""
+    """Serve increments and the held jog until neither is left, or until a stop."""
     core = wire.core
     core.diagnostics.notice = ""
     try:
@@ -255,13 +253,13 @@ def _serve(wire: MotionContext, speeds: SpeedLimits) -> TaskBody[None]:
             course.stand()
             yield from _increment(wire, speeds, core.nudges.pop(0))
         elif not (is_held(wire) and (yield from held_burst(wire, course))):
-            yield from wire.verify()  # more may be asked for while this is on the wire
+            yield from wire.verify()  # another jog may be requested meanwhile
             if not core.nudges and not is_held(wire):
                 return
 
 
 def _give_up_paused(core: Core) -> None:
-    """Forget the jogs of a paused arm: when it is resumed, nobody expects them any more."""
+    """Drop the jogs of a paused arm: after a resume, the operator no longer expects them."""
     if core.nudges or core.hold is not None:
         core.diagnostics.notice = PAUSED
     core.hold = None
@@ -269,9 +267,9 @@ def _give_up_paused(core: Core) -> None:
 
 
 def _increment(wire: MotionContext, speeds: SpeedLimits, nudge: IncrementalJog) -> TaskBody[None]:
-    """Move by fixed distances, in bursts of jogging length, as far as the bounds allow.
+    """Move by a fixed distance, in bursts of jogging length, as far as the bounds allow.
 
-    A hold that comes meanwhile is what is meant from then on, and letting go of it ends both.
+    A hold that begins meanwhile replaces the increment, and releasing it ends both.
     """
     core = wire.core
     if wire.now_s > nudge.until_s:
@@ -287,7 +285,7 @@ def _increment(wire: MotionContext, speeds: SpeedLimits, nudge: IncrementalJog) 
     except (ArmError, KinematicsError) as refusal:
         core.diagnostics.notify(str(refusal), refusal)
         return
-    tell(wire, found.ended)
+    show_end(wire, found.ended)
     if found.legs:
         over = _overtaken(wire, core.holds)
         yield from drive_legs(wire, found.legs, core.config.motion.jog_burst_s, let_go=over)
@@ -296,10 +294,10 @@ def _increment(wire: MotionContext, speeds: SpeedLimits, nudge: IncrementalJog) 
 
 
 def _overtaken(wire: MotionContext, holds: int) -> Callable[[], bool]:
-    """Return what tells that an increment's rest is given up, for a hold that came meanwhile.
+    """Return a test whether the rest of an increment is dropped in favour of a new hold.
 
-    A device that stands between bursts goes over to the hold at once. One that queues drives the
-    increment meanwhile, unless that hold is let go before: then the rest of it goes with it.
+    Without a queue, the device changes to the hold at once. With a queue, it finishes the increment
+    while the hold lasts; releasing the hold drops the rest.
     """
     core = wire.core
     queued = bool(core.controller.abilities.queued_segments)

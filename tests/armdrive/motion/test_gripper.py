@@ -127,7 +127,7 @@ def test_a_switch_that_never_lets_go_is_found_out():
     arm = sim_arm(at=OVER_THE_TABLE)
     arm.twin.device.set_input(3, True)
     arm.core.controller._settings = with_grip_bit(3).device
-    with pytest.raises(DeviceFault, match="did not let go"):
+    with pytest.raises(DeviceFault, match="did not release"):
         arm.gripper.grasp()
     assert arm.twin.world.opening_mm < 50.0
 

@@ -96,7 +96,7 @@ def test_a_blend_that_is_too_large_is_made_smaller_and_says_so():
     with ready_arm() as arm:
         arm.move_to(pose(220, -60, 120))
         moved = arm.move_path([*moves[:1], LinePart(pose(260, 40, 120))])
-        assert "the blend behind part 1 has" in moved.note
+        assert "the blend after part 1 is" in moved.note
         assert "instead of 100.0" in moved.note
 
 

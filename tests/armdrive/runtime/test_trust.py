@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from armdrive.blocking import run_blocking
 from armdrive.errors import ArmError, DeviceFault, NotReferenced, PositionMismatch, Refused
-from armdrive.motion.reference import poll, take_reference, vouched
+from armdrive.motion.reference import confirmed_posture, poll, take_reference
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.states import FIRST_BELIEF, RESULTS, Belief, require_reference
 from armdrive.status import Current, Evidence, State, Trust
@@ -226,7 +226,7 @@ def test_a_posture_is_not_taken_of_an_arm_that_moved_while_the_wire_was_disturbe
     here, device = arm.joints, arm.twin.device
     arm.twin.link.to.append(Rule(b"@READ", DISTURBED[how]))
     device.at(device.now_s + 0.4, lambda: device.jog((0, 0, 0, 25, 0, 0)))
-    with pytest.raises(DeviceFault, match="vouch for its posture again"):
+    with pytest.raises(DeviceFault, match="confirm its posture again"):
         arm.declare_posture(here, opening_mm=20.0)
     assert arm.status.trust is not Trust.REFERENCED
     arm.declare_posture(arm.twin.world.joints, opening_mm=20.0)
@@ -248,10 +248,11 @@ def test_a_posture_is_not_taken_when_the_look_before_has_seen_the_registers_fall
     arm.sleep(3.0)
     here, device = arm.twin.world.joints, arm.twin.device
     assert arm.status.trust is Trust.SUSPECT
-    word = vouched(arm.core, ArmCoordinates(here, 20.0), Evidence.DECLARED, arm.pace.now_s())
+    there = ArmCoordinates(here, 20.0)
+    word = confirmed_posture(arm.core, there, Evidence.DECLARED, arm.pace.now_s())
     device.power_off()
     device.power_on()
     run_blocking(arm.runner.perform(poll(arm.wire)))
-    with pytest.raises(DeviceFault, match="vouch for its posture again"):
+    with pytest.raises(DeviceFault, match="confirm its posture again"):
         run_blocking(arm.runner.perform(take_reference(arm.wire, word)))
     assert arm.status.trust is Trust.SUSPECT

@@ -407,7 +407,7 @@ def test_what_is_no_goal_is_refused_by_name(arm):
         arm.move_to("nowhere")
     with pytest.raises(BadRequest, match="every frame"):
         arm.move_to("pick", frame="tool")
-    with pytest.raises(BadRequest, match="a place of this arm says"):
+    with pytest.raises(BadRequest, match="a goal for this arm needs"):
         arm.move_to(Point(Joints((0.0,), ("lift",))))
 
 

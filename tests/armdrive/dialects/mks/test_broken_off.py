@@ -15,11 +15,11 @@ from armdrive.tasks import RequestRejected
     ("reply", "evidence", "words"),
     [
         (RequestRejected(), Evidence.MOTION_REFUSED, "a byte may have been garbled"),
-        (RequestRejected("the door is open"), Evidence.BROKEN_OFF, "broken off: the door is open"),
+        (RequestRejected("the door is open"), Evidence.BROKEN_OFF, "aborted: the door is open"),
         (
             RequestRejected("drive 2 is mute", silent=True),
             Evidence.SILENT,
-            "broken off: drive 2 is mute",
+            "aborted: drive 2 is mute",
         ),
     ],
 )

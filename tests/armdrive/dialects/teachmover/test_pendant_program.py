@@ -141,7 +141,7 @@ def test_a_row_that_came_otherwise_into_the_arm_is_named():
         other = ProgramRow.move(2, 10, (0,) * 6)
         line = b"@QWRITE " + b",".join(b"%d" % word for word in other.words) + b"\r"
         link.to.append(Rule(b"@QWRITE 2,", instead(line), times=1))
-        with pytest.raises(ProgramHalfWritten, match="reads otherwise") as caught:
+        with pytest.raises(ProgramHalfWritten, match="differs from what was written") as caught:
             arm.write_pendant_program(program(1, 2, 3))
         assert (caught.value.written, caught.value.doubtful) == ((1, 3), (2,))
 
