@@ -180,6 +180,8 @@ class Cia402States:
     @property
     def due_s(self) -> float:
         """When a motion ends, or the shaft has been too far away for too long."""
+        if math.isinf(self._astray_s):
+            return self._motion.due_s
         return min(self._motion.due_s, self._astray_s + self._patience_s)
 
     def live(self, now_s: float) -> None:
@@ -196,9 +198,12 @@ class Cia402States:
 
     def _watch_shaft(self, now_s: float) -> None:
         """Fail where the shaft has been too far from where it was told to be, for too long."""
+        behind = abs(self._motion.behind(now_s)) if self.state in _OBEYING else 0
+        if not behind:  # as nearly always
+            self._astray_s = math.inf
+            return
         window = self._objects.number_of(canopen.FOLLOWING_ERROR_WINDOW, _UNWATCHED)
-        watches = self._motor.holding and self.state in _OBEYING and window != _UNWATCHED
-        if not watches or abs(self._motion.behind(now_s)) <= window:
+        if window == _UNWATCHED or behind <= window:
             self._astray_s = math.inf
             return
         self._astray_s = min(self._astray_s, now_s)
@@ -302,7 +307,7 @@ class Cia402States:
             moves = self._motion.moving(now_s)
             bits = StatusBit(0) if moves else StatusBit.REACHED
         else:
-            bits = self._bits_of_mode(word.bits & _OF_MODE, now_s, withheld=withheld)
+            bits = self._bits_of_mode(self.machine.points.bits, now_s, withheld=withheld)
         return canopen.Statusword(word.value & ~_OF_MODE_MASK | int(bits))
 
     def _bits_of_mode(self, bits: StatusBit, now_s: float, *, withheld: bool) -> StatusBit:
