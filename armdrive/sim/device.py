@@ -326,13 +326,15 @@ class SimDevice:
     def transmit(self, now_s: float) -> bytes:
         """Advance the arm to now and return what the board has said since the last call."""
         self._advance(now_s)
+        if not self._shared.said:
+            return b""
         said = bytes(self._shared.said)
         self._shared.said.clear()
         return said
 
     def next_s(self) -> float:
         """Tell when a motion ends or something on the agenda is due; infinity while it waits."""
-        return self.now_s if self._shared.said else self._next_event_s()
+        return self._shared.now_s if self._shared.said else self._next_event_s()
 
     # What can be seen.
 
@@ -436,8 +438,9 @@ class SimDevice:
     # Time.
 
     def _next_event_s(self) -> float:
-        own_s = self.board.due_s() if self.powered else math.inf
-        return min(own_s, self._agenda.next_s)
+        own_s = self.board.due_s() if self._shared.powered else math.inf
+        agenda_s = self._agenda.next_s
+        return own_s if own_s < agenda_s else agenda_s
 
     def _advance(self, now_s: float) -> None:
         """Live through everything up to now, each thing at its own time."""

@@ -179,19 +179,19 @@ class TimeQueue(Generic[T]):
     def __init__(self) -> None:
         self._entries: list[tuple[float, int, T]] = []
         self._number = itertools.count()
-
-    @property
-    def next_s(self) -> float:
+        self.next_s = math.inf
         """When the next one is due; infinity while there is none."""
-        return self._entries[0][0] if self._entries else math.inf
 
     def put(self, time_s: float, thing: T) -> None:
         """Have something come at a time."""
         heapq.heappush(self._entries, (time_s, next(self._number), thing))
+        self.next_s = self._entries[0][0]
 
     def pop(self) -> T:
         """Take the next one out."""
-        return heapq.heappop(self._entries)[2]
+        thing = heapq.heappop(self._entries)[2]
+        self.next_s = self._entries[0][0] if self._entries else math.inf
+        return thing
 
     def due(self, now_s: float) -> Iterator[T]:
         """Take out one after the other that is due by now."""
@@ -201,6 +201,7 @@ class TimeQueue(Generic[T]):
     def clear(self) -> None:
         """Have nothing come any more."""
         self._entries.clear()
+        self.next_s = math.inf
 
 
 class WireDirection:
@@ -219,7 +220,7 @@ class WireDirection:
     @property
     def clear(self) -> bool:
         """Whether all passes at once as it is."""
-        return not self.rules and math.isinf(self.next_s)
+        return not self.rules and self._late.next_s == math.inf
 
     def passed(self, data: bytes, now_s: float) -> list[bytes]:
         """Return what of a message passes at once; the rest is lost, or comes by `due`."""
@@ -236,7 +237,7 @@ class WireDirection:
 
     def due(self, now_s: float) -> list[bytes]:
         """Take the late messages whose time has come."""
-        return list(self._late.due(now_s))
+        return list(self._late.due(now_s)) if self._late.next_s <= now_s else []
 
     def lose_late(self) -> None:
         """Lose what is late."""
@@ -253,7 +254,8 @@ class WireFaults:
     @property
     def next_s(self) -> float:
         """When a late message is due on either lane."""
-        return min(self.host.next_s, self.device.next_s)
+        host_s, device_s = self.host.next_s, self.device.next_s
+        return host_s if host_s < device_s else device_s
 
     def lose_late(self) -> None:
         """Lose what is late in both directions."""

@@ -29,24 +29,15 @@ class NodeLoop(Generic[N]):
         self.shared = shared
         self._shafts = shafts
         self._outbox = Outbox()
-        self._look_s = math.inf
         self._dues = [math.inf for _ in self.nodes]
+        self.nodes_due_s = self.due_s = math.inf
+        """When a drive does something or looks at its shaft; and when that, or a frame is ready."""
         self.collect()
 
     @property
     def busy(self) -> bool:
         """Whether a drive carries out an order, or a frame is on its way."""
         return self._outbox.next_s < math.inf or any(node.busy for node in self.nodes)
-
-    @property
-    def nodes_due_s(self) -> float:
-        """When a drive does something, or looks at its shaft."""
-        return min(self._nodes_due_s, self._look_s)
-
-    @property
-    def due_s(self) -> float:
-        """When a drive does something, looks at its shaft, or a frame is ready."""
-        return min(self.nodes_due_s, self._outbox.next_s)
 
     def live(self) -> None:
         """Let every drive do what is due."""
@@ -58,22 +49,25 @@ class NodeLoop(Generic[N]):
 
     def collect(self, nodes: Iterable[N] | None = None) -> None:
         """Take what drives have to say, and see when they have something to do again."""
-        self._look_s = self._shafts.look_s
         for node in self.nodes if nodes is None else nodes:
             port, index = node.port, node.motor.index
             self._dues[index] = node.due_s()
-            for data in port.said:
-                self._outbox.put(self.shared.now_s + port.answer_s, index, data)
-            port.said.clear()
-        self._nodes_due_s = min(self._dues)
+            if port.said:
+                for data in port.said:
+                    self._outbox.put(self.shared.now_s + port.answer_s, index, data)
+                port.said.clear()
+        self.nodes_due_s = min(*self._dues, self._shafts.look_s)
+        self.due_s = min(self.nodes_due_s, self._outbox.next_s)
 
     def send(self) -> None:
         """Send the frames that are ready."""
         self.shared.said += self._outbox.take(self.shared.now_s)
+        self.due_s = min(self.nodes_due_s, self._outbox.next_s)
 
     def clear(self) -> None:
         """Lose the frames that are on their way."""
         self._outbox.clear()
+        self.due_s = self.nodes_due_s
 
 
 class DrivesBoard(Board, Generic[N]):
