@@ -176,6 +176,8 @@ class Engine:
         self.controller = controller
         self.tracer = tracer
         self.now_s = 0.0
+        self.due_s = -math.inf
+        """When it has something to do, whatever the wire brings; before now: that is unknown."""
         self.asleep_s: Callable[[], float] = _never
         self.round_s: Callable[[], float] = _never
         self._absences = 0
@@ -304,6 +306,7 @@ class Engine:
     def advance(self, now_s: float) -> float:
         """Do what is due by now; return when to call again, on the same clock."""
         self.now_s = now_s
+        self.due_s = -math.inf
         if self._broken is not None:
             next_s = math.inf if self.reconnect is None else self.reconnect(now_s)
             if self._broken is not None:
@@ -503,12 +506,17 @@ class Engine:
             self._next = None
 
     def _next_s(self) -> float:
-        heard_s = min(self.link.next_s(), self.controller.next_s())
+        self.due_s = self._due_s()
+        return min(self.due_s, self.link.next_s())
+
+    def _due_s(self) -> float:
+        """Return when there is something to do, whatever the wire brings."""
+        due_s = self.controller.next_s()
         if self._task is not None:
-            heard_s = min(heard_s, self._task.until_s)
+            due_s = min(due_s, self._task.until_s)
         if self._asked:
-            return heard_s
+            return due_s
         if isinstance(self._wait, SleepUntil):
-            return min(self._wait.time_s, heard_s)
+            return min(self._wait.time_s, due_s)
         wake_s, _ = self._idle(self.now_s)
-        return min(wake_s, heard_s)
+        return min(wake_s, due_s)

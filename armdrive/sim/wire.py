@@ -377,6 +377,10 @@ class PacedDevice:
         """Tell when something next happens on either side; infinity while all is quiet."""
         return min(self._due_s(), self._out.next_s())
 
+    def readable_s(self) -> float:
+        """Return when what is on its way to the host has arrived; infinity while nothing is."""
+        return self._out.next_s()
+
     def unplug(self) -> None:
         """Pull the cable: what is under way is lost in both directions; the device lives on."""
         self._plugged = False

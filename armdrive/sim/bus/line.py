@@ -188,6 +188,10 @@ class BusLine(PacedDevice):
         """Tell when something next happens on either side; infinity while all is quiet."""
         return self._heard[0][0] if self._heard else self._due_s()
 
+    def readable_s(self) -> float:
+        """Return when the host has heard a frame that it did not take; infinity without one."""
+        return self._heard[0][0] if self._heard else math.inf
+
     def unplug(self) -> None:
         """Pull the adapter out: what it had to say is lost; the drives live on."""
         super().unplug()
