@@ -440,7 +440,7 @@ class SimDevice:
     def _next_event_s(self) -> float:
         own_s = self.board.due_s() if self._shared.powered else math.inf
         agenda_s = self._agenda.next_s
-        return own_s if own_s < agenda_s else agenda_s
+        return min(agenda_s, own_s)
 
     def _advance(self, now_s: float) -> None:
         """Live through everything up to now, each thing at its own time."""

@@ -255,7 +255,7 @@ class WireFaults:
     def next_s(self) -> float:
         """When a late message is due on either lane."""
         host_s, device_s = self.host.next_s, self.device.next_s
-        return host_s if host_s < device_s else device_s
+        return min(device_s, host_s)
 
     def lose_late(self) -> None:
         """Lose what is late in both directions."""
