@@ -17,7 +17,7 @@ from enum import Enum
 from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 
 from armdrive.errors import BadRequest
-from armdrive.sim.mechanics.motors import MotorDrive
+from armdrive.sim.mechanics.motors import MotorDrive, MotorSpeed
 from armdrive.sim.wire import PacedDevice, TimeQueue, WireDevice
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import (
@@ -34,35 +34,30 @@ from kinematics.errors import did_you_mean
 from kinematics.spaces import Joints, Motors
 
 
-@runtime_checkable
-class HasPendant(Protocol):
-    """A board with a teach pendant, whose keys have names."""
-
-    def key_names(self) -> tuple[str, ...]:
-        """Name the keys."""
+class TeachPendant(Protocol):
+    """A teach pendant, to which the host can hand control over."""
 
     def press_named(self, name: str) -> None:
-        """Press a key. Raises `BadRequest` for one that there is not."""
+        """Press a key by its name. Raises `BadRequest` for a key that the pendant lacks."""
+
+    def return_control(self) -> bool:
+        """Give control back to the host; return False where the host has it already."""
 
 
 @runtime_checkable
-class GivesControl(Protocol):
-    """A board whose host can hand control over to the person beside the arm."""
+class HasPendant(Protocol):
+    """A board with a teach pendant."""
 
-    def pendant_returns(self) -> bool:
-        """Give control back to the host; False where the host has it."""
+    @property
+    def pendant(self) -> TeachPendant:
+        """The pendant."""
 
 
 @runtime_checkable
 class HasSpeedError(Protocol):
     """A board whose motors can be set to turn faster or slower than it believes."""
 
-    @property
-    def speed_error(self) -> float:
-        """By which share motions last longer than they should."""
-
-    def set_speed_error(self, error: float) -> None:
-        """Set it for motions that begin from now on. Raises `BadRequest`."""
+    motor_speed: MotorSpeed
 
 
 @runtime_checkable
@@ -251,11 +246,6 @@ class Board(abc.ABC):
     def forget(self) -> None:
         """Lose what is lost with the power; registers, motion and current are gone already."""
 
-    def stop_dead(self) -> None:
-        """End motion dead, let the motors go, and count from zero."""
-        self.drive.set_counts((0,) * len(self.world.motors), self.now_s)
-        self.world.cut_current(self.now_s)
-
     # What a person does.
 
     def set_input(self, bit: int, on: bool) -> None:
@@ -397,7 +387,7 @@ class SimDevice:
 
     def power_off(self) -> None:
         """Switch off: motion stops dead, the arm sags, and whatever the board knew is lost."""
-        self.board.stop_dead()
+        self.board.drive.lose_power(self.now_s)
         self._shared.powered = False
         self._shared.said.clear()
         self.board.forget()

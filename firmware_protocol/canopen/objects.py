@@ -6,6 +6,7 @@ import struct
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum, IntEnum
+from functools import cached_property
 from typing import TypeAlias
 
 from firmware_protocol.canopen.cob import checked_node
@@ -34,9 +35,6 @@ class Place:
     def packed(self) -> bytes:
         """The three bytes of it."""
         return self.index.to_bytes(2, "little") + bytes((self.sub,))
-
-
-_OTHER_SIZES = {"BOOLEAN": 1, "REAL32": 4, "REAL64": 8}
 
 
 class DataType(IntEnum):
@@ -68,32 +66,31 @@ class DataType(IntEnum):
     U56 = 0x1A
     U64 = 0x1B
 
-    size: int | None
-    """How many bytes a value has; None where that differs from value to value."""
-    signed: bool
-    """Whether it is a whole number with a sign."""
-    limits: tuple[int, int] | None
-    """The least and the greatest whole number; None for what is none."""
-    bits: int | None
-    """How many bits a value has in a PDO; None where it cannot be mapped."""
+    @cached_property  # every PDO asks for it
+    def size(self) -> int | None:
+        """How many bytes a value has; None where that differs from value to value."""
+        return _SIZES.get(self)
 
-    def __init__(self, _number: int) -> None:
-        """Work out once what every PDO asks for; the name of a whole number has sign and bits."""
-        bits = int(self.name[1:]) if self.name[1:].isdigit() else 0
-        self.size = bits // 8 if bits else _OTHER_SIZES.get(self.name)
-        self.signed = bits > 0 and self.name[0] == "I"
-        self.limits = None
-        if bits:
-            self.limits = (
-                (-(1 << bits - 1), (1 << bits - 1) - 1) if self.signed else (0, (1 << bits) - 1)
-            )
-        self.bits = 1 if self.name == "BOOLEAN" else None if self.size is None else 8 * self.size
+    @cached_property
+    def bits(self) -> int | None:
+        """How many bits a value has in a PDO; None where it cannot be mapped."""
+        return 1 if self is DataType.BOOLEAN else None if self.size is None else 8 * self.size
+
+    @cached_property
+    def signed(self) -> bool:
+        """Whether it is a whole number with a sign."""
+        return self in _SIGNED
+
+    @cached_property
+    def limits(self) -> tuple[int, int] | None:
+        """The least and the greatest whole number; None for what is none."""
+        return _LIMITS.get(self)
 
     def pack(self, value: Value) -> bytes:
         """Return the bytes of a value; raises `BadField` for one of another type or too large."""
         if (limits := self.limits) is not None:
             number = whole(self.name, value, *limits)
-            return number.to_bytes(self.size or 0, "little", signed=self.signed)
+            return number.to_bytes(_SIZES[self], "little", signed=self.signed)
         if self is DataType.BOOLEAN and isinstance(value, bool):
             return bytes((value,))
         if self in _REALS and isinstance(value, int | float) and not isinstance(value, bool):
@@ -132,10 +129,23 @@ class DataType(IntEnum):
             raise BadField(self.name, value, "a number that it can hold") from None
 
 
+# the name of a whole number tells its sign and its bits
+_WHOLE = {kind: int(kind.name[1:]) // 8 for kind in DataType if kind.name[1:].isdigit()}
+_SIGNED = frozenset(kind for kind in _WHOLE if kind.name.startswith("I"))
+_LIMITS = {
+    kind: (-(1 << 8 * size - 1), (1 << 8 * size - 1) - 1)
+    if kind in _SIGNED
+    else (0, (1 << 8 * size) - 1)
+    for kind, size in _WHOLE.items()
+}
 _REALS = {DataType.REAL32: "<f", DataType.REAL64: "<d"}
-_TYPED = frozenset(
-    kind for kind in DataType if kind.size is not None or kind is DataType.VISIBLE_STRING
-)
+_SIZES = {
+    **_WHOLE,
+    DataType.BOOLEAN: 1,
+    DataType.REAL32: 4,
+    DataType.REAL64: 8,
+}
+_TYPED = frozenset((*_SIZES, DataType.VISIBLE_STRING))
 _ALLOWED = {
     DataType.BOOLEAN: "True or False",
     DataType.REAL32: "a number",

@@ -442,8 +442,8 @@ MUTANTS = (
         name="a CANopen number has its bytes in the wrong order",
         promise="values are as CiA 301 writes them",
         path="firmware_protocol/canopen/objects.py",
-        old='return number.to_bytes(self.size or 0, "little", signed=self.signed)',
-        new='return number.to_bytes(self.size or 0, "big", signed=self.signed)',
+        old='return number.to_bytes(_SIZES[self], "little", signed=self.signed)',
+        new='return number.to_bytes(_SIZES[self], "big", signed=self.signed)',
         tests=tests_of(
             "tests/firmware_protocol/canopen/test_canopen_datatypes.py",
             "test_a_value_is_these_bytes",

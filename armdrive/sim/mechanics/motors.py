@@ -240,6 +240,11 @@ class MotorDrive(Generic[R]):
         self.rack.count(counts)
         self._driven = Motors(counts)
 
+    def lose_power(self, now_s: float) -> None:
+        """End motion dead, let the motors go, and count from zero."""
+        self.set_counts((0,) * len(self.world.motors), now_s)
+        self.world.cut_current(now_s)
+
     def _follow(self, now_s: float) -> None:
         positions = self.rack.positions(now_s)
         if positions != self._driven:
@@ -287,6 +292,22 @@ def checked_error(error: float) -> float:
             f"not {error}"
         )
     return error
+
+
+class MotorSpeed:
+    """How much longer motions last than the board believes: 0.2 is a fifth longer."""
+
+    def __init__(self, error: float) -> None:
+        self.error = error
+
+    @property
+    def stretch(self) -> float:
+        """How many times as long a motion lasts as it should."""
+        return 1.0 + self.error
+
+    def set(self, error: float) -> None:
+        """Set the error for motions that begin from now on. Raises `BadRequest`."""
+        self.error = checked_error(error)
 
 
 def _between(table: RateTable, speed: int) -> float:

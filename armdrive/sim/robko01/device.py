@@ -217,6 +217,31 @@ class RobkoDrive(MotorDrive[UncoordinatedRack]):
             stagger_s=quirks.grid_s * stretch / 8,
         )
         super().__init__(world, rack)
+        self._stretch, self._absolute_sets_top = stretch, quirks.absolute_sets_top
+
+    def run_at(self, axes: Axes, now_s: float) -> None:
+        """Have every axis run at a speed until it is told otherwise: operation 12."""
+        for axis, speed in enumerate(axes.speeds_steps_s):
+            self.rack.run(axis, speed / self._stretch, now_s)
+
+    def move(self, axes: Axes, relative: bool, now_s: float) -> None:
+        """Have every axis go to its goal: operation 6, `relative`, or 7."""
+        here = self.rack.positions(now_s)
+        for axis, (steps, speed) in enumerate(
+            zip(axes.positions_steps, axes.speeds_steps_s, strict=True)
+        ):
+            rate_hz = speed / self._stretch
+            if relative:
+                self.rack.move_to(axis, here[axis] + steps, rate_hz, now_s)
+            elif self._absolute_sets_top:
+                self.rack.move_at(axis, steps, rate_hz, now_s)
+            elif steps != here[axis]:
+                self.rack.move_to(axis, steps, rate_hz, now_s)
+
+    def reported(self, now_s: float) -> Axes:
+        """Return positions and speeds as they are reported: in 16 bits."""
+        speeds = (wrap(round(speed)) for speed in self.rack.speeds(now_s))
+        return Axes(tuple(wrap(count) for count in self.counts), tuple(speeds))
 
     def turn(self, steps: Sequence[int], now_s: float) -> None:
         """Turn motors by hand of a person; those that were off are off again afterwards."""
@@ -310,7 +335,7 @@ class SimRobkoBoard(Board):
     def reset(self) -> None:
         """Begin the firmware anew: motion stops dead, positions are zero, and the motors off."""
         if self.shared.powered:
-            self.stop_dead()
+            self.drive.lose_power(self.now_s)
             self.shared.said.clear()
             self.forget()
 
@@ -360,11 +385,18 @@ class SimRobkoBoard(Board):
                 early = now_s < self._accepted_s + EARLY_ZERO_S
                 return Moving(0 if early else self.drive.rack.mask(now_s))
             case Position():
-                return Positions(self._where(now_s))
+                return Positions(self.drive.reported(now_s))
+            case MoveRelative() | MoveAbsolute() | MoveSpeed() if not self.enabled:
+                return Acknowledged(request.op, Status.ERROR)
             case MoveRelative(axes) | MoveAbsolute(axes):
-                return self._move(request.op, axes, request.op is Op.MOVE_RELATIVE, now_s)
+                if mask := self.drive.rack.mask(now_s):
+                    return Busy(request.op, mask)
+                self.drive.move(axes, request.op is Op.MOVE_RELATIVE, now_s)
+                self._accepted_s = now_s
+                return Acknowledged(request.op)
             case MoveSpeed(axes):
-                return self._run(axes, now_s)
+                self.drive.run_at(axes, now_s)
+                return Acknowledged(request.op)
             case Outputs(value):
                 self.outputs = value
                 return OutputsSet(value)
@@ -385,10 +417,6 @@ class SimRobkoBoard(Board):
             case Clear():
                 self.drive.set_counts((0,) * AXES, now_s)
 
-    def _where(self, now_s: float) -> Axes:
-        speeds = (wrap(round(speed)) for speed in self.drive.rack.speeds(now_s))
-        return Axes(tuple(self.registers), tuple(speeds))
-
     def _switch(self, on: bool, now_s: float) -> None:
         self.enabled = on
         if on:
@@ -396,35 +424,6 @@ class SimRobkoBoard(Board):
             self.drive.energise()
         else:
             self.world.cut_current(now_s)
-
-    def _move(self, op: Op, axes: Axes, relative: bool, now_s: float) -> Answer:
-        rack = self.drive.rack
-        if not self.enabled:
-            return Acknowledged(op, Status.ERROR)
-        if mask := rack.mask(now_s):
-            return Busy(op, mask)
-        here = rack.positions(now_s)
-        for axis, (steps, speed) in enumerate(
-            zip(axes.positions_steps, axes.speeds_steps_s, strict=True)
-        ):
-            if relative:
-                rack.move_to(axis, here[axis] + steps, self._hz(speed), now_s)
-            elif self.quirks.absolute_sets_top:
-                rack.move_at(axis, steps, self._hz(speed), now_s)
-            elif steps != here[axis]:
-                rack.move_to(axis, steps, self._hz(speed), now_s)
-        self._accepted_s = now_s
-        return Acknowledged(op)
-
-    def _run(self, axes: Axes, now_s: float) -> Answer:
-        if not self.enabled:
-            return Acknowledged(Op.MOVE_SPEED, Status.ERROR)
-        for axis, speed in enumerate(axes.speeds_steps_s):
-            self.drive.rack.run(axis, self._hz(speed), now_s)
-        return Acknowledged(Op.MOVE_SPEED)
-
-    def _hz(self, speed_steps_s: float) -> float:
-        return speed_steps_s / (1.0 + self.quirks.slowness)
 
 
 AS_THE_ARM_FILE = "file"

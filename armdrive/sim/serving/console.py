@@ -13,7 +13,6 @@ from types import MappingProxyType
 from armdrive.errors import ArmError, BadRequest
 from armdrive.sim.device import (
     DrivesOnBus,
-    GivesControl,
     HasPendant,
     HasSpeedError,
     SimDevice,
@@ -74,15 +73,15 @@ def _key(console: Console, words: list[str]) -> ConsoleAnswer:
     board = console.device.board
     if not isinstance(board, HasPendant):
         raise lacks(board, "pendant")
-    board.press_named(words[0])
+    board.pendant.press_named(words[0])
     return ConsoleAnswer(f"pressed {words[0].upper()}")
 
 
 def _return(console: Console, _: list[str]) -> ConsoleAnswer:
     board = console.device.board
-    if not isinstance(board, GivesControl):
+    if not isinstance(board, HasPendant):
         raise lacks(board, "pendant that takes control")
-    if board.pendant_returns():
+    if board.pendant.return_control():
         return ConsoleAnswer("the host has control again")
     raise BadRequest("the pendant has no control to give back: the host has not sent @SET")
 
@@ -181,8 +180,8 @@ def _speed_error(console: Console, words: list[str]) -> ConsoleAnswer:
     board = console.device.board
     if not isinstance(board, HasSpeedError):
         raise lacks(board, "speed error: it keeps its own time")
-    board.set_speed_error(number(words[0]))
-    return ConsoleAnswer(f"motions last {1.0 + board.speed_error:.2f} times as long")
+    board.motor_speed.set(number(words[0]))
+    return ConsoleAnswer(f"motions last {board.motor_speed.stretch:.2f} times as long")
 
 
 def _help(_: Console, __: list[str]) -> ConsoleAnswer:
