@@ -14,6 +14,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import partial
 from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 
 from armdrive.errors import BadRequest
@@ -188,6 +189,8 @@ class Board(abc.ABC):
         self.drive = drive
         self.baud = baud
         self.shared = SharedState()
+        self.line: Callable[[WireDevice], PacedDevice] = partial(PacedDevice, baud=baud)
+        """Makes the line to the device that has this board: a serial one at its pace."""
 
     @property
     def now_s(self) -> float:
@@ -216,10 +219,6 @@ class Board(abc.ABC):
         return {}
 
     # The wire and time.
-
-    def line(self, device: WireDevice) -> PacedDevice:
-        """Make the line to the device that has this board: a serial one at its pace."""
-        return PacedDevice(device, self.baud)
 
     @abc.abstractmethod
     def hear(self, data: bytes) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from functools import partial
 from typing import Any, ClassVar, Generic, TypeVar
 
 from armdrive.errors import BadRequest, StateFileError
@@ -11,7 +12,6 @@ from armdrive.sim.bus.line import BusLine, Outbox
 from armdrive.sim.bus.node import BusNode
 from armdrive.sim.device import Board, SharedState, SwitchState
 from armdrive.sim.mechanics.shafts import ShaftDrive
-from armdrive.sim.wire import WireDevice
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import MEND, Json, Saved
 from firmware_protocol.frames import Unpacker
@@ -88,10 +88,7 @@ class DrivesBoard(Board, Generic[N]):
         self._loop = NodeLoop(shafts, self.nodes, self.shared)
         self._unpacker = Unpacker()
         self._controls = NodeControls(self._loop, bits_s)
-
-    def line(self, device: WireDevice) -> BusLine:
-        """Make the bus of the drives."""
-        return BusLine(device, self._controls.bits_s)
+        self.line = partial(BusLine, bitrate=bits_s)
 
     def drives(self) -> NodeControls:
         """Return what can be done to single drives."""
@@ -194,7 +191,7 @@ class DrivesBoard(Board, Generic[N]):
 
     def forget(self) -> None:
         """Have no drive hold its shaft or know where it is, and lose what is on its way."""
-        self._release()
+        self._shafts.release_all(self.now_s)
         for node in self.nodes:
             switch_power(node, False, self.now_s)
         self._loop.clear()
@@ -203,14 +200,11 @@ class DrivesBoard(Board, Generic[N]):
     def reset(self) -> None:
         """Have every drive begin again, and for that time let its shaft go."""
         if self.shared.powered:
-            self._release()
+            self._shafts.release_all(self.now_s)
             for node in self.nodes:
                 if node.port.powered:
                     node.restart(self.now_s)
             self._loop.collect()
-
-    def _release(self) -> None:
-        self._shafts.release(range(len(self.nodes)), self.now_s)
 
 
 def switch_power(node: BusNode, on: bool, now_s: float) -> None:

@@ -345,6 +345,10 @@ class ShaftDrive(MotorDrive[ShaftPoints]):
         self.world.energised = False
         self._free(now_s)
 
+    def release_all(self, now_s: float) -> None:
+        """Take the current of all motors."""
+        self.release(range(len(self.holding)), now_s)
+
     def hold(self, motor: int, now_s: float) -> None:
         """Give a motor its current, where it is."""
         self.look(now_s)
