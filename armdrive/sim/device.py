@@ -1,7 +1,7 @@
 """The simulated device that every dialect shares, its board, their abilities, options and report.
 
 A `WireDevice` (wire.py) takes and returns bytes on a clock that is handed to it. A `SimDevice` is
-that, with the physical arm and the person beside it. It holds a `Board`, the dialect's controller:
+that, with the physical arm and the person at the arm. It holds a `Board`, the dialect's controller:
 to add a dialect, write a subclass of `Board`. Only some boards have a pendant, limit switches and
 so on: each such ability is a protocol, asked of the board by `isinstance`. `lacks` is the refusal
 of boards that do not have it.
@@ -66,7 +66,7 @@ class Resettable(Protocol):
     """A board with a reset that leaves the power on: a button, a watchdog, DTR."""
 
     def reset(self) -> None:
-        """Begin the firmware anew; what that does to position and current is the board's own."""
+        """Restart the firmware; what that does to position and current depends on the board."""
 
 
 class SwitchState(Enum):
@@ -96,10 +96,10 @@ class DriveControls(Protocol):
         """The speed of their bus."""
 
     def mute(self, drive: int, on: bool) -> None:
-        """Have a drive say nothing, while it hears and obeys; or speak again."""
+        """Have a drive send nothing, although it receives and obeys; or send again."""
 
     def plug(self, drive: int, on: bool) -> None:
-        """Plug a drive's CAN cable in, or pull it: it neither hears nor says anything then."""
+        """Plug a drive's CAN cable in, or pull it: then the drive neither receives nor sends."""
 
     def power(self, drive: int, on: bool) -> None:
         """Take a drive's supply away, and what it holds comes down; or give it back."""
@@ -119,7 +119,7 @@ class DriveControls(Protocol):
 
 @runtime_checkable
 class DrivesOnBus(Protocol):
-    """A board that says and hears packed frames."""
+    """A board that sends and receives packed frames."""
 
     def drives(self) -> DriveControls:
         """Return what can be done to its drives."""
@@ -158,13 +158,13 @@ def lacks(board: Board, what: str) -> BadRequest:
 class SharedState:
     """What a board and its device both see; the device sets the time, the power and the inputs.
 
-    `said` is what waits to be sent: the board appends to it, and nobody replaces it.
+    `outgoing` is what waits to be sent: boards append to it, and never replace it.
     """
 
     now_s: float = 0.0
     powered: bool = True
     inputs_set: int = 0
-    said: bytearray = field(default_factory=bytearray)
+    outgoing: bytearray = field(default_factory=bytearray)
 
 
 class Board(abc.ABC):
@@ -263,7 +263,7 @@ class Board(abc.ABC):
         self.drive.set_counts(registers, self.now_s)
 
     def known(self) -> dict[str, Json]:
-        """Return what the board knows, to be saved beside the world."""
+        """Return what the board knows, to be saved together with the world."""
         return write(self, self.remembered)
 
     def recall_known(self, saved: Saved) -> None:
@@ -283,7 +283,7 @@ Action = Callable[[], None]
 
 
 class SimDevice:
-    """A simulated device on a physical arm: its board, and the person beside them.
+    """A simulated device on a physical arm: its board, and the person at the arm.
 
     It keeps the clock, the agenda and the power, takes the bytes to and from the wire, and saves
     all of it. What a board has besides is asked of `board`, by its abilities.
@@ -307,23 +307,23 @@ class SimDevice:
         return self.board.byte_gap_s
 
     def receive(self, data: bytes, now_s: float) -> None:
-        """Take bytes that have arrived by now; without power nobody hears them."""
+        """Take bytes that have arrived by now; without power they are lost."""
         self._advance(now_s)
         if self.powered:
             self.board.hear(data)
 
     def transmit(self, now_s: float) -> bytes:
-        """Advance the arm to now and return what the board has said since the last call."""
+        """Advance the arm to now and return what the board has sent since the last call."""
         self._advance(now_s)
-        if not self._shared.said:
+        if not self._shared.outgoing:
             return b""
-        said = bytes(self._shared.said)
-        self._shared.said.clear()
-        return said
+        sent = bytes(self._shared.outgoing)
+        self._shared.outgoing.clear()
+        return sent
 
     def next_s(self) -> float:
         """Tell when a motion ends or something on the agenda is due; infinity while it waits."""
-        return self._shared.now_s if self._shared.said else self._next_event_s()
+        return self._shared.now_s if self._shared.outgoing else self._next_event_s()
 
     # What can be seen.
 
@@ -388,7 +388,7 @@ class SimDevice:
         """Switch off: motion stops dead, the arm sags, and whatever the board knew is lost."""
         self.board.drive.lose_power(self.now_s)
         self._shared.powered = False
-        self._shared.said.clear()
+        self._shared.outgoing.clear()
         self.board.forget()
 
     def power_on(self) -> None:

@@ -328,7 +328,7 @@ class PacedDevice:
     """A `Line` to a device: carries bytes both ways at a baud rate, or at once where there is none.
 
     Time may be advanced in steps of any size: what happens in between happens at its own moment,
-    so that an answer is as late as it would be if somebody had looked all the time. Of lines that
+    so that an answer is as late as if the line had been looked at all the time. Of lines that
     are put on a paced line at once, each arrives at its own moment.
     """
 
@@ -389,7 +389,7 @@ class PacedDevice:
         self.faults.lose_late()
 
     def replug(self, now_s: float) -> None:
-        """Put the cable back; what the device said meanwhile went nowhere."""
+        """Put the cable back; what the device sent meanwhile is lost."""
         self.advance(now_s)
         self.plug()
 
@@ -418,10 +418,10 @@ class PacedDevice:
             self._push(late, now_s)
         for arrived in self._in.pull_each(now_s):
             self.device.receive(arrived, now_s)
-        said = self.device.transmit(now_s)
+        sent = self.device.transmit(now_s)
         pieces = self.faults.device.due(now_s)
-        if said and self._plugged:
-            pieces += self.faults.device.passed(said, now_s)
+        if sent and self._plugged:
+            pieces += self.faults.device.passed(sent, now_s)
         for piece in pieces:
             self._out.extra_s = self.device.byte_gap_s
             self._out.push(piece, now_s)

@@ -66,7 +66,7 @@ class ArmdroidQuirks:
     """What differs between boards.
 
     `character_s` is how long a character takes, `room_bytes` how many wait at most, `boot_s` how
-    long a reset lasts. A board with native USB `greets` whoever opens its port; another
+    long a reset lasts. A board with native USB `greets` the program that opens its port; another
     `resets_on_open`. `speed_error` 0.2 makes motions a fifth longer.
     """
 
@@ -177,12 +177,12 @@ class ArmdroidBoard(Board):
 
     def hear(self, data: bytes) -> None:
         """Take characters, as many as there is room for; none while it starts."""
-        heard = b"" if self.now_s < self._deaf_until_s else data
-        heard = heard[: self.quirks.room_bytes - len(self._waiting)]
-        self.lost_bytes += len(data) - len(heard)
-        if heard and not self._waiting:
+        taken = b"" if self.now_s < self._deaf_until_s else data
+        taken = taken[: self.quirks.room_bytes - len(self._waiting)]
+        self.lost_bytes += len(data) - len(taken)
+        if taken and not self._waiting:
             self._turn_s = max(self._turn_s, self.now_s + self.quirks.character_s)
-        self._waiting += heard
+        self._waiting += taken
 
     def due_s(self) -> float:
         """Tell when it takes its next character, or a motion ends."""
@@ -196,7 +196,7 @@ class ArmdroidBoard(Board):
             super().happen()
         elif self._greeting:
             self._greeting = False
-            self.shared.said += self._codec.send(Welcome())
+            self.shared.outgoing += self._codec.send(Welcome())
         else:
             self._codec.receive_data(bytes([self._waiting.pop(0)]))
             if (event := self._codec.next_event()) is not None:
@@ -240,9 +240,9 @@ class ArmdroidBoard(Board):
             case ReportArguments():
                 self._answer(ArgumentsReported(self.kept, self._codec.accumulator))
             case Version():
-                self.shared.said += self._codec.send(VersionReported())
+                self.shared.outgoing += self._codec.send(VersionReported())
             case InterfaceKind():
-                self.shared.said += self._codec.send(InterfaceReported())
+                self.shared.outgoing += self._codec.send(InterfaceReported())
 
     def _turn(self, steps: Sequence[int]) -> None:
         if any(steps):
@@ -251,7 +251,7 @@ class ArmdroidBoard(Board):
         self.drive.rack.start(by_motor(steps), interval_s, self.now_s, in_proportion=False)
 
     def _answer(self, answer: Owed) -> None:
-        self.shared.said += self._codec.send(answer)
+        self.shared.outgoing += self._codec.send(answer)
         self._turn_s = self.now_s + self.quirks.character_s
 
     def boot(self) -> None:
@@ -284,9 +284,9 @@ KIND = SimDeviceKind(
     options=(
         Option("speed_error", 0.0, "0.2: motors a fifth slower than the sketch says"),
         Option("character_s", _USUAL.character_s, "seconds that the board takes for a character"),
-        Option("room_bytes", _USUAL.room_bytes, "so many characters wait during a motion"),
+        Option("room_bytes", _USUAL.room_bytes, "characters that can wait during a motion"),
         Option("boot_s", _USUAL.boot_s, "seconds that a reset lasts"),
-        Option("greets", _USUAL.greets, "native USB: says Welcome to whoever opens its port"),
-        Option("resets_on_open", _USUAL.resets_on_open, "begins anew when its port is opened"),
+        Option("greets", _USUAL.greets, "native USB: says Welcome when its port is opened"),
+        Option("resets_on_open", _USUAL.resets_on_open, "restarts when its port is opened"),
     ),
 )

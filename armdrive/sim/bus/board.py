@@ -52,16 +52,16 @@ class NodeLoop(Generic[N]):
         for node in self.nodes if nodes is None else nodes:
             port, index = node.port, node.motor.index
             self._dues[index] = node.due_s()
-            if port.said:
-                for data in port.said:
+            if port.outgoing:
+                for data in port.outgoing:
                     self._outbox.put(self.shared.now_s + port.answer_s, index, data)
-                port.said.clear()
+                port.outgoing.clear()
         self.nodes_due_s = min(*self._dues, self._shafts.look_s)
         self.due_s = min(self.nodes_due_s, self._outbox.next_s)
 
     def send(self) -> None:
         """Send the frames that are ready."""
-        self.shared.said += self._outbox.take(self.shared.now_s)
+        self.shared.outgoing += self._outbox.take(self.shared.now_s)
         self.due_s = min(self.nodes_due_s, self._outbox.next_s)
 
     def clear(self) -> None:
@@ -73,8 +73,8 @@ class NodeLoop(Generic[N]):
 class DrivesBoard(Board, Generic[N]):
     """All drives of an arm in the place of one board: packed frames go in and come out.
 
-    Input bit n is the switch of drive n. A drive does not hear what the others say: it would matter
-    only if two drives shared an id, or a group had the id of a drive.
+    Input bit n is the switch of drive n. Drives do not receive each other's frames: that would
+    matter only if two drives shared an id, or a group had the id of a drive.
     """
 
     register_range = (-COUNT_MOST, COUNT_MOST)
@@ -164,7 +164,7 @@ class DrivesBoard(Board, Generic[N]):
     # Time.
 
     def hear(self, data: bytes) -> None:
-        """Let the drives hear the frames that have arrived."""
+        """Hand the frames that have arrived to the drives that listen to them."""
         for frame in self._unpacker.feed(data):
             ears = [node for node in self.nodes if node.listens(frame.can_id)]
             for node in ears:
@@ -230,11 +230,11 @@ class NodeControls:
         self._collect = loop.collect
 
     def mute(self, drive: int, on: bool) -> None:
-        """Have a drive say nothing, while it hears and obeys; or speak again."""
+        """Have a drive send nothing, although it receives and obeys; or send again."""
         self.node(drive).port.mute = on
 
     def plug(self, drive: int, on: bool) -> None:
-        """Plug a drive's CAN cable in, or pull it: it neither hears nor says anything then."""
+        """Plug a drive's CAN cable in, or pull it: then the drive neither receives nor sends."""
         self.node(drive).port.plugged = on
 
     def withhold_done(self, drive: int, on: bool) -> None:
@@ -257,7 +257,9 @@ class NodeControls:
     def set_id(self, drive: int, node: int) -> int:
         """Give a drive an id, another one's perhaps; return the old."""
         before = self.node(drive).set_id(node, self._shared.now_s)
-        if self.node(drive).port.booting:  # a kind that begins to talk anew has something to do
+        if self.node(
+            drive
+        ).port.booting:  # a drive that restarts its communication has something to do
             self._collect()
         return before
 

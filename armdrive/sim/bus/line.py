@@ -44,10 +44,10 @@ _HOST_QUEUE = -1
 
 
 class FrameWire:
-    """The bus: whoever sends waits until it is free, and for frames with lower ids.
+    """The bus: a sender waits until it is free, and until frames with lower ids have passed.
 
     Frames of one node with one id keep their order. Those of a host leave one after the other,
-    as from the queue of its adapter; nodes have a queue each, told apart by the id they send with.
+    as from the queue of its adapter; nodes have one queue for each id that they send with.
     """
 
     def __init__(self, bitrate: int) -> None:
@@ -145,9 +145,9 @@ class BusLine(PacedDevice):
         self._bitrate = bitrate
         self.bus = FrameWire(bitrate)
         self.bus_off = False
-        """Whether the host's controller has left the bus: it neither sends nor hears."""
+        """Whether the host's controller has left the bus: it neither sends nor receives."""
         self._of_host = Unpacker()
-        self._heard: list[tuple[float, bytes]] = []
+        self._unread: list[tuple[float, bytes]] = []
 
     @property
     def pace(self) -> str:
@@ -177,32 +177,32 @@ class BusLine(PacedDevice):
                 self._pass(frame, BusSide.HOST, now_s)
 
     def receive(self, now_s: float) -> bytes:
-        """Take the frames that the host has heard by now."""
+        """Take the frames that have reached the host by now."""
         self.advance(now_s)
-        if not self._heard:
+        if not self._unread:
             return b""
-        taken, self._heard = self._heard, []
+        taken, self._unread = self._unread, []
         return b"".join([data for _, data in taken])
 
     def next_s(self) -> float:
         """Tell when something next happens on either side; infinity while all is quiet."""
-        return self._heard[0][0] if self._heard else self._due_s()
+        return self._unread[0][0] if self._unread else self._due_s()
 
     def readable_s(self) -> float:
-        """Return when the host has heard a frame that it did not take; infinity without one."""
-        return self._heard[0][0] if self._heard else math.inf
+        """Return when the first unread frame reached the host; infinity without one."""
+        return self._unread[0][0] if self._unread else math.inf
 
     def unplug(self) -> None:
         """Pull the adapter out: what it had to say is lost; the drives live on."""
         super().unplug()
         self._of_host = Unpacker()
-        self._heard.clear()
+        self._unread.clear()
         self.bus.clear(BusSide.HOST)
 
     def say(self, data: bytes, now_s: float) -> None:
-        """Have the host hear bytes that no drive has sent, as noise within its adapter."""
+        """Have the host read bytes that no drive has sent, as noise within its adapter."""
         if self._on_bus:
-            self._heard.append((now_s, data))
+            self._unread.append((now_s, data))
 
     def reopen(self) -> None:
         """Take the adapter up again, which brings its controller back to the bus."""
@@ -213,7 +213,7 @@ class BusLine(PacedDevice):
         self.bus_off = off
         if off:
             self.bus.clear(BusSide.HOST)
-            self._heard.clear()
+            self._unread.clear()
 
     @property
     def _on_bus(self) -> bool:
@@ -243,9 +243,9 @@ class BusLine(PacedDevice):
                 if passed.sender is BusSide.HOST:
                     self.device.receive(pack(passed.frame), now_s)
                 elif self._on_bus:
-                    self._heard.append((now_s, pack(passed.frame)))
-        if said := self.device.transmit(now_s):
-            for frame in Unpacker().feed(said):
+                    self._unread.append((now_s, pack(passed.frame)))
+        if sent := self.device.transmit(now_s):
+            for frame in Unpacker().feed(sent):
                 self._pass(frame, BusSide.DEVICE, now_s)
         for late in self.faults.device.due(now_s):
             self._put(late, BusSide.DEVICE, now_s)
@@ -254,8 +254,8 @@ class BusLine(PacedDevice):
 # --- Frames on their way from the drives to the bus ----------------------------------------------
 #
 # Several drives of one id answer at the same moment. Equal frames overlap bit by bit, and the host
-# hears one. Different frames destroy each other until one drive's controller has counted so many
-# errors that it yields; then both come, late and one after the other.
+# receives one. Different frames destroy each other until one drive's controller has counted enough
+# errors to yield; then both come, late and one after the other.
 
 COLLISION_S = 0.004
 """Sixteen tries of a frame at 500 kbit/s, which make a controller error-passive (ISO 11898-1)."""
@@ -279,14 +279,14 @@ class Outbox:
 
     def take(self, now_s: float) -> bytes:
         """Return what comes to the bus by now."""
-        said = b""
+        ready = b""
         while self.next_s <= now_s:
             together = self._together()
             if len(together) == 1:
-                said += together[0][1]
+                ready += together[0][1]
             else:
-                said += self._sorted_out(together, now_s)
-        return said
+                ready += self._sorted_out(together, now_s)
+        return ready
 
     def clear(self) -> None:
         """Lose everything."""
@@ -306,13 +306,13 @@ class Outbox:
         for drive, data in together:
             (frame,) = Unpacker().feed(data)
             by_id[frame.can_id].setdefault(drive, []).append(data)
-        said = b""
+        ready = b""
         for drives in by_id.values():
             first, *others = (b"".join(frames) for frames in drives.values())
             if all(other == first for other in others):
-                said += first
+                ready += first
                 continue
             for number, (drive, frames) in enumerate(drives.items(), 1):
                 for data in frames:
                     self.put(now_s + number * COLLISION_S, drive, data)
-        return said
+        return ready

@@ -1,4 +1,4 @@
-"""One simulated CiA 402 drive: the table of its objects, what it hears and says, and its power."""
+"""One simulated CiA 402 drive: the table of its objects, its frames and its power."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Cia402Node:
             dictionary, self.objects.number_of, self.reader, self._act, self._say
         )
         self._forget_talk()
-        self.nmt.booted()  # it has said so long ago
+        self.nmt.booted()  # its boot-up message was sent long ago
 
     @property
     def number(self) -> int:
@@ -124,15 +124,15 @@ class Cia402Node:
     def _serve(self, frame: Frame, now_s: float) -> None:
         if not self.nmt.takes("sdo"):
             return
-        said = [self.sdo.receive_frame(frame)]
+        answers = [self.sdo.receive_frame(frame)]
         while (event := self.sdo.next_event()) is not None:
             if isinstance(event, canopen.ReadAsked):
                 if event.place in READINGS:
                     self.objects.keep(event.place, self.read(event.place, now_s))
-                said.append(self.objects.store.answer(self.sdo, event))
+                answers.append(self.objects.store.answer(self.sdo, event))
             elif isinstance(event, canopen.WriteAsked):
-                said.append(self._write(event, now_s))
-        for each in said:
+                answers.append(self._write(event, now_s))
+        for each in answers:
             self._say(each)
 
     def _write(self, ask: canopen.WriteAsked, now_s: float) -> Frame | None:
@@ -159,10 +159,10 @@ class Cia402Node:
 
     def reader(self, place: Place) -> Callable[[float], int]:
         """Return what reads an object that is a number."""
-        told = READINGS.get(place)
-        if told is None:
+        reading = READINGS.get(place)
+        if reading is None:
             return lambda _: self.objects.number_of(place, 0)
-        return partial(told, self)
+        return partial(reading, self)
 
     def _act(self, values: Sequence[tuple[Place, int]], now_s: float) -> None:
         """Take over what a PDO has brought; a value that an object may not have is left out."""
@@ -263,7 +263,7 @@ class Cia402Node:
 
     def _renew(self, number: int) -> None:
         """Know nothing but what it is."""
-        self.port.said.clear()
+        self.port.outgoing.clear()
         self.port.boots_s = -math.inf
         self.objects.renew(number)
         self.motion.forget()
@@ -285,7 +285,7 @@ class Cia402Node:
         self.beat_s = math.inf
         """When its next heartbeat is due."""
         self.silent_s = math.inf
-        """When its master's silence is too long; infinity until that has been heard once."""
+        """When the master's silence is too long; infinity before the master's first heartbeat."""
 
     # What a person changes and sees.
 

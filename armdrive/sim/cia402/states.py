@@ -69,7 +69,7 @@ class Cia402States:
     ) -> None:
         self._motor, self._motion, self._objects, self._emcy = motor, motion, objects, emcy
         self.ailing: set[int] = set()
-        """Error codes of what is wrong with it until somebody mends it."""
+        """Error codes of the faults that a person has not mended yet."""
         self.forget()
 
     def forget(self) -> None:
@@ -91,7 +91,7 @@ class Cia402States:
 
     @property
     def enabled(self) -> bool:
-        """Whether it does what it is told."""
+        """Whether the drive obeys set-points."""
         return self.machine.state is DriveState.ENABLED
 
     @property
@@ -197,7 +197,7 @@ class Cia402States:
         return self._objects.number_of(canopen.FOLLOWING_ERROR_TIMEOUT_MS, 0) / 1000
 
     def _watch_shaft(self, now_s: float) -> None:
-        """Fail where the shaft has been too far from where it was told to be, for too long."""
+        """Fail where the following error has been too large for too long."""
         behind = abs(self._motion.behind(now_s)) if self.state in _OBEYING else 0
         if not behind:  # as nearly always
             self._astray_s = math.inf
@@ -292,7 +292,7 @@ class Cia402States:
             self.command(_REACTIONS[reaction], now_s)
 
     def take_back(self) -> None:
-        """Have its master be heard again."""
+        """Take note that the master's heartbeat is back."""
         if self.forsaken:
             self.forsaken = False
             if self.state not in _FAULTY:

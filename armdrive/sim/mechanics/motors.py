@@ -129,7 +129,7 @@ class MotorRack:
         self._counts = tuple(a + b for a, b in zip(self._counts, deltas, strict=True))
 
     def zero(self) -> None:
-        """Begin to count anew; nothing turns."""
+        """Count from zero again; nothing turns."""
         self._counts = (0,) * len(self._counts)
         self._motion = None
 
@@ -145,7 +145,7 @@ class Rack(Protocol):
 
     @property
     def moving(self) -> bool:
-        """Whether a motion is under way, or has ended and nobody has called `settle` since."""
+        """Whether a motion is under way, or has ended without a call of `settle` since."""
 
     @property
     def done_s(self) -> float:
@@ -167,7 +167,7 @@ class Rack(Protocol):
         """Count steps that were made apart from any motion, while standing."""
 
     def zero(self) -> None:
-        """Begin to count anew; nothing turns."""
+        """Count from zero again; nothing turns."""
 
 
 R = TypeVar("R", bound=Rack)

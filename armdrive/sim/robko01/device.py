@@ -94,8 +94,8 @@ class FirmwareReader:
     - **It loses the next frame** after a frame with a length of 0 and after a doubled 0xAA. A byte
       that does not fit sends it back to waiting for 0xAA without being looked at again, so an 0xAA
       among the bytes that are left over is taken for the beginning of a frame.
-    - **Short payloads run on stale bytes.** The payload is copied into a buffer that nobody
-      clears, and an operation reads its whole length from there. (What `MoveSpeed` finds behind a
+    - **Short payloads run on stale bytes.** The payload is copied into a buffer that is
+      never cleared, and an operation reads its whole length from there. (What `MoveSpeed` finds behind a
       short payload was not seen; the same is assumed.) Bytes too many are ignored.
     """
 
@@ -148,7 +148,7 @@ class FirmwareReader:
 THINKS_S = 0.0025
 """A ping of eight bytes went round in 5 ms; the rest of that was the line's."""
 EARLY_ZERO_S = 0.010
-"""So long behind an accepted move `IsMoving` may still answer that nothing moves."""
+"""How long after an accepted move `IsMoving` may still answer that nothing moves."""
 AVR, ESP32 = "avr", "esp32"
 
 
@@ -166,7 +166,7 @@ of the retrofit's `ApplicationConfiguration.h`."""
 class RobkoQuirks:
     """What differs between boards: see `kind` for each.
 
-    With `grid_s` a motor has a chance to make a step only so often. `watchdog_s` of silence
+    With `grid_s` a motor can make a step only at these intervals. `watchdog_s` of silence
     switch the motors off (0: there is no watchdog); with `rearms` any frame switches them on.
 
     Quirks of the AVR board, all seen on the ARDN_Operation example on an atmega328p in an AVR
@@ -220,7 +220,7 @@ class RobkoDrive(MotorDrive[UncoordinatedRack]):
         self._stretch, self._absolute_sets_top = stretch, quirks.absolute_sets_top
 
     def run_at(self, axes: Axes, now_s: float) -> None:
-        """Have every axis run at a speed until it is told otherwise: operation 12."""
+        """Have every axis run at a speed until the next order: operation 12."""
         for axis, speed in enumerate(axes.speeds_steps_s):
             self.rack.run(axis, speed / self._stretch, now_s)
 
@@ -256,7 +256,7 @@ class RobkoDrive(MotorDrive[UncoordinatedRack]):
 
 
 class SimRobkoBoard(Board):
-    """The board, the arm, and the person beside them; see `RobkoQuirks` for what differs."""
+    """The board and the arm; see `RobkoQuirks` for what differs."""
 
     title: ClassVar[str] = "Robko 01"
     remembered: ClassVar[Mapping[str, Form]] = {"enabled": FLAG, "outputs": BYTE}
@@ -314,7 +314,7 @@ class SimRobkoBoard(Board):
         return min(self._answer_s, self._fed_s + self.quirks.watchdog_s if watched else math.inf)
 
     def forget(self) -> None:
-        """Begin the firmware anew."""
+        """Restart the firmware."""
         self.drive.rack.restart()
         self._begin()
 
@@ -333,10 +333,10 @@ class SimRobkoBoard(Board):
         }
 
     def reset(self) -> None:
-        """Begin the firmware anew: motion stops dead, positions are zero, and the motors off."""
+        """Restart the firmware: motion stops dead, positions are zero, and the motors off."""
         if self.shared.powered:
             self.drive.lose_power(self.now_s)
-            self.shared.said.clear()
+            self.shared.outgoing.clear()
             self.forget()
 
     def hear(self, data: bytes) -> None:
@@ -359,8 +359,8 @@ class SimRobkoBoard(Board):
             self._switch(False, now_s)
 
     def _take_up(self, now_s: float) -> None:
-        while not self.unanswered and (heard := self._codec.next_event()) is not None:
-            if isinstance(heard, Ignored):
+        while not self.unanswered and (event := self._codec.next_event()) is not None:
+            if isinstance(event, Ignored):
                 self._ignored += 1
             else:
                 self._answer_s = now_s + THINKS_S
@@ -373,7 +373,7 @@ class SimRobkoBoard(Board):
         if isinstance(request, SavePosition | LoadPosition):
             self._codec.forget()
         else:
-            self.shared.said += self._codec.send(self._do(request, now_s))
+            self.shared.outgoing += self._codec.send(self._do(request, now_s))
 
     def _do(self, request: Request, now_s: float) -> Answer:
         match request:

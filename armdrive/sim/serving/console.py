@@ -62,7 +62,7 @@ _SWITCH = {"on": True, "off": False, "1": True, "0": False}
 
 
 def _state(console: Console, _: list[str]) -> ConsoleAnswer:
-    # the device's own clock: whoever looks on late still learns when what is seen was so
+    # the device's own clock: a late reader still learns when this state was true
     time_s = round(console.device.now_s, _S_DIGITS)
     return ConsoleAnswer(
         state_line(console.device), {"time_s": time_s, **state_json(console.device)}
@@ -92,7 +92,7 @@ def _guide(console: Console, _: list[str]) -> ConsoleAnswer:
         raise BadRequest("no reference posture is known of this arm")
     joints = console.device.world.body.arm.ik(reference.pose)
     console.device.bring_to(joints, reference.opening_mm)
-    return ConsoleAnswer("somebody brought the arm to its reference posture by hand")
+    return ConsoleAnswer("a person brought the arm to its reference posture by hand")
 
 
 def _put(console: Console, words: list[str]) -> ConsoleAnswer:

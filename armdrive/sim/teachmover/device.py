@@ -305,13 +305,15 @@ class TeachMoverBoard(Board):
     def _tell(self, request: Read | QDump) -> None:
         self._answer(Status.DONE)
         if isinstance(request, Read):
-            self.shared.said += self._codec.send(Registers(self.registers, self.key, self.inputs))
+            self.shared.outgoing += self._codec.send(
+                Registers(self.registers, self.key, self.inputs)
+            )
         else:
             for row in self.memory.in_order:
-                self.shared.said += self._codec.send(row)
+                self.shared.outgoing += self._codec.send(row)
 
     def _answer(self, status: Status) -> None:
-        self.shared.said += self._codec.send(status)
+        self.shared.outgoing += self._codec.send(status)
 
     def _rate_hz(self, speed: int) -> float:
         return rate_hz(self.settings.speed_table, speed, self.motor_speed.error)
