@@ -31,8 +31,8 @@ class Killed(Enum):
     grblHAL/core; protocol_disable_steppers of bdring/FluidNC Protocol.cpp.
     """
 
-    LATE = "it is held for $1 with the interrupts off, then has no current until the board has restarted"
-    AT_ONCE = "it has no current until the board has restarted"
+    LATE = "it is held for $1 with the interrupts off, then free until the board has restarted"
+    AT_ONCE = "it is free until the board has restarted"
     NEVER = "the board restarts before $1 is over, and keeps the current on"
 
 

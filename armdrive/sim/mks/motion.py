@@ -255,7 +255,7 @@ class MksMotion:
         self.armed, self.stored = on, None
 
     def start_stored(self, now_s: float, *, able: bool) -> None:
-        """Begin what is stored, if the drive is able to; the drive does not report that it began."""
+        """Begin what is stored, if the drive is able to, without reporting that."""
         asked, self.stored = self.stored, None
         self.armed = self.armed and self._quirks.flag("stays_armed")
         if asked is not None and able:

@@ -94,9 +94,9 @@ class FirmwareReader:
     - **It loses the next frame** after a frame with a length of 0 and after a doubled 0xAA. A byte
       that does not fit sends it back to waiting for 0xAA without being looked at again, so an 0xAA
       among the bytes that are left over is taken for the beginning of a frame.
-    - **Short payloads run on stale bytes.** The payload is copied into a buffer that is
-      never cleared, and an operation reads its whole length from there. (What `MoveSpeed` finds behind a
-      short payload was not seen; the same is assumed.) Bytes too many are ignored.
+    - **Short payloads run on stale bytes.** The payload is copied into a buffer that is never
+      cleared, and an operation reads its whole length from there. (What `MoveSpeed` finds behind
+      a short payload was not seen; the same is assumed.) Bytes too many are ignored.
     """
 
     def __init__(self) -> None:
