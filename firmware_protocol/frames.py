@@ -104,7 +104,7 @@ class Unpacker:
         if not self._pending:  # a bus is looked at far more often than it carries
             if not data:
                 return []
-            if len(data) <= RECORD_MAX and (frame := _only(bytes(data))) is not None:
+            if len(data) <= RECORD_MAX and (frame := _whole(bytes(data))) is not None:
                 return [frame]
         self._pending += data
         frames: list[Frame] = []
@@ -113,7 +113,7 @@ class Unpacker:
             size = _size(self._pending, at)
             if size is None or at + size > len(self._pending):
                 break
-            frame = _read(bytes(self._pending[at : at + size])) if size else None
+            frame = _whole(bytes(self._pending[at : at + size])) if size else None
             if frame is None:
                 following = self._pending.find(_SYNC, at + 1)
                 at = following if following > 0 else len(self._pending)
@@ -138,7 +138,7 @@ class Unpacker:
         return frames
 
 
-def _size(pending: bytearray, at: int) -> int | None:
+def _size(pending: bytes | bytearray, at: int) -> int | None:
     """Return the length of the record that begins at an index: None not yet known, 0 none does."""
     if pending[at] != _SYNC:
         return 0
@@ -151,15 +151,11 @@ def _size(pending: bytearray, at: int) -> int | None:
     return _HEADER + (4 if kind & _EXTENDED else 2) + length + _CRC
 
 
-def _only(data: bytes) -> Frame | None:
-    """Return the frame of bytes that are one whole record."""
-    pending = bytearray(data)
-    return _read(data) if _size(pending, 0) == len(data) else None
-
-
 @lru_cache(maxsize=4096)
-def _read(record: bytes) -> Frame | None:
-    """Return the frame of a record. The same are read over and over, by both ends of a bus too."""
+def _whole(record: bytes) -> Frame | None:
+    """Return the frame of bytes that are one whole record; both ends of a bus read the same."""
+    if _size(record, 0) != len(record):
+        return None
     body = record[:-_CRC]
     if crc_hqx(body, _CRC_BEGIN) != int.from_bytes(record[-_CRC:], "big"):
         return None

@@ -19,6 +19,7 @@ from typing import Any, Protocol, Self
 from armdrive.errors import ArmError, BadRequest
 from armdrive.runtime.engine import Engine
 from armdrive.status import Lateness
+from armdrive.transports.in_process import MemoryLink
 
 # Signals that end a program, delayed while a simulated engine takes a step.
 #
@@ -141,6 +142,11 @@ class ClockProgress:
         clock = self._clock
         if math.isinf(next_s) and math.isinf(end_s):
             raise ArmError("the simulated arm has nothing left to do")
+        engines = clock.engines
+        if len(engines) == 1 and isinstance(link := engines[0].link, MemoryLink):
+            alone_s = min(engines[0].due_s, end_s)
+            if next_s < alone_s:  # the device wants to go on, and its driver does not
+                next_s = link.run(alone_s)
         clock.now_s = max(clock.now_s, min(next_s, end_s))
         self._turns += 1
         if clock.now_s > self._since_s + STUCK_S:
@@ -242,7 +248,13 @@ class SimulatedPace:
         return self.clock.wait(done, end_s, self.driving)
 
     def wake(self) -> None:
+<<<<<<< HEAD
         """Do nothing: no thread sleeps on simulated time."""
+=======
+        """Have the engine take a turn at what the device does next."""
+        if self._engine is not None:
+            self._engine.link.wake()
+>>>>>>> h23-sim
 
     def close(self) -> None:
         """Stop calling the engine."""

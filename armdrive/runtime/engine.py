@@ -170,6 +170,8 @@ class Engine:
         self.controller = controller
         self.tracer = tracer
         self.now_s = 0.0
+        self.due_s = -math.inf
+        """When the engine has work even if the wire brings nothing; -inf while that is unknown."""
         self.asleep_s: Callable[[], float] = _never
         self.round_s: Callable[[], float] = _never
         self._suspend_count = 0
@@ -297,6 +299,7 @@ class Engine:
     def advance(self, now_s: float) -> float:
         """Do all that is due; return the time of the next call, on the same clock."""
         self.now_s = now_s
+        self.due_s = -math.inf
         if self._broken is not None:
             next_s = math.inf if self.reconnect is None else self.reconnect(now_s)
             if self._broken is not None:
@@ -495,7 +498,12 @@ class Engine:
             self._next = None
 
     def _next_s(self) -> float:
-        due_s = min(self.link.next_s(), self.controller.next_s())
+        self.due_s = self._due_s()
+        return min(self.due_s, self.link.next_s())
+
+    def _due_s(self) -> float:
+        """Return when the engine has work even if the wire brings nothing."""
+        due_s = self.controller.next_s()
         if self._task is not None:
             due_s = min(due_s, self._task.until_s)
         if self._asked:

@@ -1,7 +1,7 @@
 """The simulated device that every dialect shares, its board, their abilities, options and report.
 
 A `WireDevice` (wire.py) takes and returns bytes on a clock that is handed to it. A `SimDevice` is
-that, with the physical arm and the person beside it. It holds a `Board`, the dialect's controller:
+that, with the physical arm and the person at the arm. It holds a `Board`, the dialect's controller:
 to add a dialect, write a subclass of `Board`. Only some boards have a pendant, limit switches and
 so on: each such ability is a protocol, asked of the board by `isinstance`. `lacks` is the refusal
 of boards that do not have it.
@@ -14,10 +14,11 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import partial
 from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 
 from armdrive.errors import BadRequest
-from armdrive.sim.mechanics.motors import MotorDrive
+from armdrive.sim.mechanics.motors import MotorDrive, MotorSpeed
 from armdrive.sim.wire import PacedDevice, TimeQueue, WireDevice
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import (
@@ -34,35 +35,30 @@ from kinematics.errors import did_you_mean
 from kinematics.spaces import Joints, Motors
 
 
-@runtime_checkable
-class HasPendant(Protocol):
-    """A board with a teach pendant, whose keys have names."""
-
-    def key_names(self) -> tuple[str, ...]:
-        """Name the keys."""
+class TeachPendant(Protocol):
+    """A teach pendant, to which the host can hand control over."""
 
     def press_named(self, name: str) -> None:
-        """Press a key. Raises `BadRequest` for one that there is not."""
+        """Press a key by its name. Raises `BadRequest` for a key that the pendant lacks."""
+
+    def return_control(self) -> bool:
+        """Give control back to the host; return False where the host has it already."""
 
 
 @runtime_checkable
-class GivesControl(Protocol):
-    """A board whose host can hand control over to the person beside the arm."""
+class HasPendant(Protocol):
+    """A board with a teach pendant."""
 
-    def pendant_returns(self) -> bool:
-        """Give control back to the host; False where the host has it."""
+    @property
+    def pendant(self) -> TeachPendant:
+        """The pendant."""
 
 
 @runtime_checkable
 class HasSpeedError(Protocol):
     """A board whose motors can be set to turn faster or slower than it believes."""
 
-    @property
-    def speed_error(self) -> float:
-        """By which share motions last longer than they should."""
-
-    def set_speed_error(self, error: float) -> None:
-        """Set it for motions that begin from now on. Raises `BadRequest`."""
+    motor_speed: MotorSpeed
 
 
 @runtime_checkable
@@ -70,7 +66,7 @@ class Resettable(Protocol):
     """A board with a reset that leaves the power on: a button, a watchdog, DTR."""
 
     def reset(self) -> None:
-        """Begin the firmware anew; what that does to position and current is the board's own."""
+        """Restart the firmware; what that does to position and current depends on the board."""
 
 
 class SwitchState(Enum):
@@ -100,10 +96,10 @@ class DriveControls(Protocol):
         """The speed of their bus."""
 
     def mute(self, drive: int, on: bool) -> None:
-        """Have a drive say nothing, while it hears and obeys; or speak again."""
+        """Have a drive send nothing, although it receives and obeys; or send again."""
 
     def plug(self, drive: int, on: bool) -> None:
-        """Plug a drive's CAN cable in, or pull it: it neither hears nor says anything then."""
+        """Plug a drive's CAN cable in, or pull it: then the drive neither receives nor sends."""
 
     def power(self, drive: int, on: bool) -> None:
         """Take a drive's supply away, and what it holds comes down; or give it back."""
@@ -123,7 +119,7 @@ class DriveControls(Protocol):
 
 @runtime_checkable
 class DrivesOnBus(Protocol):
-    """A board that says and hears packed frames."""
+    """A board that sends and receives packed frames."""
 
     def drives(self) -> DriveControls:
         """Return what can be done to its drives."""
@@ -162,13 +158,13 @@ def lacks(board: Board, what: str) -> BadRequest:
 class SharedState:
     """What a board and its device both see; the device sets the time, the power and the inputs.
 
-    `said` is what waits to be sent: the board appends to it, and nobody replaces it.
+    `outgoing` is what waits to be sent: boards append to it, and never replace it.
     """
 
     now_s: float = 0.0
     powered: bool = True
     inputs_set: int = 0
-    said: bytearray = field(default_factory=bytearray)
+    outgoing: bytearray = field(default_factory=bytearray)
 
 
 class Board(abc.ABC):
@@ -193,6 +189,8 @@ class Board(abc.ABC):
         self.drive = drive
         self.baud = baud
         self.shared = SharedState()
+        self.line: Callable[[WireDevice], PacedDevice] = partial(PacedDevice, baud=baud)
+        """Makes the line to the device that has this board: a serial one at its pace."""
 
     @property
     def now_s(self) -> float:
@@ -222,10 +220,6 @@ class Board(abc.ABC):
 
     # The wire and time.
 
-    def line(self, device: WireDevice) -> PacedDevice:
-        """Make the line to the device that has this board: a serial one at its pace."""
-        return PacedDevice(device, self.baud)
-
     @abc.abstractmethod
     def hear(self, data: bytes) -> None:
         """Take bytes that have arrived now; called only with power."""
@@ -251,11 +245,6 @@ class Board(abc.ABC):
     def forget(self) -> None:
         """Lose what is lost with the power; registers, motion and current are gone already."""
 
-    def stop_dead(self) -> None:
-        """End motion dead, let the motors go, and count from zero."""
-        self.drive.set_counts((0,) * len(self.world.motors), self.now_s)
-        self.world.cut_current(self.now_s)
-
     # What a person does.
 
     def set_input(self, bit: int, on: bool) -> None:
@@ -274,7 +263,7 @@ class Board(abc.ABC):
         self.drive.set_counts(registers, self.now_s)
 
     def known(self) -> dict[str, Json]:
-        """Return what the board knows, to be saved beside the world."""
+        """Return what the board knows, to be saved together with the world."""
         return write(self, self.remembered)
 
     def recall_known(self, saved: Saved) -> None:
@@ -294,7 +283,7 @@ Action = Callable[[], None]
 
 
 class SimDevice:
-    """A simulated device on a physical arm: its board, and the person beside them.
+    """A simulated device on a physical arm: its board, and the person at the arm.
 
     It keeps the clock, the agenda and the power, takes the bytes to and from the wire, and saves
     all of it. What a board has besides is asked of `board`, by its abilities.
@@ -318,21 +307,23 @@ class SimDevice:
         return self.board.byte_gap_s
 
     def receive(self, data: bytes, now_s: float) -> None:
-        """Take bytes that have arrived by now; without power nobody hears them."""
+        """Take bytes that have arrived by now; without power they are lost."""
         self._advance(now_s)
         if self.powered:
             self.board.hear(data)
 
     def transmit(self, now_s: float) -> bytes:
-        """Advance the arm to now and return what the board has said since the last call."""
+        """Advance the arm to now and return what the board has sent since the last call."""
         self._advance(now_s)
-        said = bytes(self._shared.said)
-        self._shared.said.clear()
-        return said
+        if not self._shared.outgoing:
+            return b""
+        sent = bytes(self._shared.outgoing)
+        self._shared.outgoing.clear()
+        return sent
 
     def next_s(self) -> float:
         """Tell when a motion ends or something on the agenda is due; infinity while it waits."""
-        return self.now_s if self._shared.said else self._next_event_s()
+        return self._shared.now_s if self._shared.outgoing else self._next_event_s()
 
     # What can be seen.
 
@@ -395,9 +386,9 @@ class SimDevice:
 
     def power_off(self) -> None:
         """Switch off: motion stops dead, the arm sags, and whatever the board knew is lost."""
-        self.board.stop_dead()
+        self.board.drive.lose_power(self.now_s)
         self._shared.powered = False
-        self._shared.said.clear()
+        self._shared.outgoing.clear()
         self.board.forget()
 
     def power_on(self) -> None:
@@ -436,8 +427,9 @@ class SimDevice:
     # Time.
 
     def _next_event_s(self) -> float:
-        own_s = self.board.due_s() if self.powered else math.inf
-        return min(own_s, self._agenda.next_s)
+        own_s = self.board.due_s() if self._shared.powered else math.inf
+        agenda_s = self._agenda.next_s
+        return min(agenda_s, own_s)
 
     def _advance(self, now_s: float) -> None:
         """Live through everything up to now, each thing at its own time."""

@@ -179,19 +179,19 @@ class TimeQueue(Generic[T]):
     def __init__(self) -> None:
         self._entries: list[tuple[float, int, T]] = []
         self._number = itertools.count()
-
-    @property
-    def next_s(self) -> float:
+        self.next_s = math.inf
         """When the next one is due; infinity while there is none."""
-        return self._entries[0][0] if self._entries else math.inf
 
     def put(self, time_s: float, thing: T) -> None:
         """Have something come at a time."""
         heapq.heappush(self._entries, (time_s, next(self._number), thing))
+        self.next_s = self._entries[0][0]
 
     def pop(self) -> T:
         """Take the next one out."""
-        return heapq.heappop(self._entries)[2]
+        thing = heapq.heappop(self._entries)[2]
+        self.next_s = self._entries[0][0] if self._entries else math.inf
+        return thing
 
     def due(self, now_s: float) -> Iterator[T]:
         """Take out one after the other that is due by now."""
@@ -201,6 +201,7 @@ class TimeQueue(Generic[T]):
     def clear(self) -> None:
         """Have nothing come any more."""
         self._entries.clear()
+        self.next_s = math.inf
 
 
 class WireDirection:
@@ -219,7 +220,7 @@ class WireDirection:
     @property
     def clear(self) -> bool:
         """Whether all passes at once as it is."""
-        return not self.rules and math.isinf(self.next_s)
+        return not self.rules and self._late.next_s == math.inf
 
     def passed(self, data: bytes, now_s: float) -> list[bytes]:
         """Return what of a message passes at once; the rest is lost, or comes by `due`."""
@@ -236,7 +237,7 @@ class WireDirection:
 
     def due(self, now_s: float) -> list[bytes]:
         """Take the late messages whose time has come."""
-        return list(self._late.due(now_s))
+        return list(self._late.due(now_s)) if self._late.next_s <= now_s else []
 
     def lose_late(self) -> None:
         """Lose what is late."""
@@ -253,7 +254,8 @@ class WireFaults:
     @property
     def next_s(self) -> float:
         """When a late message is due on either lane."""
-        return min(self.host.next_s, self.device.next_s)
+        host_s, device_s = self.host.next_s, self.device.next_s
+        return min(device_s, host_s)
 
     def lose_late(self) -> None:
         """Lose what is late in both directions."""
@@ -326,7 +328,7 @@ class PacedDevice:
     """A `Line` to a device: carries bytes both ways at a baud rate, or at once where there is none.
 
     Time may be advanced in steps of any size: what happens in between happens at its own moment,
-    so that an answer is as late as it would be if somebody had looked all the time. Of lines that
+    so that an answer is as late as if the line had been looked at all the time. Of lines that
     are put on a paced line at once, each arrives at its own moment.
     """
 
@@ -375,6 +377,10 @@ class PacedDevice:
         """Tell when something next happens on either side; infinity while all is quiet."""
         return min(self._due_s(), self._out.next_s())
 
+    def readable_s(self) -> float:
+        """Return when what is on its way to the host has arrived; infinity while nothing is."""
+        return self._out.next_s()
+
     def unplug(self) -> None:
         """Pull the cable: what is under way is lost in both directions; the device lives on."""
         self._plugged = False
@@ -383,7 +389,7 @@ class PacedDevice:
         self.faults.lose_late()
 
     def replug(self, now_s: float) -> None:
-        """Put the cable back; what the device said meanwhile went nowhere."""
+        """Put the cable back; what the device sent meanwhile is lost."""
         self.advance(now_s)
         self.plug()
 
@@ -412,10 +418,10 @@ class PacedDevice:
             self._push(late, now_s)
         for arrived in self._in.pull_each(now_s):
             self.device.receive(arrived, now_s)
-        said = self.device.transmit(now_s)
+        sent = self.device.transmit(now_s)
         pieces = self.faults.device.due(now_s)
-        if said and self._plugged:
-            pieces += self.faults.device.passed(said, now_s)
+        if sent and self._plugged:
+            pieces += self.faults.device.passed(sent, now_s)
         for piece in pieces:
             self._out.extra_s = self.device.byte_gap_s
             self._out.push(piece, now_s)

@@ -11,6 +11,8 @@ from armdrive.errors import LinkLost, NoSuchPort
 from armdrive.transports.link import Bell, ByteLine
 
 L = TypeVar("L", bound=ByteLine)
+MOST_EVENTS = 100
+"""A host looks after so many events at the latest; where time does not pass, it finds that out."""
 
 
 class MemoryLink(Generic[L]):
@@ -27,6 +29,7 @@ class MemoryLink(Generic[L]):
         self._plugged = True
         self._connected = True
         self._closed = False
+        self._woken = False
 
     @property
     def line(self) -> L:
@@ -52,12 +55,32 @@ class MemoryLink(Generic[L]):
         """Tell when bytes arrive at either end or the device does something next."""
         return self._line.next_s()
 
+    def run(self, until_s: float) -> float:
+        """Let the device act by itself while its host has nothing to read, at most until a moment.
+
+        Returns when the host has to look: at that moment, or earlier for bytes, for a `wake`, or
+        for a wire that was lost. On simulated time a host need not look at everything between.
+        """
+        for _ in range(MOST_EVENTS):
+            next_s = self.next_s()
+            if next_s >= until_s:
+                return until_s
+            cut_off = not (self._plugged and self._connected) or self._closed
+            if cut_off or self._line.readable_s() <= next_s:
+                break
+            self._line.advance(next_s)
+            if self._woken or self._line.trouble:
+                self._woken = False
+                break
+        return next_s
+
     def wait(self, timeout_s: float) -> None:
         """Sleep until `wake` is called or the time is over (real time only)."""
         self._bell.wait(timeout_s)
 
     def wake(self) -> None:
-        """End a `wait` early, from any thread."""
+        """End a `wait` or a `run` early, from any thread."""
+        self._woken = True
         self._bell.ring()
 
     def unplug(self) -> None:

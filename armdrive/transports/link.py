@@ -64,6 +64,9 @@ class ByteLine(Protocol):
     def next_s(self) -> float:
         """Tell when something next happens on either side; infinity while all is quiet."""
 
+    def readable_s(self) -> float:
+        """Return when the host next has bytes to read, by what is on its way; else infinity."""
+
     def unplug(self) -> None:
         """Pull the cable: what is under way is lost in both directions."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 from firmware_protocol.canopen.drives import (
     NO_STATUS,
@@ -30,6 +31,15 @@ class SetPoint:
     target: int
     relative: bool
     at_once: bool
+
+
+_BITS = {
+    (False, False): NO_STATUS,
+    (True, False): StatusBit.REACHED,
+    (False, True): StatusBit.ACKNOWLEDGED,
+    (True, True): StatusBit.REACHED | StatusBit.ACKNOWLEDGED,
+}
+"""The bits of the statusword, by whether the target is reached and the set-point acknowledged."""
 
 
 class SetPoints:
@@ -61,8 +71,7 @@ class SetPoints:
         """Its bits of the statusword."""
         reached = self._stands if self._halted else self._active is None
         acknowledged = self._acknowledged or self._next is not None
-        bits = StatusBit.REACHED if reached else NO_STATUS
-        return bits | StatusBit.ACKNOWLEDGED if acknowledged else bits
+        return _BITS[reached, acknowledged]
 
     def control(self, word: Controlword, target: int) -> SetPoint | None:
         """Take a controlword, and what 607A holds; returns what is driven to from now on.
@@ -130,9 +139,7 @@ class DriveDevice:
 
     def statusword(self, bits: StatusBit = NO_STATUS) -> Statusword:
         """Return what it says, with what its owner adds: voltage, warning, following error."""
-        if bits & (StatusBit.REACHED | StatusBit.ACKNOWLEDGED):
-            raise BadField("bits", bits, "none of those that are the set-points'")
-        return Statusword.of(self._state, bits | StatusBit.REMOTE | self._points.bits)
+        return _statusword(self._state, bits, self._points.bits)
 
     def control(
         self, word: Controlword, target: int = 0
@@ -177,3 +184,10 @@ class DriveDevice:
         self._state = row.end
         self._points = SetPoints(self._word)
         return row
+
+
+@lru_cache(maxsize=256)
+def _statusword(state: DriveState, bits: StatusBit, of_points: StatusBit) -> Statusword:
+    if bits & _BITS[True, True]:
+        raise BadField("bits", bits, "none of those that are the set-points'")
+    return Statusword.of(state, bits | StatusBit.REMOTE | of_points)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass
 from enum import Enum, IntEnum, IntFlag
+from functools import lru_cache
 from typing import TypeAlias
 
 from firmware_protocol.errors import BadField, whole
@@ -133,7 +134,7 @@ class Controlword:
     @property
     def command(self) -> Command:
         """What it tells the state machine; every controlword tells it something."""
-        return next(each for each in Command if self.value & each.mask == each.wanted)
+        return _command_of(self.value)
 
     @property
     def bits(self) -> ControlBit:
@@ -142,7 +143,7 @@ class Controlword:
 
     def has(self, bit: ControlBit) -> bool:
         """Whether a bit is set."""
-        return bool(self.value & bit)
+        return bool(self.value & int(bit))  # flags among themselves are slow, and asked often
 
     def __str__(self) -> str:
         """Write it as manuals do, with its command."""
@@ -168,7 +169,7 @@ class Statusword:
     @property
     def state(self) -> DriveState | None:
         """The drive's state; None for a pattern that CiA 402 does not have."""
-        return next((each for each in DriveState if self.value & each.mask == each.wanted), None)
+        return _state_of(self.value)
 
     @property
     def bits(self) -> StatusBit:
@@ -177,13 +178,26 @@ class Statusword:
 
     def has(self, bit: StatusBit) -> bool:
         """Whether a bit is set."""
-        return bool(self.value & bit)
+        return bool(self.value & int(bit))  # flags among themselves are slow, and asked often
 
     def __str__(self) -> str:
         """Write it as manuals do, with its state."""
         state = self.state
         words = "no state" if state is None else state.name.lower().replace("_", " ")
         return f"{self.value:04X} ({words})"
+
+
+# Drives say and hear the same few words again and again.
+
+
+@lru_cache(maxsize=256)
+def _command_of(value: int) -> Command:
+    return next(each for each in Command if value & each.mask == each.wanted)
+
+
+@lru_cache(maxsize=256)
+def _state_of(value: int) -> DriveState | None:
+    return next((each for each in DriveState if value & each.mask == each.wanted), None)
 
 
 _ALL_CONTROL = sum(ControlBit)

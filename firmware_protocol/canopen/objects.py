@@ -6,6 +6,7 @@ import struct
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum, IntEnum
+from functools import cached_property
 from typing import TypeAlias
 
 from firmware_protocol.canopen.cob import checked_node
@@ -65,22 +66,22 @@ class DataType(IntEnum):
     U56 = 0x1A
     U64 = 0x1B
 
-    @property
+    @cached_property  # every PDO asks for it
     def size(self) -> int | None:
         """How many bytes a value has; None where that differs from value to value."""
         return _SIZES.get(self)
 
-    @property
+    @cached_property
     def bits(self) -> int | None:
         """How many bits a value has in a PDO; None where it cannot be mapped."""
         return 1 if self is DataType.BOOLEAN else None if self.size is None else 8 * self.size
 
-    @property
+    @cached_property
     def signed(self) -> bool:
         """Whether it is a whole number with a sign."""
         return self in _SIGNED
 
-    @property
+    @cached_property
     def limits(self) -> tuple[int, int] | None:
         """The least and the greatest whole number; None for what is none."""
         return _LIMITS.get(self)

@@ -10,6 +10,7 @@ import struct
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import TypeAlias
 
 from firmware_protocol.canopen.cob import Service, checked_node, cob_id
 from firmware_protocol.canopen.objects import DataType, Dictionary, Place, Value
@@ -267,11 +268,14 @@ class DevicePdo:
     free_s: float = -math.inf
     """When it may be sent again."""
     size: int = field(init=False)
+    synchronous: bool = field(init=False)
+    """Whether it goes by SYNC."""
     _codec: struct.Struct = field(init=False)
 
     def __post_init__(self) -> None:
         self.places = tuple(entry.place for entry in self.mapping.entries)
         self.size = self.mapping.size
+        self.synchronous = self.transmission <= SYNCHRONOUS_MOST
         self._codec = struct.Struct("<" + "".join(map(_code, self.mapping.entries)))
 
     def pack(self, values: Sequence[int]) -> bytes:
@@ -282,14 +286,14 @@ class DevicePdo:
         """Return the objects and their values of data that is long enough."""
         return [*zip(self.places, self._codec.unpack_from(data), strict=True)]
 
-    @property
-    def synchronous(self) -> bool:
-        """Whether it goes by SYNC."""
-        return self.transmission <= SYNCHRONOUS_MOST
+
+Reader: TypeAlias = Callable[[float], int]
+"""Returns what an object is at a moment."""
+_Transmitted: TypeAlias = tuple[DevicePdo, list[Reader]]
 
 
 class DevicePdos:
-    """Those that exist. `value` is what an object holds; `read` what it is at a moment.
+    """The PDOs that exist. `value` is what an object holds; `reader` finds out how to read it.
 
     `say` brings a frame to the bus; `act` is handed what a PDO has brought, once that is acted on.
     """
@@ -298,14 +302,15 @@ class DevicePdos:
         self,
         dictionary: Dictionary,
         value: Callable[[Place], int],
-        read: Callable[[Place, float], int],
+        reader: Callable[[Place], Reader],
         act: Callable[[Sequence[tuple[Place, int]], float], None],
         say: Callable[[Frame], None],
     ) -> None:
         self._dictionary, self._value = dictionary, value
-        self._read, self._act, self._say = read, act, say
+        self._reader, self._act, self._say = reader, act, say
         self._received: dict[int, DevicePdo] = {}
-        self._transmitted: tuple[DevicePdo, ...] = ()
+        self._by_sync: list[_Transmitted] = []
+        self._by_event: list[_Transmitted] = []
         self.rebuild()
 
     @property
@@ -316,20 +321,22 @@ class DevicePdos:
     def rebuild(self) -> None:
         """Read the objects again."""
         self._received = {pdo.can_id: pdo for pdo in self._described(Direction.RECEIVED)}
-        self._transmitted = tuple(self._described(Direction.TRANSMITTED))
+        self._by_sync, self._by_event = [], []
+        for pdo in self._described(Direction.TRANSMITTED):
+            readers = [self._reader(place) for place in pdo.places]
+            (self._by_sync if pdo.synchronous else self._by_event).append((pdo, readers))
 
     # When they are sent, and acted on.
 
     @property
     def due_s(self) -> float:
         """When the next one is to be sent by its timer."""
-        return min((pdo.due_s for pdo in self._transmitted), default=math.inf)
+        return min((pdo.due_s for pdo, _ in self._by_event), default=math.inf)
 
     def sync(self, now_s: float) -> None:
         """Tell how the drive stands at this moment, and only then do what came before it."""
-        for pdo in self._transmitted:
-            if pdo.synchronous:
-                self._send_in_turn(pdo, now_s)
+        for pdo, readers in self._by_sync:
+            self._send_in_turn(pdo, pdo.pack([read(now_s) for read in readers]), now_s)
         for pdo in self._received.values():
             if pdo.synchronous and pdo.data:
                 data, pdo.data = pdo.data, b""
@@ -348,25 +355,20 @@ class DevicePdos:
 
     def tell_changes(self, now_s: float) -> None:
         """Send those that go by themselves, where something has changed or their time has come."""
-        for pdo in self._transmitted:
-            if not pdo.synchronous:
-                data = self._packed(pdo, now_s)
-                if pdo.free_s <= now_s and (data != pdo.data or pdo.due_s <= now_s):
-                    self._send(pdo, data, now_s)
-                elif data != pdo.data:
-                    pdo.due_s = min(pdo.due_s, pdo.free_s)
+        for pdo, readers in self._by_event:
+            data = pdo.pack([read(now_s) for read in readers])
+            if pdo.free_s <= now_s and (data != pdo.data or pdo.due_s <= now_s):
+                self._send(pdo, data, now_s)
+            elif data != pdo.data:
+                pdo.due_s = min(pdo.due_s, pdo.free_s)
 
-    def _send_in_turn(self, pdo: DevicePdo, now_s: float) -> None:
-        data = self._packed(pdo, now_s)
+    def _send_in_turn(self, pdo: DevicePdo, data: bytes, now_s: float) -> None:
         pdo.beats += 1
         if pdo.transmission == AT_CHANGE and data == pdo.data:
             return
         if pdo.beats >= pdo.transmission:
             pdo.beats = 0
             self._send(pdo, data, now_s)
-
-    def _packed(self, pdo: DevicePdo, now_s: float) -> bytes:
-        return pdo.pack([self._read(place, now_s) for place in pdo.places])
 
     def _send(self, pdo: DevicePdo, data: bytes, now_s: float) -> None:
         self._say(Frame(pdo.can_id, data))

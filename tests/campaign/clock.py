@@ -12,6 +12,7 @@ from types import FrameType
 from armdrive.runtime.clock import SimulatedPace
 from armdrive.runtime.engine import Engine
 from armdrive.sim.wire import TimeQueue
+from armdrive.transports.link import Link
 
 MOST_TURNS = 10_000
 """An engine that is called so often while no time passes goes round in a circle. The simulated
@@ -154,6 +155,15 @@ class CampaignPace(SimulatedPace):
         if self._driven.broken is not None:
             self.meanwhile(now_s)
         return min(self._driven.advance(now_s), self._agenda.next_s)
+
+    due_s = -math.inf
+    """As an engine, it takes a turn at everything that a device does."""
+
+    @property
+    def link(self) -> Link:
+        """The wire of the engine."""
+        assert self._driven is not None
+        return self._driven.link
 
     def close(self) -> None:
         """Let go of the engine, and with it of all that the program had in memory."""

@@ -252,7 +252,10 @@ class Course:
             self._at_s = max(self._at_s + step_s, math.nextafter(self._at_s, math.inf))
             self._past.append((self._at_s, self.place))
         self._at_s = now_s
-        self._past.append((now_s, self.place))
+        past = self._past
+        if len(past) > 1 and past[-1][1] == past[-2][1] == self.place:
+            past.pop()  # it stands: both ends of that time tell as much
+        past.append((now_s, self.place))
         while self._past[0][0] < now_s - PAST_S:
             self._past.popleft()
 
@@ -281,13 +284,13 @@ class Course:
 
     def hull(self, from_s: float, to_s: float) -> Interval:
         """Return from where to where it went between two moments."""
-        low, high = math.inf, -math.inf
+        places = []
         for at_s, place in reversed(self._past):
             if at_s <= to_s:
-                low, high = min(low, place), max(high, place)
+                places.append(place)
             if at_s < from_s:
                 break
-        return Interval(low, high) if low <= high else Interval(self.place, self.place)
+        return Interval(min(places), max(places)) if places else Interval(self.place, self.place)
 
     def in_force(self, from_s: float, late_s: float) -> tuple[Order, ...]:
         """Return what it may have obeyed since a moment, if orders can be so late."""

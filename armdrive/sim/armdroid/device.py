@@ -9,13 +9,13 @@ is unknown too: a reset of the board lets the motors go.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import ClassVar
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
 from armdrive.sim.device import Board, Option, Options, lacks
-from armdrive.sim.mechanics.motors import MotorDrive, MotorRack, checked_error
+from armdrive.sim.mechanics.motors import MotorDrive, MotorRack, MotorSpeed, checked_error
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import Form, Json, whole
@@ -66,7 +66,7 @@ class ArmdroidQuirks:
     """What differs between boards.
 
     `character_s` is how long a character takes, `room_bytes` how many wait at most, `boot_s` how
-    long a reset lasts. A board with native USB `greets` whoever opens its port; another
+    long a reset lasts. A board with native USB `greets` the program that opens its port; another
     `resets_on_open`. `speed_error` 0.2 makes motions a fifth longer.
     """
 
@@ -89,7 +89,7 @@ class ArmdroidQuirks:
         if rpm == 0:
             return NEVER_S
         interval_s = MINUTE_MS // TURN_STEPS // (rpm % (1 << 32)) / 1000.0
-        return max(interval_s, AT_ONCE_S) * (1.0 + self.speed_error)
+        return max(interval_s, AT_ONCE_S)
 
 
 def by_channel(by_motor: Sequence[int]) -> tuple[int, ...]:
@@ -120,6 +120,7 @@ class ArmdroidBoard(Board):
         world = world or World()
         super().__init__(world, MotorDrive(world, MotorRack((0,) * len(world.motors))), baud)
         self.quirks = quirks or ArmdroidQuirks()
+        self.motor_speed = MotorSpeed(self.quirks.speed_error)
         self.lost_bytes = 0
         self.rpm = RPM_DEFAULT
         """The speed that was set last."""
@@ -149,20 +150,11 @@ class ArmdroidBoard(Board):
         """The arguments that a stray `D` would carry out."""
         return self._codec.arguments
 
-    @property
-    def speed_error(self) -> float:
-        """By which share motions last longer than they should."""
-        return self.quirks.speed_error
-
     def details(self) -> dict[str, Json]:
         """Return the speed, how wrong it is, and what a stray `D` would repeat."""
-        return {"rpm": self.rpm, "speed_error": self.speed_error, "kept": list(self.kept)}
+        return {"rpm": self.rpm, "speed_error": self.motor_speed.error, "kept": list(self.kept)}
 
     # What a person can do.
-
-    def set_speed_error(self, error: float) -> None:
-        """Make motions that begin from now on last longer (0.2: a fifth) or shorter (negative)."""
-        self.quirks = replace(self.quirks, speed_error=error)
 
     def set_input(self, bit: int, on: bool) -> None:  # noqa: ARG002
         """Refuse: the board has no inputs."""
@@ -177,7 +169,7 @@ class ArmdroidBoard(Board):
 
     def reset(self) -> None:
         """Press the board's button: motion ends dead, offsets and speed are lost, motors let go."""
-        self.stop_dead()
+        self.drive.lose_power(self.now_s)
         self.forget()
         self.boot()
 
@@ -185,12 +177,12 @@ class ArmdroidBoard(Board):
 
     def hear(self, data: bytes) -> None:
         """Take characters, as many as there is room for; none while it starts."""
-        heard = b"" if self.now_s < self._deaf_until_s else data
-        heard = heard[: self.quirks.room_bytes - len(self._waiting)]
-        self.lost_bytes += len(data) - len(heard)
-        if heard and not self._waiting:
+        taken = b"" if self.now_s < self._deaf_until_s else data
+        taken = taken[: self.quirks.room_bytes - len(self._waiting)]
+        self.lost_bytes += len(data) - len(taken)
+        if taken and not self._waiting:
             self._turn_s = max(self._turn_s, self.now_s + self.quirks.character_s)
-        self._waiting += heard
+        self._waiting += taken
 
     def due_s(self) -> float:
         """Tell when it takes its next character, or a motion ends."""
@@ -204,7 +196,7 @@ class ArmdroidBoard(Board):
             super().happen()
         elif self._greeting:
             self._greeting = False
-            self.shared.said += self._codec.send(Welcome())
+            self.shared.outgoing += self._codec.send(Welcome())
         else:
             self._codec.receive_data(bytes([self._waiting.pop(0)]))
             if (event := self._codec.next_event()) is not None:
@@ -248,18 +240,18 @@ class ArmdroidBoard(Board):
             case ReportArguments():
                 self._answer(ArgumentsReported(self.kept, self._codec.accumulator))
             case Version():
-                self.shared.said += self._codec.send(VersionReported())
+                self.shared.outgoing += self._codec.send(VersionReported())
             case InterfaceKind():
-                self.shared.said += self._codec.send(InterfaceReported())
+                self.shared.outgoing += self._codec.send(InterfaceReported())
 
     def _turn(self, steps: Sequence[int]) -> None:
         if any(steps):
             self.drive.energise()
-        interval_s = self.quirks.interval_s(self.rpm)
+        interval_s = self.quirks.interval_s(self.rpm) * self.motor_speed.stretch
         self.drive.rack.start(by_motor(steps), interval_s, self.now_s, in_proportion=False)
 
     def _answer(self, answer: Owed) -> None:
-        self.shared.said += self._codec.send(answer)
+        self.shared.outgoing += self._codec.send(answer)
         self._turn_s = self.now_s + self.quirks.character_s
 
     def boot(self) -> None:
@@ -292,9 +284,9 @@ KIND = SimDeviceKind(
     options=(
         Option("speed_error", 0.0, "0.2: motors a fifth slower than the sketch says"),
         Option("character_s", _USUAL.character_s, "seconds that the board takes for a character"),
-        Option("room_bytes", _USUAL.room_bytes, "so many characters wait during a motion"),
+        Option("room_bytes", _USUAL.room_bytes, "characters that can wait during a motion"),
         Option("boot_s", _USUAL.boot_s, "seconds that a reset lasts"),
-        Option("greets", _USUAL.greets, "native USB: says Welcome to whoever opens its port"),
-        Option("resets_on_open", _USUAL.resets_on_open, "begins anew when its port is opened"),
+        Option("greets", _USUAL.greets, "native USB: says Welcome when its port is opened"),
+        Option("resets_on_open", _USUAL.resets_on_open, "restarts when its port is opened"),
     ),
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from functools import partial
 from typing import Any, ClassVar, Generic, TypeVar
 
 from armdrive.errors import BadRequest, StateFileError
@@ -11,7 +12,6 @@ from armdrive.sim.bus.line import BusLine, Outbox
 from armdrive.sim.bus.node import BusNode
 from armdrive.sim.device import Board, SharedState, SwitchState
 from armdrive.sim.mechanics.shafts import ShaftDrive
-from armdrive.sim.wire import WireDevice
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import MEND, Json, Saved
 from firmware_protocol.frames import Unpacker
@@ -29,24 +29,15 @@ class NodeLoop(Generic[N]):
         self.shared = shared
         self._shafts = shafts
         self._outbox = Outbox()
-        self._look_s = math.inf
         self._dues = [math.inf for _ in self.nodes]
+        self.nodes_due_s = self.due_s = math.inf
+        """When a drive does something or looks at its shaft; and when that, or a frame is ready."""
         self.collect()
 
     @property
     def busy(self) -> bool:
         """Whether a drive carries out an order, or a frame is on its way."""
         return self._outbox.next_s < math.inf or any(node.busy for node in self.nodes)
-
-    @property
-    def nodes_due_s(self) -> float:
-        """When a drive does something, or looks at its shaft."""
-        return min(self._nodes_due_s, self._look_s)
-
-    @property
-    def due_s(self) -> float:
-        """When a drive does something, looks at its shaft, or a frame is ready."""
-        return min(self.nodes_due_s, self._outbox.next_s)
 
     def live(self) -> None:
         """Let every drive do what is due."""
@@ -58,29 +49,32 @@ class NodeLoop(Generic[N]):
 
     def collect(self, nodes: Iterable[N] | None = None) -> None:
         """Take what drives have to say, and see when they have something to do again."""
-        self._look_s = self._shafts.look_s
         for node in self.nodes if nodes is None else nodes:
             port, index = node.port, node.motor.index
             self._dues[index] = node.due_s()
-            for data in port.said:
-                self._outbox.put(self.shared.now_s + port.answer_s, index, data)
-            port.said.clear()
-        self._nodes_due_s = min(self._dues)
+            if port.outgoing:
+                for data in port.outgoing:
+                    self._outbox.put(self.shared.now_s + port.answer_s, index, data)
+                port.outgoing.clear()
+        self.nodes_due_s = min(*self._dues, self._shafts.look_s)
+        self.due_s = min(self.nodes_due_s, self._outbox.next_s)
 
     def send(self) -> None:
         """Send the frames that are ready."""
-        self.shared.said += self._outbox.take(self.shared.now_s)
+        self.shared.outgoing += self._outbox.take(self.shared.now_s)
+        self.due_s = min(self.nodes_due_s, self._outbox.next_s)
 
     def clear(self) -> None:
         """Lose the frames that are on their way."""
         self._outbox.clear()
+        self.due_s = self.nodes_due_s
 
 
 class DrivesBoard(Board, Generic[N]):
     """All drives of an arm in the place of one board: packed frames go in and come out.
 
-    Input bit n is the switch of drive n. A drive does not hear what the others say: it would matter
-    only if two drives shared an id, or a group had the id of a drive.
+    Input bit n is the switch of drive n. Drives do not receive each other's frames: that would
+    matter only if two drives shared an id, or a group had the id of a drive.
     """
 
     register_range = (-COUNT_MOST, COUNT_MOST)
@@ -94,10 +88,7 @@ class DrivesBoard(Board, Generic[N]):
         self._loop = NodeLoop(shafts, self.nodes, self.shared)
         self._unpacker = Unpacker()
         self._controls = NodeControls(self._loop, bits_s)
-
-    def line(self, device: WireDevice) -> BusLine:
-        """Make the bus of the drives."""
-        return BusLine(device, self._controls.bits_s)
+        self.line = partial(BusLine, bitrate=bits_s)
 
     def drives(self) -> NodeControls:
         """Return what can be done to single drives."""
@@ -173,7 +164,7 @@ class DrivesBoard(Board, Generic[N]):
     # Time.
 
     def hear(self, data: bytes) -> None:
-        """Let the drives hear the frames that have arrived."""
+        """Hand the frames that have arrived to the drives that listen to them."""
         for frame in self._unpacker.feed(data):
             ears = [node for node in self.nodes if node.listens(frame.can_id)]
             for node in ears:
@@ -200,7 +191,7 @@ class DrivesBoard(Board, Generic[N]):
 
     def forget(self) -> None:
         """Have no drive hold its shaft or know where it is, and lose what is on its way."""
-        self._release()
+        self._shafts.release_all(self.now_s)
         for node in self.nodes:
             switch_power(node, False, self.now_s)
         self._loop.clear()
@@ -209,14 +200,11 @@ class DrivesBoard(Board, Generic[N]):
     def reset(self) -> None:
         """Have every drive begin again, and for that time let its shaft go."""
         if self.shared.powered:
-            self._release()
+            self._shafts.release_all(self.now_s)
             for node in self.nodes:
                 if node.port.powered:
                     node.restart(self.now_s)
             self._loop.collect()
-
-    def _release(self) -> None:
-        self._shafts.release(range(len(self.nodes)), self.now_s)
 
 
 def switch_power(node: BusNode, on: bool, now_s: float) -> None:
@@ -242,11 +230,11 @@ class NodeControls:
         self._collect = loop.collect
 
     def mute(self, drive: int, on: bool) -> None:
-        """Have a drive say nothing, while it hears and obeys; or speak again."""
+        """Have a drive send nothing, although it receives and obeys; or send again."""
         self.node(drive).port.mute = on
 
     def plug(self, drive: int, on: bool) -> None:
-        """Plug a drive's CAN cable in, or pull it: it neither hears nor says anything then."""
+        """Plug a drive's CAN cable in, or pull it: then the drive neither receives nor sends."""
         self.node(drive).port.plugged = on
 
     def withhold_done(self, drive: int, on: bool) -> None:
@@ -269,7 +257,9 @@ class NodeControls:
     def set_id(self, drive: int, node: int) -> int:
         """Give a drive an id, another one's perhaps; return the old."""
         before = self.node(drive).set_id(node, self._shared.now_s)
-        if self.node(drive).port.booting:  # a kind that begins to talk anew has something to do
+        if self.node(
+            drive
+        ).port.booting:  # a drive that restarts its communication has something to do
             self._collect()
         return before
 

@@ -10,7 +10,7 @@ import heapq
 import itertools
 import math
 from collections import defaultdict, deque
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 from armdrive.sim.wire import PacedDevice, WireDevice
@@ -25,46 +25,53 @@ class BusSide(Enum):
     DEVICE = "device"
 
 
-@dataclass(frozen=True, slots=True)
-class Arrival:
-    """A frame that everybody on the bus has heard, and when."""
+@dataclass(slots=True)
+class Transmission:
+    """A frame that a controller sends: it waits from `ready_s` on, and has passed at `time_s`."""
 
-    frame: Frame
-    sender: BusSide
-    time_s: float
-
-
-@dataclass(frozen=True, slots=True)
-class _Waiting:
     frame: Frame
     sender: BusSide
     ready_s: float
+    time_s: float = math.inf
+    queue: int = field(init=False)
+    """The queue it waits in: the host has one, and every id of a node."""
+
+    def __post_init__(self) -> None:
+        self.queue = _HOST_QUEUE if self.sender is BusSide.HOST else self.frame.can_id
+
+
+_HOST_QUEUE = -1
 
 
 class FrameWire:
-    """The bus: whoever sends waits until it is free, and for those with lower ids.
+    """The bus: a sender waits until it is free, and until frames with lower ids have passed.
 
     Frames of one node with one id keep their order. Those of a host leave one after the other,
-    as from the queue of its adapter; nodes have a queue each, told apart by the id they send with.
+    as from the queue of its adapter; nodes have one queue for each id that they send with.
     """
 
     def __init__(self, bitrate: int) -> None:
         self.bit_s = 1.0 / bitrate
         self.busy_s = 0.0
         """For how long the bus has carried frames altogether."""
-        self._queues: dict[tuple[BusSide, int], deque[_Waiting]] = {}
-        self._now: tuple[_Waiting, float] | None = None
+        self._queues: dict[int, deque[Transmission]] = {}
+        self._now: Transmission | None = None
         self._free_s = -math.inf
-        self._arrived: list[Arrival] = []
+        self._arrived: list[Transmission] = []
 
     def push(self, frame: Frame, sender: BusSide, now_s: float) -> None:
         """Hand a frame to its sender's controller, which sends it as soon as it may."""
         self._run(now_s)
-        lane = (sender, -1 if sender is BusSide.HOST else frame.can_id)
-        self._queues.setdefault(lane, deque()).append(_Waiting(frame, sender, now_s))
-        self._begin()
+        sent = Transmission(frame, sender, now_s)
+        queue = self._queues.get(sent.queue)
+        if queue is None:
+            self._queues[sent.queue] = deque((sent,))
+        else:
+            queue.append(sent)
+        if self._now is None:
+            self._begin()
 
-    def pull(self, now_s: float) -> list[Arrival]:
+    def pull(self, now_s: float) -> list[Transmission]:
         """Take the frames that have passed whole by now, in their order."""
         self._run(now_s)
         arrived, self._arrived = self._arrived, []
@@ -74,36 +81,30 @@ class FrameWire:
         """Tell when the next frame has passed; infinity while the bus is silent."""
         if self._arrived:
             return self._arrived[0].time_s
-        return self._now[1] if self._now else math.inf
-
-    @property
-    def waiting(self) -> int:
-        """How many frames are under way or wait to be sent."""
-        return sum(map(len, self._queues.values())) + (self._now is not None)
+        return self._now.time_s if self._now else math.inf
 
     def waiting_of(self, sender: BusSide) -> int:
-        """Return how many of one side's are."""
-        queued = sum(len(queue) for (side, _), queue in self._queues.items() if side is sender)
-        return queued + (self._now is not None and self._now[0].sender is sender)
+        """Return how many frames of one side are under way or wait to be sent."""
+        queued = sum(len(queue) for queue in self._queues.values() if queue[0].sender is sender)
+        return queued + (self._now is not None and self._now.sender is sender)
 
-    def clear(self, sender: BusSide | None = None) -> None:
-        """Lose what waits, of one side or of both; what is on the bus is cut off."""
-        for lane in [each for each in self._queues if sender in (None, each[0])]:
-            del self._queues[lane]
-        if self._now and sender in (None, self._now[0].sender):
+    def clear(self, sender: BusSide) -> None:
+        """Lose what one side has to send; what it has on the bus is cut off."""
+        for key in [key for key, queue in self._queues.items() if queue[0].sender is sender]:
+            del self._queues[key]
+        if self._now and self._now.sender is sender:
             self._now = None
 
     def _run(self, now_s: float) -> None:
-        while self._now is not None and self._now[1] <= now_s:
-            sent, end_s = self._now
-            self._arrived.append(Arrival(sent.frame, sent.sender, end_s))
-            self._now, self._free_s = None, end_s
-            self._begin()
+        while self._now is not None and self._now.time_s <= now_s:
+            self._arrived.append(self._now)
+            self._free_s = self._now.time_s
+            self._now = None
+            if self._queues:
+                self._begin()
 
     def _begin(self) -> None:
-        """Let the frame with the lowest id of those that wait have the bus, if it is free."""
-        if self._now is not None or not self._queues:
-            return
+        """Let the frame with the lowest id of those that wait have the bus, which is free."""
         heads = [queue[0] for queue in self._queues.values()]
         won = heads[0]
         start_s = max(self._free_s, won.ready_s)
@@ -111,13 +112,15 @@ class FrameWire:
             start_s = max(self._free_s, min([each.ready_s for each in heads]))
             able = [each for each in heads if each.ready_s <= start_s]
             won = able[0] if len(able) == 1 else min(able, key=lambda each: _priority(each.frame))
-        lane = (won.sender, -1 if won.sender is BusSide.HOST else won.frame.can_id)
-        self._queues[lane].popleft()
-        if not self._queues[lane]:
-            del self._queues[lane]
+        queue = self._queues[won.queue]
+        if len(queue) > 1:
+            queue.popleft()
+        else:
+            del self._queues[won.queue]
         length_s = frame_bits(won.frame) * self.bit_s
         self.busy_s += length_s
-        self._now = won, start_s + length_s
+        won.time_s = start_s + length_s
+        self._now = won
 
 
 def _priority(frame: Frame) -> tuple[int, int, int, int]:
@@ -142,9 +145,9 @@ class BusLine(PacedDevice):
         self._bitrate = bitrate
         self.bus = FrameWire(bitrate)
         self.bus_off = False
-        """Whether the host's controller has left the bus: it neither sends nor hears."""
+        """Whether the host's controller has left the bus: it neither sends nor receives."""
         self._of_host = Unpacker()
-        self._heard: list[tuple[float, bytes]] = []
+        self._unread: list[tuple[float, bytes]] = []
 
     @property
     def pace(self) -> str:
@@ -174,26 +177,32 @@ class BusLine(PacedDevice):
                 self._pass(frame, BusSide.HOST, now_s)
 
     def receive(self, now_s: float) -> bytes:
-        """Take the frames that the host has heard by now."""
+        """Take the frames that have reached the host by now."""
         self.advance(now_s)
-        taken, self._heard = self._heard, []
-        return b"".join(data for _, data in taken)
+        if not self._unread:
+            return b""
+        taken, self._unread = self._unread, []
+        return b"".join([data for _, data in taken])
 
     def next_s(self) -> float:
         """Tell when something next happens on either side; infinity while all is quiet."""
-        return self._heard[0][0] if self._heard else self._due_s()
+        return self._unread[0][0] if self._unread else self._due_s()
+
+    def readable_s(self) -> float:
+        """Return when the first unread frame reached the host; infinity without one."""
+        return self._unread[0][0] if self._unread else math.inf
 
     def unplug(self) -> None:
         """Pull the adapter out: what it had to say is lost; the drives live on."""
         super().unplug()
         self._of_host = Unpacker()
-        self._heard.clear()
+        self._unread.clear()
         self.bus.clear(BusSide.HOST)
 
     def say(self, data: bytes, now_s: float) -> None:
-        """Have the host hear bytes that no drive has sent, as noise within its adapter."""
+        """Have the host read bytes that no drive has sent, as noise within its adapter."""
         if self._on_bus:
-            self._heard.append((now_s, data))
+            self._unread.append((now_s, data))
 
     def reopen(self) -> None:
         """Take the adapter up again, which brings its controller back to the bus."""
@@ -204,7 +213,7 @@ class BusLine(PacedDevice):
         self.bus_off = off
         if off:
             self.bus.clear(BusSide.HOST)
-            self._heard.clear()
+            self._unread.clear()
 
     @property
     def _on_bus(self) -> bool:
@@ -229,14 +238,15 @@ class BusLine(PacedDevice):
     def _exchange(self, now_s: float) -> None:
         for late in self.faults.host.due(now_s):
             self._put(late, BusSide.HOST, now_s)
-        for arrival in self.bus.pull(now_s):
-            if arrival.sender is BusSide.HOST:
-                self.device.receive(pack(arrival.frame), now_s)
-            elif self._on_bus:
-                self._heard.append((now_s, pack(arrival.frame)))
-        said = self.device.transmit(now_s)
-        for frame in Unpacker().feed(said) if said else ():
-            self._pass(frame, BusSide.DEVICE, now_s)
+        if self.bus.next_s() <= now_s:
+            for passed in self.bus.pull(now_s):
+                if passed.sender is BusSide.HOST:
+                    self.device.receive(pack(passed.frame), now_s)
+                elif self._on_bus:
+                    self._unread.append((now_s, pack(passed.frame)))
+        if sent := self.device.transmit(now_s):
+            for frame in Unpacker().feed(sent):
+                self._pass(frame, BusSide.DEVICE, now_s)
         for late in self.faults.device.due(now_s):
             self._put(late, BusSide.DEVICE, now_s)
 
@@ -244,8 +254,8 @@ class BusLine(PacedDevice):
 # --- Frames on their way from the drives to the bus ----------------------------------------------
 #
 # Several drives of one id answer at the same moment. Equal frames overlap bit by bit, and the host
-# hears one. Different frames destroy each other until one drive's controller has counted so many
-# errors that it yields; then both come, late and one after the other.
+# receives one. Different frames destroy each other until one drive's controller has counted enough
+# errors to yield; then both come, late and one after the other.
 
 COLLISION_S = 0.004
 """Sixteen tries of a frame at 500 kbit/s, which make a controller error-passive (ISO 11898-1)."""
@@ -269,14 +279,14 @@ class Outbox:
 
     def take(self, now_s: float) -> bytes:
         """Return what comes to the bus by now."""
-        said = b""
+        ready = b""
         while self.next_s <= now_s:
             together = self._together()
             if len(together) == 1:
-                said += together[0][1]
+                ready += together[0][1]
             else:
-                said += self._sorted_out(together, now_s)
-        return said
+                ready += self._sorted_out(together, now_s)
+        return ready
 
     def clear(self) -> None:
         """Lose everything."""
@@ -296,13 +306,13 @@ class Outbox:
         for drive, data in together:
             (frame,) = Unpacker().feed(data)
             by_id[frame.can_id].setdefault(drive, []).append(data)
-        said = b""
+        ready = b""
         for drives in by_id.values():
             first, *others = (b"".join(frames) for frames in drives.values())
             if all(other == first for other in others):
-                said += first
+                ready += first
                 continue
             for number, (drive, frames) in enumerate(drives.items(), 1):
                 for data in frames:
                     self.put(now_s + number * COLLISION_S, drive, data)
-        return said
+        return ready

@@ -1,7 +1,7 @@
 """One drive on a simulated CAN bus: its quirks, its motor, its supply and its cable.
 
-These are the parts of every kind of drive. `BusNode` is what a kind adds: what it hears and says,
-and when it acts by itself.
+These are the parts of every kind of drive. `BusNode` is what a kind adds: which frames it obeys and
+sends, and when it acts by itself.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ class Quirk:
     """A point in which a real drive is not plain, or in which no source says what it does.
 
     `source` is a manual with its version, a standard with its section, a project's source or an
-    observation. A `guess` is what nobody has measured: its default is the harsher behaviour for a
-    driver, as far as one is. Without a default a drive is always so, and nothing can be set.
+    observation. A `guess` was never measured: its default is the behaviour that is harder on a
+    driver, where there is one. Without a default a drive is always so, and nothing can be set.
     """
 
     name: str
@@ -60,7 +60,7 @@ def options_of(quirks: Iterable[Quirk]) -> tuple[Option, ...]:
 
 
 def node_ids(ids: Sequence[int] | None, count: int) -> tuple[int, ...]:
-    """Return the ids of the drives of so many motors, from an arm file's. Raises `BadRequest`."""
+    """Return one id for each of `count` motors, from an arm file's ids. Raises `BadRequest`."""
     numbers = tuple(ids or range(1, count + 1))[:count]
     if len(numbers) < count:
         raise BadRequest(f"ids of {len(numbers)} drives cannot turn the {count} motors of this arm")
@@ -77,7 +77,7 @@ class LimitSwitch:
         self.at, self.way = at, way
         self.state = SwitchState.FREE
         self.held = False
-        """Whether somebody presses it."""
+        """Whether a person presses it."""
         self._motor = motor
 
     @property
@@ -143,7 +143,7 @@ class NodeMotor:
 
 
 def motors_of(config: ArmConfig, shafts: ShaftDrive, *, behind: int = 0) -> list[NodeMotor]:
-    """Return the motors, with switches so many counts behind where homing ends by the arm file.
+    """Return the motors, with switches `behind` counts beyond where homing ends by the arm file.
 
     Where the file tells no such posture, they are at the upper end of each motor's travel.
     """
@@ -176,12 +176,12 @@ class NodePort:
         """How long it takes to have a frame ready."""
         self.powered = self.plugged = True
         self.mute = False
-        """Whether it says nothing, although it hears and obeys."""
+        """Whether the drive sends nothing, although it receives and obeys."""
         self.withheld = False
         """Whether it does not say that a motion is done."""
         self.boots_s = -math.inf
         """When its firmware begins; in the past once it has."""
-        self.said: list[bytes] = []
+        self.outgoing: list[bytes] = []
         """What its box has to bring to the bus."""
 
     @property
@@ -197,7 +197,7 @@ class NodePort:
     def say(self, data: bytes) -> None:
         """Have bytes brought to the bus."""
         if data and self.powered and self.plugged and not self.mute:
-            self.said.append(data)
+            self.outgoing.append(data)
 
 
 class BusNode(Protocol):

@@ -80,13 +80,13 @@ def _make(config: ArmConfig, world: World, options: Options) -> Cia402Board:
 def _numbers(config: ArmConfig, count: int) -> tuple[int, ...]:
     numbers = node_ids(getattr(config.device, "ids", ()), count)
     if not all(1 <= number <= canopen.NODE_MAX for number in numbers):
-        told = ", ".join(map(str, numbers))
-        raise BadRequest(f"node ids are 1 to {canopen.NODE_MAX}, not {told}")
+        found = ", ".join(map(str, numbers))
+        raise BadRequest(f"node ids are 1 to {canopen.NODE_MAX}, not {found}")
     return numbers
 
 
 def _objects(options: Options) -> Dictionary:
-    """Return what every drive has: what its EDS says, as far as nobody has wished otherwise."""
+    """Return the objects of every drive: those of its EDS, changed by the options."""
     missing, profile = options.text("missing"), options.whole("profile")
     if missing and not _INDICES.fullmatch(missing):
         raise BadRequest(f'missing is written "60C2", or as more joined by +, not {missing!r}')

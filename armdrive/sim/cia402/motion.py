@@ -84,7 +84,7 @@ class Cia402Motion:
         return self._point.moving(now_s)
 
     def behind(self, now_s: float) -> int:
-        """Return how far the shaft is from where it was told to be; 0 where nothing holds it."""
+        """Return the following error of the shaft; 0 where nothing holds it."""
         return self._point.demand(now_s) - self._motor.shaft if self._motor.holding else 0
 
     # Targets.

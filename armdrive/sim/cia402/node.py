@@ -1,11 +1,11 @@
-"""One simulated CiA 402 drive: the table of its objects, what it hears and says, and its power."""
+"""One simulated CiA 402 drive: the table of its objects, its frames and its power."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Container, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from types import MappingProxyType
 from typing import TypeVar
 
@@ -45,9 +45,11 @@ class Cia402Node:
         self.objects = DriveObjects(dictionary, number, serial=motor.index + 1)
         self.motion = Cia402Motion(motor, self.objects, quirks)
         self.states = Cia402States(motor, self.motion, self.objects, self.say_emcy)
-        self.pdos = DevicePdos(dictionary, self.objects.number_of, self.read, self._act, self._say)
+        self.pdos = DevicePdos(
+            dictionary, self.objects.number_of, self.reader, self._act, self._say
+        )
         self._forget_talk()
-        self.nmt.booted()  # it has said so long ago
+        self.nmt.booted()  # its boot-up message was sent long ago
 
     @property
     def number(self) -> int:
@@ -58,15 +60,12 @@ class Cia402Node:
 
     def listens(self, can_id: int) -> bool:
         """Tell whether it takes a frame of an id from the bus."""
-        if not (self.port.powered and self.port.plugged):
-            return False
-        if can_id in (NMT, SYNC, _SDO + self.number) or can_id in self.pdos.received:
-            return True
-        return can_id in _HEARTBEATS
+        mine = can_id in self._ids or can_id in self.pdos.received or can_id in _HEARTBEATS
+        return mine and self.port.powered and self.port.plugged
 
     def hear(self, frame: Frame, now_s: float) -> None:
         """Take a frame that it listens to, and say what changes by it."""
-        if frame.can_id in (SYNC, _SDO + self.number):  # depends on where the shaft is just now
+        if frame.can_id in (SYNC, self._sdo_id):  # depends on where the shaft is just now
             self.motor.look(now_s)
             self.live(now_s)
         if not (frame.extended or frame.remote or self.port.booting):
@@ -74,14 +73,13 @@ class Cia402Node:
         self._tell_changes(now_s)
 
     def _take(self, frame: Frame, now_s: float) -> None:
-        by_pdo = self.nmt.takes("pdo")
         if frame.can_id == SYNC:
-            if by_pdo:
+            if self._by_pdo:
                 self.pdos.sync(now_s)
         elif frame.can_id in self.pdos.received:
-            if by_pdo and not self.pdos.take(frame, now_s):
+            if self._by_pdo and not self.pdos.take(frame, now_s):
                 self.say_emcy(PDO_TOO_SHORT)
-        elif frame.can_id == _SDO + self.number:
+        elif frame.can_id == self._sdo_id:
             self._serve(frame, now_s)
         elif frame.can_id == NMT:
             self._order(frame, now_s)
@@ -98,8 +96,13 @@ class Cia402Node:
             self._say(canopen.Emergency(self.number, code, register).frame)
 
     def _tell_changes(self, now_s: float) -> None:
-        if self.nmt.takes("pdo"):
+        if self._by_pdo:
             self.pdos.tell_changes(now_s)
+
+    @property
+    def _by_pdo(self) -> bool:
+        """Whether its PDOs are at work. They exist from when it is started; see `_refusal`."""
+        return self.nmt.state is NodeState.OPERATIONAL
 
     def _order(self, frame: Frame, now_s: float) -> None:
         order = self.nmt.receive_frame(frame)
@@ -121,15 +124,15 @@ class Cia402Node:
     def _serve(self, frame: Frame, now_s: float) -> None:
         if not self.nmt.takes("sdo"):
             return
-        said = [self.sdo.receive_frame(frame)]
+        answers = [self.sdo.receive_frame(frame)]
         while (event := self.sdo.next_event()) is not None:
             if isinstance(event, canopen.ReadAsked):
                 if event.place in READINGS:
                     self.objects.keep(event.place, self.read(event.place, now_s))
-                said.append(self.objects.store.answer(self.sdo, event))
+                answers.append(self.objects.store.answer(self.sdo, event))
             elif isinstance(event, canopen.WriteAsked):
-                said.append(self._write(event, now_s))
-        for each in said:
+                answers.append(self._write(event, now_s))
+        for each in answers:
             self._say(each)
 
     def _write(self, ask: canopen.WriteAsked, now_s: float) -> Frame | None:
@@ -152,8 +155,14 @@ class Cia402Node:
 
     def read(self, place: Place, now_s: float) -> int:
         """Return what an object that is a number is now."""
-        told = READINGS.get(place)
-        return self.objects.number_of(place, 0) if told is None else told(self, now_s)
+        return self.reader(place)(now_s)
+
+    def reader(self, place: Place) -> Callable[[float], int]:
+        """Return what reads an object that is a number."""
+        reading = READINGS.get(place)
+        if reading is None:
+            return lambda _: self.objects.number_of(place, 0)
+        return partial(reading, self)
 
     def _act(self, values: Sequence[tuple[Place, int]], now_s: float) -> None:
         """Take over what a PDO has brought; a value that an object may not have is left out."""
@@ -164,8 +173,9 @@ class Cia402Node:
 
     def _refusal(self, place: Place, value: int) -> AbortCode | None:
         """Return why an object may not become a value that is one of its type; None if it may."""
-        if place in OBJECTS and (allowed := OBJECTS[place].allows) is not None:
-            return None if value in allowed else AbortCode.VALUE
+        row = OBJECTS.get(place)
+        if row is not None and row.allows is not None:
+            return None if value in row.allows else AbortCode.VALUE
         if place == canopen.MODE:
             has = value in (OperationMode.NONE, *self._modes)
             return None if has else AbortCode.VALUE
@@ -182,8 +192,6 @@ class Cia402Node:
             act(self, now_s)
         if self.states.follows and (canopen.TARGET_POSITION in written or not followed):
             self.motion.follow(now_s)
-        if any(place.index in PDO_PARAMETERS for place in written):
-            self.pdos.rebuild()
 
     # Time.
 
@@ -199,7 +207,7 @@ class Cia402Node:
         if self.port.booting:
             return min(self.port.boots_s, self.states.due_s)
         due_s = min(self.beat_s, self.silent_s, self.states.due_s)
-        return min(due_s, self.pdos.due_s) if self.nmt.takes("pdo") else due_s
+        return min(due_s, self.pdos.due_s) if self._by_pdo else due_s
 
     def live(self, now_s: float) -> None:
         """Do whatever is due by now."""
@@ -255,7 +263,7 @@ class Cia402Node:
 
     def _renew(self, number: int) -> None:
         """Know nothing but what it is."""
-        self.port.said.clear()
+        self.port.outgoing.clear()
         self.port.boots_s = -math.inf
         self.objects.renew(number)
         self.motion.forget()
@@ -272,11 +280,12 @@ class Cia402Node:
 
     def _forget_talk(self) -> None:
         self.nmt, self.sdo = canopen.NmtNode(self.number), canopen.SdoServer(self.number)
-        self.pdos.rebuild()
+        self._sdo_id = _SDO + self.number
+        self._ids = frozenset((NMT, SYNC, self._sdo_id))
         self.beat_s = math.inf
         """When its next heartbeat is due."""
         self.silent_s = math.inf
-        """When its master's silence is too long; infinity until that has been heard once."""
+        """When the master's silence is too long; infinity before the master's first heartbeat."""
 
     # What a person changes and sees.
 

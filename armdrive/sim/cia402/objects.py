@@ -25,7 +25,7 @@ COMMUNICATION = range(0x1000, 0x2000)
 
 @cache
 def eds_text() -> str:
-    """Return the EDS file of the drives, for whoever wants to know them."""
+    """Return the EDS file of the drives."""
     return (files("armdrive.sim.cia402") / EDS).read_text(encoding="ascii")
 
 

@@ -69,7 +69,7 @@ class Cia402States:
     ) -> None:
         self._motor, self._motion, self._objects, self._emcy = motor, motion, objects, emcy
         self.ailing: set[int] = set()
-        """Error codes of what is wrong with it until somebody mends it."""
+        """Error codes of the faults that a person has not mended yet."""
         self.forget()
 
     def forget(self) -> None:
@@ -91,7 +91,7 @@ class Cia402States:
 
     @property
     def enabled(self) -> bool:
-        """Whether it does what it is told."""
+        """Whether the drive obeys set-points."""
         return self.machine.state is DriveState.ENABLED
 
     @property
@@ -180,6 +180,8 @@ class Cia402States:
     @property
     def due_s(self) -> float:
         """When a motion ends, or the shaft has been too far away for too long."""
+        if math.isinf(self._astray_s):
+            return self._motion.due_s
         return min(self._motion.due_s, self._astray_s + self._patience_s)
 
     def live(self, now_s: float) -> None:
@@ -195,10 +197,13 @@ class Cia402States:
         return self._objects.number_of(canopen.FOLLOWING_ERROR_TIMEOUT_MS, 0) / 1000
 
     def _watch_shaft(self, now_s: float) -> None:
-        """Fail where the shaft has been too far from where it was told to be, for too long."""
+        """Fail where the following error has been too large for too long."""
+        behind = abs(self._motion.behind(now_s)) if self.state in _OBEYING else 0
+        if not behind:  # as nearly always
+            self._astray_s = math.inf
+            return
         window = self._objects.number_of(canopen.FOLLOWING_ERROR_WINDOW, _UNWATCHED)
-        watches = self._motor.holding and self.state in _OBEYING and window != _UNWATCHED
-        if not watches or abs(self._motion.behind(now_s)) <= window:
+        if window == _UNWATCHED or behind <= window:
             self._astray_s = math.inf
             return
         self._astray_s = min(self._astray_s, now_s)
@@ -287,7 +292,7 @@ class Cia402States:
             self.command(_REACTIONS[reaction], now_s)
 
     def take_back(self) -> None:
-        """Have its master be heard again."""
+        """Take note that the master's heartbeat is back."""
         if self.forsaken:
             self.forsaken = False
             if self.state not in _FAULTY:
@@ -302,7 +307,7 @@ class Cia402States:
             moves = self._motion.moving(now_s)
             bits = StatusBit(0) if moves else StatusBit.REACHED
         else:
-            bits = self._bits_of_mode(word.bits & _OF_MODE, now_s, withheld=withheld)
+            bits = self._bits_of_mode(self.machine.points.bits, now_s, withheld=withheld)
         return canopen.Statusword(word.value & ~_OF_MODE_MASK | int(bits))
 
     def _bits_of_mode(self, bits: StatusBit, now_s: float, *, withheld: bool) -> StatusBit:

@@ -86,7 +86,7 @@ def parse_words(words: Sequence[str]) -> FaultRequest:
 
 
 class Cable:
-    """The cable between a device and whoever opens its wire, pulled at the very moment.
+    """The cable between a device and the program that opens its wire, pulled at once.
 
     `withdraw` takes the wire away from who has opened it, and `offer` gives it back, under another
     name perhaps; that may raise `PortUnavailable`.
@@ -154,7 +154,7 @@ def lasting(
 
 @dataclass(frozen=True, slots=True)
 class FaultKind:
-    """One row; `needs` is what a board must be able to do, and `lasts_s` how long unless told."""
+    """One row; `needs` is what a board must be able to do, `lasts_s` the usual duration."""
 
     name: str
     arguments: str

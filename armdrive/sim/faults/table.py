@@ -250,7 +250,7 @@ def bus_off(bench: FaultBench, _: FaultRequest) -> Begin:
 
 
 def alone(bench: FaultBench, _: FaultRequest) -> Begin:
-    """Have nobody acknowledge what the adapter sends: it stands alone on its bus."""
+    """Leave the adapter's frames without an acknowledgement: it is alone on its bus."""
     _drives(bench)
     adapter = getattr(bench.line, "adapter", None)
     silence = _silencing(bench, "both")
@@ -300,7 +300,7 @@ def _changing(change: Callable[[DriveControls, int, int], int]) -> Prepare:
 
 
 def reset_drive(bench: FaultBench, request: FaultRequest) -> Begin:
-    """Have a drive's firmware begin anew."""
+    """Restart a drive's firmware."""
     drives, at = _drives(bench), motor_of(bench, request.words[0])
     return lambda: drives.reset(at)
 
@@ -342,7 +342,7 @@ def _drives(bench: FaultBench) -> DriveControls:
 # --- The table: name, arguments, what goes wrong -------------------------------------------------
 #
 # Each row checks its arguments when the fault is asked for, and returns what begins it. A drive
-# that is mute hears and obeys. One that has another id or mode was given it at its own keys; the
+# that is mute receives and obeys. One that has another id or mode was given it at its own keys; the
 # id may be that of another drive.
 
 AMOUNT = "P|#N|next"
@@ -362,7 +362,7 @@ _ON_BUS = tuple(
             ruling(lambda _, amount: overtaken(amount)),
         ),
         FaultKind("bus-off", "", "the host's adapter leaves the bus", bus_off),
-        FaultKind("alone", "", "nobody acknowledges what the adapter sends", alone),
+        FaultKind("alone", "", "the adapter's frames are not acknowledged", alone),
         FaultKind(
             "drive-mute",
             "MOTOR",
@@ -375,7 +375,7 @@ _ON_BUS = tuple(
             "a drive has no supply",
             _on_drive(lambda drives, at, on: drives.power(at, not on)),
         ),
-        FaultKind("drive-reset", "MOTOR", "a drive begins anew", reset_drive),
+        FaultKind("drive-reset", "MOTOR", "a drive restarts", reset_drive),
         FaultKind(
             "drive-mode",
             "MOTOR MODE",
@@ -476,7 +476,7 @@ class Faults:
         self._bench = FaultBench(device, line, cable)
         self._active: list[_Active] = []
         self.troubles: list[str] = []
-        """What could not be done when its time came; whoever reads this clears it."""
+        """What could not be done when its time came; reading clears it."""
 
     @property
     def active(self) -> tuple[str, ...]:
@@ -500,7 +500,7 @@ class Faults:
         self.ask(FaultRequest(name, words, side, seed, after_s, for_s))
 
     def ask(self, request: FaultRequest) -> None:
-        """Have a fault as it was read from words; what is wrong with it is said at once."""
+        """Add a fault that was read from words. Raises `BadRequest` at once if it is wrong."""
         begin = self.checked(request)
         lasts_s = fault_kind(request.name).lasts_s if request.for_s is None else request.for_s
 
@@ -534,7 +534,7 @@ class Faults:
         return tuple(each.request.text for each in ended)
 
     def _later(self, action: Callable[[], None]) -> None:
-        """Do something at its time, when nobody is there to hear that it cannot be done."""
+        """Do something at its time; where that cannot be done, keep the reason."""
         try:
             action()
         except ArmError as error:

@@ -5,7 +5,7 @@ for "when something has happened". Real-time commands are picked out of the stre
 (`orders`). What the main loop is doing:
 
     booting   nothing is read; what arrives is lost when the board has started
-    critical  a limit alarm: nothing but a reset is heard
+    critical  a limit alarm: nothing but a reset is obeyed
     blocked   in Hold, Door and Sleep, while a jog is cancelled, and hung: lines stay in the ring
     hung      Idle, after a jog cancel that came as the jog ended: a resume or a reset frees it
     else      the line at work goes on, or the next one is taken out of the ring
@@ -207,15 +207,15 @@ class StatusReporter:
         offset = tuple(at * per_unit for at in board.parser.offset)
         mask = int(board.settings[REPORT])
         work = tuple(a - b for a, b in zip(position, offset, strict=True))
-        told = bool(mask & _BUFFERS)
+        buffers = bool(mask & _BUFFERS)
         wco, overrides = self._now_and_then(board.state in _BUSY)
         report = StatusReport(
             board.state,
             _sub_state(board),
             position if mask & _MPOS else None,
             None if mask & _MPOS else work,
-            board.firmware.blocks - board.drive.queued(board.now_s) if told else None,
-            board.ring.free if told else None,
+            board.firmware.blocks - board.drive.queued(board.now_s) if buffers else None,
+            board.ring.free if buffers else None,
             feed=float(round(board.drive.speed(board.now_s) * _MINUTE_S * per_unit)),
             speed=board.outputs.speed,
             pins=_pins(board),
@@ -308,7 +308,7 @@ _PICKED_BY_GRBLHAL = re.compile(rb"[\x18\x19!?~\x80-\xff]")
 
 
 class GrblBoard:
-    """Everything that the firmware knows and does. Answers are appended to `said`."""
+    """Everything that the firmware knows and does. Answers are appended to `outgoing`."""
 
     def __init__(
         self,
@@ -378,7 +378,7 @@ class GrblBoard:
 
     def say(self, answer: Answer) -> None:
         """Send something."""
-        self._shared.said += self.codec.send(answer)
+        self._shared.outgoing += self.codec.send(answer)
 
     # The wire.
 
@@ -500,7 +500,7 @@ class GrblBoard:
         if self.hangs:
             self.hangs, self.hung = False, self.state is State.IDLE
 
-    # Starting anew.
+    # Restarting.
 
     def forget(self) -> None:
         """Lose what is lost with the power, and with a reset of the whole board."""

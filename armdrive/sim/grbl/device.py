@@ -153,9 +153,9 @@ class WiredGrblBoard(Board):
         self.start(self.build.firmware.boot_s)
 
     def start(self, wait_s: float) -> None:
-        """Have the firmware begin anew after a while, with its banner."""
+        """Restart the firmware after a while, with its banner."""
         self.grbl.forget()
-        self.shared.said.clear()
+        self.shared.outgoing.clear()
         self.grbl.boot.begin(switched_on(self.grbl, wait_s), self.now_s)
         while self.grbl.boot.until_s <= self.now_s:
             self.grbl.happen()
@@ -192,7 +192,7 @@ class WiredGrblBoard(Board):
             self.world.cut_current(self.now_s)
             self.start(0.0)
         else:
-            self.shared.said.clear()
+            self.shared.outgoing.clear()
             self.grbl.limits.forget(self.grbl)
 
     def _outputs_changed(self) -> None:

@@ -31,9 +31,9 @@ class Killed(Enum):
     grblHAL/core; protocol_disable_steppers of bdring/FluidNC Protocol.cpp.
     """
 
-    LATE = "it is held for $1 with the interrupts off, and is without until it has started anew"
-    AT_ONCE = "it is without at once, until it has started anew"
-    NEVER = "it has started anew before $1 is over, and keeps it"
+    LATE = "it is held for $1 with the interrupts off, then free until the board has restarted"
+    AT_ONCE = "it is free until the board has restarted"
+    NEVER = "the board restarts before $1 is over, and keeps the current on"
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,9 +78,9 @@ class Firmware:
     deaf_in_eeprom: bool
     """Bytes that arrive meanwhile are lost."""
     alarm_s: float
-    """Behind an alarm its words are sent, before the board starts anew ..."""
+    """After an alarm its words are sent, before the board restarts ..."""
     start_s: float
-    """... which takes so long."""
+    """... and this is how long the restart takes."""
     boot_s: float
     """From a reset of the board itself, without current."""
     # alarms, resets and jogs
@@ -146,10 +146,10 @@ class Firmware:
             Version(f"{self.version}.{self.build}", note),
             BuildInfo(self.letters, self.blocks, self.ring_bytes, ("0",) * self.tells_flags),
         )
-        told = AxesInfo(len(axes), axes)
+        info = AxesInfo(len(axes), axes)
         if self.grblhal:
-            return (*head, told, Bracketed("FIRMWARE:grblHAL"))
-        return (head[0], told, head[1]) if self.tells_axes else head
+            return (*head, info, Bracketed("FIRMWARE:grblHAL"))
+        return (head[0], info, head[1]) if self.tells_axes else head
 
 
 _GRBL = Firmware(

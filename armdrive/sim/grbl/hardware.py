@@ -133,7 +133,7 @@ class BoardOutputs:
         return turning + "F" * self.flood + "M" * self.mist
 
     def value(self, wiring: OutputWiring) -> float | None:
-        """Return what a gripper on this wiring is told; None for a servo that is told nothing."""
+        """Return the value of the gripper's output; None for a servo without a signal."""
         match wiring.what:
             case "spindle":
                 return self.speed if self.spindle != "M5" else None

@@ -196,7 +196,7 @@ def _end(board: GrblBoard, work: Work) -> Generator[float, None, None]:
         board.say(Feedback("Pgm End"))
 
 
-# --- Real-time commands, alarms, and how the board starts anew ------------------------------------
+# --- Real-time commands, alarms, and how the board restarts ---------------------------------------
 #
 # Source: gnea/grbl grbl/protocol.c (protocol_exec_rt_system), motion_control.c (mc_reset), main.c.
 
@@ -206,7 +206,7 @@ _FLOOD_STATES = (State.IDLE, State.RUN, State.HOLD, State.JOG)
 
 
 def obey(board: GrblBoard, command: Realtime) -> None:
-    """Do at once what a real-time command says; in a limit alarm only a reset is heard."""
+    """Do at once what a real-time command says; in a limit alarm only a reset is obeyed."""
     if board.critical and command not in (Realtime.SOFT_RESET, *_STATUS):
         return
     order = _ORDERS.get(command)
@@ -239,7 +239,7 @@ def resume(board: GrblBoard) -> None:
 
 
 def soft_reset(board: GrblBoard) -> None:
-    """Start anew; in motion the motors stop dead, and steps may be lost."""
+    """Restart; in motion the motors stop dead, and steps may be lost."""
     if board.boot.active:
         return
     _outputs_off(board)
@@ -248,7 +248,7 @@ def soft_reset(board: GrblBoard) -> None:
         code = _HOMING_ABORTED
     elif board.drive.moving:
         code = _ABORTED
-        _lose_current(board, anew=True)
+        _lose_current(board, restarts=True)
     board.kill()
     board.boot.begin(_started_anew(board, code), board.now_s)
 
@@ -258,14 +258,14 @@ def raise_critical(board: GrblBoard, code: int) -> None:
     _outputs_off(board)
     if board.drive.moving:
         board.kill()
-        _lose_current(board, anew=False)
+        _lose_current(board, restarts=False)
     board.state, board.critical = State.ALARM, True
     board.say(Alarm(code))
     board.say(Feedback("Reset to continue"))
 
 
 def fail(board: GrblBoard, code: int) -> None:
-    """Raise an alarm of homing, after which the board starts anew; the motors stay on."""
+    """Raise an alarm of homing, after which the board restarts; the motors stay on."""
     board.kill()
     board.boot.begin(_started_anew(board, code), board.now_s)
 
@@ -292,11 +292,11 @@ def _started_anew(board: GrblBoard, code: int) -> Boot:
     _start(board)
 
 
-def _lose_current(board: GrblBoard, *, anew: bool) -> None:
-    """Let go of motors that were killed; `anew` where the board starts anew by itself."""
+def _lose_current(board: GrblBoard, *, restarts: bool) -> None:
+    """Let go of motors that were killed; `restarts` where the board restarts by itself."""
     if board.firmware.killed is Killed.AT_ONCE:
         board.idle_off_s = board.now_s
-    elif not anew or board.firmware.killed is Killed.LATE:
+    elif not restarts or board.firmware.killed is Killed.LATE:
         board.let_motors_go()
 
 

@@ -44,7 +44,7 @@ LEAST, MOST = 0.001, 1e9
 FARTHEST_RAD = 1e4
 """More than a thousand turns of a joint."""
 FARTHEST_STEPS = 2**31
-"""A board counts steps in so many numbers (gnea/grbl grbl/system.h, sys_position)."""
+"""How many axes a board counts steps for (gnea/grbl grbl/system.h, sys_position)."""
 
 _AXIS_SETTINGS = {
     STEPS: "steps a unit (steps_per_turn, steps_per_mm, grbl.unit)",

@@ -129,7 +129,7 @@ class MotorRack:
         self._counts = tuple(a + b for a, b in zip(self._counts, deltas, strict=True))
 
     def zero(self) -> None:
-        """Begin to count anew; nothing turns."""
+        """Count from zero again; nothing turns."""
         self._counts = (0,) * len(self._counts)
         self._motion = None
 
@@ -145,7 +145,7 @@ class Rack(Protocol):
 
     @property
     def moving(self) -> bool:
-        """Whether a motion is under way, or has ended and nobody has called `settle` since."""
+        """Whether a motion is under way, or has ended without a call of `settle` since."""
 
     @property
     def done_s(self) -> float:
@@ -167,7 +167,7 @@ class Rack(Protocol):
         """Count steps that were made apart from any motion, while standing."""
 
     def zero(self) -> None:
-        """Begin to count anew; nothing turns."""
+        """Count from zero again; nothing turns."""
 
 
 R = TypeVar("R", bound=Rack)
@@ -240,6 +240,11 @@ class MotorDrive(Generic[R]):
         self.rack.count(counts)
         self._driven = Motors(counts)
 
+    def lose_power(self, now_s: float) -> None:
+        """End motion dead, let the motors go, and count from zero."""
+        self.set_counts((0,) * len(self.world.motors), now_s)
+        self.world.cut_current(now_s)
+
     def _follow(self, now_s: float) -> None:
         positions = self.rack.positions(now_s)
         if positions != self._driven:
@@ -287,6 +292,22 @@ def checked_error(error: float) -> float:
             f"not {error}"
         )
     return error
+
+
+class MotorSpeed:
+    """How much longer motions last than the board believes: 0.2 is a fifth longer."""
+
+    def __init__(self, error: float) -> None:
+        self.error = error
+
+    @property
+    def stretch(self) -> float:
+        """How many times as long a motion lasts as it should."""
+        return 1.0 + self.error
+
+    def set(self, error: float) -> None:
+        """Set the error for motions that begin from now on. Raises `BadRequest`."""
+        self.error = checked_error(error)
 
 
 def _between(table: RateTable, speed: int) -> float:

@@ -269,7 +269,7 @@ class PathRack:
 
     @property
     def moving(self) -> bool:
-        """Whether a motion is under way, or has ended and nobody has called `settle` since."""
+        """Whether a motion is under way, or has ended without a call of `settle` since."""
         return bool(self._stretches)
 
     @property
@@ -421,7 +421,7 @@ class PathRack:
         self._base = self._base + Motors(deltas)
 
     def zero(self) -> None:
-        """Begin to count anew; nothing turns."""
+        """Count from zero again; nothing turns."""
         self._base = Motors((0,) * len(self._base))
         self._clear()
 
@@ -445,7 +445,7 @@ class PathRack:
         return one.made(found.piece.at(now_s))
 
     def _replan(self, now_s: float, from_s: float) -> None:
-        """Plan anew from a moment on; what is under way until then stays."""
+        """Plan again from a moment on; what is under way until then stays."""
         self.settle(now_s)
         kept: list[PlannerStretch] = []
         number, along, speed = 0, self._along, 0.0

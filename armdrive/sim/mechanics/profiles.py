@@ -151,8 +151,8 @@ def nearest(position: float) -> int:
 # The library does not follow a trapezoid: each step sets the pause before the next one (D. Austin,
 # "Generate stepper-motor speed profiles in real time", Embedded Systems Programming, January
 # 2005), a pause counts from the step that was really made, and a stop begins as soon as the steps
-# left are no more than v^2 / 2a. On a board that serves its motors in turn, a motor has a chance
-# to make a step only so often, and a step waits for its chance.
+# left are no more than v^2 / 2a. A board that serves its motors in turn lets each make a step
+# at fixed intervals only, and a step waits for the next one.
 
 LOOK_S = 0.1
 """The way of the arm is looked at this often: it is no straight one."""
@@ -351,7 +351,7 @@ class UncoordinatedRack:
 
     @property
     def moving(self) -> bool:
-        """Whether a motion is under way, or has ended and nobody has called `settle` since."""
+        """Whether a motion is under way, or has ended without a call of `settle` since."""
         return self._under_way
 
     @property
@@ -425,7 +425,7 @@ class UncoordinatedRack:
             axis.stand(axis.at(-math.inf).position + delta)
 
     def zero(self) -> None:
-        """Begin to count anew; nothing turns."""
+        """Count from zero again; nothing turns."""
         for axis in self._axes:
             axis.stand(0)
         self._under_way = False

@@ -67,7 +67,7 @@ class ShaftPoint:
         return -abs(piece.acceleration) if brakes else abs(piece.acceleration)
 
     def demand(self, now_s: float) -> int:
-        """Return where it was told to glide to by now: ahead of what its motor can follow."""
+        """Return where `glide_to` wants it by now: ahead of what its motor can follow."""
         return self.at(now_s) if self._demand is None else nearest(self._demand.at(now_s))
 
     def hold(self, at: int) -> None:
@@ -88,7 +88,7 @@ class ShaftPoint:
             self._begin(to_goal(position, speed, goal, rate, slope, now_s, braking), now_s)
 
     def go_at(self, rate: float, slope: float, now_s: float) -> None:
-        """Run until told otherwise; a rate of 0 ends it."""
+        """Run until the next order; a rate of 0 ends it."""
         position, speed = self._state(now_s)
         self._begin(at_rate(position, speed, rate, slope, now_s), now_s)
 
@@ -107,7 +107,7 @@ class ShaftPoint:
         self._end_s = max(self._end_s, over_s)
 
     def there_and_back(self, counts: int, rate: float, now_s: float) -> None:
-        """Turn by so many counts and back again, without a ramp."""
+        """Turn by `counts` and back again, without a ramp."""
         here = float(self.at(now_s))
         there = dead(here, here + counts, rate, now_s)
         back = dead(here + counts, here, rate, there.end_s)
@@ -117,15 +117,15 @@ class ShaftPoint:
         self, target: int, period_s: float, most_rate: float, now_s: float, *, on: bool = False
     ) -> None:
         """Go straight to a target within a period, no faster than at a rate; or go `on` beyond."""
-        told, here = self.demand(now_s), self._state(now_s)[0]
-        rate, way = (target - told) / period_s, target - here
+        demand, here = self.demand(now_s), self._state(now_s)[0]
+        rate, way = (target - demand) / period_s, target - here
         able = math.copysign(min(abs(way) / period_s, most_rate), way)
         pieces = [ProfilePiece(now_s, here, able, 0.0, abs(way / able) if able else 0.0)]
         goes_on = on and bool(able)
         if goes_on:
             pieces.append(ProfilePiece(pieces[0].end_s, target, able, 0.0, math.inf))
         self._begin(AxisProfile(pieces, target), now_s)
-        self._demand = ProfilePiece(now_s, told, rate, 0.0, math.inf if goes_on else period_s)
+        self._demand = ProfilePiece(now_s, demand, rate, 0.0, math.inf if goes_on else period_s)
 
     def passes_s(self, count: int, way: int, now_s: float) -> float:
         """Return when it comes to a count or beyond, seen in a direction; infinity for never.
@@ -188,11 +188,11 @@ def at_rate(
 # those of the world's motors, and of their shafts where there is play between the two.
 
 LOOK_S = 0.05
-"""So often an arm in motion is looked at, and its shafts are made to follow."""
+"""How often an arm in motion is looked at, and its shafts are made to follow."""
 SLACK_S = 0.001
-"""So old may be what nobody has asked for."""
+"""How old the shafts' places may be when no caller looks at them."""
 WATCH_S = 0.01
-"""So often while a shaft is not where it should be."""
+"""How often while a shaft is not where it should be."""
 
 
 class ShaftPoints:
@@ -242,14 +242,14 @@ class ShaftDrive(MotorDrive[ShaftPoints]):
     """Six loops and one arm. `holding` says which drives have current: the others turn freely.
 
     `makes_up` is how many counts a second a drive makes up for, beyond what its set-point goes.
-    `slack_s` is how old may be what nobody has asked for; who asks has it `look`.
+    `slack_s` is how old the shafts' places may be; a caller who needs them now calls `look`.
     """
 
     def __init__(self, world: World, makes_up: float, slack_s: float = SLACK_S) -> None:
         super().__init__(world, ShaftPoints([ShaftPoint(count) for count in world.motors]))
         self._makes_up, self._slack_s = makes_up, slack_s
         self.holding = [False] * len(world.motors)
-        world.energised = False  # found at rest: whatever came down has done so long ago
+        world.energised = False  # found at rest: the arm came down long ago
         self._last = self.rack.positions(0.0)
         self.astray = False
         """Whether a shaft is not where it should be, as of the last look."""
@@ -344,6 +344,10 @@ class ShaftDrive(MotorDrive[ShaftPoints]):
             self.holding[motor] = False
         self.world.energised = False
         self._free(now_s)
+
+    def release_all(self, now_s: float) -> None:
+        """Take the current of all motors."""
+        self.release(range(len(self.holding)), now_s)
 
     def hold(self, motor: int, now_s: float) -> None:
         """Give a motor its current, where it is."""

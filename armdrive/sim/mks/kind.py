@@ -53,7 +53,7 @@ def _make(config: ArmConfig, world: World, options: Options) -> MksBoard:
 def _settings(
     config: ArmConfig, count: int, bitrate: mks.Bitrate, options: Options
 ) -> list[list[mks.Setting]]:
-    """Return what somebody has set on each drive who knows this arm; of new ones, the speed.
+    """Return the settings of each drive as set up for this arm; of new ones, the speed.
 
     The arm file's own section is read without the driver's class. The driver's figures stay its
     own, so that a difference shows.

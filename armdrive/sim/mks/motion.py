@@ -73,7 +73,7 @@ class Flash:
 
     @property
     def timeout_s(self) -> float:
-        """How long it may hear nothing while it moves; infinity without a watchdog."""
+        """How long the bus may be silent while the drive moves; infinity without a watchdog."""
         timeout_ms = self.of(mks.SilenceWatchdog).timeout_ms
         return timeout_ms / 1000 if timeout_ms else math.inf
 
@@ -130,7 +130,7 @@ HOMING_ACC = 236
 """A ramp of 1000 rpm a second, where no request says one."""
 CALIBRATION_RPM = 30
 STALL_S = 0.05
-"""For so long a shaft that protection lets go has been too far from its set-point."""
+"""How long a shaft is too far from its set-point before protection lets it go."""
 WINDOW_S = 0.015
 """What the window of position protection counts."""
 ERROR_PER_TURN = 28_000
@@ -160,7 +160,7 @@ def stall_counts(quirks: Options) -> int:
 
 
 class MksMotion:
-    """The motion of one drive, by its settings. `says` is told how it goes with what was asked.
+    """The motion of one drive, by its settings. `says` reports the outcome of a request.
 
     `lets_go` is called where a protection takes the motor's current.
     """
@@ -255,7 +255,7 @@ class MksMotion:
         self.armed, self.stored = on, None
 
     def start_stored(self, now_s: float, *, able: bool) -> None:
-        """Begin what is stored, if the drive is able to; nobody is told that it began."""
+        """Begin what is stored, if the drive is able to, without reporting that."""
         asked, self.stored = self.stored, None
         self.armed = self.armed and self._quirks.flag("stays_armed")
         if asked is not None and able:
@@ -416,7 +416,7 @@ class MksMotion:
 
     @property
     def _threshold(self) -> float:
-        """How near a motion must come to be said done: older firmware does not look at all."""
+        """How near a motion must come to be done: older firmware does not look at all."""
         setting = self._flash.of(mks.SetArrival)
         if not self._minds_arrival or not setting.on:
             return math.inf

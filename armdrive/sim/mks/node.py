@@ -116,7 +116,7 @@ class MksNode:
         self.motor.release(now_s)
         self._restart_firmware(now_s)
         self.device.discard()
-        self.port.said.clear()
+        self.port.outgoing.clear()
 
     def begin(self, now_s: float) -> None:
         """Begin the firmware: settings are kept, the position is not."""
@@ -244,7 +244,7 @@ Act: TypeAlias = Callable[[MksNode, Any, float], None]
 class Command:
     """What a drive does with a request, what it says then, and when it does it at all.
 
-    Without `says`, `does` says something itself, or nothing is said. What a drive is not able to do
+    Without `says`, `does` answers by itself, or nothing is sent. What a drive is not able to do
     now is refused.
     """
 
@@ -271,7 +271,7 @@ def _moves(node: MksNode, asked: Asked, now_s: float) -> bool:
 
 
 def _move(node: MksNode, asked: Asked, now_s: float) -> None:
-    """Begin or store a motion; what it replaces is said to have failed, before or after."""
+    """Begin or store a motion; report the replaced one as failed, before or after."""
     motion, before = node.motion, node.motion.under_way
     if motion.armed:
         motion.stored = asked
@@ -312,9 +312,9 @@ def _clear(node: MksNode, _: Asked, now_s: float) -> None:
 
 def _restart(node: MksNode, asked: Asked, now_s: float) -> None:
     node.tell(asked, Outcome.DONE)
-    said = [*node.port.said]
+    answer = [*node.port.outgoing]
     node.restart(now_s)
-    node.port.said += said
+    node.port.outgoing += answer
 
 
 def _report(node: MksNode, asked: Any, now_s: float) -> None:
@@ -400,8 +400,8 @@ def _homing(node: MksNode, _: float) -> mks.HomingRead:
 
 
 def _version(node: MksNode, _: float) -> mks.VersionRead:
-    told = bytes(node.firmware)[1 if node.quirks.flag("short_version") else 0 :]
-    return mks.VersionRead(node.calibrated, BOARD, told)
+    version = bytes(node.firmware)[1 if node.quirks.flag("short_version") else 0 :]
+    return mks.VersionRead(node.calibrated, BOARD, version)
 
 
 # fmt: off

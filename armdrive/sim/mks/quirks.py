@@ -24,8 +24,8 @@ QUIRKS: tuple[Quirk, ...] = (
     Quirk("says_refused", True, "drives say that they do not do a thing now",
           f"{_MANUALS}: reply 0, failed"),
     Quirk("superseded", "first",
-          "when a replaced motion is said to have failed: before or after the new one has begun",
-          "a public transcription of the manual says that it is said, not when; said first, it "
+          "when a replaced motion is reported as failed: before or after the new one has begun",
+          "a public transcription of the manual does not say when; reported first, it "
           "looks like a refusal of the new one", ("first", "last", "never"), guess=True),
     Quirk("stays_armed", False, "a synchronous start does not end the storing of motions",
           f"{_MANUALS} do not say (4A, 4B)", guess=True),

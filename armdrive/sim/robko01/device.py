@@ -94,9 +94,9 @@ class FirmwareReader:
     - **It loses the next frame** after a frame with a length of 0 and after a doubled 0xAA. A byte
       that does not fit sends it back to waiting for 0xAA without being looked at again, so an 0xAA
       among the bytes that are left over is taken for the beginning of a frame.
-    - **Short payloads run on stale bytes.** The payload is copied into a buffer that nobody
-      clears, and an operation reads its whole length from there. (What `MoveSpeed` finds behind a
-      short payload was not seen; the same is assumed.) Bytes too many are ignored.
+    - **Short payloads run on stale bytes.** The payload is copied into a buffer that is never
+      cleared, and an operation reads its whole length from there. (What `MoveSpeed` finds behind
+      a short payload was not seen; the same is assumed.) Bytes too many are ignored.
     """
 
     def __init__(self) -> None:
@@ -148,7 +148,7 @@ class FirmwareReader:
 THINKS_S = 0.0025
 """A ping of eight bytes went round in 5 ms; the rest of that was the line's."""
 EARLY_ZERO_S = 0.010
-"""So long behind an accepted move `IsMoving` may still answer that nothing moves."""
+"""How long after an accepted move `IsMoving` may still answer that nothing moves."""
 AVR, ESP32 = "avr", "esp32"
 
 
@@ -166,7 +166,7 @@ of the retrofit's `ApplicationConfiguration.h`."""
 class RobkoQuirks:
     """What differs between boards: see `kind` for each.
 
-    With `grid_s` a motor has a chance to make a step only so often. `watchdog_s` of silence
+    With `grid_s` a motor can make a step only at these intervals. `watchdog_s` of silence
     switch the motors off (0: there is no watchdog); with `rearms` any frame switches them on.
 
     Quirks of the AVR board, all seen on the ARDN_Operation example on an atmega328p in an AVR
@@ -217,6 +217,31 @@ class RobkoDrive(MotorDrive[UncoordinatedRack]):
             stagger_s=quirks.grid_s * stretch / 8,
         )
         super().__init__(world, rack)
+        self._stretch, self._absolute_sets_top = stretch, quirks.absolute_sets_top
+
+    def run_at(self, axes: Axes, now_s: float) -> None:
+        """Have every axis run at a speed until the next order: operation 12."""
+        for axis, speed in enumerate(axes.speeds_steps_s):
+            self.rack.run(axis, speed / self._stretch, now_s)
+
+    def move(self, axes: Axes, relative: bool, now_s: float) -> None:
+        """Have every axis go to its goal: operation 6, `relative`, or 7."""
+        here = self.rack.positions(now_s)
+        for axis, (steps, speed) in enumerate(
+            zip(axes.positions_steps, axes.speeds_steps_s, strict=True)
+        ):
+            rate_hz = speed / self._stretch
+            if relative:
+                self.rack.move_to(axis, here[axis] + steps, rate_hz, now_s)
+            elif self._absolute_sets_top:
+                self.rack.move_at(axis, steps, rate_hz, now_s)
+            elif steps != here[axis]:
+                self.rack.move_to(axis, steps, rate_hz, now_s)
+
+    def reported(self, now_s: float) -> Axes:
+        """Return positions and speeds as they are reported: in 16 bits."""
+        speeds = (wrap(round(speed)) for speed in self.rack.speeds(now_s))
+        return Axes(tuple(wrap(count) for count in self.counts), tuple(speeds))
 
     def turn(self, steps: Sequence[int], now_s: float) -> None:
         """Turn motors by hand of a person; those that were off are off again afterwards."""
@@ -231,7 +256,7 @@ class RobkoDrive(MotorDrive[UncoordinatedRack]):
 
 
 class SimRobkoBoard(Board):
-    """The board, the arm, and the person beside them; see `RobkoQuirks` for what differs."""
+    """The board and the arm; see `RobkoQuirks` for what differs."""
 
     title: ClassVar[str] = "Robko 01"
     remembered: ClassVar[Mapping[str, Form]] = {"enabled": FLAG, "outputs": BYTE}
@@ -289,7 +314,7 @@ class SimRobkoBoard(Board):
         return min(self._answer_s, self._fed_s + self.quirks.watchdog_s if watched else math.inf)
 
     def forget(self) -> None:
-        """Begin the firmware anew."""
+        """Restart the firmware."""
         self.drive.rack.restart()
         self._begin()
 
@@ -308,10 +333,10 @@ class SimRobkoBoard(Board):
         }
 
     def reset(self) -> None:
-        """Begin the firmware anew: motion stops dead, positions are zero, and the motors off."""
+        """Restart the firmware: motion stops dead, positions are zero, and the motors off."""
         if self.shared.powered:
-            self.stop_dead()
-            self.shared.said.clear()
+            self.drive.lose_power(self.now_s)
+            self.shared.outgoing.clear()
             self.forget()
 
     def hear(self, data: bytes) -> None:
@@ -334,8 +359,8 @@ class SimRobkoBoard(Board):
             self._switch(False, now_s)
 
     def _take_up(self, now_s: float) -> None:
-        while not self.unanswered and (heard := self._codec.next_event()) is not None:
-            if isinstance(heard, Ignored):
+        while not self.unanswered and (event := self._codec.next_event()) is not None:
+            if isinstance(event, Ignored):
                 self._ignored += 1
             else:
                 self._answer_s = now_s + THINKS_S
@@ -348,7 +373,7 @@ class SimRobkoBoard(Board):
         if isinstance(request, SavePosition | LoadPosition):
             self._codec.forget()
         else:
-            self.shared.said += self._codec.send(self._do(request, now_s))
+            self.shared.outgoing += self._codec.send(self._do(request, now_s))
 
     def _do(self, request: Request, now_s: float) -> Answer:
         match request:
@@ -360,11 +385,18 @@ class SimRobkoBoard(Board):
                 early = now_s < self._accepted_s + EARLY_ZERO_S
                 return Moving(0 if early else self.drive.rack.mask(now_s))
             case Position():
-                return Positions(self._where(now_s))
+                return Positions(self.drive.reported(now_s))
+            case MoveRelative() | MoveAbsolute() | MoveSpeed() if not self.enabled:
+                return Acknowledged(request.op, Status.ERROR)
             case MoveRelative(axes) | MoveAbsolute(axes):
-                return self._move(request.op, axes, request.op is Op.MOVE_RELATIVE, now_s)
+                if mask := self.drive.rack.mask(now_s):
+                    return Busy(request.op, mask)
+                self.drive.move(axes, request.op is Op.MOVE_RELATIVE, now_s)
+                self._accepted_s = now_s
+                return Acknowledged(request.op)
             case MoveSpeed(axes):
-                return self._run(axes, now_s)
+                self.drive.run_at(axes, now_s)
+                return Acknowledged(request.op)
             case Outputs(value):
                 self.outputs = value
                 return OutputsSet(value)
@@ -385,10 +417,6 @@ class SimRobkoBoard(Board):
             case Clear():
                 self.drive.set_counts((0,) * AXES, now_s)
 
-    def _where(self, now_s: float) -> Axes:
-        speeds = (wrap(round(speed)) for speed in self.drive.rack.speeds(now_s))
-        return Axes(tuple(self.registers), tuple(speeds))
-
     def _switch(self, on: bool, now_s: float) -> None:
         self.enabled = on
         if on:
@@ -396,35 +424,6 @@ class SimRobkoBoard(Board):
             self.drive.energise()
         else:
             self.world.cut_current(now_s)
-
-    def _move(self, op: Op, axes: Axes, relative: bool, now_s: float) -> Answer:
-        rack = self.drive.rack
-        if not self.enabled:
-            return Acknowledged(op, Status.ERROR)
-        if mask := rack.mask(now_s):
-            return Busy(op, mask)
-        here = rack.positions(now_s)
-        for axis, (steps, speed) in enumerate(
-            zip(axes.positions_steps, axes.speeds_steps_s, strict=True)
-        ):
-            if relative:
-                rack.move_to(axis, here[axis] + steps, self._hz(speed), now_s)
-            elif self.quirks.absolute_sets_top:
-                rack.move_at(axis, steps, self._hz(speed), now_s)
-            elif steps != here[axis]:
-                rack.move_to(axis, steps, self._hz(speed), now_s)
-        self._accepted_s = now_s
-        return Acknowledged(op)
-
-    def _run(self, axes: Axes, now_s: float) -> Answer:
-        if not self.enabled:
-            return Acknowledged(Op.MOVE_SPEED, Status.ERROR)
-        for axis, speed in enumerate(axes.speeds_steps_s):
-            self.drive.rack.run(axis, self._hz(speed), now_s)
-        return Acknowledged(Op.MOVE_SPEED)
-
-    def _hz(self, speed_steps_s: float) -> float:
-        return speed_steps_s / (1.0 + self.quirks.slowness)
 
 
 AS_THE_ARM_FILE = "file"

@@ -13,7 +13,6 @@ from types import MappingProxyType
 from armdrive.errors import ArmError, BadRequest
 from armdrive.sim.device import (
     DrivesOnBus,
-    GivesControl,
     HasPendant,
     HasSpeedError,
     SimDevice,
@@ -63,7 +62,7 @@ _SWITCH = {"on": True, "off": False, "1": True, "0": False}
 
 
 def _state(console: Console, _: list[str]) -> ConsoleAnswer:
-    # the device's own clock: whoever looks on late still learns when what is seen was so
+    # the device's own clock: a late reader still learns when this state was true
     time_s = round(console.device.now_s, _S_DIGITS)
     return ConsoleAnswer(
         state_line(console.device), {"time_s": time_s, **state_json(console.device)}
@@ -74,15 +73,15 @@ def _key(console: Console, words: list[str]) -> ConsoleAnswer:
     board = console.device.board
     if not isinstance(board, HasPendant):
         raise lacks(board, "pendant")
-    board.press_named(words[0])
+    board.pendant.press_named(words[0])
     return ConsoleAnswer(f"pressed {words[0].upper()}")
 
 
 def _return(console: Console, _: list[str]) -> ConsoleAnswer:
     board = console.device.board
-    if not isinstance(board, GivesControl):
+    if not isinstance(board, HasPendant):
         raise lacks(board, "pendant that takes control")
-    if board.pendant_returns():
+    if board.pendant.return_control():
         return ConsoleAnswer("the host has control again")
     raise BadRequest("the pendant has no control to give back: the host has not sent @SET")
 
@@ -93,7 +92,7 @@ def _guide(console: Console, _: list[str]) -> ConsoleAnswer:
         raise BadRequest("no reference posture is known of this arm")
     joints = console.device.world.body.arm.ik(reference.pose)
     console.device.bring_to(joints, reference.opening_mm)
-    return ConsoleAnswer("somebody brought the arm to its reference posture by hand")
+    return ConsoleAnswer("a person brought the arm to its reference posture by hand")
 
 
 def _put(console: Console, words: list[str]) -> ConsoleAnswer:
@@ -181,8 +180,8 @@ def _speed_error(console: Console, words: list[str]) -> ConsoleAnswer:
     board = console.device.board
     if not isinstance(board, HasSpeedError):
         raise lacks(board, "speed error: it keeps its own time")
-    board.set_speed_error(number(words[0]))
-    return ConsoleAnswer(f"motions last {1.0 + board.speed_error:.2f} times as long")
+    board.motor_speed.set(number(words[0]))
+    return ConsoleAnswer(f"motions last {board.motor_speed.stretch:.2f} times as long")
 
 
 def _help(_: Console, __: list[str]) -> ConsoleAnswer:

@@ -125,7 +125,7 @@ class _ServeLoop:
             self._console.faults.ask(fault)
 
     def run(self) -> None:
-        """Go round until somebody ends it."""
+        """Serve until the loop is ended."""
         while not self._console.ended:
             self._sleep()
             now_s = self._clock()
@@ -153,7 +153,7 @@ class _ServeLoop:
             self._say(answer)
 
     def _say(self, line: str) -> None:
-        with contextlib.suppress(OSError, ValueError):  # nobody reads the answers any more
+        with contextlib.suppress(OSError, ValueError):  # the reader of the answers is gone
             self._out.write(printable_lines(line) + "\n")
             self._out.flush()
 

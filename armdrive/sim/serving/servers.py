@@ -52,7 +52,7 @@ class Server(Protocol):
         """Return what has come, possibly nothing."""
 
     def write(self, data: bytes) -> None:
-        """Say something to whoever listens."""
+        """Send bytes to the programs that are connected."""
 
     def close(self) -> None:
         """Withdraw the wire: its other end breaks, as by a pulled cable. Twice is no error."""
@@ -109,7 +109,7 @@ class PtyServer:
         return b""
 
     def write(self, data: bytes) -> None:
-        """Write to whoever reads; what the system's buffer does not take is lost."""
+        """Write to the reader; what the system's buffer does not take is lost."""
         if self._ends is not None:
             with contextlib.suppress(BlockingIOError):
                 os.write(self._ends[0], data)
@@ -222,9 +222,9 @@ class TcpServer(NetworkServer):
 
     def read(self) -> bytes:
         """Return all that the client has sent, and let the next one in when it has left."""
-        heard = self._hear()
+        first = self._hear()
         self._admit()
-        return heard + self._hear()
+        return first + self._hear()
 
     def write(self, data: bytes) -> None:
         """Send to the client, if there is one."""
@@ -245,18 +245,18 @@ class TcpServer(NetworkServer):
         return socket.create_server((host, port), backlog=1)
 
     def _hear(self) -> bytes:
-        heard = b""
-        while self._client is not None and len(heard) < CHUNK:
+        received = b""
+        while self._client is not None and len(received) < CHUNK:
             try:
                 data = self._client.recv(CHUNK)
             except BlockingIOError:
                 break
             except OSError:
                 data = b""
-            heard += data
+            received += data
             if not data:
                 self._hang_up()
-        return heard
+        return received
 
     def _admit(self) -> None:
         if self._ear is None:
@@ -300,7 +300,7 @@ class UdpServer(NetworkServer):
         return b""
 
     def write(self, data: bytes) -> None:
-        """Send a datagram to whoever spoke last."""
+        """Send a datagram to the last sender."""
         if self._ear is not None and self._peer is not None and data:
             with contextlib.suppress(OSError):
                 self._ear.sendto(data, self._peer)
@@ -337,7 +337,7 @@ def beyond_this_computer(address: str) -> str:
 def _is_loopback(host: str) -> bool:
     try:
         return ipaddress.ip_address(host.strip("[]")).is_loopback
-    except ValueError:  # a name: nobody knows where it leads
+    except ValueError:  # a name: it may lead anywhere
         return False
 
 
@@ -358,7 +358,7 @@ _PASSIVE, _BUS_ERRORS = 0x20, 0x80
 
 @dataclass(slots=True)
 class AdapterFaults:
-    """What is wrong with the adapter or its bus; nothing, unless somebody says so."""
+    """What is wrong with the adapter or its bus; nothing, unless a person says so."""
 
     bus_off: bool = False
     """Its controller has left the bus, until the channel is closed and opened again."""
@@ -399,15 +399,15 @@ class Adapter:
         return sent
 
     def show(self, frame: Frame) -> None:
-        """Hear a frame of the bus."""
+        """Take a frame from the bus."""
         if self.on_bus and not self.faults.dead:
             self._said += line_of(frame)
 
     def say(self) -> bytes:
         """Take what the adapter has to say to its host."""
-        said = bytes(self._said)
+        sent = bytes(self._said)
         self._said.clear()
-        return said
+        return sent
 
     def restart(self) -> None:
         """Lose the power: everything that the host has set is forgotten."""
@@ -506,7 +506,7 @@ class SlcanServer:
         return b"".join(map(pack, frames))
 
     def write(self, data: bytes) -> None:
-        """Have the adapter hear frames of the bus."""
+        """Hand frames of the bus to the adapter."""
         for frame in self._unpacker.feed(data):
             self.adapter.show(frame)
         self._answer()
@@ -517,9 +517,9 @@ class SlcanServer:
         self.adapter.restart()
 
     def _answer(self) -> None:
-        said = self.adapter.say()
-        if said:
-            self._port.write(said)
+        sent = self.adapter.say()
+        if sent:
+            self._port.write(sent)
 
 
 class TwoAdapters(SlcanServer):
@@ -538,7 +538,7 @@ class TwoAdapters(SlcanServer):
         return (*super().filenos(), *self.second.filenos())
 
     def read(self) -> bytes:
-        """Return the frames that both programs have sent; each hears those of the other."""
+        """Return the frames that both programs have sent; each also receives the other's."""
         first, other = super().read(), self.second.read()
         if first:
             self.second.write(first)
@@ -547,7 +547,7 @@ class TwoAdapters(SlcanServer):
         return first + other
 
     def write(self, data: bytes) -> None:
-        """Have both adapters hear frames of the bus."""
+        """Hand frames of the bus to both adapters."""
         super().write(data)
         self.second.write(data)
 
@@ -566,7 +566,7 @@ class AdapterBus(BusLine):
 
     @property
     def bus_off(self) -> bool:
-        """Whether the adapter has left the bus; its host ends that by opening it anew."""
+        """Whether the adapter has left the bus; its host ends that by opening it again."""
         return self.adapter.faults.bus_off
 
     @bus_off.setter

@@ -11,8 +11,8 @@ One command is unanswered at a time. A motion's end answers it (`motion_ended`),
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import ClassVar
 
 from armdrive.config.arm import ArmConfig
@@ -22,6 +22,7 @@ from armdrive.sim.device import Board, Option, Options
 from armdrive.sim.mechanics.motors import (
     DEFAULT_RATES,
     CoordinatedDrive,
+    MotorSpeed,
     RateTable,
     checked_error,
     rate_hz,
@@ -85,13 +86,44 @@ class TwinSettings:
         checked_error(self.speed_error)
 
 
-def _rows_json(memory: dict[int, ProgramRow]) -> Json:
-    return [list(memory[number].words) for number in sorted(memory)]
+class StoredProgram:
+    """The rows of the program memory, and those that a run still has to carry out."""
+
+    def __init__(self, rows: Iterable[ProgramRow] = ()) -> None:
+        self.rows = {row.number: row for row in rows}
+        self._left: deque[ProgramRow] = deque()
+
+    @property
+    def in_order(self) -> list[ProgramRow]:
+        """The rows in the order of their numbers."""
+        return [self.rows[number] for number in sorted(self.rows)]
+
+    def keep(self, row: ProgramRow) -> bool:
+        """Store a row; return False where there is no room for another."""
+        if row.number not in self.rows and len(self.rows) >= MEMORY_ROWS:
+            return False
+        self.rows[row.number] = row
+        return True
+
+    def start(self) -> None:
+        """Begin a run: the rows that are moves, in the order of their numbers."""
+        self._left = deque(row for row in self.in_order if row.kind == _MOVE_KIND)
+
+    def next_row(self) -> ProgramRow | None:
+        """Take the next row of the run; None behind the last."""
+        return self._left.popleft() if self._left else None
+
+    def stop(self) -> None:
+        """End the run."""
+        self._left.clear()
+
+    def to_json(self) -> Json:
+        """Return the rows as they are saved."""
+        return [list(row.words) for row in self.in_order]
 
 
-def _saved_rows(saved: Saved, key: str) -> dict[int, ProgramRow]:
-    rows = [_row(item) for item in saved.items(key)]
-    return {row.number: row for row in rows}
+def _saved_program(saved: Saved, key: str) -> StoredProgram:
+    return StoredProgram(_row(item) for item in saved.items(key))
 
 
 def _row(words: object) -> ProgramRow:
@@ -102,17 +134,45 @@ def _row(words: object) -> ProgramRow:
         raise StateFileError(f"a saved program row cannot be read: {error}; {MEND}") from None
 
 
-class TeachMoverBoard(Board):
-    """The controller box with its pendant, and the arm. What is known is forgotten without power.
+class Pendant:
+    """The teach pendant of a board: the key pressed last, and what the keys do."""
 
-    `memory` are the rows of the program by their numbers.
-    """
+    def __init__(self, board: TeachMoverBoard) -> None:
+        self._board = board
+
+    def press_named(self, name: str) -> None:
+        """Press a key by its name, in capitals or not. Raises `BadRequest`."""
+        names = [key.name for key in Key if key is not Key.NONE]
+        if name.upper() not in Key.__members__:
+            raise BadRequest(f"the pendant has no key {name!r}; it has {', '.join(names)}")
+        self.press(Key[name.upper()])
+
+    def press(self, key: Key) -> None:
+        """Press a key: STOP ends a motion, a program and the pendant's control."""
+        board = self._board
+        if board.shared.powered:
+            board.key = key
+            if key is Key.STOP and board.busy:
+                board.drive.stop(board.now_s)
+                board.memory.stop()
+                board.finish(Status.STOPPED)
+
+    def return_control(self) -> bool:
+        """Answer the host's @SET; return False where the host has control already."""
+        waits = isinstance(self._board.unanswered, Set)
+        if waits:
+            self._board.finish(Status.DONE)
+        return waits
+
+
+class TeachMoverBoard(Board):
+    """The controller box with its pendant, and the arm. All it knows is lost with the power."""
 
     title: ClassVar[str] = "TeachMover"
     remembered: ClassVar[Mapping[str, Form]] = {
         "key": Form(lambda saved, key: Key(saved.whole(key, 0, max(Key))), int),
         "outputs": BYTE,
-        "memory": Form(_saved_rows, _rows_json),
+        "memory": Form(_saved_program, StoredProgram.to_json),
     }
     drive: CoordinatedDrive
 
@@ -126,26 +186,31 @@ class TeachMoverBoard(Board):
         world = world or World()
         super().__init__(world, CoordinatedDrive(world), baud)
         self.settings = settings or TwinSettings()
-        self.memory: dict[int, ProgramRow] = {}
-        self._rows: deque[ProgramRow] = deque()
+        self.motor_speed = MotorSpeed(self.settings.speed_error)
+        self.pendant = Pendant(self)
         self.forget()
 
     def forget(self) -> None:
         """Lose the program, the outputs and whatever is unanswered."""
-        self.memory.clear()
+        self.memory = StoredProgram()
         self.key = Key.NONE
+        """The key of the pendant that was pressed last."""
         self.outputs = 0
         self.byte_gap_s = 0.0
         self.lost_bytes = 0
         self._codec = Device()
-        self._rows.clear()
 
     # What can be seen.
 
     @property
     def busy(self) -> bool:
         """Whether a command is unanswered."""
-        return self._codec.unanswered is not None
+        return self.unanswered is not None
+
+    @property
+    def unanswered(self) -> Request | None:
+        """The command that is unanswered."""
+        return self._codec.unanswered
 
     @property
     def registers(self) -> Motors:
@@ -158,48 +223,12 @@ class TeachMoverBoard(Board):
         grip = 1 << self.settings.grip_bit
         return self.shared.inputs_set & ~grip | (grip if self.world.grip_switch else 0)
 
-    @property
-    def speed_error(self) -> float:
-        """By which share motions last longer than the speed table says."""
-        return self.settings.speed_error
-
     def details(self) -> dict[str, Json]:
         """Return the pendant's key, the outputs, and how wrong the speed is."""
-        return {"key": self.key.name, "outputs": self.outputs, "speed_error": self.speed_error}
+        error = self.motor_speed.error
+        return {"key": self.key.name, "outputs": self.outputs, "speed_error": error}
 
     # What a person can do.
-
-    def key_names(self) -> tuple[str, ...]:
-        """Name the pendant's keys."""
-        return tuple(key.name for key in Key if key is not Key.NONE)
-
-    def press_named(self, name: str) -> None:
-        """Press a key of the pendant by its name, in capitals or not."""
-        wanted = name.upper()
-        if wanted not in Key.__members__:
-            raise BadRequest(
-                f"the pendant has no key {name!r}; it has {', '.join(self.key_names())}"
-            )
-        self.press(Key[wanted])
-
-    def press(self, key: Key) -> None:
-        """Press a key of the pendant: STOP ends a motion, a program and the pendant's control."""
-        if not self.shared.powered:
-            return
-        self.key = key
-        if key is Key.STOP and self.busy:
-            self.drive.stop(self.now_s)
-            self._rows.clear()
-            self._answer(Status.STOPPED)
-            self._serve()
-
-    def pendant_returns(self) -> bool:
-        """Give control back to the host, answering its @SET; False where it has control."""
-        if not isinstance(self._codec.unanswered, Set):
-            return False
-        self._answer(Status.DONE)
-        self._serve()
-        return True
 
     def set_input(self, bit: int, on: bool) -> None:
         """Set an input bit; the grip switch's own bit follows the fingers alone."""
@@ -207,10 +236,6 @@ class TeachMoverBoard(Board):
         if not 0 <= bit < self.input_bits or bit == grip:
             raise BadRequest(f"input bits are 0 to 7 without {grip}, the grip switch; not {bit}")
         super().set_input(bit, on)
-
-    def set_speed_error(self, error: float) -> None:
-        """Make motions that begin from now on last longer (0.2: a fifth) or shorter (negative)."""
-        self.settings = replace(self.settings, speed_error=error)
 
     # What the controller does with each command.
 
@@ -225,11 +250,13 @@ class TeachMoverBoard(Board):
 
     def motion_ended(self) -> None:
         """Go on with the program that runs, or answer."""
-        if self._rows:
-            self._next_row()
-        else:
-            self._answer(Status.DONE)
-            self._serve()
+        if not self._begin_next_row():
+            self.finish(Status.DONE)
+
+    def finish(self, status: Status) -> None:
+        """Answer the command, and go on with what waits."""
+        self._answer(status)
+        self._serve()
 
     def _serve(self) -> None:
         while (request := self._codec.next_event()) is not None:
@@ -241,9 +268,13 @@ class TeachMoverBoard(Board):
                 self.outputs = self.outputs if output is None else output
                 self.drive.start(steps, self._rate_hz(speed), self.now_s)
             case Close(speed):
-                self._close(speed)
+                slow = CLOSE_RATE_HZ / self.motor_speed.stretch
+                rate = slow if speed is None else self._rate_hz(speed)
+                self.drive.start(self.world.steps_to_trip(), rate, self.now_s)
             case Run():
-                self._run()
+                self.memory.start()
+                if not self._begin_next_row():
+                    self._answer(Status.FAILED)
             case Set() | Ignored():
                 pass  # the pendant answers the one in its own time, nobody the other
             case Read() | QDump():
@@ -253,7 +284,7 @@ class TeachMoverBoard(Board):
                 self.world.cut_current(self.now_s)
                 self._answer(Status.DONE)
             case QWrite(row):
-                self._answer(Status.DONE if self._keep(row) else Status.FAILED)
+                self._answer(Status.DONE if self.memory.keep(row) else Status.FAILED)
             case Delay(count):
                 self._answer(Status.DONE)
                 self.byte_gap_s = count * self.settings.delay_unit_s
@@ -262,44 +293,30 @@ class TeachMoverBoard(Board):
             case Malformed():
                 self._answer(Status.FAILED)
 
-    def _close(self, speed: int | None) -> None:
-        slow = CLOSE_RATE_HZ / (1.0 + self.settings.speed_error)
-        rate = slow if speed is None else self._rate_hz(speed)
-        self.drive.start(self.world.steps_to_trip(), rate, self.now_s)
-
-    def _run(self) -> None:
-        """Begin the program: its rows in the order of their numbers, those that are moves."""
-        rows = (self.memory[number] for number in sorted(self.memory))
-        self._rows.extend(row for row in rows if row.kind == _MOVE_KIND)
-        if self._rows:
-            self._next_row()
-        else:
-            self._answer(Status.FAILED)
-
-    def _next_row(self) -> None:
-        row = self._rows.popleft()
-        steps = [signed(goal - at) for goal, at in zip(row.positions, self.registers, strict=True)]
-        self.drive.start(steps, self._rate_hz(row.speed), self.now_s)
+    def _begin_next_row(self) -> bool:
+        """Begin the next row of the program; return False where none is left."""
+        row = self.memory.next_row()
+        if row is not None:
+            places = zip(row.positions, self.registers, strict=True)
+            steps = [signed(goal - at) for goal, at in places]
+            self.drive.start(steps, self._rate_hz(row.speed), self.now_s)
+        return row is not None
 
     def _tell(self, request: Read | QDump) -> None:
         self._answer(Status.DONE)
         if isinstance(request, Read):
-            self.shared.said += self._codec.send(Registers(self.registers, self.key, self.inputs))
+            self.shared.outgoing += self._codec.send(
+                Registers(self.registers, self.key, self.inputs)
+            )
         else:
-            for number in sorted(self.memory):
-                self.shared.said += self._codec.send(self.memory[number])
-
-    def _keep(self, row: ProgramRow) -> bool:
-        if row.number not in self.memory and len(self.memory) >= MEMORY_ROWS:
-            return False
-        self.memory[row.number] = row
-        return True
+            for row in self.memory.in_order:
+                self.shared.outgoing += self._codec.send(row)
 
     def _answer(self, status: Status) -> None:
-        self.shared.said += self._codec.send(status)
+        self.shared.outgoing += self._codec.send(status)
 
     def _rate_hz(self, speed: int) -> float:
-        return rate_hz(self.settings.speed_table, speed, self.settings.speed_error)
+        return rate_hz(self.settings.speed_table, speed, self.motor_speed.error)
 
 
 def signed(count: int) -> int:

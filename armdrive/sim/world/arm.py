@@ -29,7 +29,7 @@ A_BLOCK = 'TableBlock("A", 250, 0)'
 
 FOUND_OPENING_MM = 20.0
 MOST_INCIDENTS = 1000
-"""A world that goes wrong for days remembers so many of the latest incidents."""
+"""A world that goes wrong for days remembers this many of the latest incidents."""
 _ROUNDING = 1e-6
 
 
@@ -133,7 +133,7 @@ class World:
         self.force(self.play.drive(steps), time_s)
 
     def lose(self, motor: int, steps: int) -> None:
-        """Have a motor lose the next steps that it is told to make, whichever way they lead."""
+        """Have a motor lose its next commanded steps, in either direction."""
         self._to_lose[motor] = self._to_lose.get(motor, 0) + steps
 
     def force(self, steps: Sequence[int], time_s: float = 0.0) -> None:

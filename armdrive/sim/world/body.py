@@ -255,7 +255,7 @@ _SHARE = 0.5
 
 
 def found_posture(arm: ArmGeometry) -> Joints:
-    """Return the posture in which somebody left the arm; the same one for the same arm.
+    """Return the posture in which the arm was left; the same one for the same arm.
 
     Of an arm that is no Mini-mover, the middle of its ranges if every point is above the table
     there, or else the first clear one of random postures in the middle half of the ranges; where

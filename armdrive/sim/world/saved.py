@@ -32,7 +32,7 @@ class Saved:
 
     @property
     def data(self) -> Mapping[object, object]:
-        """What nobody has asked for yet."""
+        """The entries that have not been read yet."""
         return MappingProxyType(self._data)
 
     def number(self, key: str) -> float:
@@ -49,7 +49,7 @@ class Saved:
         return self._bounded(key, self._take(key), low, high)
 
     def wholes(self, key: str, count: int, low: int, high: int) -> tuple[int, ...]:
-        """Return so many whole numbers within bounds."""
+        """Return `count` whole numbers within bounds."""
         values = self.items(key)
         if len(values) != count:
             raise self._wrong(key, values, f"{count} whole numbers")
@@ -88,11 +88,11 @@ class Saved:
         return Saved(self._take(key), f"{self._where}.{key}")
 
     def has(self, key: str) -> bool:
-        """Tell whether there is something of that name that nobody has asked for."""
+        """Return whether there is an unread entry of that name."""
         return key in self._data
 
     def end(self) -> None:
-        """Refuse what nobody asked for."""
+        """Refuse entries that were never read."""
         if self._data:
             raise StateFileError(
                 f"the saved {self._where} has an unknown entry {min(self._data, key=str)!r}; {MEND}"

@@ -115,10 +115,10 @@ DROP_FROM_MM = 1000.0
 """A block comes down from above everything, onto what is there."""
 
 USUAL_MM = 25.0
-"""The side of a block of which no size is said."""
+"""The side of a block without a size."""
 
 PARTS = "NAME X Y [WIDTH [HEIGHT]]"
-"""What is said of a block, mm; the height is the width where it is left out."""
+"""A block's numbers in mm; without a height it is as high as wide."""
 
 
 def block_of(words: Sequence[str]) -> TableBlock:
@@ -201,14 +201,14 @@ class Table:
             return taken
 
     def released(self) -> None:
-        """Have another hand carry what one has let go of, and let fall what nobody holds."""
+        """Let another hand carry a block that was let go, and let fall a block without a hand."""
         for hand in self._hands:
             if hand.held is not None and self.carrier(hand.held) is None:
                 hand.take_over()
         self.settle()
 
     def settle(self) -> None:
-        """Let every block that nobody carries fall onto what is under it."""
+        """Let every block that is not carried fall onto what is under it."""
         floating = [name for hand in self._hands for name in hand.carried]
         self.blocks = settled(self.blocks, floating)
 
@@ -256,7 +256,7 @@ class Stand:
         return MappingProxyType(placed)
 
 
-# --- Incidents: what goes wrong around an arm, and no controller hears of ------------------------
+# --- Incidents: what goes wrong around an arm, unknown to any controller --------------------------
 
 
 class IncidentKind(Enum):
@@ -291,7 +291,7 @@ _ROUNDING_MM = 1e-6
 class GripScene:
     """What one arm's fingers have to do with the blocks of its table, and which one they hold.
 
-    Points and blocks are told and shown in the arm's base frame; within, all is in the table's.
+    Points and blocks are given and shown in the arm's base frame; inside, all is in the table's.
     A block's footprint lies along the table's x and y, however the arm's base is turned.
     """
 

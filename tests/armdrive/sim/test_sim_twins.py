@@ -72,7 +72,7 @@ def test_a_dialect_without_a_device_is_refused_with_the_nearest():
 def test_settings_reach_the_device():
     twin = simulate(simulated_config("teachmover"), speed_error=0.25)
     assert isinstance(twin.board, TeachMoverBoard)
-    assert twin.board.speed_error == 0.25
+    assert twin.board.motor_speed.error == 0.25
     with pytest.raises(BadRequest, match="did you mean 'speed_error'"):
         simulate(simulated_config("teachmover"), sped_error=0.25)
 

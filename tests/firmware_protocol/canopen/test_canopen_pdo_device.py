@@ -35,7 +35,7 @@ class Owner:
         self.pdos = DevicePdos(
             OBJECTS,
             lambda place: self.values.get(place, 0),
-            lambda place, _: self.values.get(place, 0),
+            lambda place: lambda _: self.values.get(place, 0),
             lambda values, _: self.brought.append(values),
             lambda frame: self.said.append(frame.data),
         )

@@ -87,7 +87,8 @@ class Rig(DriverBench):
         return [drive.word for drive in self.controller.group.drives]
 
     def _step(self, end_s: float) -> None:
-        self._pass_to(end_s, [self.link.next_s()])
+        due_s = math.inf if self.dead else self.controller.next_s()
+        self._pass_to(end_s, [self.link.run(min(end_s, due_s, *self.at_s))])
         self._unread += self.link.read(self.now_s)
         if self.dead:
             return

@@ -32,7 +32,7 @@ def spied() -> tuple[Arm, FaultyLink]:
 
 
 def memory(arm: Arm) -> dict[int, ProgramRow]:
-    return dict(arm.twin.board.memory)
+    return dict(arm.twin.board.memory.rows)
 
 
 @given(PROGRAMS)

@@ -163,6 +163,36 @@ class TestLink:
         assert bench.drive.heard[0][0] == pytest.approx(frame_bits(frame) / BITRATE)
         assert bench.link.description == "simulated arm on a CAN bus at 500 kbit/s"
 
+    def test_it_runs_by_itself_until_its_host_has_something_to_read(self):
+        alone, often = Bench(after_s=0.002), Bench(after_s=0.002)
+        for bench in (alone, often):
+            bench.write(Frame(5, b"abc"))
+        ((time_s, answer),) = often.run()
+        assert alone.link.run(1.0) == time_s
+        assert alone.drive.heard == often.drive.heard
+        assert Unpacker().feed(alone.link.read(time_s)) == [answer]
+        assert alone.link.run(1.0) == 1.0
+
+    def test_it_runs_no_longer_than_its_host_waits(self):
+        bench = Bench(after_s=0.002)
+        bench.write(Frame(5))
+        assert bench.link.run(0.001) == 0.001
+        assert len(bench.drive.heard) == 1
+
+    def test_a_wake_ends_a_run_behind_what_happens_next(self):
+        bench = Bench(after_s=0.002)
+        bench.write(Frame(5))
+        bench.link.wake()
+        assert bench.link.run(1.0) == pytest.approx(frame_bits(Frame(5)) / BITRATE)
+        assert bench.link.run(1.0) > 0.002
+
+    def test_a_wire_that_was_pulled_does_not_run_behind_its_hosts_back(self):
+        bench = Bench()
+        bench.write(Frame(5))
+        bench.link.unplug()
+        assert bench.link.run(1.0) == pytest.approx(frame_bits(Frame(5)) / BITRATE)
+        assert bench.drive.heard == []
+
     def test_half_a_frame_waits_for_its_other_half(self):
         bench, packed = Bench(), pack(Frame(5, b"\r\n\r\n"))
         bench.link.write(packed[:4], 0.0)

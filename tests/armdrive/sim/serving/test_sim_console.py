@@ -130,7 +130,7 @@ def test_inputs_pushes_and_speed(console):
     console.answer("push 2 -15")
     assert console.device.world.motors - before == (0, -15, 0, 0, 0, 0)
     console.answer("speed-error 0.2")
-    assert console.device.board.speed_error == 0.2
+    assert console.device.board.motor_speed.error == 0.2
 
 
 @pytest.mark.parametrize(
