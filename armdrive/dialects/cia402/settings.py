@@ -1,4 +1,4 @@
-"""What an arm file says in `[cia402]`: which drives are on the bus, and how they are driven."""
+"""The arm file's section `[cia402]`: which drives are on the bus, and how they are driven."""
 
 from __future__ import annotations
 
@@ -7,20 +7,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from armdrive.dialects.bus.motors import BusMotors, check_ids
-from armdrive.dialects.bus.observer import Bounds
-from armdrive.dialects.bus.way import trapezoid_s
+from armdrive.dialects.bus.drives import BusMotors, check_feeding, check_settings
+from armdrive.dialects.bus.observer import MAX_DELAY_S, Bounds
+from armdrive.dialects.bus.paths import Trapezoid
 from armdrive.errors import ArmFileError
 from armdrive.text.toml import within
 from firmware_protocol.canopen import NODE_MAX, Service, cob_id
 
 CYCLIC, PROFILE = "cyclic", "profile"
 STRATEGIES = (CYCLIC, PROFILE)
-BEATS = 2
-"""So many heartbeats at least fit into the time after which drives miss them: one may be lost."""
-LATE_S = 0.1
-"""By so much an order may be late, or a reading, that is nobody's fault: on a busy computer a SYNC
-of every 10 ms was 58 to 69 ms late at worst, and orders of every 40 ms 81 to 160 ms."""
 HOMING_METHODS = (-128, 37)
 
 
@@ -28,23 +23,23 @@ HOMING_METHODS = (-128, 37)
 class Cia402Settings:
     """The drives of an arm, in the order of its motors, and how they are driven.
 
-    `ids` are their node numbers and `master_id` is this program's. Drives stop, and hold, when they
-    have not heard its heartbeat for `heartbeat_ms`; it is sent every `beat_ms` while motors are on.
+    `ids` are their node numbers, `master_id` is this program's. Drives stop and hold if its
+    heartbeat is missing for `heartbeat_ms`; it is sent every `beat_ms` while motors are on.
     `drive_beat_ms` is the period of the drives' own heartbeats.
 
-    `strategy` "cyclic" gives every drive a target each `period_ms` (longer where the bus is too
-    slow for that), smoothed by a moving average over `smoothing_ms`; "profile" sends bursts that
-    the drives drive by ramps of their own, as where a drive has no cyclic position mode. `ramp_s`
-    is how long those take from rest to the arm's full speed, and `quick_stop_s` how long a quick
+    With `strategy` "cyclic" every drive gets a target each `period_ms` (or more, if the bus is too
+    slow for that), smoothed by a moving average over `smoothing_ms`. With "profile" the drives get
+    bursts and use ramps of their own; so do drives without cyclic position mode. `ramp_s` is how
+    long those ramps take from rest to the arm's full speed, and `quick_stop_s` how long a quick
     stop takes from there.
 
-    `following_window` is how many increments a drive may be behind its target, for longer than
-    `following_ms`, before it faults; `rest_window` how far from it a drive stands that holds it.
-    `encoder_increments` of a motor's turn are compared with the drives' (0: left as it is).
+    A drive faults if it is more than `following_window` increments behind its target for longer
+    than `following_ms`. A drive that holds its target is within `rest_window` of it.
+    `encoder_increments` of a motor's turn are compared with those of the drives (0: not compared).
 
-    A transfer of an object is waited for `answer_s`. Homing is by `homing_methods` (object 6098),
-    one for each motor, as the drives are set up where it is empty; `homing_speeds` are increments a
-    second towards the switch and away from it (0: as set up). It may take `homing_s`.
+    `answer_s` is the timeout of an object transfer. `homing_methods` has one method (object 6098)
+    for each motor; if empty, the drives use their own. `homing_speeds` are increments a second
+    towards the switch and away from it (0: the drive's own). Homing may take `homing_s`.
     """
 
     ids: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
@@ -67,9 +62,7 @@ class Cia402Settings:
     homing_s: float = 60.0
 
     def __post_init__(self) -> None:
-        check_ids("cia402", self.ids, NODE_MAX, "a node number")
-        for name, (low, high) in _BOUNDS.items():
-            within(f"cia402.{name}", getattr(self, name), low, high)
+        check_settings("cia402", self, NODE_MAX, "a node number", _BOUNDS)
         if self.master_id in self.ids:
             raise ArmFileError(
                 f"cia402.master_id is this program's own number, and {self.master_id} is a drive's"
@@ -78,25 +71,20 @@ class Cia402Settings:
             raise ArmFileError(
                 f'cia402.strategy is "{CYCLIC}" or "{PROFILE}", not {self.strategy!r}'
             )
-        if self.heartbeat_ms < BEATS * self.beat_ms:
-            raise ArmFileError(
-                f"cia402.heartbeat_ms must be {BEATS} times cia402.beat_ms at least, which feeds "
-                f"it: with {self.heartbeat_ms} and {self.beat_ms} the drives would stop in "
-                "mid-motion"
-            )
+        check_feeding(self, "cia402.heartbeat_ms", "cia402.beat_ms")
         self._check_homing()
 
     @property
     def bounds(self) -> Bounds:
-        """How far from its orders a healthy drive may be: it faults by itself beyond that."""
-        window, late_s = self.following_window, LATE_S + self.following_ms / 1000.0
+        """How far from its orders a healthy drive may be; beyond that it faults by itself."""
+        window, late_s = self.following_window, MAX_DELAY_S + self.following_ms / 1000.0
         return Bounds(self.rest_window, window, window, late_s=late_s)
 
     @property
     def frame_ids(self) -> tuple[int, ...]:
-        """The ids of the frames that are listened to: what the drives say, and a rival's beat."""
-        said = (Service.EMCY, Service.TPDO1, Service.SDO_RESPONSE, Service.HEARTBEAT)
-        own = tuple(cob_id(service, node) for service in said for node in self.ids)
+        """The ids of received frames: those from the drives, and another master's heartbeat."""
+        services = (Service.EMCY, Service.TPDO1, Service.SDO_RESPONSE, Service.HEARTBEAT)
+        own = tuple(cob_id(service, node) for service in services for node in self.ids)
         return (*own, cob_id(Service.HEARTBEAT, self.master_id))
 
     def _check_homing(self) -> None:
@@ -131,29 +119,29 @@ _BOUNDS: Mapping[str, tuple[float, float]] = MappingProxyType(
 )
 
 
-# What follows from it for an arm: how fast its drives turn, and how often they are told where.
+# What follows for an arm: the speeds of its drives and the period of their targets.
 
 BUSY_AT_MOST = 0.7
-"""How much of a bus's time the cyclic frames may take: the rest is for heartbeats and SDO."""
+"""The share of the bus that cyclic frames may use; the rest is for heartbeats and SDO."""
 FRAME_BITS, SYNC_BITS = 123, 56
-"""Of a PDO of seven bytes and of a SYNC, with stuffing and the space behind."""
+"""Lengths of a PDO of seven bytes and of a SYNC, with stuff bits and interframe space."""
 TOP_HZ = 10_000_000.0
-"""No drive is asked for more increments a second."""
+"""The greatest speed that is commanded, in increments a second."""
 
 
 def period_ms(settings: Cia402Settings, drives: int, bit_rate: int) -> int:
-    """Return the period of SYNC: the arm file's, or a longer one that the bus can carry."""
+    """Return the period of SYNC: that of the arm file, or the shortest that the bus can carry."""
     bits = 2 * drives * FRAME_BITS + SYNC_BITS
     return max(settings.period_ms, math.ceil(1000.0 * bits / bit_rate / BUSY_AT_MOST))
 
 
 @dataclass(frozen=True, slots=True)
 class DriveLimits:
-    """What the motors of an arm can do, in increments and seconds.
+    """The limits of an arm's motors, in increments and seconds.
 
-    `cycle_s` is the period of SYNC, `fastest_hz` how fast the fastest motor turns at most and
-    `ranges` how far each does between the limits of its joints. `ramp_hz_s` is the ramp of the
-    busiest motor, `quick_hz_s` that of a quick stop.
+    `cycle_s` is the period of SYNC, `fastest_hz` the speed limit of the fastest motor, and `ranges`
+    each motor's travel between its joints' limits. `ramp_hz_s` is the acceleration of the busiest
+    motor, `quick_hz_s` the deceleration of a quick stop.
     """
 
     cycle_s: float
@@ -164,7 +152,7 @@ class DriveLimits:
 
     @classmethod
     def of(cls, settings: Cia402Settings, motors: BusMotors, bit_rate: int) -> DriveLimits:
-        """Return those of an arm whose drives are on a bus of so many bits a second."""
+        """Return the limits of an arm on a bus with this bit rate."""
         return cls(
             period_ms(settings, motors.count, bit_rate) / 1000.0,
             motors.fastest_hz,
@@ -175,4 +163,4 @@ class DriveLimits:
 
     def lasts_s(self, steps: float, rate_hz: float) -> float:
         """Return how long a burst takes from rest to rest."""
-        return trapezoid_s(steps, min(rate_hz, TOP_HZ), self.ramp_hz_s)
+        return Trapezoid.of(steps, min(rate_hz, TOP_HZ), self.ramp_hz_s).duration_s

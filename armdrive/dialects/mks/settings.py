@@ -1,4 +1,4 @@
-"""What an arm file says in `[mks]`: which drives are on the bus, and how they are driven."""
+"""The arm file's section `[mks]`: which drives are on the bus, and how they are driven."""
 
 from __future__ import annotations
 
@@ -7,15 +7,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from armdrive.dialects.bus.motors import check_ids
+from armdrive.dialects.bus.drives import check_feeding, check_settings
 from armdrive.errors import ArmFileError
 from armdrive.text.toml import within
 from firmware_protocol.mks import CURRENT_MAX_MA, NODE_MAX
 
 MICROSTEPS = (16, 32, 64)
-"""With these alone the drive's speeds are rpm."""
-FEEDS = 2
-"""So many looks the drives' watchdog must outlast: one may be lost."""
+"""Only with these are the drive's speeds in rpm."""
 _FIRMWARE = re.compile(r"(\d{1,3})\.(\d{1,3})\.(\d{1,3})")
 
 
@@ -23,17 +21,16 @@ _FIRMWARE = re.compile(r"(\d{1,3})\.(\d{1,3})\.(\d{1,3})")
 class MksSettings:
     """The drives of an arm, in the order of its motors, and how they are driven.
 
-    `ids` are their CAN ids. `firmware` is asked of the drives where it is left empty; firmware
-    before 1.0.8 cannot tell it. `watchdog_s` is the drives' own: they stop when the bus has been
-    silent for so long (0: left as it is). `acceleration` is the drive's measure of a ramp, 1 to
-    255, 0 for none. `current_ma` and `microsteps` are compared with the drives' (current 0: as
-    it is).
+    `ids` are their CAN ids. If `firmware` is empty, the drives are asked for it; firmware before
+    1.0.8 does not report its version. `watchdog_s` is how long the bus may be silent before the
+    drives stop by themselves (0: not changed). `acceleration` is the drive's measure of a ramp, 1
+    to 255, 0 for none. `current_ma` and `microsteps` are compared with those of the drives (current
+    0: not compared).
 
-    Times: a drive is looked at every `poll_s` while it moves, and an answer is waited for
-    `answer_s`. A motion is steered every `segment_s`; 0 sends it in bursts instead, which start
-    together where the firmware has the synchronous start. `rest_counts` is how far from its
-    target a drive stands that holds it, and `corridor_counts` how far it may be behind in motion,
-    beyond what it runs in 0.1 s. Homing may take `homing_s`.
+    Moving drives are polled every `poll_s`, and `answer_s` is the timeout of an answer. A motion is
+    steered every `segment_s`; with 0 it is sent in bursts, which start together if the firmware has
+    a synchronous start. A drive that holds its target is within `rest_counts` of it. In motion it
+    may be `corridor_counts` behind, beyond the distance of 0.1 s. Homing may take `homing_s`.
     """
 
     ids: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
@@ -50,28 +47,23 @@ class MksSettings:
     homing_s: float = 60.0
 
     def __post_init__(self) -> None:
-        check_ids("mks", self.ids, NODE_MAX, "an id")
+        check_settings("mks", self, NODE_MAX, "an id", _BOUNDS)
         if self.firmware and _FIRMWARE.fullmatch(self.firmware) is None:
             raise ArmFileError(f'mks.firmware is written "1.0.9", not {self.firmware!r}')
         if self.microsteps not in MICROSTEPS:
             known = ", ".join(map(str, MICROSTEPS))
             raise ArmFileError(
-                f"mks.microsteps is one of {known}, since the drive's speeds are rpm with these "
-                f"alone, not {self.microsteps}"
+                f"mks.microsteps must be one of {known}, not {self.microsteps}: only with these "
+                "are the drive's speeds in rpm"
             )
-        for name, (low, high) in _BOUNDS.items():
-            within(f"mks.{name}", getattr(self, name), low, high)
-        if 0.0 < self.watchdog_s < FEEDS * self.poll_s - 1e-9:
-            raise ArmFileError(
-                f"mks.watchdog_s must be 0, or {FEEDS} times mks.poll_s at least, which feeds it: "
-                f"with {self.watchdog_s:g} and {self.poll_s:g} the drives would stop in mid-motion"
-            )
-        if self.segment_s:  # 0 is none
+        if self.watchdog_s:
+            check_feeding(self, "mks.watchdog_s", "mks.poll_s")
+        if self.segment_s:
             within("mks.segment_s", self.segment_s, 0.01, 0.1)
 
     @property
     def version(self) -> tuple[int, int, int] | None:
-        """The firmware as numbers; None where the drives are asked."""
+        """The firmware as numbers; None if the drives are asked."""
         found = _FIRMWARE.fullmatch(self.firmware)
         if found is None:
             return None

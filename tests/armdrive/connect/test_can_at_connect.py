@@ -148,7 +148,7 @@ ROWS: dict[str, Row] = {
         options={"firmware": OLD}),
     "cia402: a node is no drive": Row(
         "cia402", another(kind=401), NO,
-        r"drive 3 \(elbow\) says.*profile 401, not a drive of CiA 402: check the ids.*doctor"),
+        r"drive 3 \(elbow\) reports.*profile 401, no drive of CiA 402: check the ids.*doctor"),
     "cia402: a node does not tell what it is": Row(
         "cia402", another(0x1000), NO,
         r"drive 3 \(elbow\) refused object 1000:00.*no CANopen device: check the ids"),

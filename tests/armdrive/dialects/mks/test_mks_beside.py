@@ -10,7 +10,7 @@ from test_mks_controller_late import stand_still
 from test_mks_controller_motion import along, segments
 from test_mks_holdups import BOTH, ORDERS, hold_up
 
-from armdrive.dialects.bus.observer import LATE_S, LOOKS
+from armdrive.dialects.bus.observer import CONFIRMING_LOOKS, MAX_DELAY_S
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.tasks import AlertKind, Done, RequestRejected
 from kinematics import Motors
@@ -35,7 +35,7 @@ def weaken(bench, number, share):
 
 
 def let_pass(speed):
-    return MksSettings().corridor_counts + speed * 10 * LATE_S
+    return MksSettings().corridor_counts + speed * 10 * MAX_DELAY_S
 
 
 def beside(bench, way):
@@ -62,7 +62,7 @@ def test_a_drive_that_lags_ends_the_motion_before_the_arm_is_far_off_its_way(spe
     assert alert.kind is AlertKind.ASTRAY
     assert "drive 1 (base)" in alert.text
     assert isinstance(bench.finish(), RequestRejected)
-    noticed = speed * 10 * (1.0 - share) * (LOOKS + 1) * POLL_S
+    noticed = speed * 10 * (1.0 - share) * (CONFIRMING_LOOKS + 1) * POLL_S
     assert worst <= let_pass(speed) + noticed
 
 
@@ -108,7 +108,7 @@ def test_one_that_is_too_slow_leads_no_arm_far_off_its_way_whether_it_is_told_of
     while bench.controller.busy and not bench.alerts():
         bench.run(0.005)
         worst = max(worst, beside(bench, way))
-    noticed = speed * 10 * (1.0 - share) * (LOOKS + 1) * POLL_S
+    noticed = speed * 10 * (1.0 - share) * (CONFIRMING_LOOKS + 1) * POLL_S
     assert worst <= let_pass(speed) + noticed
 
 

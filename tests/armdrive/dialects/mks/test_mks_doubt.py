@@ -97,7 +97,7 @@ def test_a_blocked_shaft_is_told_within_the_documented_time(counts_s, poll_s, af
     (alert,) = bench.alerts()
     assert alert.kind is AlertKind.ASTRAY
     assert "drive 1 (base)" in alert.text
-    behind_s = MksSettings().corridor_counts / counts_s + observer.LATE_S
+    behind_s = MksSettings().corridor_counts / counts_s + observer.MAX_DELAY_S
     assert bench.now_s - began_s <= behind_s + 2.0 * poll_s + LOOK_S + 4.0 * LATE_S
 
 

@@ -63,7 +63,7 @@ def test_one_that_stands_still_for_long_ends_the_motion_and_blames_no_drive(for_
     bench = moving(after_s)
     hold_up(bench, for_s, sides)
     reply = bench.finish()
-    assert isinstance(reply, Timeout) or (reply.silent and "no drive was heard" in reply.reason)
+    assert isinstance(reply, Timeout) or (reply.silent and "no drive answered" in reply.reason)
     assert not bench.alerts()
     bench.run(for_s)
     stood = bench.positions

@@ -1,14 +1,16 @@
-"""The motors of an arm with drives on a CAN bus: one drive each, how fast and far they turn."""
+"""The motors of an arm on a CAN bus, one drive each; what their settings and absence share."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import GripperSettings
 from armdrive.errors import ArmFileError, Refused
+from armdrive.tasks import RequestRejected, Timeout
 from armdrive.text.toml import within
 from armdrive.transports.address import is_can
 from kinematics.transmission import MotorSpec, Transmission
@@ -17,35 +19,75 @@ ALL_SILENT = (
     "Check that the drives have power, that the bus's cable sits and has a resistor of 120 ohm at "
     "each of its two ends, and that ids and bit rate are those of the arm file"
 )
-"""What a person does about a bus on which no drive answers."""
+"""What to check if no drive on the bus answers."""
 
 
 HOST_S = 0.03
-"""What an operating system, an adapter and a bus with other traffic may add to a frame's way."""
+"""Delay that an operating system, an adapter and other traffic may add to a frame."""
 
 
 def absent_words(drives: Sequence[object], number: str) -> str:
-    """Say which drives do not answer, and what to look at; `number` is what tells them apart."""
+    """Return which drives do not answer and what to check; `number` is what identifies them."""
     named, verb = ", ".join(map(str, drives)), "does" if len(drives) == 1 else "do"
     return (
         f"{named} {verb} not answer, while others on the bus do: check that it has power, that its "
-        f"CAN plug sits, and that its {number} and bit rate are those of the arm file"
+        f"CAN plug sits, and that its {number} and bit rate are those of the arm file "
+        "(`armdrive doctor --can`)"
     )
 
 
-def check_ids(section: str, ids: Sequence[int], most: int, number: str) -> None:
-    """Raise `ArmFileError` unless the drives of an arm have numbers of their own."""
+def absence(
+    missing: Sequence[object],
+    drives: Sequence[object],
+    number: str,
+    silence: Timeout,
+    *,
+    moved: bool = False,
+) -> Timeout | RequestRejected:
+    """Return the reply that names missing drives; `silence` if all of them are missing.
+
+    If something had `moved`, they fell silent in the middle of it.
+    """
+    if len(missing) == len(drives):
+        return silence
+    return RequestRejected(absent_words(missing, number), moved=moved, silent=moved)
+
+
+FEEDS = 2
+"""A drive's watchdog must outlast this many messages that feed it: one may be lost."""
+
+
+def check_settings(
+    section: str, device: Any, most: int, number: str, bounds: Mapping[str, tuple[float, float]]
+) -> None:
+    """Raise `ArmFileError` unless each drive has an id of its own and all values are in bounds."""
+    ids: Sequence[int] = device.ids
     for index, node in enumerate(ids):
         within(f"{section}.ids[{index}]", node, 1, most)
     if not ids or len(set(ids)) != len(ids):
         raise ArmFileError(f"{section}.ids gives each motor {number} of its own, not {list(ids)}")
+    for name, (low, high) in bounds.items():
+        within(f"{section}.{name}", getattr(device, name), low, high)
+
+
+def check_feeding(device: Any, watchdog: str, feed: str) -> None:
+    """Raise `ArmFileError` unless the drives' watchdog outlasts the messages that feed it.
+
+    Both are names of settings: `mks.watchdog_s` and `mks.poll_s`, for example.
+    """
+    most, period = (getattr(device, name.partition(".")[2]) for name in (watchdog, feed))
+    if most < FEEDS * period - 1e-9:
+        raise ArmFileError(
+            f"{watchdog} must be at least {FEEDS} times {feed}, which feeds it: with {most:g} and "
+            f"{period:g} the drives would stop in mid-motion"
+        )
 
 
 @dataclass(frozen=True, slots=True)
 class BusMotors:
-    """In the order of the motors: `ranges` are how many steps each turns between its limits.
+    """The motors of an arm, in order, with their `ranges` in steps between their joints' limits.
 
-    `fastest_hz` is how many steps a second the fastest makes at most.
+    `fastest_hz` is the greatest speed of the fastest, in steps a second.
     """
 
     names: tuple[str, ...]
@@ -54,15 +96,15 @@ class BusMotors:
 
     @property
     def count(self) -> int:
-        """How many there are."""
+        """Their number."""
         return len(self.names)
 
 
 def bus_motors(config: ArmConfig, section: str, ids: Sequence[int]) -> BusMotors:
-    """Return the motors of an arm, for each of which its file's section names a drive.
+    """Return the motors of an arm whose arm file names one drive for each.
 
-    Raises `Refused` where its port is no CAN adapter or its gripper none of a drive's, and
-    `ArmFileError` where drives or transmission are missing.
+    Raises `Refused` if its port is no CAN adapter or no drive can move its gripper, and
+    `ArmFileError` if drives or the transmission are missing.
     """
     port, transmission = config.connection.port, config.model.transmission
     if port and not is_can(port):
@@ -94,9 +136,9 @@ def bus_motors(config: ArmConfig, section: str, ids: Sequence[int]) -> BusMotors
 
 
 def one_motor(config: ArmConfig, name: str, fastest_hz: float) -> ArmConfig:
-    """Return an arm that is one motor alone, which turns no faster, one step a count.
+    """Return an arm with a single motor, no faster than this, one step a count.
 
-    For a controller that is to turn a motor of which nobody knows what it moves.
+    Its controller can turn a motor before it is known what that motor moves.
     """
     turns = Transmission((MotorSpec(name, 1.0, (1.0,)),), (name,))
     return replace(
@@ -108,5 +150,5 @@ def one_motor(config: ArmConfig, name: str, fastest_hz: float) -> ArmConfig:
 
 
 def _sum(row: Sequence[float], of_joints: Sequence[float]) -> float:
-    """Return what all joints together, each as it is, make of a motor."""
+    """Return the sum of all joints' shares in a motor."""
     return math.fsum(abs(share * each) for share, each in zip(row, of_joints, strict=False))
