@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import GripperSettings
@@ -57,25 +56,19 @@ FEEDS = 2
 """A drive's watchdog must outlast this many messages that feed it: one may be lost."""
 
 
-def check_settings(
-    section: str, device: Any, most: int, number: str, bounds: Mapping[str, tuple[float, float]]
-) -> None:
-    """Raise `ArmFileError` unless each drive has an id of its own and all values are in bounds."""
-    ids: Sequence[int] = device.ids
+def check_ids(section: str, ids: Sequence[int], most: int, number: str) -> None:
+    """Raise `ArmFileError` unless each drive has an id of its own."""
     for index, node in enumerate(ids):
         within(f"{section}.ids[{index}]", node, 1, most)
     if not ids or len(set(ids)) != len(ids):
         raise ArmFileError(f"{section}.ids gives each motor {number} of its own, not {list(ids)}")
-    for name, (low, high) in bounds.items():
-        within(f"{section}.{name}", getattr(device, name), low, high)
 
 
-def check_feeding(device: Any, watchdog: str, feed: str) -> None:
+def check_feeding(watchdog: str, most: float, feed: str, period: float) -> None:
     """Raise `ArmFileError` unless the drives' watchdog outlasts the messages that feed it.
 
-    Both are names of settings: `mks.watchdog_s` and `mks.poll_s`, for example.
+    `watchdog` and `feed` are the names of the two settings.
     """
-    most, period = (getattr(device, name.partition(".")[2]) for name in (watchdog, feed))
     if most < FEEDS * period - 1e-9:
         raise ArmFileError(
             f"{watchdog} must be at least {FEEDS} times {feed}, which feeds it: with {most:g} and "

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 
-from armdrive.dialects.bus.drives import BusMotors, check_feeding, check_settings
+from armdrive.dialects.bus.drives import BusMotors, check_feeding, check_ids
 from armdrive.dialects.bus.observer import MAX_DELAY_S, Bounds
 from armdrive.dialects.bus.paths import Trapezoid
 from armdrive.errors import ArmFileError
-from armdrive.text.toml import within
+from armdrive.text.toml import check_settings, setting, within
 from firmware_protocol.canopen import NODE_MAX, Service, cob_id
 
 CYCLIC, PROFILE = "cyclic", "profile"
-STRATEGIES = (CYCLIC, PROFILE)
 HOMING_METHODS = (-128, 37)
 
 
@@ -23,55 +20,57 @@ HOMING_METHODS = (-128, 37)
 class Cia402Settings:
     """The drives of an arm, in the order of its motors, and how they are driven.
 
-    `ids` are their node numbers, `master_id` is this program's. Drives stop and hold if its
-    heartbeat is missing for `heartbeat_ms`; it is sent every `beat_ms` while motors are on.
-    `drive_beat_ms` is the period of the drives' own heartbeats.
-
     With `strategy` "cyclic" every drive gets a target each `period_ms` (or more, if the bus is too
-    slow for that), smoothed by a moving average over `smoothing_ms`. With "profile" the drives get
-    bursts and use ramps of their own; so do drives without cyclic position mode. `ramp_s` is how
-    long those ramps take from rest to the arm's full speed, and `quick_stop_s` how long a quick
-    stop takes from there.
-
-    A drive faults if it is more than `following_window` increments behind its target for longer
-    than `following_ms`. A drive that holds its target is within `rest_window` of it.
-    `encoder_increments` of a motor's turn are compared with those of the drives (0: not compared).
-
-    `answer_s` is the timeout of an object transfer. `homing_methods` has one method (object 6098)
-    for each motor; if empty, the drives use their own. `homing_speeds` are increments a second
-    towards the switch and away from it (0: the drive's own). Homing may take `homing_s`.
+    slow for that). With "profile" the drives get bursts and use ramps of their own; so do drives
+    without cyclic position mode. A drive faults by itself if its following error is greater than
+    `following_window` for longer than `following_ms`.
     """
 
-    ids: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
-    master_id: int = NODE_MAX
-    strategy: str = CYCLIC
-    period_ms: int = 10
-    smoothing_ms: int = 30
-    heartbeat_ms: int = 200
-    beat_ms: int = 50
-    drive_beat_ms: int = 100
-    ramp_s: float = 0.15
-    quick_stop_s: float = 0.1
-    following_window: int = 2000
-    following_ms: int = 50
-    rest_window: int = 8
-    encoder_increments: int = 0
-    answer_s: float = 0.05
-    homing_methods: tuple[int, ...] = ()
-    homing_speeds: tuple[int, int] = (0, 0)
-    homing_s: float = 60.0
+    ids: tuple[int, ...] = setting((1, 2, 3, 4, 5, 6), "node numbers, in the order of the motors")
+    master_id: int = setting(
+        NODE_MAX, "this program's node number, in its heartbeat", low=1, high=NODE_MAX
+    )
+    strategy: str = setting(
+        CYCLIC, "cyclic: a target each period; profile: bursts", words=(CYCLIC, PROFILE)
+    )
+    period_ms: int = setting(10, "period of SYNC and of targets", low=4, high=50)
+    smoothing_ms: int = setting(30, "targets are averaged over this time", low=0, high=200)
+    heartbeat_ms: int = setting(
+        200, "drives stop and hold without this program's heartbeat", low=50, high=2000
+    )
+    beat_ms: int = setting(50, "period of this program's heartbeat", low=10, high=500)
+    drive_beat_ms: int = setting(100, "period of the drives' heartbeats", low=20, high=2000)
+    ramp_s: float = setting(
+        0.15, "ramps of bursts, from rest to the arm's full speed", low=0.01, high=5.0
+    )
+    quick_stop_s: float = setting(0.1, "a quick stop from full speed", low=0.01, high=1.0)
+    following_window: int = setting(
+        2000, "following error at which drives fault", low=50, high=10_000_000
+    )
+    following_ms: int = setting(50, "for how long it may be greater", low=0, high=1000)
+    rest_window: int = setting(
+        8, "a drive that holds is this close to its target", low=1, high=1000
+    )
+    encoder_increments: int = setting(
+        0, "per turn, compared with the drives'; 0 does not compare", low=0, high=100_000_000
+    )
+    answer_s: float = setting(0.05, "timeout of an object transfer", low=0.01, high=2.0)
+    homing_methods: tuple[int, ...] = setting(
+        (), "object 6098 for each motor; empty leaves them as they are"
+    )
+    homing_speeds: tuple[int, int] = setting(
+        (0, 0), "increments/s towards the switch and away; 0 leaves them as they are"
+    )
+    homing_s: float = setting(60.0, "longest homing of one group", low=1.0, high=290.0)
 
     def __post_init__(self) -> None:
-        check_settings("cia402", self, NODE_MAX, "a node number", _BOUNDS)
+        check_ids("cia402", self.ids, NODE_MAX, "a node number")
+        check_settings(self, "cia402")
         if self.master_id in self.ids:
             raise ArmFileError(
                 f"cia402.master_id is this program's own number, and {self.master_id} is a drive's"
             )
-        if self.strategy not in STRATEGIES:
-            raise ArmFileError(
-                f'cia402.strategy is "{CYCLIC}" or "{PROFILE}", not {self.strategy!r}'
-            )
-        check_feeding(self, "cia402.heartbeat_ms", "cia402.beat_ms")
+        check_feeding("cia402.heartbeat_ms", self.heartbeat_ms, "cia402.beat_ms", self.beat_ms)
         self._check_homing()
 
     @property
@@ -97,26 +96,6 @@ class Cia402Settings:
             within(f"cia402.homing_methods[{index}]", method, *HOMING_METHODS)
         for index, speed in enumerate(self.homing_speeds):
             within(f"cia402.homing_speeds[{index}]", speed, 0, 10_000_000)
-
-
-_BOUNDS: Mapping[str, tuple[float, float]] = MappingProxyType(
-    {
-        "master_id": (1, NODE_MAX),
-        "period_ms": (4, 50),
-        "smoothing_ms": (0, 200),
-        "heartbeat_ms": (50, 2000),
-        "beat_ms": (10, 500),
-        "drive_beat_ms": (20, 2000),
-        "ramp_s": (0.01, 5.0),
-        "quick_stop_s": (0.01, 1.0),
-        "following_window": (50, 10_000_000),
-        "following_ms": (0, 1000),
-        "rest_window": (1, 1000),
-        "encoder_increments": (0, 100_000_000),
-        "answer_s": (0.01, 2.0),
-        "homing_s": (1.0, 290.0),
-    }
-)
 
 
 # What follows for an arm: the speeds of its drives and the period of their targets.

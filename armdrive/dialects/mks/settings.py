@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 
-from armdrive.dialects.bus.drives import check_feeding, check_settings
+from armdrive.dialects.bus.drives import check_feeding, check_ids
 from armdrive.errors import ArmFileError
-from armdrive.text.toml import within
+from armdrive.text.toml import check_settings, setting, within
 from firmware_protocol.mks import CURRENT_MAX_MA, NODE_MAX
 
 MICROSTEPS = (16, 32, 64)
@@ -21,33 +19,37 @@ _FIRMWARE = re.compile(r"(\d{1,3})\.(\d{1,3})\.(\d{1,3})")
 class MksSettings:
     """The drives of an arm, in the order of its motors, and how they are driven.
 
-    `ids` are their CAN ids. If `firmware` is empty, the drives are asked for it; firmware before
-    1.0.8 does not report its version. `watchdog_s` is how long the bus may be silent before the
-    drives stop by themselves (0: not changed). `acceleration` is the drive's measure of a ramp, 1
-    to 255, 0 for none. `current_ma` and `microsteps` are compared with those of the drives (current
-    0: not compared).
-
-    Moving drives are polled every `poll_s`, and `answer_s` is the timeout of an answer. A motion is
-    steered every `segment_s`; with 0 it is sent in bursts, which start together if the firmware has
-    a synchronous start. A drive that holds its target is within `rest_counts` of it. In motion it
-    may be `corridor_counts` behind, beyond the distance of 0.1 s. Homing may take `homing_s`.
+    Drives with firmware before 1.0.8 do not report their version. With `segment_s` of 0 a motion is
+    sent in bursts, which start together if the firmware has a synchronous start.
     """
 
-    ids: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
-    firmware: str = ""
-    watchdog_s: float = 0.5
-    acceleration: int = 252
-    current_ma: int = 0
-    microsteps: int = 16
-    poll_s: float = 0.1
-    answer_s: float = 0.05
-    segment_s: float = 0.04
-    rest_counts: int = 8
-    corridor_counts: int = 1600
-    homing_s: float = 60.0
+    ids: tuple[int, ...] = setting((1, 2, 3, 4, 5, 6), "CAN ids, in the order of the motors")
+    firmware: str = setting("", "the oldest firmware, such as 1.0.9; empty asks the drives")
+    watchdog_s: float = setting(
+        0.5, "drives stop when the bus is silent this long; 0 changes nothing", low=0.0, high=60.0
+    )
+    acceleration: int = setting(
+        252, "the drive's measure of a ramp, 1 to 255; 0 for none", low=0, high=255
+    )
+    current_ma: int = setting(
+        0, "compared with the drives'; 0 does not compare", low=0, high=CURRENT_MAX_MA
+    )
+    microsteps: int = setting(16, "compared with the drives': 16, 32 or 64")
+    poll_s: float = setting(0.1, "how often moving drives are polled", low=0.02, high=1.0)
+    answer_s: float = setting(0.05, "timeout of an answer", low=0.01, high=2.0)
+    segment_s: float = setting(
+        0.04, "how often a motion is steered, from 0.01; 0 sends bursts", low=0.0, high=0.1
+    )
+    rest_counts: int = setting(
+        8, "a drive that holds is this close to its target", low=1, high=1000
+    )
+    corridor_counts: int = setting(
+        1600, "following error allowed beyond the distance of 0.1 s", low=50, high=100_000
+    )
+    homing_s: float = setting(60.0, "longest homing of one group", low=1.0, high=290.0)
 
     def __post_init__(self) -> None:
-        check_settings("mks", self, NODE_MAX, "an id", _BOUNDS)
+        check_ids("mks", self.ids, NODE_MAX, "an id")
         if self.firmware and _FIRMWARE.fullmatch(self.firmware) is None:
             raise ArmFileError(f'mks.firmware is written "1.0.9", not {self.firmware!r}')
         if self.microsteps not in MICROSTEPS:
@@ -56,8 +58,9 @@ class MksSettings:
                 f"mks.microsteps must be one of {known}, not {self.microsteps}: only with these "
                 "are the drive's speeds in rpm"
             )
+        check_settings(self, "mks")
         if self.watchdog_s:
-            check_feeding(self, "mks.watchdog_s", "mks.poll_s")
+            check_feeding("mks.watchdog_s", self.watchdog_s, "mks.poll_s", self.poll_s)
         if self.segment_s:
             within("mks.segment_s", self.segment_s, 0.01, 0.1)
 
@@ -69,18 +72,3 @@ class MksSettings:
             return None
         first, second, third = (int(part) for part in found.groups())
         return first, second, third
-
-
-_BOUNDS: Mapping[str, tuple[float, float]] = MappingProxyType(
-    {
-        "watchdog_s": (0.0, 60.0),
-        "acceleration": (0, 255),
-        "current_ma": (0, CURRENT_MAX_MA),
-        "poll_s": (0.02, 1.0),
-        "answer_s": (0.01, 2.0),
-        "segment_s": (0.0, 0.1),
-        "rest_counts": (1, 1000),
-        "corridor_counts": (50, 100_000),
-        "homing_s": (1.0, 290.0),
-    }
-)
