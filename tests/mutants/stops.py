@@ -330,7 +330,7 @@ MUTANTS = (
         name="MKS segments are drawn as soon as there are any",
         promise="motion expires: nothing is sent further ahead than announced",
         path="armdrive/dialects/mks/steering.py",
-        old="return left_s <= 0.0 or left_s + self._longest_s <= self.ahead_s + 1e-6",
+        old="return left_s <= 0.0 or left_s + self._feed.latest_s <= self.ahead_s + 1e-6",
         new="return True",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_controller_motion.py",

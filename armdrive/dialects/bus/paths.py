@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from armdrive.tasks import MoveBy
@@ -182,6 +182,30 @@ class PlannedPath:
         """Return a motor's mean speed on a stretch."""
         distance = abs(heading.end - self.at(motor, from_s))
         return distance / (heading.until_s - from_s) if distance else 0.0
+
+
+class SegmentFeed:
+    """Fetches a motion's segments and appends them to its path."""
+
+    def __init__(self, path: PlannedPath, segments: Iterator[MoveBy]) -> None:
+        self._path, self._segments = path, segments
+        self.exhausted = False
+        """Whether the last segment has been fetched."""
+        self.underruns = 0
+        """How often the path ended although more segments were to come."""
+        self.latest_s = 0.0
+        """The duration of the latest segment."""
+
+    def fetch(self, has_room: Callable[[], bool], from_s: float, *, dry: bool) -> None:
+        """Fetch segments while there is room; a path that ran `dry` continues at `from_s`."""
+        while not self.exhausted and has_room():
+            segment = next(self._segments, None)
+            if segment is None:
+                self.exhausted = True
+                return
+            self._path.append(segment, from_s)
+            self.latest_s = segment.duration_s
+            self.underruns, dry = self.underruns + dry, False
 
 
 STEP_S = 0.005

@@ -8,7 +8,6 @@ Deadlines of drives are in listened time (`dialects.exchange.ListenedTime`).
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -186,19 +185,30 @@ class DriveStates:
     exchange: Cia402Exchange
     group: DriveGroup
 
+    def _repeat(
+        self,
+        left: Callable[[], tuple[Cia402Drive, ...]],
+        command: Callable[[Cia402Drive, int], None],
+    ) -> Script[tuple[Cia402Drive, ...]]:
+        """Repeat a command each cycle until no drive is left; return those that take too long."""
+        listened = self.exchange.io.listened
+        given_up_s, cycle = listened.s + RESPONSE_S, 0
+        while (drives := left()) and listened.s < given_up_s:
+            for drive in drives:
+                command(drive, cycle)
+            yield from self.exchange.cycle()
+            cycle += 1
+        return drives
+
     def bring(
         self, drives: Collection[Cia402Drive], goal: DriveState
     ) -> Script[tuple[Cia402Drive, ...]]:
         """Bring drives to a state; return those that do not reach it."""
-        given_up_s = self.exchange.io.listened.s + RESPONSE_S
-        while left := tuple(drive for drive in drives if not self._is_there(drive, goal)):
-            if self.exchange.io.listened.s >= given_up_s:
-                return left
-            for drive in left:
-                word = self._next_word(drive, goal)
-                self.exchange.command(drive, word, self.group.resting_mode)
-            yield from self.exchange.cycle()
-        return ()
+        mode = self.group.resting_mode
+        return self._repeat(
+            lambda: tuple(each for each in drives if not self._is_there(each, goal)),
+            lambda drive, _: self.exchange.command(drive, self._next_word(drive, goal), mode),
+        )
 
     def _is_there(self, drive: Cia402Drive, goal: DriveState) -> bool:
         rests = not goal.holds or drive.mode == self.group.resting_mode
@@ -218,30 +228,24 @@ class DriveStates:
 
     def reset_faults(self, drives: Collection[Cia402Drive]) -> Script[tuple[Cia402Drive, ...]]:
         """Reset faults with a rising edge; return the drives that stay in fault."""
-        given_up_s = self.exchange.io.listened.s + RESPONSE_S
-        words = itertools.cycle((DISABLE, Controlword.of(Command.FAULT_RESET)))
-        while left := tuple(drive for drive in drives if drive.state in FAULTS):
-            if self.exchange.io.listened.s >= given_up_s:
-                return left
-            word = next(words)
-            for drive in left:
-                self.exchange.command(drive, word, self.group.resting_mode)
-            yield from self.exchange.cycle()
-        return ()
+        words, mode = (DISABLE, Controlword.of(Command.FAULT_RESET)), self.group.resting_mode
+        return self._repeat(
+            lambda: tuple(each for each in drives if each.state in FAULTS),
+            lambda drive, cycle: self.exchange.command(drive, words[cycle % 2], mode),
+        )
 
     def take_mode(self, drives: Collection[Cia402Drive], mode: OperationMode) -> Script[None]:
         """Switch enabled drives to a mode; each holds where it is."""
-        given_up_s = self.exchange.io.listened.s + RESPONSE_S
-        while left := [drive for drive in drives if drive.mode != mode]:
-            if self.exchange.io.listened.s >= given_up_s:
-                name = mode.name.lower().replace("_", " ")
-                raise Obstructed(
-                    f"{left[0]} does not take mode {int(mode)} ({name}), it shows {left[0].mode}: "
-                    "something else may command it"
-                )
-            for drive in left:
-                self.exchange.command(drive, ENABLE, mode, drive.shaft.goal)
-            yield from self.exchange.cycle()
+        left = yield from self._repeat(
+            lambda: tuple(each for each in drives if each.mode != mode),
+            lambda drive, _: self.exchange.command(drive, ENABLE, mode, drive.shaft.goal),
+        )
+        for drive in left:
+            name = mode.name.lower().replace("_", " ")
+            raise Obstructed(
+                f"{drive} does not take mode {int(mode)} ({name}), it reports {drive.mode}: "
+                "another program may command it"
+            )
 
     def leave_quick_stop(self, drives: Collection[Cia402Drive]) -> Script[None]:
         """Bring drives back that stand in a quick stop; they hold where they are."""

@@ -7,11 +7,11 @@ one set-point and follows a ramp of its own.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from armdrive.dialects.bus.group import Phase, Signal
-from armdrive.dialects.bus.paths import PlannedPath
+from armdrive.dialects.bus.paths import PlannedPath, SegmentFeed
 from armdrive.dialects.bus.stages import HomingSearch, HomingStatus, home_in_groups
 from armdrive.dialects.cia402.exchange import (
     ENABLE,
@@ -22,7 +22,7 @@ from armdrive.dialects.cia402.exchange import (
 from armdrive.dialects.cia402.leading import REST_CYCLES, SETTLE_S, MotionLead
 from armdrive.dialects.cia402.settings import TOP_HZ, DriveLimits
 from armdrive.dialects.cia402.wire import TARGET_MAX, Cia402Drive, astray_alert
-from armdrive.tasks import Alert, AlertKind, Done, Halted, MoveAlong, MoveBy, Reply
+from armdrive.tasks import Alert, AlertKind, Done, Halted, MoveAlong, Reply
 from firmware_protocol import canopen
 from kinematics.spaces import Motors
 
@@ -48,27 +48,25 @@ class CyclicTrip:
         self.window_s = window_s
         """The averaging window of targets, which lag by half of it."""
         self.time_s = 0.0
-        self.underruns = 0
-        """How often the path ended although more segments were to come."""
+        self.feed = SegmentFeed(path, request.segments)
         self.eased = False
         """Whether the jog was released."""
         self._request = request
-        self._segments: Iterator[MoveBy] = request.segments
         self._ease_s = ease_s
         self._rate, self._full_s = 1.0, 0.0
-        self._exhausted = self._held = self._stays = False
+        self._held = self._stays = False
 
     @property
     def over(self) -> bool:
         """Whether all targets have been sent."""
         if self.eased and self._rate <= 0.0:
             return True
-        return self._driven and (self._exhausted or self._held or self.eased)
+        return self._driven and (self.feed.exhausted or self._held or self.eased)
 
     @property
     def complete(self) -> bool:
         """Whether all of the path has been sent, except what a pause holds back."""
-        return self._driven and (self._exhausted or (self._held and not self.eased))
+        return self._driven and (self.feed.exhausted or (self._held and not self.eased))
 
     @property
     def _driven(self) -> bool:
@@ -89,8 +87,9 @@ class CyclicTrip:
         held, self._held = self._held, self._request.held_back()
         slowed = not held and self._rate < 1.0
         self._stays = self._held and (self._stays or wait or stand or slowed)
-        if not self.eased:
-            self._draw(period_s)
+        if not (self.eased or self._held):
+            dry = self.time_s > self.path.end_s > 0.0
+            self.feed.fetch(lambda: self._has_room(period_s), self.time_s, dry=dry)
         self._rate = self._rate / 2.0 if stand else self._next_rate(period_s, wait)
         self.time_s += 0.0 if stand else self._rate * period_s
         self.path.discard_before(self.time_s, self.window_s)
@@ -105,16 +104,6 @@ class CyclicTrip:
         if self._held and left_s > period_s:
             return max(min(self._rate, math.sqrt(2.0 * left_s / self._full_s)), MIN_RATE)
         return min(self._rate + change, 1.0)
-
-    def _draw(self, period_s: float) -> None:
-        dry = self.time_s > self.path.end_s > 0.0
-        while not (self._exhausted or self._held) and self._has_room(period_s):
-            segment = next(self._segments, None)
-            if segment is None:
-                self._exhausted = True
-                return
-            self.path.append(segment, self.time_s)
-            self.underruns, dry = self.underruns + dry, False
 
     def _has_room(self, period_s: float) -> bool:
         return self.path.end_s - self.time_s <= period_s
@@ -166,7 +155,7 @@ class CyclicMotion:
                 REST_CYCLES,
             )
         finally:
-            self.underruns += trip.underruns
+            self.underruns += trip.feed.underruns
         return Halted() if isinstance(reply, Done) and not trip.complete else reply
 
     def _send_targets(self, trip: CyclicTrip) -> float:

@@ -13,7 +13,7 @@ import math
 from collections.abc import Sequence
 
 from armdrive.dialects.bus.observer import MAX_DELAY_S, DriveFinding, ObservedDrive
-from armdrive.dialects.bus.paths import KEPT_S, Course, Heading, PlannedPath
+from armdrive.dialects.bus.paths import KEPT_S, Course, Heading, PlannedPath, SegmentFeed
 from armdrive.dialects.mks.stops import shared_acc
 from armdrive.dialects.mks.wire import MksWire
 from armdrive.tasks import MoveAlong, RequestRejected
@@ -56,17 +56,19 @@ class Trip:
         """The path time of their last targets."""
         self.due_s = -math.inf
         """When the next orders are due."""
-        self.underruns = 0
-        """How often the path ended although more segments were to come."""
         self.ending = False
         """Whether no more segments will be fetched, at the end or during a pause."""
         self.sent_all = False
         """Whether the final targets have been sent."""
         self._period_s = period_s
-        self._segments = request.segments
-        self._exhausted = False
+        self._feed = SegmentFeed(path, request.segments)
+        self._resumed = 0
         self._steered_s = -math.inf
-        self._longest_s = 0.0
+
+    @property
+    def underruns(self) -> int:
+        """How often drives stood still although more of their motion was to come."""
+        return self._feed.underruns + self._resumed
 
     def at_s(self, now_s: float) -> float:
         """Return the path time at which the motors should be now."""
@@ -82,27 +84,21 @@ class Trip:
         self.time_s, self._steered_s = self.at_s(now_s), now_s
         self.path.discard_before(self.time_s)
         held = self.held_back()
-        dry = self.time_s >= self.path.end_s > 0.0 and not (self._exhausted or held)
-        drew = False
-        while not (self._exhausted or held) and self._has_room():
-            segment = next(self._segments, None)
-            self._exhausted = segment is None
-            if segment is not None:
-                self.path.append(segment)
-                self._longest_s, drew = segment.duration_s, True
-        self.ending = self._exhausted or held
-        self.underruns += dry and drew
+        if not held:
+            dry = self.time_s >= self.path.end_s > 0.0
+            self._feed.fetch(self._has_room, self.time_s, dry=dry)
+        self.ending = self._feed.exhausted or held
 
     def _has_room(self) -> bool:
         left_s = self.path.end_s - self.time_s
-        return left_s <= 0.0 or left_s + self._longest_s <= self.ahead_s + 1e-6
+        return left_s <= 0.0 or left_s + self._feed.latest_s <= self.ahead_s + 1e-6
 
     def resume(self, time_s: float, now_s: float) -> None:
         """Continue from the path time at which the motors were found."""
         self.time_s = self.sent_s = time_s
         self._steered_s = self.due_s = now_s
         self.sent_all = False
-        self.underruns += 1
+        self._resumed += 1
 
 
 class Steering:
