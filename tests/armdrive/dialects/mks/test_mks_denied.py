@@ -5,8 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import pytest
-from mks_bench import MksBench
-from test_mks_controller_motion import BURSTS, along, straight
+from mks_bench import BURSTS, MksBench, along, straight
 
 from armdrive.dialects.bus.ledger import START_WINDOW_S, Rejections
 from armdrive.tasks import Done, MoveBy, RequestRejected
