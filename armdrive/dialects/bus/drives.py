@@ -15,8 +15,8 @@ from armdrive.transports.address import is_can
 from kinematics.transmission import MotorSpec, Transmission
 
 ALL_SILENT = (
-    "Check that the drives have power, that the bus's cable sits and has a resistor of 120 ohm at "
-    "each of its two ends, and that ids and bit rate are those of the arm file"
+    "Check that the drives have power, that the bus cable is plugged in and has a resistor of 120 "
+    "ohm at each of its two ends, and that ids and bit rate match the arm file"
 )
 """What to check if no drive on the bus answers."""
 
@@ -29,9 +29,8 @@ def absent_words(drives: Sequence[object], number: str) -> str:
     """Return which drives do not answer and what to check; `number` is what identifies them."""
     named, verb = ", ".join(map(str, drives)), "does" if len(drives) == 1 else "do"
     return (
-        f"{named} {verb} not answer, while others on the bus do: check that it has power, that its "
-        f"CAN plug sits, and that its {number} and bit rate are those of the arm file "
-        "(`armdrive doctor --can`)"
+        f"{named} {verb} not answer, while others on the bus do: check the power supply, the CAN "
+        f"plug, and that {number} and bit rate match the arm file (`armdrive doctor --can`)"
     )
 
 
@@ -61,7 +60,9 @@ def check_ids(section: str, ids: Sequence[int], most: int, number: str) -> None:
     for index, node in enumerate(ids):
         within(f"{section}.ids[{index}]", node, 1, most)
     if not ids or len(set(ids)) != len(ids):
-        raise ArmFileError(f"{section}.ids gives each motor {number} of its own, not {list(ids)}")
+        raise ArmFileError(
+            f"{section}.ids must give each motor {number} of its own, not {list(ids)}"
+        )
 
 
 def check_feeding(watchdog: str, most: float, feed: str, period: float) -> None:
@@ -102,16 +103,16 @@ def bus_motors(config: ArmConfig, section: str, ids: Sequence[int]) -> BusMotors
     port, transmission = config.connection.port, config.model.transmission
     if port and not is_can(port):
         raise Refused(
-            f"{port} is no CAN adapter, and these drives are on a CAN bus: write the port as "
+            f"{port} is not a CAN adapter, but these drives are on a CAN bus: write the port as "
             "can:slcan:/dev/ttyACM0?bitrate=500000, or see `armdrive ports`"
         )
     if config.gripper.kind in ("servo", "output"):
         raise Refused(
-            f'gripper.kind is "{config.gripper.kind}", which no drive commands: let a '
-            'drive move the fingers ("stepper"), or nothing ("none")'
+            f'gripper.kind is "{config.gripper.kind}", but these drives have no such output: use '
+            '"stepper" if a drive moves the fingers, or "none"'
         )
     if transmission is None:
-        raise ArmFileError("no motor steps are known of this arm: give steps_per_turn")
+        raise ArmFileError("the arm's motor steps are unknown: give steps_per_turn")
     names = tuple(motor.name for motor in transmission.motors)
     if len(ids) < len(names):
         raise ArmFileError(

@@ -252,7 +252,7 @@ def of_nobody(asked: Sequence[int], health: BusHealth) -> Finding:
     return problem(
         f"{what}, though the adapter took every frame: there is a node with other ids, or none at "
         "all (early CANable firmware does not report that)",
-        f"ask more ids with --ids 1-127; {NO_ANSWER_REMEDY}",
+        f"ask for more ids with --ids 1-127; {NO_ANSWER_REMEDY}",
     )
 
 

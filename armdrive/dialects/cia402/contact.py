@@ -104,7 +104,7 @@ def watch(settings: Cia402Settings, *, on: bool) -> Write:
 def _remedy(place: Place) -> str:
     if place in (canopen.PERIOD, canopen.PERIOD_POWER):
         return '. With strategy = "profile" it is not needed'
-    return ". Nothing is driven without it: newer firmware of the drive may have it"
+    return ". It is required; newer firmware of the drive may have it"
 
 
 @dataclass(slots=True, eq=False)
@@ -158,13 +158,13 @@ class Cia402Contact:
             )
         for result in results.values():
             if canopen.DEVICE_TYPE in result.refused:
-                remedy = ". So it is no CANopen device: check the ids of the arm file"
+                remedy = ". So it is not a CANopen device: check the ids of the arm file"
                 raise Obstructed(result.refused[canopen.DEVICE_TYPE] + remedy)
             profile = result.values.get(canopen.DEVICE_TYPE, 0) & 0xFFFF
             if profile != PROFILE_NUMBER:
                 raise Obstructed(
-                    f"{result.drive} reports that it is a device of profile {profile}, no drive of "
-                    f"CiA {PROFILE_NUMBER}: check the ids of the arm file (`armdrive doctor --can`)"
+                    f"{result.drive} reports that it is a device of profile {profile}, not a drive "
+                    f"of CiA {PROFILE_NUMBER}: check the ids of the arm file (`armdrive doctor --can`)"
                 )
             beat_ms = self.settings.drive_beat_ms
             found_ms = result.values.get(canopen.PRODUCER_HEARTBEAT_MS, beat_ms)
@@ -322,7 +322,9 @@ class Cia402Contact:
         faulty = [drive for drive in self.group.drives if drive.state in FAULTS]
         for drive in (yield from self.states.reset_faults(faulty)):
             yield from self.transfers.explain(drive)
-            words = f"{drive.fault_words}, and does not leave it: mend that, then call `reset()`"
+            words = (
+                f"{drive.fault_words}, and does not leave it: clear the cause, then call `reset()`"
+            )
             raise Obstructed(words)
         yield from self.states.leave_quick_stop(self.group.drives)
         yield from self._take_places()
@@ -437,7 +439,7 @@ def parsed_line(line: str) -> tuple[int, Write]:
     """Parse such a line. Raises `Refused` if it writes no setting, or could move a motor."""
     found = _LINE.fullmatch(line)
     if found is None:
-        raise Refused(f"`{line}` is no setting of a drive: write one as `3: 608F:01 u32 10000`")
+        raise Refused(f"`{line}` is not a drive setting: write one like `3: 608F:01 u32 10000`")
     place = Place(int(found[2], 16), int(found[3], 16))
     if place.index in _COMMUNICATION or place.index in _MOVING:
         raise Refused(f"`{line}` writes nothing that may be changed this way")
@@ -447,5 +449,5 @@ def parsed_line(line: str) -> tuple[int, Write]:
         write = Write(place, entry.type if entry is not None else kind, int(found[6]))
         write.data  # noqa: B018 - raises where the value does not fit
     except ValueError as error:
-        raise Refused(f"`{line}` is no setting of a drive: {error}") from None
+        raise Refused(f"`{line}` is not a drive setting: {error}") from None
     return int(found[1]), write

@@ -107,7 +107,7 @@ class Cia402Controller(ScriptRunner[BusEvent]):
         Earlier transfers are given up, and new faults are reported at the end.
         """
         if not isinstance(request, BUS_REQUESTS):
-            raise Refused(f"CiA 402 drives know no {type(request).__name__}")
+            raise Refused(f"CiA 402 drives do not support {type(request).__name__}")
         self.give_up()
         self._exchange.began_s = self.io.now_s
         try:

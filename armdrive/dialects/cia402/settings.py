@@ -68,7 +68,8 @@ class Cia402Settings:
         check_settings(self, "cia402")
         if self.master_id in self.ids:
             raise ArmFileError(
-                f"cia402.master_id is this program's own number, and {self.master_id} is a drive's"
+                "cia402.master_id must be this program's own number, but "
+                f"{self.master_id} is a drive's"
             )
         check_feeding("cia402.heartbeat_ms", self.heartbeat_ms, "cia402.beat_ms", self.beat_ms)
         self._check_homing()
@@ -89,8 +90,8 @@ class Cia402Settings:
     def _check_homing(self) -> None:
         if self.homing_methods and len(self.homing_methods) != len(self.ids):
             raise ArmFileError(
-                f"cia402.homing_methods has one for each of the {len(self.ids)} drives, or none, "
-                f"not {len(self.homing_methods)}"
+                f"cia402.homing_methods must have one for each of the {len(self.ids)} drives, or "
+                f"none, not {len(self.homing_methods)}"
             )
         for index, method in enumerate(self.homing_methods):
             within(f"cia402.homing_methods[{index}]", method, *HOMING_METHODS)

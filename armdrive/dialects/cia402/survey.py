@@ -316,8 +316,8 @@ def of_arm(ids: Sequence[int], found: CanopenSurvey) -> list[Finding]:
     """Report which nodes of an arm file are no drives."""
     return [
         problem(
-            f"node {each.number} of the arm file is no CiA 402 drive ({_type_words(each)})",
-            "cia402.ids of the arm file has the numbers of the drives, in the order of the motors",
+            f"node {each.number} of the arm file is not a CiA 402 drive ({_type_words(each)})",
+            "cia402.ids in the arm file must list the drives' numbers, in the order of the motors",
         )
         for each in found.nodes
         if each.answers and each.number in ids and each.profile != DRIVES
@@ -395,7 +395,7 @@ def _drive_words(node: SurveyedNode) -> list[str]:
 
 
 def _no_drive(name: str, node: SurveyedNode) -> Finding:
-    return note(f"{name}: no CiA 402 drive ({_type_words(node)}), so no motor of an arm", "")
+    return note(f"{name}: not a CiA 402 drive ({_type_words(node)}), so not a motor of an arm", "")
 
 
 def _fault(name: str, node: SurveyedNode, arm: str) -> Finding | None:

@@ -420,7 +420,7 @@ class DriveGroup:
                 ):  # a repeated frame is equal
                     self.shared.add(node)
             case SdoAnswered(node, canopen.GarbledResponse(frame, reason)):
-                self._warn(f"node {node} answered {frame}, which is no answer: {reason}")
+                self._warn(f"node {node} sent an invalid answer, {frame}: {reason}")
             case canopen.Heartbeat(node) if node == self._settings.master_id:
                 self.rival_s = now_s
             case canopen.Heartbeat(_, state) if drive is not None:

@@ -82,7 +82,7 @@ CALIBRATION_LOOK_S = 0.1
 """How often its state is read, which also feeds its watchdog."""
 BEGUN_S = 0.5
 """A drive that still stands after this time is not calibrating."""
-_ALREADY = "It says that it is calibrated already. Do it all the same?"
+_ALREADY = "It reports that it is already calibrated. Calibrate it again?"
 STOPS = 3
 """How often a stop is sent, because frames can be lost."""
 
@@ -215,7 +215,7 @@ class MksDriveAtHand:
             if not (yield from self._write(each.setting)):
                 failed.append(each.what)  # noqa: PERF401 - a talk cannot be held in one
         if failed:
-            yield from say(f"The drive did not take: {', '.join(failed)}.")
+            yield from say(f"The drive did not accept: {', '.join(failed)}.")
         else:
             reads = Ability.READ_SETTINGS in self.found.able
             read = "written, and read back" if reads else "written"
@@ -252,8 +252,8 @@ class MksDriveAtHand:
     def _report_lacks(self) -> Talk[None]:
         if self.arm.device.watchdog_s and Ability.SILENCE_WATCHDOG not in self.found.able:
             yield from say(
-                "Its firmware has no watchdog (98, from 1.0.9 on): when the computer dies it ends "
-                "at its last target, which armdrive keeps no further ahead than 0.3 s."
+                "Its firmware has no watchdog (98, from 1.0.9 on): if the computer dies, it runs "
+                "on to its last target, which is never more than 0.3 s ahead."
             )
 
     def calibrate(self) -> Talk[bool]:
@@ -263,7 +263,7 @@ class MksDriveAtHand:
         if already:
             wanted = yield from agreed(
                 _ALREADY,
-                "Only after a drive was put on another motor.",
+                "Needed only after the drive was mounted on another motor.",
                 About.FREE,
                 self.drive.motor,
                 "no",
@@ -272,13 +272,13 @@ class MksDriveAtHand:
             state = "reports that it is not" if known else "does not report whether it is"
             yield from say(
                 f"Drive {self.drive.node} {state} calibrated. Calibration turns the motor by "
-                f"itself, for up to {LONGEST_S:g} s, and nothing but its supply stops it for "
-                "certain: nothing may be on its shaft, no belt, no gear, no arm. One sold on its "
-                "motor mostly is calibrated."
+                f"itself, for up to {LONGEST_S:g} s, and only switching its supply off is "
+                "certain to stop it. So the shaft must be free: no belt, no gear, no arm. A drive "
+                "that was sold with its motor usually is calibrated."
             )
             wanted = yield from agreed(
                 f"Is the shaft of the {self.drive.name} motor free, and may it turn now?",
-                "no leaves it out; calibrate before the motor is built in.",
+                "no skips it; calibrate before the motor is built in.",
                 About.FREE,
                 self.drive.motor,
             )
@@ -289,8 +289,8 @@ class MksDriveAtHand:
             return True
         yield from say(
             f"Drive {self.drive.node} did not calibrate. Look at the supply (12 V at least), at "
-            "the motor's two phases, and that the magnet sits on the shaft's end; then try once "
-            "more."
+            "the motor's two phases, and that the magnet sits on the shaft's end; then try "
+            "again."
         )
         return False
 
@@ -302,15 +302,15 @@ class MksDriveAtHand:
         turns = abs(counts) / COUNTS_PER_TURN
         if not (
             yield from agreed(
-                f"It stands {turns:.0f} turns from its zero, and can be sent 512 at most. Call "
-                "where it stands now zero? Nothing turns; the arm has to be referenced afterwards.",
+                f"It is {turns:.0f} turns from its zero, and targets reach only 512. Make its "
+                "present position the zero? Nothing turns; reference the arm afterwards.",
                 "92. A drive counts from where it was switched on, or from where it was homed.",
                 motor=self.drive.motor,
             )
         ):
             return
         taken = yield from on_wire(order, self.drive.node, SetZero())
-        yield from say("It counts from here." if taken else "The drive did not take the zero.")
+        yield from say("It counts from here." if taken else "The drive did not accept the zero.")
 
 
 # A drive joins the bus: it already has its id, or gets it. Nothing turns.
@@ -362,7 +362,7 @@ def _plug_in(drive: DrivePlace) -> Talk[bool]:
     return (
         yield from agreed(
             words,
-            f"{ONE_AT_A_TIME} no leaves the {drive.name} out for now.",
+            f"{ONE_AT_A_TIME} no skips the {drive.name} for now.",
             About.CONNECT,
             drive.motor,
         )
@@ -412,8 +412,8 @@ def _give_id(drive: DrivePlace) -> Talk[bool | None]:
         return None
     taken = yield from on_wire(_take_id, drive.node)
     if not (yield from on_wire(answers, drive.node)):
-        why = "The drive refused the id." if taken is False else "It does not answer by the new id."
-        yield from say(f"{why} Switch its supply off and on, and try once more.")
+        why = "The drive refused the id." if taken is False else "It does not answer to the new id."
+        yield from say(f"{why} Switch its supply off and on, then try again.")
         return False
     if (yield from on_wire(answers, NODE_DEFAULT)):
         yield from say(

@@ -148,7 +148,7 @@ def parsed_line(line: str) -> tuple[int, Setting]:
     """Parse such a line. Raises `Refused` if it writes no setting of a drive."""
     found = _LINE.fullmatch(line)
     if found is None:
-        raise Refused(f"`{line}` is no setting of a drive: write one as `3: 82 05`")
+        raise Refused(f"`{line}` is not a drive setting: write one like `3: 82 05`")
     node, data = int(found[1]), bytes.fromhex(found[2])
     code = data[0]
     if code not in SETTING_CODES or code in _NOT_BY_LINE:
@@ -157,7 +157,7 @@ def parsed_line(line: str) -> tuple[int, Setting]:
         frame_data = data + bytes(((node + sum(data)) & 0xFF,))
         setting = decode_request(Frame(node, frame_data))
     except (RemoteProtocolError, ValueError) as error:
-        raise Refused(f"`{line}` is no setting of a drive: {error}") from None
+        raise Refused(f"`{line}` is not a drive setting: {error}") from None
     return node, setting  # type: ignore[return-value]
 
 

@@ -112,9 +112,9 @@ class MksContact:
             states = yield from self._inquiry.states()
             busy = [node for node, state in states.items() if state in BUSY]
             if busy:
-                what = "homing or calibrating" if len(busy) == 1 else "at work"
+                what = "homing or calibrating" if len(busy) == 1 else "busy"
                 return RequestRejected(
-                    f"{wire.drive(busy[0])} is {what}: wait for its end", moved=False
+                    f"{wire.drive(busy[0])} is {what}: wait until it has finished", moved=False
                 )
             turning = [node for node, state in states.items() if state in TURNING]
             if not turning:
@@ -272,7 +272,7 @@ class MksContact:
             yield from self._wire.ask(dict.fromkeys(stalled, ClearStall()), text="CLEAR STALL")
             if left := (yield from inquiry.stalled(stalled)):
                 return RequestRejected(
-                    f"{inquiry.stall_words(left[0])}, and does not clear it", moved=False
+                    f"{inquiry.stall_words(left[0])}; it does not clear that", moved=False
                 )
         adopt = self._adopt_and_relieve if self.on else self.adopt_positions
         return (yield from adopt()) or Done()

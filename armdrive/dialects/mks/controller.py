@@ -101,7 +101,7 @@ class MksController(ScriptRunner[Event]):
     def script(self, request: Request) -> Script:
         """Carry out a request; the first one makes contact with the drives before it."""
         if not isinstance(request, BUS_REQUESTS):
-            raise Refused(f"MKS drives know no {type(request).__name__}")
+            raise Refused(f"MKS drives do not support {type(request).__name__}")
         contact = self._contact
         if not contact.made and (obstacle := (yield from contact.make())) is not None:
             return obstacle

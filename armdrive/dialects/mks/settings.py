@@ -51,7 +51,7 @@ class MksSettings:
     def __post_init__(self) -> None:
         check_ids("mks", self.ids, NODE_MAX, "an id")
         if self.firmware and _FIRMWARE.fullmatch(self.firmware) is None:
-            raise ArmFileError(f'mks.firmware is written "1.0.9", not {self.firmware!r}')
+            raise ArmFileError(f'mks.firmware must look like "1.0.9", not {self.firmware!r}')
         if self.microsteps not in MICROSTEPS:
             known = ", ".join(map(str, MICROSTEPS))
             raise ArmFileError(

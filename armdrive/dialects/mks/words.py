@@ -57,7 +57,7 @@ def _setting(message: SettingRead) -> str:
     try:
         setting = as_setting(message)
     except ProtocolError:
-        value = f"{(message.value or b'').hex(' ')}, which is none"
+        value = f"{(message.value or b'').hex(' ')}, which is invalid"
     else:
         value = "not reported" if setting is None else plain(setting).partition(": ")[2]
     return f"setting {plain(message.code)}: {value}"
@@ -79,9 +79,9 @@ SENTENCES: Sentences = MappingProxyType(
         EnabledRead: lambda message: f"the motor is {'on' if message.on else 'off'}",
         Enable: lambda message: f"switch the motor {'on' if message.on else 'off'}",
         ArmSynchronous: lambda message: (
-            "keep moves for a common start" if message.on else "start moves at once"
+            "store moves for a common start" if message.on else "start moves at once"
         ),
-        GoSynchronous: lambda _: "start the moves that were kept",
+        GoSynchronous: lambda _: "start the stored moves",
         SetZero: lambda _: "count from here",
         MoveAbsoluteAxis: lambda message: f"go to {message.counts} {_pace(message)}",
         MoveRelativeAxis: lambda message: f"go by {message.counts:+d} {_pace(message)}",
@@ -185,7 +185,7 @@ def _why_not(frame: Frame, check: FrameCheck) -> str:
     known = _name(frame)
     if not known:
         return "an unknown code"
-    return f"{plain(Code[known.upper()])} with a payload it does not have"
+    return f"{plain(Code[known.upper()])} with an invalid payload"
 
 
 # Frames as messages of a recording, and how each is compared.

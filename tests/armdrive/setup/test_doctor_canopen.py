@@ -121,7 +121,7 @@ def test_flags_are_told_as_the_drives_mode_means_them():
             {"status": 0x0697, "error": 0x8130, "register": 0x11},
             "(generic, communication) | the program that drove it has ended: `armdrive enable",
         ),
-        ({"kind": 0x0191}, "note node 4: no CiA 402 drive (CiA 401, an I/O module)"),
+        ({"kind": 0x0191}, "note node 4: not a CiA 402 drive (CiA 401, an I/O module)"),
         ({"modes": 0x21}, "note node 4: without cyclic position mode its arm moves in bursts"),
         ({"modes": 0x80}, "problem node 4: it has no profile position"),
     ],
@@ -287,7 +287,7 @@ def test_listening_knows_the_masters_beat():
 def test_an_arm_files_drives_are_compared_with_who_answers():
     found = survey(NodesBus(drive(1), drive(2, kind=0x0191)), (1, 2))
     said = words(canopen.of_arm((1, 2), found))
-    assert "problem node 2 of the arm file is no CiA 402 drive (CiA 401, an I/O module)" in said
+    assert "problem node 2 of the arm file is not a CiA 402 drive (CiA 401, an I/O module)" in said
     assert "cia402.ids" in said
     assert not canopen.of_arm((1,), found)
     said = words(can_findings.of_arm((1, 3), found.there, "bench", "cia402"))

@@ -48,7 +48,7 @@ CONVERSATION = (
     (encode(2, Status(Code.MODE, Outcome.DONE)), ANSWER, "mode: done"),
     (encode(2, ReadSetting(Code.MODE)), REQUEST, "drive 2: read setting mode"),
     (encode(2, SettingRead(Code.MODE, b"\x05")), ANSWER, "setting mode: bus foc"),
-    (encode(0, GoSynchronous()), REQUEST, "all: start the moves that were kept"),
+    (encode(0, GoSynchronous()), REQUEST, "all: start the stored moves"),
     (encode(3, EnabledRead(on=True)), ANSWER, "the motor is on"),
     (Frame(1, bytes.fromhex("3133")), UNKNOWN, "perhaps encoder, but its last byte would be 32"),
     (Frame(0x123, b"\xde\xad\xbe\xef"), UNKNOWN, "not of an MKS drive"),

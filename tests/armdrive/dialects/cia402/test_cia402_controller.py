@@ -68,7 +68,7 @@ def test_a_drive_that_comes_later_is_found_by_the_same_controller():
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"profile": 401}, "profile 401, no drive of CiA 402"),
+        ({"profile": 401}, "profile 401, not a drive of CiA 402"),
         ({"missing": "60C2"}, r'object 60C2:01 \(interpolation time period value\).*"profile"'),
         ({"missing": "605A"}, r"object 605A:00 \(quick stop option code\)"),
         ({"missing": "6007"}, "object 6007:00.*no such object"),
