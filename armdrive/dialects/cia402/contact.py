@@ -163,8 +163,8 @@ class Cia402Contact:
             profile = result.values.get(canopen.DEVICE_TYPE, 0) & 0xFFFF
             if profile != PROFILE_NUMBER:
                 raise Obstructed(
-                    f"{result.drive} reports that it is a device of profile {profile}, not a drive "
-                    f"of CiA {PROFILE_NUMBER}: check the ids of the arm file (`armdrive doctor --can`)"
+                    f"{result.drive} reports device profile {profile}, not a drive of CiA "
+                    f"{PROFILE_NUMBER}: check the ids of the arm file (`armdrive doctor --can`)"
                 )
             beat_ms = self.settings.drive_beat_ms
             found_ms = result.values.get(canopen.PRODUCER_HEARTBEAT_MS, beat_ms)

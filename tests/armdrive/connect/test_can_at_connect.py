@@ -169,7 +169,7 @@ ROWS: dict[str, Row] = {
         r"drive 3 \(elbow\) refused object 1016:01 \(consumer heart.*newer firmware", late=True),
     "cia402: a drive is in fault": Row(
         "cia402", given("drive-fault 3 4310"), NO,
-        r"drive 3 \(elbow\) is in fault.*too hot \(error 4310\).*(reset\(\)` clears that|clear the cause)",
+        r"drive 3 \(elbow\) is in fault.*too hot \(error 4310\).*(clears that|clear the cause)",
         late=True),
 }  # fmt: skip
 
