@@ -6,9 +6,9 @@ A line is a drive's id, a colon, and a setting's code and value in hexadecimal: 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass
 
+from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.wire import Answer, MksWire, Script, setting_of
 from armdrive.errors import Refused
@@ -81,62 +81,51 @@ _MUST = (Code.MODE, Code.MICROSTEPS)
 """Without these the arm moves wrongly or not at all."""
 
 
-class MksComparing:
-    """Reads, compares and corrects settings."""
+def compare(wire: MksWire, firmware: str) -> Script:
+    """Compare the settings that the arm depends on, as far as the firmware reports them."""
+    if not wire.can(Ability.READ_SETTINGS):
+        return DeviceSettings((), firmware)
+    began_s, current_ma = wire.now_s, wire.settings.current_ma
+    wanted = {
+        each.setting.code: each.setting
+        for each in wanted_settings(wire.settings, current_ma or CURRENT_MAX_MA)
+    }
+    differences: list[Difference | None] = []
+    for code in _COMPARED if current_ma else _COMPARED[:-1]:
+        found = yield from wire.read(ReadSetting(code))
+        if missing := [node for node in wire.nodes if node not in found]:
+            return wire.absence(missing, began_s)
+        differences += (_difference(each, found[each.node], wanted[code]) for each in wire.drives)
+    return DeviceSettings(tuple(filter(None, differences)), firmware)
 
-    def __init__(self, wire: MksWire) -> None:
-        self._wire = wire
 
-    def compare(self, firmware: str) -> Script:
-        """Compare the settings that the arm depends on, as far as the firmware reports them."""
-        wire = self._wire
-        if not wire.can(Ability.READ_SETTINGS):
-            return DeviceSettings((), firmware)
-        began_s = wire.now_s
-        differences: list[Difference] = []
-        current_ma = wire.settings.current_ma
-        wanted = {
-            each.setting.code: each.setting
-            for each in wanted_settings(wire.settings, current_ma or CURRENT_MAX_MA)
-        }
-        for code in _COMPARED if current_ma else _COMPARED[:-1]:
-            found = yield from wire.read(ReadSetting(code))
-            if missing := [node for node in wire.nodes if node not in found]:
-                return wire.absence(missing, began_s)
-            differences += self._differing(found, wanted[code])
-        return DeviceSettings(tuple(differences), firmware)
+def _difference(drive: ObservedDrive, answer: Answer, wanted: Setting) -> Difference | None:
+    """Return how a drive's setting differs; None if it agrees or the drive does not report it."""
+    if not isinstance(answer, SettingRead) or answer.value is None:
+        return None
+    is_set = setting_of(answer)
+    if is_set == wanted:
+        return None
+    return Difference(
+        f"{wanted.code.name.lower()} of {drive}",
+        value_words(is_set) or answer.value.hex(" "),
+        value_words(wanted),
+        mending_line(drive.node, wanted),
+        wanted.code in _MUST,
+    )
 
-    def _differing(self, found: Mapping[int, Answer], wanted: Setting) -> list[Difference]:
-        differences = []
-        for node in self._wire.nodes:
-            read = found[node]
-            if not isinstance(read, SettingRead) or read.value is None:
-                continue  # the drive does not report it
-            is_set = setting_of(read)
-            if is_set != wanted:
-                differences.append(
-                    Difference(
-                        f"{wanted.code.name.lower()} of {self._wire.drive(node)}",
-                        value_words(is_set) or read.value.hex(" "),
-                        value_words(wanted),
-                        mending_line(node, wanted),
-                        wanted.code in _MUST,
-                    )
-                )
-        return differences
 
-    def mend(self, line: str) -> Script:
-        """Write one setting."""
-        node, setting = parsed_line(line)
-        if node not in self._wire.nodes:
-            raise Refused(f"`{line}`: no drive of this arm has the id {node}")
-        found = yield from self._wire.ask({node: setting}, text=line)
-        reply = found.get(node)
-        if reply is None:
-            return RequestRejected(self._wire.absent_words((node,)), moved=False)
-        if not isinstance(reply, Taken):
-            return RequestRejected(f"{self._wire.drive(node)} refused `{line}`", moved=False)
-        return Done()
+def mend(wire: MksWire, line: str) -> Script:
+    """Write one setting."""
+    node, setting = parsed_line(line)
+    if node not in wire.nodes:
+        raise Refused(f"`{line}`: no drive of this arm has the id {node}")
+    reply = (yield from wire.ask({node: setting}, text=line)).get(node)
+    if reply is None:
+        return RequestRejected(wire.absent_words((node,)), moved=False)
+    if not isinstance(reply, Taken):
+        return RequestRejected(f"{wire.drive(node)} refused `{line}`", moved=False)
+    return Done()
 
 
 def mending_line(node: int, setting: Setting) -> str:

@@ -19,7 +19,7 @@ from armdrive.dialects.bus.paths import Trapezoid
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
 from armdrive.dialects.dialect import Driver
 from armdrive.dialects.mks.bursts import MksBursts
-from armdrive.dialects.mks.compare import MksComparing
+from armdrive.dialects.mks.compare import compare, mend
 from armdrive.dialects.mks.contact import MksContact
 from armdrive.dialects.mks.homing import MksHoming
 from armdrive.dialects.mks.inquiry import MksInquiry
@@ -69,7 +69,6 @@ class MksController(ScriptRunner[Event]):
         self._motion = MksMotion(wire, self._stops, self._inquiry)
         self._bursts = MksBursts(wire, self._stops, self._inquiry, self._motion)
         self._homing = MksHoming(wire, self._stops, motors.ranges)
-        self._comparing = MksComparing(wire)
         if settings.version is None and not settings.segment_s:
             self._choose()
 
@@ -111,9 +110,9 @@ class MksController(ScriptRunner[Event]):
             case ReadPosition():
                 return (yield from contact.read())
             case ReadSettings():
-                return (yield from self._comparing.compare(contact.firmware))
+                return (yield from compare(self._wire, contact.firmware))
             case MendSetting(line):
-                return (yield from self._comparing.mend(line))
+                return (yield from mend(self._wire, line))
             case SwitchOn():
                 return (yield from contact.switch_on())
             case DropCurrent():
