@@ -38,7 +38,7 @@ from firmware_protocol import canopen
 from firmware_protocol.canopen import DataType, DriveState, NmtCommand, Place, Write
 
 PROFILE_NUMBER = 402
-CALM_S = 1.0
+EARLIER_MOTION_S = 1.0
 """How long drives that an earlier program left moving may go on. They stop when they miss its
 heartbeat, after `heartbeat_ms` and a quick stop: 0.3 s by default."""
 STILL_S = 0.03
@@ -61,7 +61,7 @@ MILLISECONDS = -3
 _PROFILE_OBJECTS = 0x6000
 
 
-def needed(node: int, quick_slope: float, cycle_ms: int | None) -> tuple[Write, ...]:
+def required_settings(node: int, quick_slope: float, cycle_ms: int | None) -> tuple[Write, ...]:
     """Return the settings that every drive needs. `quick_slope` is in increments/s².
 
     `cycle_ms` is None if no cyclic mode is used.
@@ -80,7 +80,7 @@ def needed(node: int, quick_slope: float, cycle_ms: int | None) -> tuple[Write, 
     )
 
 
-def wished(settings: Cia402Settings, node: int) -> tuple[Write, ...]:
+def optional_settings(settings: Cia402Settings, node: int) -> tuple[Write, ...]:
     """Return settings that improve a drive, but that some drives lack."""
     return (
         BRAKE,
@@ -95,7 +95,7 @@ def wished(settings: Cia402Settings, node: int) -> tuple[Write, ...]:
     )
 
 
-def watch(settings: Cia402Settings, *, on: bool) -> Write:
+def heartbeat_watch(settings: Cia402Settings, *, on: bool) -> Write:
     """Return the setting that makes a drive watch this program's heartbeat, or none."""
     wanted = canopen.HeartbeatWatch(settings.master_id, settings.heartbeat_ms * on)
     return Write(canopen.CONSUMER_HEARTBEAT, DataType.U32, wanted.value if on else 0)
@@ -123,15 +123,15 @@ class Cia402Contact:
     settings: Cia402Settings
     quick_slope: float
 
-    def make(self) -> Script[None]:
+    def connect(self) -> Script[None]:
         """Make contact with every drive. Raises `Obstructed` if that fails."""
         self.group.shared.clear()
         yield from self._recognise()
-        yield from self._calm_down()
+        yield from self._end_earlier_motion()
         if self.group.shared:
             raise Obstructed(self.group.shared_words)
-        yield from self._set_up()
-        yield from self._set_wishes()
+        yield from self._write_required()
+        yield from self._write_optional()
         yield from self.transfers.verify(SAFETY, "with which it would stop and hold")
         yield from self._start()
         for drive in self.group.drives:
@@ -172,7 +172,7 @@ class Cia402Contact:
                 result.drive.booted = True  # it has lost its settings
         words = [result.values.get(canopen.SUPPORTED_MODES) for result in results.values()]
         modes = [canopen.supported_modes(word & 0xFFFF_FFFF) for word in words if word is not None]
-        self.group.choose(frozenset.intersection(*modes) if modes else frozenset())
+        self.group.choose_mode(frozenset.intersection(*modes) if modes else frozenset())
 
     def _find(self, *places: Place) -> Script[Results]:
         """Read objects of every drive; wake drives that were stopped, and ask again.
@@ -196,7 +196,7 @@ class Cia402Contact:
             reply = replace(reply, reason=f"{reply.reason}. And {self.group.shared_words}")
         raise Obstructed(reply)
 
-    def _calm_down(self) -> Script[None]:
+    def _end_earlier_motion(self) -> Script[None]:
         """Wait for the end of a motion that an earlier program left running, then stop it.
 
         A single reading shows no motion. A drive is refused only if it keeps turning after a stop.
@@ -211,21 +211,23 @@ class Cia402Contact:
             turning = [node for node in results if _turns(results[node], before[node])]
             if not turning:
                 return
-            if listened.s > stopped_s + CALM_S:
+            if listened.s > stopped_s + EARLIER_MOTION_S:
                 drive = self.group.by_node[turning[0]]
                 raise Obstructed(f"{drive} turns, and did not come to rest after a stop")
-            if listened.s > began_s + CALM_S and math.isinf(stopped_s):
+            if listened.s > began_s + EARLIER_MOTION_S and math.isinf(stopped_s):
                 stop = (Write(canopen.CONTROLWORD, DataType.U16, STOP.value),)
                 yield from self.transfers.transfer(dict.fromkeys(turning, stop))
                 stopped_s = listened.s
             before = results
 
-    def _set_up(self) -> Script[None]:
+    def _write_required(self) -> Script[None]:
         """Write the settings that every drive needs, while it takes no part in PDOs."""
         self.io.said = "SDO set-up"
         cyclic = self.group.resting_mode is canopen.OperationMode.CYCLIC_POSITION
         cycle_ms = round(self.exchange.cycle_s * 1000.0) if cyclic else None
-        jobs = {node: needed(node, self.quick_slope, cycle_ms) for node in self.group.by_node}
+        jobs = {
+            node: required_settings(node, self.quick_slope, cycle_ms) for node in self.group.by_node
+        }
         for _ in range(TRIES):  # the order PRE_OPERATIONAL may have been lost
             self.exchange.order(NmtCommand.PRE_OPERATIONAL, self.group.drives)
             results = yield from self.transfers.obtain(jobs)
@@ -235,10 +237,10 @@ class Cia402Contact:
         for place, words in refused:
             raise Obstructed(words + _remedy(place))
 
-    def _set_wishes(self) -> Script[None]:
+    def _write_optional(self) -> Script[None]:
         """Write the optional settings; warn once of those that a drive lacks."""
-        wishes = {node: wished(self.settings, node) for node in self.group.by_node}
-        results = yield from self.transfers.obtain(wishes, lenient=True)
+        jobs = {node: optional_settings(self.settings, node) for node in self.group.by_node}
+        results = yield from self.transfers.obtain(jobs, lenient=True)
         for result in results.values():
             for place, words in result.refused.items():
                 if place.index >= _PROFILE_OBJECTS and not self.group.configured:
@@ -282,7 +284,7 @@ class Cia402Contact:
         yield from self._watch(on=True)
         for drive in (yield from self.states.bring(self.group.drives, DriveState.ENABLED)):
             yield from self._refuse(drive)
-        yield from self._take_places()
+        yield from self._adopt_positions()
         self.group.on = True
         return Done()
 
@@ -327,7 +329,7 @@ class Cia402Contact:
             )
             raise Obstructed(words)
         yield from self.states.leave_quick_stop(self.group.drives)
-        yield from self._take_places()
+        yield from self._adopt_positions()
         held = all(drive.state is DriveState.ENABLED for drive in self.group.drives)
         self.group.on = self.beats.on and held
         return Done()
@@ -337,9 +339,11 @@ class Cia402Contact:
         if not self.beats.on:
             return b""
         self.beats.end()
-        return self.transfers.unanswered_writes(watch(self.settings, on=False), FINAL_WRITES)
+        return self.transfers.unanswered_writes(
+            heartbeat_watch(self.settings, on=False), FINAL_WRITES
+        )
 
-    def _take_places(self) -> Script[None]:
+    def _adopt_positions(self) -> Script[None]:
         """Adopt every drive's position as its target, and forget its past faults."""
         yield from self.exchange.look()
         for drive in self.group.astray:
@@ -349,7 +353,7 @@ class Cia402Contact:
 
     def _watch(self, *, on: bool) -> Script[None]:
         """Make the drives watch this program's heartbeat, or not, and verify that."""
-        write = watch(self.settings, on=on)
+        write = heartbeat_watch(self.settings, on=on)
         self.io.said = "SDO 1016"
         yield from self.transfers.carry_out(self.transfers.of_each(write), _remedy)
         yield from self.transfers.verify((write,), "without which it would not stop")

@@ -112,7 +112,7 @@ class Cia402Controller(ScriptRunner[BusEvent]):
         self._exchange.began_s = self.io.now_s
         try:
             if not self.group.contacted:
-                yield from self._contact.make()
+                yield from self._contact.connect()
             match request:
                 case MoveBy(steps, rate_hz, let_go):
                     reply = yield from self._profile.burst(steps, rate_hz, let_go)
@@ -170,7 +170,7 @@ class Cia402Controller(ScriptRunner[BusEvent]):
         self.io.listened.pass_to(now_s)
         self.io.now_s = now_s
         if self.group.on and self.group.contacted and not self.busy:
-            self._exchange.mind(self._silent_s, self.beats.period_s)
+            self._exchange.watch_heartbeats(self._silent_s, self.beats.period_s)
         frames = super().advance(now_s)
         beat = self.beats.beat(now_s)
         self.io.listened.expect(self.next_s())

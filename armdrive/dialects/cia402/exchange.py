@@ -137,7 +137,7 @@ class Cia402Exchange:
 
     # -- missing drives -----------------------------------------------------------------------
 
-    def mind(self, silent_s: float, period_s: float) -> None:
+    def watch_heartbeats(self, silent_s: float, period_s: float) -> None:
         """Watch the heartbeats of drives at rest.
 
         Since frames can be lost, a drive that was silent for `silent_s` is asked by SYNC once in a

@@ -237,7 +237,7 @@ class Cia402Drive:
     word: canopen.Statusword | None = None
     state: canopen.DriveState | None = None
     """Its last state; None if that is unknown."""
-    fell: canopen.DriveState | None = None
+    last_fall: canopen.DriveState | None = None
     """Its last state other than enabled, since a motion began."""
     mode: int = 0
     """The mode that it reports."""
@@ -284,7 +284,7 @@ class Cia402Drive:
         """Record its statusword; None if its state has become unknown."""
         self.word, self.state = word, None if word is None else word.state
         if self.state is not canopen.DriveState.ENABLED:
-            self.fell = self.state
+            self.last_fall = self.state
 
     def note(self, report: NodeMessage, now_s: float) -> None:
         """Record its report."""
@@ -306,7 +306,7 @@ class Cia402Drive:
     def watch(self) -> None:
         """Begin a motion: judge the drive by its reports from now on."""
         self.shaft.watch()
-        self.fell, self.error = None, ""
+        self.last_fall, self.error = None, ""
 
     def recover(self) -> None:
         """Forget what was wrong with it."""
@@ -373,7 +373,7 @@ class DriveGroup:
         """Whether every drive was switched on, and no report contradicts that."""
         self.resting_mode = canopen.OperationMode.PROFILE_POSITION
         """The mode in which drives hold their motors at rest."""
-        self.choose((canopen.OperationMode.CYCLIC_POSITION,))
+        self.choose_mode((canopen.OperationMode.CYCLIC_POSITION,))
         self.answers: dict[int, canopen.SdoEvent] = {}
         """The result of the transfer with each node, until it is fetched."""
         self.shared: set[int] = set()
@@ -382,7 +382,7 @@ class DriveGroup:
         self.rival_s = -math.inf
         """When another program's heartbeat with this program's number came."""
 
-    def choose(self, modes: Collection[canopen.OperationMode]) -> None:
+    def choose_mode(self, modes: Collection[canopen.OperationMode]) -> None:
         """Choose cyclic targets if all drives have that mode and the arm file allows it.
 
         Else they get bursts.
@@ -472,7 +472,7 @@ class DriveGroup:
             return Alert(AlertKind.RESTARTED, drive.away_words)
         if self.contacted and (words := drive.away_words):
             return Alert(AlertKind.ALARM, words)
-        state = (drive.fell if moving else None) or drive.state
+        state = (drive.last_fall if moving else None) or drive.state
         if not self.on or drive.word is None or state is canopen.DriveState.ENABLED:
             return None
         if state in FAULTS:

@@ -32,7 +32,7 @@ REPLIES_OFF = (
     "--mend`, or code 8C with 01 01)"
 )
 NO_SUCH_ORDER = "it may be in a mode in which the bus moves nothing: set SR_vFOC (Menu > Mode)"
-CALM_S = 1.0
+EARLIER_MOTION_S = 1.0
 """How long to wait for the end of a motion that an earlier program left running."""
 BUSY = (MotorState.HOMING, MotorState.CALIBRATING)
 TURNING = (MotorState.ACCELERATING, MotorState.DECELERATING, MotorState.FULL_SPEED)
@@ -42,11 +42,11 @@ class MksContact:
     """Brings all drives to the state in which they stand, reply and hold."""
 
     def __init__(
-        self, wire: MksWire, stops: MksStops, inquiry: MksInquiry, learnt: Callable[[], None]
+        self, wire: MksWire, stops: MksStops, inquiry: MksInquiry, on_firmware: Callable[[], None]
     ) -> None:
         self._wire, self._stops, self._inquiry = wire, stops, inquiry
-        self._learnt = learnt
-        self.made = False
+        self._on_firmware = on_firmware
+        self.connected = False
         """Whether all drives were found standing."""
         self.on = False
         """Whether all drives were switched on."""
@@ -54,7 +54,7 @@ class MksContact:
         """Whether every drive is known to stop on a silent bus."""
         self.firmware = ""
 
-    def make(self) -> Obstacle:
+    def connect(self) -> Obstacle:
         """Find every drive and wait until all stand; return what prevents that."""
         wire = self._wire
         began_s, wire.said = wire.now_s, "READ ENCODER"
@@ -68,14 +68,14 @@ class MksContact:
         if words := shared_words(wire.surplus.shared):
             return RequestRejected(words, moved=False)
         yield from self._recognise()
-        obstacle = yield from self._calm_down()
+        obstacle = yield from self._end_earlier_motion()
         if obstacle is None:
             obstacle = yield from self.adopt_positions()
         if obstacle is None:
             for drive in wire.drives:
                 drive.rest_at(drive.count or 0, wire.now_s)
                 drive.fresh = True
-        self.made = obstacle is None
+        self.connected = obstacle is None
         return obstacle
 
     def _absent_or_shared(self, missing: Collection[int], since_s: float) -> Obstacle:
@@ -102,12 +102,12 @@ class MksContact:
             version = min(LATEST, *(each.version for each in found.values()))
         self.firmware = ".".join(map(str, version))
         wire.able = abilities_of(version)
-        self._learnt()
+        self._on_firmware()
 
-    def _calm_down(self) -> Obstacle:
+    def _end_earlier_motion(self) -> Obstacle:
         """Wait for the end of a motion that an earlier program left running, then stop it."""
         wire = self._wire
-        end_s = wire.now_s + CALM_S
+        end_s = wire.now_s + EARLIER_MOTION_S
         while True:
             states = yield from self._inquiry.states()
             busy = [node for node, state in states.items() if state in BUSY]
@@ -264,7 +264,7 @@ class MksContact:
     def clear(self) -> Script:
         """Clear stalls. Motor currents stay as they are, and nothing moves."""
         inquiry = self._inquiry
-        obstacle = yield from self._calm_down()
+        obstacle = yield from self._end_earlier_motion()
         if obstacle is not None:
             return obstacle
         stalled = yield from inquiry.stalled(self._wire.nodes)

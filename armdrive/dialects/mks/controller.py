@@ -102,7 +102,7 @@ class MksController(ScriptRunner[Event]):
         if not isinstance(request, BUS_REQUESTS):
             raise Refused(f"MKS drives do not support {type(request).__name__}")
         contact = self._contact
-        if not contact.made and (obstacle := (yield from contact.make())) is not None:
+        if not contact.connected and (obstacle := (yield from contact.connect())) is not None:
             return obstacle
         match request:
             case MoveBy() | MoveAlong() | HomeDevice():

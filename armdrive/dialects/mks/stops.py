@@ -145,7 +145,7 @@ class MksStops:
         """How long the arm's fastest drive brakes."""
 
     def send(self, nodes: Iterable[int], *, hard: bool) -> None:
-        """Send drives a stop, with ramps in proportion to their speeds: all stand at once."""
+        """Send drives a stop, with ramps in proportion to their speeds: all stop together."""
         wire = self._wire
         for drive in wire.drives:
             drive.course.advance(wire.now_s)
