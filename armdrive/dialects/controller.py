@@ -1,4 +1,4 @@
-"""The face of every controller, and how long it lets a motion go on: what the engine stands on."""
+"""The interface of every controller, and the bounds of its stops: what the engine relies on."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from kinematics.spaces import Motors
 
 @dataclass(frozen=True, slots=True)
 class StopPart:
-    """A part of a planned motion at one speed: its duration and its busiest motor's steps/s."""
+    """A part of a planned motion at one speed: its duration and its busiest motor's rate."""
 
     duration_s: float
     rate_hz: float
@@ -23,13 +23,13 @@ class StopPart:
 
 @dataclass(frozen=True, slots=True)
 class Stopping:
-    """How long a motion goes on: after a stop was asked for, and after the host has fallen silent.
+    """How long a motion continues after a stop request, and after the host has fallen silent.
 
-    `asked_s` and `silent_s` last until the last step. `asked_motion_s` and `silent_motion_s` are
-    how long the motion takes at its own speed for the way that it makes meanwhile, which is less
-    where it brakes. `asked_extra_steps` and `silent_extra_steps` are what each motor may turn
-    besides: a drive that lags catches up, and a stop may end beyond the target. `confirmed_s` is
-    until the driver knows that the motors stand after a stop.
+    `asked_s` and `silent_s` are the times until the last step. `asked_motion_s` and
+    `silent_motion_s` are how long the motion takes, at its own speed, for the distance covered
+    meanwhile: less than those times, since it brakes. `asked_extra_steps` and `silent_extra_steps`
+    are what each motor may turn on top: a drive that lags catches up, and a stop may end beyond the
+    target. `confirmed_s` is the time until the driver knows that the motors stand after a stop.
     """
 
     asked_s: float
@@ -42,13 +42,13 @@ class Stopping:
 
 
 class ScriptRunner(ABC, Generic[H]):
-    """The driver's end of one dialect. Sans-IO: the engine carries its bytes and has the clock.
+    """A dialect's controller. Sans-IO: the engine carries its bytes and has the clock.
 
-    It answers requests by scripts. A dialect adds `script`, `unasked` and numbers.
+    It answers requests with scripts. A dialect adds `script`, `unasked` and its numbers.
     """
 
     look_at = SWITCHED_ON
-    """What a person does about a device that does not answer."""
+    """What to check if the device does not answer."""
 
     def __init__(
         self, abilities: Abilities, codec: Codec[H], io: ScriptIO[H] | None = None
@@ -59,7 +59,7 @@ class ScriptRunner(ABC, Generic[H]):
 
     @property
     def last_said(self) -> str:
-        """The text of the message sent last, for people."""
+        """The last command sent, as text for people."""
         return self.io.said
 
     @property
@@ -69,10 +69,10 @@ class ScriptRunner(ABC, Generic[H]):
 
     @property
     def busy(self) -> bool:
-        """Tell whether a request is unanswered."""
+        """Whether a request is unanswered."""
         return self._loop.busy
 
-    # -- what a dialect says ------------------------------------------------------------------
+    # -- what a dialect supplies --------------------------------------------------------------
 
     @abstractmethod
     def script(self, request: Request) -> Script[H, Reply]:
@@ -80,31 +80,31 @@ class ScriptRunner(ABC, Generic[H]):
 
     @abstractmethod
     def unasked(self, heard: H) -> None:
-        """Weigh what no script was waiting for: tell a `ProtocolWarning` or an `Alert`."""
+        """Take a message that no script waits for; may send a `ProtocolWarning` or an `Alert`."""
 
     def give_up(self) -> None:
-        """Have the codec forget what it waits for, and half a message."""
+        """Make the codec forget open questions and half-received messages."""
 
     @abstractmethod
     def usable_rate_hz(self, rate_hz: float) -> float:
-        """Return the rate that the device really offers, at or below the one wanted."""
+        """Return the rate that the device offers, at or below the one wanted."""
 
     @abstractmethod
     def duration_s(self, steps: float, rate_hz: float) -> float:
-        """Return how long the device may take for so many steps: ramps and doubts included."""
+        """Return how long the device may take for these steps, with ramps and uncertainty."""
 
     @abstractmethod
     def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
-        """Bound how long motion goes on, if at most `burst_s` of it is sent ahead.
+        """Bound how long motion continues, if at most `burst_s` of it is sent ahead.
 
-        Of a planned motion, `parts` are what it is made of, in their order. Without them the bound
-        holds for whatever may be commanded next, at any speed.
+        `parts` are those of a planned motion, in order. Without them the bound holds for any
+        command, at any speed.
         """
 
     # -- what the engine calls ----------------------------------------------------------------
 
     def begin(self, request: Request, now_s: float) -> None:
-        """Take up a request; raises `ValueError` where the dialect cannot express it."""
+        """Begin a request. Raises `ValueError` if the dialect cannot express it."""
         self._loop.begin(lambda: self.script(request), now_s)
 
     def receive(self, data: bytes, now_s: float) -> None:
@@ -112,24 +112,24 @@ class ScriptRunner(ABC, Generic[H]):
         self._loop.receive(data, now_s)
 
     def advance(self, now_s: float) -> bytes:
-        """Do what is due by now, and return the bytes to be written."""
+        """Do what is due, and return the bytes to write."""
         return self._loop.advance(now_s)
 
     def next_s(self) -> float:
-        """Tell when the script wants to go on even if nothing is heard."""
+        """Return when to continue if no message comes first."""
         return self._loop.next_s()
 
     def next_event(self) -> Event | None:
-        """Return the next thing that the engine should know."""
+        """Return the next event for the engine, or None."""
         event: Event | None = self._loop.next_event()
         return event
 
     def stop(self, *, hard: bool) -> None:
-        """End the motion under way as soon as the device can; `hard` at the price of position."""
+        """End the present motion as soon as possible; `hard` may cost the position."""
         self._loop.stop(hard=hard)
 
     def forget(self) -> None:
-        """Give up on the unanswered request and on half a message that was received."""
+        """Give up the unanswered request and half-received messages."""
         self._loop.forget()
         self.io.out.clear()
         self.give_up()
@@ -137,18 +137,18 @@ class ScriptRunner(ABC, Generic[H]):
     # -- what most dialects share -------------------------------------------------------------
 
     def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:  # noqa: ARG002
-        """Bound how many steps each motor strays from the straight way in such a motion.
+        """Bound each motor's deviation from the straight path in such a motion.
 
-        A device that coordinates its motors keeps to it.
+        A device that coordinates its motors stays on it.
         """
         return (0.0,) * len(steps)
 
     def farewell(self) -> bytes:
-        """Return what the device should hear before its wire is given back: nothing, mostly."""
+        """Return the bytes to send before the wire is closed; usually none."""
         return b""
 
     def unwrap(self, registers: Motors, near: Motors) -> Motors:
-        """Undo the registers' wrap-around, for a position near the given one."""
+        """Undo the wrap-around of registers, for a position near the given one."""
         span = 1 << self.abilities.register_bits
         half = span // 2
         return Motors(
@@ -158,4 +158,4 @@ class ScriptRunner(ABC, Generic[H]):
 
 
 Controller: TypeAlias = ScriptRunner[Any]
-"""The driver's end of whatever dialect: what the engine stands on."""
+"""The controller of any dialect, as the engine uses it."""

@@ -1,7 +1,7 @@
-"""What a dialect states about itself: one `Dialect` each, the `ENTRY` of its subpackage.
+"""The registry entry of a dialect: one `Dialect` each, the `ENTRY` of its subpackage.
 
-An entry is light, since every command of the command line reads all of them. What drives an arm,
-and what looks at its device, are imported when they are asked for.
+Entries are light, because every command reads all of them. The driver and the tools of a dialect
+are imported on demand.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 class Driver:
     """What drives an arm.
 
-    `settings` is the class of what an arm file says in the section of the dialect's name.
-    `controller` makes the driver's end from what the dialect is able to do and an arm. `frames`
-    makes what reads the frames of a bus out of the bytes of its link.
+    `settings` is the class of the arm file's section with the dialect's name. `controller` creates
+    the controller from the dialect's abilities and an arm. `frames` creates the decoder of a bus's
+    frames.
     """
 
     settings: type[Any]
@@ -39,12 +39,11 @@ class Driver:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DeviceTools:
-    """What finds a device, sets it up and reads what it says; driving an arm needs none of it.
+    """What finds a device, sets it up and describes its traffic; driving an arm needs none of it.
 
-    `talk` puts what passes into words. `recognition` is None where the dialect is spoken on a bus,
-    which is surveyed instead: `bus` surveys its drives and sets them up, and `ear` makes what hears
-    what they say. `pendant` reads and writes the program of an arm that keeps one in a memory of
-    its own.
+    `talk` describes messages in words. `recognition` is None for a dialect on a bus, which is
+    surveyed instead: `bus` surveys its drives and sets them up, and `ear` creates a describer of
+    single frames. `pendant` reads and writes the program in an arm's own memory.
     """
 
     talk: Describer
@@ -56,7 +55,7 @@ class DeviceTools:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Language:
-    """What the drives on a CAN bus speak; `silence` says what it means that nothing passes."""
+    """The protocol of drives on a CAN bus; `silence` says what a bus without traffic means."""
 
     name: str
     title: str
@@ -64,20 +63,20 @@ class Language:
     silence: str
 
     def ear(self) -> Ear:
-        """Make what hears it."""
-        made = self.tools().ear
-        if made is None:
-            raise LookupError(f"nothing hears {self.title}")
-        return made()
+        """Create a describer of single frames."""
+        create = self.tools().ear
+        if create is None:
+            raise LookupError(f"no describer of {self.title}")
+        return create()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Dialect:
-    """One dialect: `preset` is the arm that speaks it where no arm file says otherwise.
+    """One dialect; `preset` is the arm that uses it by default.
 
-    `raise_dtr` is how its port is opened by default: a board with native USB is mute without it.
-    `language` says that it is spoken on a CAN bus: its port is an adapter's, and `baud` the bus's
-    bit rate.
+    `raise_dtr` is the default for opening its port: a board with native USB is mute without it.
+    `language` means that it is spoken on a CAN bus: its port is an adapter, and `baud` the bit rate
+    of the bus.
     """
 
     name: str
@@ -94,12 +93,12 @@ class Dialect:
 
     @property
     def bus(self) -> BusTools | None:
-        """How the drives on a bus are surveyed and set up; None where there is no bus."""
+        """How the drives on a bus are surveyed and set up; None without a bus."""
         return self.tools().bus if self.can else None
 
     @property
     def pendant(self) -> PendantTools[Any] | None:
-        """How the arm's own program is read and written; None where it keeps none."""
+        """How the arm's own program is read and written; None if it has none."""
         return self.tools().pendant if self.abilities.pendant else None
 
     @property
@@ -112,7 +111,7 @@ class Dialect:
         return self.driver().settings
 
     def controller(self, config: ArmConfig) -> Controller:
-        """Make the driver's end for an arm. Raises `ArmError` where its settings do not fit it."""
+        """Create the controller of an arm. Raises `ArmError` if its settings do not fit."""
         return self.driver().controller(self.abilities, config)
 
     def abilities_with(self, config: ArmConfig) -> Abilities:

@@ -1,11 +1,11 @@
-"""Scripts: generators that say something to a device and wait for its answer.
+"""Scripts: generators that send something to a device and wait for its answer.
 
-A script yields the time until which it waits, and is resumed with what the codec heard, or with
-None when the time is over or a stop was asked for. What it returns answers the request.
+A script yields the time until which it waits. It is resumed with a message from the codec, or with
+None when that time has come or a stop is requested. Its return value answers the request.
 
-A controller answers requests by scripts (`controller.ScriptRunner`) and holds what they work with
-(`ScriptIO`), which it hands to its collaborators. What is no request of an arm, such as a survey of
-a bus, runs in a bare `ScriptLoop`.
+A controller answers requests with scripts (`controller.ScriptRunner`). The scripts share a
+`ScriptIO`: the wire, the time and the stop flag. Work that is no request of an arm, such as a
+survey of a bus, runs in a bare `ScriptLoop`.
 """
 
 from __future__ import annotations
@@ -19,30 +19,51 @@ from armdrive.errors import ArmError, WrongState
 from armdrive.tasks import SWITCHED_ON, Event, RequestRejected, Timeout
 
 H = TypeVar("H")
-"""What the dialect's codec hears."""
+"""The messages of the dialect's codec."""
 H_co = TypeVar("H_co", covariant=True)
 T = TypeVar("T")
 Script: TypeAlias = Generator[float, H | None, T]
 
 MOST_TURNS = 10_000
-"""A script that goes round more often without time passing is broken, and is ended."""
+"""A script that is resumed more often than this at one moment is broken, and is ended."""
 
 BITS_A_BYTE = 10
 """A start bit, eight data bits and a stop bit."""
 
 
 class Codec(Protocol[H_co]):
-    """The receiving side of a dialect's host machine."""
+    """The receiving side of a dialect's codec."""
 
     def receive_data(self, data: bytes) -> None:
         """Take bytes from the device."""
 
     def next_event(self) -> H_co | None:
-        """Return the next thing heard."""
+        """Return the next message, or None."""
+
+
+class ListenedTime:
+    """The time during which this program has listened: all except the time it was called late.
+
+    Deadlines of devices are in this time. A program that is called late has sent nothing meanwhile
+    and has not read the replies; so it reads them first, and only then misses any.
+    """
+
+    def __init__(self) -> None:
+        self.s = 0.0
+        self._now_s = self._due_s = math.inf
+
+    def pass_to(self, now_s: float) -> None:
+        """Record that the program is called at a time."""
+        self.s += max(min(now_s, self._due_s) - self._now_s, 0.0)
+        self._now_s = now_s
+
+    def expect(self, due_s: float) -> None:
+        """Record when the program wants to be called next."""
+        self._due_s = due_s
 
 
 class Received(Generic[H]):
-    """A codec that makes of bytes what `feed` makes of them, and answers nothing."""
+    """A codec that turns bytes into messages with `feed`, and never replies."""
 
     def __init__(self, feed: Callable[[bytes], Iterable[H]]) -> None:
         self._feed = feed
@@ -53,61 +74,62 @@ class Received(Generic[H]):
         self._come.extend(self._feed(data))
 
     def next_event(self) -> H | None:
-        """Return the next thing heard."""
+        """Return the next message, or None."""
         return self._come.popleft() if self._come else None
 
 
 class ScriptIO(Generic[H]):
-    """What a script works with: the wire, the engine's ear, the time, and whether to stop.
+    """What a script works with: the wire, the events for the engine, the time, the stop flag.
 
-    `on_unasked` weighs what no script was waiting for: see `controller.ScriptRunner.unasked`.
+    `on_unasked` takes messages that no script waits for: see `controller.ScriptRunner.unasked`.
     """
 
     look_at = SWITCHED_ON
-    """What a person does about a device that does not answer."""
+    """What to check if the device does not answer."""
 
     def __init__(self, on_unasked: Callable[[H], None]) -> None:
         self.on_unasked = on_unasked
         self.said = ""
-        """The text of the message sent last, for people."""
+        """The last command sent, as text for people."""
         self.now_s = 0.0
         self.stop_asked = False
         self.stop_hard = False
         self.overdue = False
-        """Whether what `hear` returned last came when it was waited for no longer: this program
-        stood still meanwhile, and a time measured so says nothing about the device."""
+        """Whether the message that `hear` returned last arrived after its deadline. Then this
+        program was suspended, and the measured time says nothing about the device."""
+        self.listened = ListenedTime()
         self.out = bytearray()
-        """What is to be written when the controller is called next."""
+        """Bytes to write when the controller is called next."""
         self.events: deque[Event] = deque()
-        """What the engine has not fetched yet."""
+        """Events that the engine has not fetched yet."""
 
     def say(self, data: bytes, text: str = "") -> None:
-        """Put bytes on the wire; with a text for people where they are more than a poll."""
+        """Put bytes on the wire, with a text for people unless they are a mere poll."""
         self.out += data
         self.said = text or self.said
 
     def tell(self, event: Event) -> None:
-        """Give an event to the engine."""
+        """Pass an event to the engine."""
         self.events.append(event)
 
     def hear(
         self, until_s: float, wanted: Callable[[H], bool], *, until_stop: bool = False
     ) -> Script[H, H | None]:
-        """Wait for a message of a kind; None when the time is over, or at a stop if told so.
+        """Wait for a wanted message; None at the deadline, or at a stop with `until_stop`.
 
-        What has come is read to its end before the time is found to be over: this program may be
-        late, and the answer stand behind something else.
+        Everything that has arrived is read before the deadline counts: this program may be late,
+        and the answer may follow other messages.
         """
         while not (until_stop and self.stop_asked):
-            heard = yield until_s
-            if heard is None:
+            message = yield until_s
+            if message is None:
                 if self.now_s >= until_s:
                     return None
                 continue
-            if wanted(heard):
+            if wanted(message):
                 self.overdue = self.now_s > until_s
-                return heard
-            self.on_unasked(heard)
+                return message
+            self.on_unasked(message)
         return None
 
     def collect(
@@ -116,36 +138,36 @@ class ScriptIO(Generic[H]):
         enough: Callable[[Sequence[H]], bool] = lambda _heard: False,
         linger_s: float = 0.0,
     ) -> Script[H, tuple[H, ...]]:
-        """Return what is heard in so long a time, or until it is enough and a while longer."""
-        heard: list[H] = []
+        """Return the messages of a time span, or until they are `enough`, plus `linger_s`."""
+        messages: list[H] = []
         until_s, awaited = self.now_s + seconds, True
         while True:
             more = yield until_s
             if more is not None:
-                heard.append(more)
-                if awaited and enough(heard):
+                messages.append(more)
+                if awaited and enough(messages):
                     until_s, awaited = self.now_s + linger_s, False
             elif self.now_s >= until_s:
-                return tuple(heard)
+                return tuple(messages)
 
     def pause(self, until_s: float) -> Script[H, None]:
-        """Let time pass until a moment, or until a stop is asked for."""
+        """Wait until a moment, or until a stop is requested."""
         asked = self.stop_asked
         while self.now_s < until_s and self.stop_asked == asked:
-            heard = yield until_s
-            if heard is not None:
-                self.on_unasked(heard)
+            message = yield until_s
+            if message is not None:
+                self.on_unasked(message)
 
     def silence(self, since_s: float) -> Timeout:
-        """Return the reply that says that nothing answered."""
+        """Return the reply to a request that the device did not answer."""
         return Timeout(self.said, self.now_s - since_s, self.look_at)
 
 
 class ScriptLoop(Generic[H]):
-    """Runs one script at a time over a codec, whatever it is for.
+    """Runs one script at a time over a codec.
 
-    A controller has its requests run so, and so do a survey and whoever sets a device up. `unasked`
-    weighs what no script was waiting for.
+    Controllers, surveys and commissioning use it. `unasked` takes messages that no script waits
+    for.
     """
 
     def __init__(
@@ -159,11 +181,11 @@ class ScriptLoop(Generic[H]):
 
     @property
     def busy(self) -> bool:
-        """Tell whether a script is at work."""
+        """Whether a script is running."""
         return self._script is not None
 
     def begin(self, script: Callable[[], Script[H, Any]], now_s: float) -> None:
-        """Make a script and begin it; raises `ValueError` where the dialect cannot express it."""
+        """Start a script. Raises `ValueError` if the dialect cannot express the request."""
         if self._script is not None:
             raise WrongState("a request is unanswered: wait for its answer, or forget it")
         self.io.now_s = now_s
@@ -178,16 +200,18 @@ class ScriptLoop(Generic[H]):
 
     def receive(self, data: bytes, now_s: float) -> None:
         """Take bytes from the device."""
+        self.io.listened.pass_to(now_s)
         self.io.now_s = now_s
         self._codec.receive_data(data)
-        while (heard := self._codec.next_event()) is not None:
+        while (message := self._codec.next_event()) is not None:
             if self._script is None:
-                self._unasked(heard)
+                self._unasked(message)
             else:
-                self.step(heard)
+                self.step(message)
 
     def advance(self, now_s: float) -> bytes:
-        """Do what is due by now, and return the bytes to be written."""
+        """Resume the script if it is due, and return the bytes to write."""
+        self.io.listened.pass_to(now_s)
         self.io.now_s = now_s
         turns = 0
         while self._script is not None and self._until_s <= now_s:
@@ -196,53 +220,53 @@ class ScriptLoop(Generic[H]):
             if turns > MOST_TURNS:
                 self._script = None
                 self.io.tell(
-                    RequestRejected(f"the script of `{self.io.said}` waits for what is over")
+                    RequestRejected(
+                        f"the script of `{self.io.said}` waits for a time that has passed"
+                    )
                 )
         data = bytes(self.io.out)
         self.io.out.clear()
+        self.io.listened.expect(self.next_s())
         return data
 
     def next_s(self) -> float:
-        """Tell when the script wants to go on even if nothing is heard."""
+        """Return when to resume the script if no message comes first."""
         if self.io.out:
             return self.io.now_s
         return self._until_s if self._script is not None else math.inf
 
     def next_event(self) -> Any:
-        """Return the next thing told: of a script that has ended, what it returned."""
+        """Return the next event; a script that has ended leaves its return value."""
         return self.io.events.popleft() if self.io.events else None
 
     def stop(self, *, hard: bool) -> None:
-        """Have the script know of a stop, at once."""
+        """Resume the script with its stop flag set, at once."""
         if self._script is None or (self.io.stop_asked and self.io.stop_hard >= hard):
             return
         self.io.stop_asked, self.io.stop_hard = True, hard
         self._until_s = -math.inf
 
     def forget(self) -> None:
-        """Give up the script, and what it has said and nobody has fetched.
-
-        What a script says as it is closed is left to be said.
-        """
+        """Abandon the script and its unsent bytes; bytes that it sends while it closes remain."""
         self.io.out.clear()
         if self._script is not None:
             self._script.close()
             self._script = None
 
-    def step(self, heard: H | None) -> None:
-        """Resume the script with what was heard, or with nothing."""
+    def step(self, message: H | None) -> None:
+        """Resume the script with a message, or with None."""
         try:
-            self._run(heard)
+            self._run(message)
         except ValueError as error:  # in mid-script: a message that the dialect cannot express
             self._script = None
             self.io.tell(RequestRejected(str(error)))
 
-    def _run(self, heard: H | None) -> None:
+    def _run(self, message: H | None) -> None:
         script = self._script
         if script is None:
             return
         try:
-            self._until_s = script.send(heard)
+            self._until_s = script.send(message)
         except StopIteration as end:
             self._script, self._until_s = None, math.inf
             self.io.tell(end.value)

@@ -1,7 +1,7 @@
-"""How a dialect reads and means the program that an arm keeps in its own memory, for its pendant.
+"""How a dialect reads and interprets the pendant program in an arm's own memory.
 
-The registry's row of a dialect with such a memory carries one `PendantTools`; whoever reads, writes
-or makes a pendant's program goes through it.
+The registry entry of such a dialect carries one `PendantTools`. All code that reads, writes or
+creates a pendant's program goes through it.
 """
 
 from __future__ import annotations
@@ -17,17 +17,18 @@ P = TypeVar("P")
 """The value of a whole program."""
 
 Origin: TypeAlias = tuple[int, ...] | None
-"""What the arm's registers have to be added to, to be motor steps; None where nobody knows it."""
+"""The motor steps at register zero; None if they are unknown."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PendantTools(Generic[P]):
-    """One dialect's programs: out of the arm's words, out of a file's text, and back.
+    """One dialect's programs, converted from the arm's memory, from a file, and back.
 
-    `from_words` reads the words of every row, `row` makes the row of a motion to absolute
-    registers at a share of the arm's speed. `text` is a program as a file has it, read `when`, with
-    what each row means on an arm; `parse` reads such a text, of `largest_bytes` at most, and `view`
-    is the same as plain data. `taught_by` makes points and a sequence of a name, with a note.
+    `from_words` decodes the words of every row; `row` creates the row of a motion to absolute
+    registers at a share of the arm's speed. `text` returns a program as a file, with the time at
+    which it was read and the meaning of each row; `parse` reads such a file of at most
+    `largest_bytes`; `view` returns it as plain data. `taught_by` creates points and a sequence with
+    a name and a note.
     """
 
     from_words: Callable[[Sequence[Sequence[int]], Origin], P]

@@ -1,7 +1,7 @@
-"""Who is at a port: what each dialect is asked, what that risks, and how its answers are known.
+"""Recognise the device at a port: the probes of each dialect, their risks, and the answers.
 
-Nothing here knows a dialect: each states its own `Recognition`, and a `Recogniser` puts those of
-several dialects into one order. Nothing here opens a port either.
+No dialect is named here: each states its own `Recognition`, and a `Recogniser` orders the probes of
+several dialects. Nothing here opens a port.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from enum import IntEnum
 from firmware_protocol.lines import LineSplitter
 
 MOST_BYTES = 16384
-"""More than this is not looked at."""
+"""Only this many of the last bytes are examined."""
 
 
 @dataclass(frozen=True, slots=True)
 class Identity:
-    """Whose firmware it is. `dialect` is empty where armdrive does not speak with it.
+    """A device's firmware. `dialect` is empty if armdrive does not support it.
 
-    `restarted` says that these are the first words of a board that has just started. `remedy` says
-    what would help, where armdrive does not speak with it.
+    `restarted` means that the bytes are the greeting of a board that has just started. `remedy`
+    says what would help with unsupported firmware.
     """
 
     dialect: str
@@ -32,26 +32,26 @@ class Identity:
 
 
 class Risk(IntEnum):
-    """What a probe may do to a device that it is not meant for. Riskier probes are said later."""
+    """What a probe may do to a device of another kind. Riskier probes are sent later."""
 
     NONE = 0
-    """Nothing: no device keeps anything of it, at any baud rate."""
+    """Nothing: no device stores anything of it, at any baud rate."""
     NOISE = 1
-    """Its bytes mean nothing elsewhere, but they may spoil what another program left half sent."""
+    """Its bytes mean nothing elsewhere, but may garble a line that is half sent."""
     LINE_END = 2
     """It ends a line that another program left half sent."""
     SETTINGS = 3
-    """It changes what another device has kept, its speed say, and moves nothing."""
+    """It changes a setting of another device, such as its speed, but moves nothing."""
     MOTION = 4
-    """It would move another arm, unless the probe that it names in `after` was said before."""
+    """It would move another arm, unless the probe named in `after` was sent before."""
 
 
 @dataclass(frozen=True, slots=True)
 class Probe:
-    """Bytes that ask for an answer, said up to `times` times; `wait_s` is for each answer.
+    """Bytes that ask for an answer, sent up to `times` times; `wait_s` is the timeout of each.
 
-    `dialect` names who is expected to answer, and `baud` its baud rate. `after` is the name of a
-    probe that takes away the danger of this one: this one is never said before that.
+    `dialect` is the one expected to answer, and `baud` its baud rate. `after` names a probe that
+    makes this one safe, and is always sent before it.
     """
 
     name: str
@@ -71,27 +71,26 @@ class Probe:
 
 
 class Certainty(IntEnum):
-    """How sure a sign is: where two dialects know the same bytes, the surer one is believed."""
+    """How certain a sign is: if two dialects recognise the same bytes, the surer one wins."""
 
     CHECKED = 0
     """Frames with check bytes."""
     WORDED = 1
     """Answers in words that no other firmware uses."""
     BARE = 2
-    """Answers that another firmware could give too, numbers alone say."""
+    """Answers that another firmware could give too, such as bare numbers."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recognition:
     """How one dialect is recognised.
 
-    `sign` tells from what was heard whose firmware it is, and never raises. The first of `probes`
-    is the dialect's own: it alone is enough for a device that is switched on and at rest.
-    `details` is asked of a board that has just said its first words: before that, something may be
-    left half received in it. `obeys_letters` says that a single letter can move the arm: it is
-    looked for before bytes of another baud rate can reach it. `datagrams` says that it can be
-    asked over UDP. `installable` names firmware of this dialect that could be put on a board whose
-    own firmware armdrive does not speak with.
+    `sign` identifies the firmware from received bytes, and never raises. The first of `probes` is
+    the dialect's own, which is enough for a device that is switched on and at rest. `details` is
+    sent to a board that has just sent its greeting; before that it may hold a half-received line.
+    `obeys_letters` means that a single letter can move the arm, so it is probed before bytes of
+    another baud rate can reach it. `datagrams` means that it can be probed over UDP. `installable`
+    names firmware of this dialect that could replace unsupported firmware on a board.
     """
 
     sign: Callable[[bytes], Identity | None]
@@ -104,35 +103,35 @@ class Recognition:
 
 
 def in_safe_order(probes: Iterable[Probe]) -> tuple[Probe, ...]:
-    """Return probes as they are given. Raises `ValueError` where one comes before its `after`."""
-    said: list[str] = []
+    """Return the probes unchanged. Raises `ValueError` if one comes before its `after`."""
+    earlier: list[str] = []
     given = tuple(probes)
     for probe in given:
-        if probe.after and probe.after not in said:
-            raise ValueError(f"{probe.name!r} must not be said before {probe.after!r}")
-        said.append(probe.name)
+        if probe.after and probe.after not in earlier:
+            raise ValueError(f"{probe.name!r} must not be sent before {probe.after!r}")
+        earlier.append(probe.name)
     return given
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recogniser:
-    """Knows the devices of several dialects, by the dialects' names."""
+    """Recognises the devices of several dialects, by the dialects' names."""
 
     known: Mapping[str, Recognition]
 
     @property
     def probes(self) -> tuple[Probe, ...]:
-        """Every probe, in the order in which they are said at one baud rate: by their risk."""
+        """Every probe, in the order for one baud rate: by risk."""
         every = [probe for each in self.known.values() for probe in each.probes]
         return in_safe_order(sorted(every, key=lambda probe: probe.risk))
 
     def sequence(
         self, given_baud: int | None = None, *, datagrams: bool = False
     ) -> tuple[Probe, ...]:
-        """Return the probes in the order in which they are said, all of them at a given baud rate.
+        """Return the probes in sending order, all at the given baud rate.
 
-        Without one, the arms that obey single letters are looked for first. Before them, at their
-        rate, comes what risks nothing: a board with native USB hears it at any rate.
+        Without one, arms that obey single letters come first. Before them, at their rate, come the
+        probes without risk: a board with native USB receives them at any rate.
         """
         if datagrams:
             return tuple(each for each in self.probes if self.known[each.dialect].datagrams)
@@ -146,34 +145,34 @@ class Recogniser:
         return in_safe_order([*lead, *early, *rest])
 
     def own_probe(self, dialect: str) -> Probe | None:
-        """Return what the devices of a dialect are asked first, at their usual baud rate."""
+        """Return a dialect's own probe, at its usual baud rate."""
         known = self.known.get(dialect)
         return None if known is None else known.probes[0]
 
     def details(self, dialect: str) -> Probe | None:
-        """Return what a board of a dialect is asked that has just said its first words."""
+        """Return the probe for a board that has just sent its greeting."""
         known = self.known.get(dialect)
         return None if known is None else known.details
 
-    def recognise(self, heard: bytes) -> Identity | None:
-        """Return whose firmware says such things; None where that is not known. Never raises."""
-        heard = heard[-MOST_BYTES:]
+    def recognise(self, received: bytes) -> Identity | None:
+        """Identify the firmware that sent some bytes; None if it is unknown. Never raises."""
+        received = received[-MOST_BYTES:]
         for each in sorted(self.known.values(), key=lambda each: each.certainty):
-            if found := each.sign(heard):
+            if found := each.sign(received):
                 return found
-        return self._stranger(heard)
+        return self._unsupported(received)
 
-    def _stranger(self, heard: bytes) -> Identity | None:
+    def _unsupported(self, received: bytes) -> Identity | None:
         firmware = " or ".join(each.installable for each in self.known.values() if each.installable)
-        for pattern, name, remedy in _STRANGERS:
-            if re.search(pattern, heard, re.MULTILINE):
+        for pattern, name, remedy in _UNSUPPORTED:
+            if re.search(pattern, received, re.MULTILINE):
                 return Identity("", name, remedy=remedy.format(firmware=firmware))
         return None
 
 
 _OTHER_PORT = "choose another port (`armdrive ports`)"
 _OTHER_FIRMWARE = f"put {{firmware}} on the board, if it drives the arm; else {_OTHER_PORT}"
-_STRANGERS = (
+_UNSUPPORTED = (
     (
         rb"echo:\s*Marlin|Marlin [0-9b]|FIRMWARE_NAME:\s*Marlin",
         "Marlin, the firmware of a 3D printer",
@@ -186,47 +185,47 @@ _STRANGERS = (
     (rb"\blogin: ", "a computer that asks for a login", _OTHER_PORT),
     (
         rb"rst:0x[0-9a-f]+ \(|ets [A-Z][a-z]{2} ",
-        "an ESP32 whose firmware has said nothing yet",
-        "wait until it has started; if it says no more, its firmware is missing or broken",
+        "an ESP32 whose firmware has sent nothing yet",
+        "wait until it has started; if nothing else comes, its firmware is missing or broken",
     ),
 )
-"""What is often found on such a port, and is no arm."""
+"""Other devices that are often connected to such a port."""
 
 
-# What can be told of bytes that no dialect knows.
+# Bytes that no dialect recognises.
 
 
-def says_something_readable(heard: bytes) -> bool:
-    """Tell whether bytes look like text: at a wrong baud rate they do not."""
-    printable = sum(0x20 <= byte <= 0x7E or byte in b"\r\n\t" for byte in heard)
-    return printable >= 0.9 * len(heard)
+def says_something_readable(received: bytes) -> bool:
+    """Return whether bytes look like text, as they do only at the right baud rate."""
+    printable = sum(0x20 <= byte <= 0x7E or byte in b"\r\n\t" for byte in received)
+    return printable >= 0.9 * len(received)
 
 
 FIRST_WRITES = 8
-"""So many of the first writes are looked for in what came back."""
+"""How many of the first writes are searched for in the received bytes."""
 
 
-def comes_back(sent: Sequence[bytes], heard: bytes) -> bool:
-    """Tell whether what was sent was heard again, in its order; answers may stand in between.
+def comes_back(sent: Sequence[bytes], received: bytes) -> bool:
+    """Return whether sent bytes came back in order, possibly with answers in between.
 
-    A line end may come back as another one, as terminals send it.
+    Line ends may come back changed, as terminals send them.
     """
     pieces = [piece.rstrip(b"\r\n") for piece in sent]
     words = [piece for piece in pieces if len(piece) > 1][:FIRST_WRITES]
     words = words or [b"".join(pieces)[:FIRST_WRITES]]  # single bytes alone: one after the other
     at = 0
     for word in words:
-        at = heard.find(word, at)
+        at = received.find(word, at)
         if len(word) < 2 or at < 0:
             return False
         at += len(word)
     return True
 
 
-def lines_of(heard: bytes, ends: bytes) -> Iterator[bytes]:
-    """Return the lines in some bytes, the last one also where its end has not come."""
+def lines_of(received: bytes, ends: bytes) -> Iterator[bytes]:
+    """Return the lines in some bytes, including an unfinished last one."""
     lines = LineSplitter(ends, max_lines=4096)
-    lines.feed(heard)
+    lines.feed(received)
     while (line := lines.next_line()) is not None:
         if isinstance(line, bytes):
             yield line

@@ -1,9 +1,9 @@
-"""What a speed setting is worth: the table of a controller, and a meter for the truth.
+"""Convert speed settings to step rates with a table, and measure how far the table is wrong.
 
 The table from a TeachMover's SP to half-steps a second was never published, so the arm file's
-table is an assumption. The meter measures each answer against it, and bursts are shortened where
-the arm is slower; until a part of the table has been measured, the arm is taken to be slower by
-the doubt that the arm file states. The meter of one part serves arms without a table, too.
+table is an assumption. The meter compares each answer with it, and bursts are shortened if the arm
+is slower. Until a part of the table has been measured, the arm is assumed to be slower by the
+`doubt` in the arm file. Arms without a table use the meter of a single part.
 """
 
 from __future__ import annotations
@@ -59,16 +59,16 @@ class SpeedTable:
 
 
 EARLY, LATE = 0.4, 1.5
-"""A motion that lasted less or more than this share of what was expected is hard to believe."""
+"""A motion shorter or longer than these shares of the expected time is not believed."""
 
 
 @dataclass(slots=True)
 class PaceMeter:
-    """How much slower than computed an arm is. Slower is believed at once, faster bit by bit.
+    """How much slower than computed an arm is. Slower is believed at once, faster step by step.
 
-    The wire's own delays make motions shorter than `shortest_s` look slower than they are, never
-    faster. A clock's own steps may take `early_s` off a motion's time, and an operating system, an
-    adapter or a board may add `late_s` to it.
+    Delays of the wire make motions shorter than `shortest_s` look slower, never faster. The
+    resolution of a clock may take `early_s` off a motion's time, and an operating system, an
+    adapter or a board may add `late_s`.
     """
 
     assumed_doubt: float
@@ -83,19 +83,19 @@ class PaceMeter:
         return self.assumed_doubt if self._known is None else self._known
 
     def learn(self, expected_s: float, measured_s: float) -> bool:
-        """Weigh one motion; False where none can have lasted so long, or so short."""
+        """Learn from one motion; return False if its duration is impossible."""
         believable = self.believable(expected_s, measured_s)
         if expected_s <= 0.0:
             return believable
         factor = max(measured_s / expected_s, 1.0)
         known = factor if self._known is None else self._known
-        # short motions end a wrong suspicion and raise none
+        # short motions may clear a suspicion, but never raise one
         if expected_s >= self.shortest_s or (self._known is not None and factor < known):
             self._known = max(factor, known + (factor - known) / 4.0)
         return believable
 
     def believable(self, expected_s: float, measured_s: float) -> bool:
-        """Tell whether a motion can have lasted that long on this arm as it is known."""
+        """Return whether a motion can have this duration on this arm, as far as it is known."""
         longest_s = expected_s * self.doubt * LATE + self.late_s
         return expected_s * EARLY - self.early_s <= measured_s <= longest_s
 
@@ -110,15 +110,15 @@ class SpeedMeter:
         )
 
     def part(self, setting: int) -> PaceMeter:
-        """Return what is known of the part of the table that a setting lies in."""
+        """Return the meter of the part of the table that contains a setting."""
         return self._parts[self._table.part(setting)]
 
 
 MOST_SETTINGS = 10_000
 
 SHORTEST_MEASURED_S = 0.04
-"""Answers to shorter motions say more about the wire than about the motors."""
+"""The time of a shorter motion says more about the wire than about the motors."""
 DELAY_S = 0.05
-"""What the operating system and an adapter may add to an answer's time."""
+"""Delay that the operating system and an adapter may add to an answer."""
 CLOCK_S = 0.02
-"""What a clock's own steps may take off it."""
+"""Error of a measured time due to the clock's resolution."""

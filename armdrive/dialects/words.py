@@ -1,4 +1,4 @@
-"""What every dialect needs to put its messages into words, and to compare them in a recording."""
+"""Describe a dialect's messages in words, and compare them in a recording."""
 
 from __future__ import annotations
 
@@ -13,38 +13,38 @@ from firmware_protocol.errors import ProtocolError
 from firmware_protocol.lines import LineSplitter
 
 Sentences: TypeAlias = Mapping[type, Callable[[Any], str]]
-"""For each class of message, the sentence that says what it does."""
+"""A sentence for each class of messages."""
 
 _SPLIT = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
 
 UNITS: Mapping[str, str] = {"rpm": "rpm", "ms": "ms", "ma": "mA", "steps": "steps"}
-"""Endings of field names that are units, and how they are written."""
+"""Suffixes of field names that are units, and their notation."""
 
 
 def plain(message: object) -> str:
-    """Return a message as its name and its fields: `ReadEncoder()` is `read encoder`."""
+    """Return a message's name and fields: `SetCurrent(800)` is `set current: 800 mA`."""
     if isinstance(message, str):
         return str(message)
     if isinstance(message, Enum):
         return _name(message.name)
     if not is_dataclass(message):
         return str(message)
-    said = (_field(each.name, getattr(message, each.name)) for each in fields(message))
-    told = ", ".join(each for each in said if each)
     name = _SPLIT.sub(" ", type(message).__name__).lower()
-    return f"{name}: {told}" if told else name
+    parts = (_field(each.name, getattr(message, each.name), name) for each in fields(message))
+    values = ", ".join(filter(None, parts))
+    return f"{name}: {values}" if values else name
 
 
 def wording(message: object, sentences: Sentences) -> str:
-    """Return a message as its sentence, or in plain words where its class has none."""
+    """Return a message's sentence, or its plain words if its class has none."""
     sentence = sentences.get(type(message))
     return plain(message) if sentence is None else sentence(message)
 
 
 def moved(names: Sequence[str], counts: Sequence[int]) -> str:
     """Return relative counts by motor, those that are not zero: `base +37, shoulder -4`."""
-    told = [f"{name} {count:+d}" for name, count in zip(names, counts, strict=False) if count]
-    return ", ".join(told) or "no motor"
+    moving = [f"{name} {count:+d}" for name, count in zip(names, counts, strict=False) if count]
+    return ", ".join(moving) or "no motor"
 
 
 def standing(names: Sequence[str], counts: Iterable[int]) -> str:
@@ -52,16 +52,18 @@ def standing(names: Sequence[str], counts: Iterable[int]) -> str:
     return ", ".join(f"{name} {count}" for name, count in zip(names, counts, strict=False))
 
 
-def _field(name: str, value: object) -> str:
-    """Return a field in words; nothing for one that was left out."""
+def _field(name: str, value: object, message: str) -> str:
+    """Return a field in words, without its name if the message ends with it; empty if unset."""
     if value is None or value == () or value == "":
         return ""
     if name == "on":
         return "on" if value else "off"
     stem, _, last = name.rpartition("_")
-    if stem and last in UNITS:
-        return f"{_name(stem)} {_value(value)} {UNITS[last]}"
-    return f"{_name(name)} {_value(value)}"
+    unit = f" {UNITS[last]}" if stem and last in UNITS else ""
+    label = _name(stem) if unit else _name(name)
+    if message.endswith(f" {label}") and not isinstance(value, bool):
+        return f"{_value(value)}{unit}"
+    return f"{label} {_value(value)}{unit}"
 
 
 def _value(value: object) -> str:
@@ -80,22 +82,22 @@ def _name(word: str) -> str:
     return word.replace("_", " ").lower()
 
 
-# One message of a device in a recording, and how it is compared with its twin's.
+# One message of a device in a recording, and its comparison with that of the simulated device.
 
 
 class Weight(Enum):
     """How a message is compared."""
 
     ANSWER = "to the byte"
-    MOMENT = "by its kind alone while motors turn, since it tells of a moment; else to the byte"
-    PASSING = "not at all: how many there are, and when, is a matter of moments"
+    MOMENT = "by its kind alone while motors turn, since it depends on the moment; else to the byte"
+    PASSING = "not at all: their number and times vary"
     SELF = "not at all: the device describes itself"
-    BANNER = "that it comes, once the arm has told where it stands: a board that begins anew"
+    BANNER = "that it comes, once the position is known: the board has restarted"
 
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """One message of a device; `kind` is what is compared where its numbers are of a moment."""
+    """One message of a device; only `kind` is compared if its numbers depend on the moment."""
 
     data: bytes
     weight: Weight
@@ -103,13 +105,13 @@ class Message:
 
 
 class Splitter(Protocol):
-    """Messages out of bytes."""
+    """Splits bytes into messages."""
 
     def feed(self, data: bytes) -> list[Message]:
-        """Take bytes; return the messages that are whole by now."""
+        """Take bytes; return the complete messages."""
 
 
-# How the bytes of one dialect are cut into messages and put into words.
+# Splitting a dialect's bytes into messages and describing them.
 
 LONGEST_LINE = 4096
 MOST_LINES = 65536
@@ -123,7 +125,7 @@ class AnswerLines:
         self._weigh = weigh
 
     def feed(self, data: bytes) -> list[Message]:
-        """Take bytes; return the lines that have ended."""
+        """Take bytes; return the complete lines."""
         self._lines.feed(data)
         found = []
         while (line := self._lines.next_line()) is not None:
@@ -134,7 +136,7 @@ class AnswerLines:
 
 
 def answer(line: bytes) -> Message:
-    """Return a line as an answer, which is compared to the byte."""
+    """Return a line as a message that is compared to the byte."""
     return Message(line, Weight.ANSWER)
 
 
@@ -145,11 +147,11 @@ def escaped(data: bytes) -> str:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Describer:
-    """How one dialect is cut into messages and put into words.
+    """How a dialect's bytes are split into messages and described.
 
-    `sent` reads what a host writes at once, as a message or in words; `heard` reads one message;
-    `shown` writes bytes for people. None where nothing is known of the dialect. `sentences` are
-    for the messages whose plain words would not say what they do.
+    `sent` decodes what a host writes at once, `heard` one message of the device; both return a
+    message or words, and are None if nothing is known of the dialect. `shown` returns bytes as
+    text. `sentences` describe messages whose plain words would not explain them.
     """
 
     splitter: Callable[[], Splitter]
@@ -159,17 +161,17 @@ class Describer:
     sentences: Sentences = field(default_factory=lambda: MappingProxyType({}))
 
     def said(self, data: bytes) -> str:
-        """Return one message for people, with its meaning where its bytes do not show it."""
+        """Return one message as text, with its meaning if the bytes do not show it."""
         words = "" if self.shown is escaped else self.words(data, self.heard)
         return f"{self.shown(data)} ({words})" if words else self.shown(data)
 
     def words(self, data: bytes, read: Callable[[bytes], object] | None) -> str:
-        """Return what bytes mean; nothing where that is not known."""
+        """Return what bytes mean; empty if that is unknown."""
         try:
             return "" if read is None else self.wording(read(data))
         except ProtocolError:
             return "unreadable"
 
     def wording(self, message: object) -> str:
-        """Return one message of this dialect in words; text is returned as it is."""
+        """Describe one message of this dialect; text is returned unchanged."""
         return wording(message, self.sentences)

@@ -248,13 +248,9 @@ class SimulatedPace:
         return self.clock.wait(done, end_s, self.driving)
 
     def wake(self) -> None:
-<<<<<<< HEAD
-        """Do nothing: no thread sleeps on simulated time."""
-=======
-        """Have the engine take a turn at what the device does next."""
+        """Call the engine at the next thing that the device does."""
         if self._engine is not None:
             self._engine.link.wake()
->>>>>>> h23-sim
 
     def close(self) -> None:
         """Stop calling the engine."""

@@ -12,7 +12,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from armdrive.dialects.bus.ledger import BESIDE_S, DENIALS
+from armdrive.dialects.bus.ledger import REJECTION_LIMIT, START_WINDOW_S
 from armdrive.dialects.cia402.settings import Cia402Settings
 from armdrive.dialects.mks.settings import MksSettings
 
@@ -90,6 +90,6 @@ def _known_s(stage: Stage) -> float:
     if isinstance(settings, Cia402Settings):  # each tells its mode with every SYNC
         return SHOWN_PERIODS * settings.period_ms / 1000.0 + settings.quick_stop_s + ASKED_S
     assert isinstance(settings, MksSettings)
-    notice_s = ORDER_PERIODS * settings.segment_s + DENIALS * BESIDE_S + ASKED_S
+    notice_s = ORDER_PERIODS * settings.segment_s + REJECTION_LIMIT * START_WINDOW_S + ASKED_S
     brakes_s = 0.0 if stage.arm is None else getattr(stage.arm.core.controller, "ramp_s", 0.0)
     return notice_s + brakes_s

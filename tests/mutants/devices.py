@@ -340,8 +340,8 @@ MUTANTS = (
         name="an MKS drive that falls silent is not noticed",
         promise="a drive that falls silent ends the motion of all",
         path="armdrive/dialects/bus/observer.py",
-        old="        if drive.ledger.unheard_looks <= (MUTE_LOOKS if others else SILENT_LOOKS):\n",
-        new="        if drive:\n",
+        old="if drive.ledger.unanswered_polls <= (MUTE_POLLS if others else SILENT_POLLS):\n",
+        new="if drive:\n",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_controller_motion.py",
             "test_a_bus_that_falls_silent_is_silence",
@@ -376,8 +376,8 @@ MUTANTS = (
         name="a drive that answers nothing for a moment is taken for having been there",
         promise="a drive that restarts near its zero is found by what it never answers",
         path="armdrive/dialects/bus/ledger.py",
-        old="self.away_s, self._maybe_s = min(self.away_s, self._maybe_s), math.inf",
-        new="self._maybe_s = math.inf",
+        old="self.away_s, self._suspected_s = min(self.away_s, self._suspected_s), math.inf",
+        new="self._suspected_s = math.inf",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_restarting.py",
             "test_a_steered_drive_that_was_gone_for_a_moment_near_zero_ends_the_motion",
@@ -387,7 +387,7 @@ MUTANTS = (
         name="drives that leave their common way are let pass",
         promise="one lagging drive ends the motion before the arm is off its way",
         path="armdrive/dialects/bus/observer.py",
-        old="        self._beside += 1\n",
+        old="        self._looks_off_path += 1\n",
         new="        pass\n",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_beside.py",
@@ -398,7 +398,7 @@ MUTANTS = (
         name="a weak drive is let pass",
         promise="a drive that is too weak for its speed is told of",
         path="armdrive/dialects/bus/observer.py",
-        old="return slowest if max(found[slowest]) < WEAK * best else None",
+        old="return slowest if max(found[slowest]) < WEAK_SHARE * best else None",
         new="return None",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_beside.py",
@@ -409,7 +409,7 @@ MUTANTS = (
         name="drives are sent on while nobody is heard",
         promise="a bus that is held up sends nobody on",
         path="armdrive/dialects/mks/motion.py",
-        old="            return Signal.HELD_UP\n",
+        old="            return Signal.OUTAGE\n",
         new="            pass\n",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_holdups.py",
@@ -508,7 +508,7 @@ MUTANTS = (
         name="CiA 402 drives that miss their targets are sent on",
         promise="a drive that misses its targets does not leap over all that it has missed",
         path="armdrive/dialects/cia402/motion.py",
-        old="        return (told or lost) and now_s - since_s < SETTLE_S\n",
+        old="        return (seen or lost) and now_s - since_s < SETTLE_S\n",
         new="        return False\n",
         tests=tests_of(
             "tests/armdrive/dialects/cia402/test_cia402_motion.py",
@@ -518,7 +518,7 @@ MUTANTS = (
     Mutant(
         name="CiA 402 drives are judged in time in which nobody listened",
         promise="a late computer blames no drive",
-        path="armdrive/dialects/cia402/exchange.py",
+        path="armdrive/dialects/exchange.py",
         old="max(min(now_s, self._due_s) - self._now_s, 0.0)",
         new="max(now_s - self._now_s, 0.0)",
         tests=tests_of(
@@ -530,7 +530,7 @@ MUTANTS = (
         name="a CiA 402 drive that rests off its target is waited for",
         promise="a drive that is read off its target is blamed",
         path="armdrive/dialects/cia402/leading.py",
-        old="            elif lead.exchange.listened.s > self._given_up_s:\n",
+        old="            elif lead.io.listened.s > self._given_up_s:\n",
         new="            elif False:\n",
         tests=tests_of(
             "tests/armdrive/dialects/cia402/test_cia402_busy.py",
@@ -540,7 +540,7 @@ MUTANTS = (
     Mutant(
         name="CiA 402 targets are not smoothed",
         promise="ramps are made of jumps in speed",
-        path="armdrive/dialects/bus/way.py",
+        path="armdrive/dialects/bus/paths.py",
         old="        if not window_s:\n",
         new="        if window_s >= 0.0:\n",
         tests=tests_of(
@@ -564,12 +564,12 @@ MUTANTS = (
         promise="what has come is read before an answer is called missing",
         path="armdrive/dialects/exchange.py",
         old="""        while not (until_stop and self.stop_asked):
-            heard = yield until_s
-            if heard is None:
+            message = yield until_s
+            if message is None:
 """,
         new="""        while self.now_s < until_s:
-            heard = yield until_s
-            if heard is None:
+            message = yield until_s
+            if message is None:
 """,
         tests=tests_of(
             "tests/armdrive/runtime/test_late_program.py",

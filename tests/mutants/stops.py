@@ -330,7 +330,7 @@ MUTANTS = (
         name="MKS segments are drawn as soon as there are any",
         promise="motion expires: nothing is sent further ahead than announced",
         path="armdrive/dialects/mks/steering.py",
-        old="return left_s <= 0.0 or left_s + self._longest_s <= self.ahead_s + 1e-6",
+        old="return left_s <= 0.0 or left_s + self._feed.latest_s <= self.ahead_s + 1e-6",
         new="return True",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_controller_motion.py",
@@ -352,7 +352,7 @@ MUTANTS = (
         name="a CiA 402 drive's missing heartbeat is not noticed",
         promise="a drive that falls silent is missed",
         path="armdrive/dialects/cia402/exchange.py",
-        old="            if drive.missed > LOOKS_LOST and not drive.reported:",
+        old="            if drive.missed > POLLS_LOST and not drive.reported:",
         new="            if False:",
         tests=tests_of(
             "tests/armdrive/dialects/cia402/test_cia402_controller.py",
@@ -363,7 +363,7 @@ MUTANTS = (
         name="MKS drives that did not hear a stop are not told again",
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/dialects/mks/stops.py",
-        old="            if self._deaf and now_s > self.began_s:",
+        old="            if self._unconfirmed and now_s > self._began_s:",
         new="            if False:",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_stops.py",

@@ -1,16 +1,17 @@
-"""What drives on a CAN bus have in common, whatever they speak.
+"""What drives on a CAN bus share, whatever protocol they speak.
 
 Read in this order:
 
-    way        where the drives shall be, and where each is by its orders
-    ledger     which questions to a drive are open, and which it never answered
-    observer   what orders, questions and readings say together: the table of verdicts
+    paths      the planned path of all motors, and each drive's course by its orders
+    ledger     the open questions to a drive, and the replies that it owes
+    observer   conclusions from orders, questions and replies: the table of verdicts
     group      what the drives of an arm do together: the table of phases and signals
-    motors     the motors of an arm, one drive each; their ids
-    tools      what can be done on a bus without an arm: surveys, setting drives up
-    words      one frame in words
-    row        what the registry says of an arm on such drives
+    stages     the stages of stopping and homing, which every dialect goes through
+    drives     the motors of an arm, one drive each; ids, settings, missing drives
+    tools      work on a bus without an arm: surveying drives and setting them up
+    words      one frame described in words
+    row        the registry entry of an arm with such drives
 
-When a drive falls silent in motion its ledger counts the looks that it leaves unanswered, the
-observer says `mute` (or `silent`, where all are), and the group stops the others and explains.
+If a drive falls silent in motion, its ledger counts the unanswered polls. The observer concludes
+`mute` (`silent` if no drive replies), and the group stops the others and reports why.
 """

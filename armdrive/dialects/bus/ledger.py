@@ -1,7 +1,7 @@
-"""What one drive was asked and told, and has not answered. Seconds.
+"""Track the questions and orders sent to one drive, and the replies it still owes. Seconds.
 
-An answer does not say which question it answers. So a reading is of some moment since the oldest
-question that was open when it came, and whoever owes answers for long was perhaps not there.
+A reply does not name the question it answers. So a position was sampled at some moment since the
+oldest open question was sent, and a drive that leaves replies out for long may have had no power.
 """
 
 from __future__ import annotations
@@ -9,242 +9,252 @@ from __future__ import annotations
 import math
 from collections import Counter, deque
 
-ANSWERED_S = 0.3
-"""What has not been answered for so long is not answered any more."""
-TICK_S = 0.01
-"""Questions that follow each other sooner are one. One that is not answered, while another drive is
-heard, is followed by others so soon: what tells lost frames from a drive that has no power."""
-MISSED = 4
-"""Whoever has missed so many more in a row, while another drive answered, may have been away: of
-drives that are there, a bus that loses one frame in ten makes that of one look in 750."""
-ALONE_S = 0.15
-"""One that brakes and is silent for so long may have been away, though nobody else is heard."""
-RETURN_S = 0.12
-"""An answer that has not come so long after its drive was heard again will not come, where the
-others are heard in time."""
+REPLY_TIMEOUT_S = 0.3
+"""A question that is still open after this long counts as lost. The slowest reply observed on an
+overloaded computer took 0.18 s (docs/measured-can.md)."""
+RETRY_PERIOD_S = 0.01
+"""While other drives reply, a silent drive is asked again this often. Frequent retries tell a few
+lost frames from a drive without power. Frames sent closer together count as one question."""
+MISSED_LIMIT = 4
+"""A drive that misses more than this while another one replies may have lost its power. On a bus
+that loses one frame in ten, a powered drive misses four in a row once in 750 polls."""
+BRAKING_SILENCE_S = 0.15
+"""A braking drive that is silent for this long may have lost its power, even if no other drive
+replied meanwhile: the standing drives are not asked then."""
+REPLY_GRACE_S = 0.12
+"""Once a drive replies again, replies that are later than this will not come, as long as the other
+drives reply in time."""
 LOOK_S = 0.05
-"""A second look was asked for at least so long after the first was read."""
+"""The second of two readings is asked for at least this long after the first one arrived."""
 EPSILON_S = 1e-6
-"""What rounding may take off a time."""
-UNHEARD_S = 0.1
-"""Questions that follow each other sooner are one that was left unanswered."""
+"""Tolerance for rounded times."""
+POLL_SPACING_S = 0.1
+"""Unanswered questions that are closer together than this count as one."""
 
 
 class Ledger:
-    """The questions to one drive that are open, and what it never answered.
+    """The open questions to one drive, and the replies that it never sent.
 
-    A drive that loses its supply for a tenth of a second counts from zero again, and obeys the next
-    order from there. Where it counted near zero anyway its count shows nothing. But what it was
-    told meanwhile it never answers, and a drive behind a busy computer or a slow adapter answers
-    all of it, late.
+    A drive that loses its supply for a tenth of a second counts from zero again and obeys the next
+    order from there. If it stood near zero, its count reveals nothing. But it never answers what it
+    was sent meanwhile, whereas a drive on a busy computer or a slow adapter answers everything,
+    late.
     """
 
     def __init__(self) -> None:
         self.answers_orders = False
-        """Whether it answers orders as well as questions: it may be set up so that it does not."""
-        self.unheard_looks = 0
-        """How often it was asked where it is since it was heard last."""
-        self.heard_s = -math.inf
-        """When it answered something last."""
-        self.told_s = -math.inf
-        """When something was said to it that it is to answer last."""
+        """Whether the drive confirms orders. Its settings may switch that off."""
+        self.unanswered_polls = 0
+        """How often its position was asked for since its last reply."""
+        self.replied_s = -math.inf
+        """When the last reply came."""
+        self.sent_s = -math.inf
+        """When the last frame that needs a reply was sent."""
         self.open_s = math.inf
-        """When it was told what it answers first; infinity where it has nothing to answer."""
+        """When the first frame without a reply was sent; infinity if none is open."""
         self.away_s = math.inf
-        """Since when it was away; infinity where nothing speaks for it."""
-        self.alone = False
-        """Whether it brakes, so that others may have nothing to say meanwhile."""
-        self._questions: deque[float] = deque()
+        """Since when the drive was away; infinity if nothing suggests that."""
+        self.braking = False
+        """Whether the drive brakes. Then the others may not be asked, and cannot reply."""
         self.asked_s = -math.inf
-        """When it was asked last where it is."""
-        self._looked_s = -math.inf
+        """When its position was asked for last."""
+        self._questions: deque[float] = deque()
+        self._polled_s = -math.inf
         self._owed = self._owed_before = self._missed = 0
-        self._ticked_s = -math.inf
-        self._maybe_s = self._until_s = math.inf
-        self._maybe_owed = 0
+        self._retried_s = -math.inf
+        self._suspected_s = self._suspicion_ends_s = math.inf
+        self._owed_before_suspicion = 0
 
-    # -- what happens -------------------------------------------------------------------------
+    # -- events -------------------------------------------------------------------------------
 
     def asked(self, now_s: float) -> None:
-        """Take note that it is asked where it is."""
-        while self._questions and self._questions[0] < now_s - ANSWERED_S:
+        """Record a question about its position."""
+        while self._questions and self._questions[0] < now_s - REPLY_TIMEOUT_S:
             self._questions.popleft()
         self._questions.append(now_s)
         self.asked_s = now_s
-        if not self.unheard_looks or now_s >= self._looked_s + UNHEARD_S - EPSILON_S:
-            self.unheard_looks, self._looked_s = self.unheard_looks + 1, now_s
+        if not self.unanswered_polls or now_s >= self._polled_s + POLL_SPACING_S - EPSILON_S:
+            self.unanswered_polls, self._polled_s = self.unanswered_polls + 1, now_s
 
-    def told(self, now_s: float, others_s: float, *, owes: bool) -> None:
-        """Take note that something is said to it, and when another drive answered last.
+    def sent(self, now_s: float, others_s: float, *, owes: bool) -> None:
+        """Record a frame that needs a reply.
 
-        What it `owes` an answer to has exactly one, whenever that comes.
+        `others_s` is when another drive replied last. A frame that `owes` has exactly one reply,
+        however late.
         """
-        self.told_s = now_s
+        self.sent_s = now_s
         if math.isinf(self.open_s):
-            self.open_s = self._ticked_s = now_s
+            self.open_s = self._retried_s = now_s
             self._owed_before = self._owed
-        elif now_s >= self._ticked_s + TICK_S - EPSILON_S:
-            self._ticked_s = now_s
+        elif now_s >= self._retried_s + RETRY_PERIOD_S - EPSILON_S:
+            self._retried_s = now_s
             self._missed += others_s > self.open_s
         self._owed += owes
 
-    def placed(self) -> float:
-        """Take note that it has told where it is; return from when on that may be so."""
+    def located(self) -> float:
+        """Record a position reply; return the earliest moment at which it can be sampled."""
         return self._questions.popleft() if self._questions else -math.inf
 
-    def heard(self, now_s: float, *, settles: bool, asked: bool = True) -> None:
-        """Take note that it says something; what `settles` is one of the answers that it owes.
+    def replied(self, now_s: float, *, settles: bool, asked: bool = True) -> None:
+        """Record a frame from the drive; one that `settles` is one of the replies it owes.
 
-        What it says without being `asked`, as that a motion has ended, shows that it is there, and
-        not that it hears.
+        A frame that was not `asked` for, such as the end of a motion, proves that the drive has
+        power, but not that it receives anything.
         """
         self._owed -= settles
-        silent = self.alone and now_s >= self.open_s + ALONE_S
-        if silent or self._missed >= MISSED:
-            self.suspect(now_s + RETURN_S)
-        if self.pending and self._owed <= self._maybe_owed:
-            self._maybe_s = math.inf  # it has answered all: it was there
+        silent = self.braking and now_s >= self.open_s + BRAKING_SILENCE_S
+        if silent or self._missed >= MISSED_LIMIT:
+            self.suspect(now_s + REPLY_GRACE_S)
+        if self.pending and self._owed <= self._owed_before_suspicion:
+            self._suspected_s = math.inf  # it has answered everything, so it had power throughout
         self._missed, self.open_s = 0, math.inf
         if asked:
-            self.heard_s, self.unheard_looks = now_s, 0
+            self.replied_s, self.unanswered_polls = now_s, 0
 
     def suspect(self, until_s: float) -> None:
-        """Take it for having been away if it has not answered all that it owes until a moment."""
+        """Suspect that the drive was away, unless all owed replies come by `until_s`."""
         if not self.pending:
-            self._maybe_s, self._maybe_owed = self.open_s, self._owed_before
-            self._until_s = until_s
+            self._suspected_s, self._owed_before_suspicion = self.open_s, self._owed_before
+            self._suspicion_ends_s = until_s
 
     def conclude(self, now_s: float) -> None:
-        """Take it for having been away, if it has not answered in time what it owes."""
-        if self.pending and now_s >= self._until_s:
-            self.away_s, self._maybe_s = min(self.away_s, self._maybe_s), math.inf
+        """Conclude that the drive was away if owed replies are overdue."""
+        if self.pending and now_s >= self._suspicion_ends_s:
+            self.away_s, self._suspected_s = min(self.away_s, self._suspected_s), math.inf
 
     def acquit(self) -> None:
-        """Take it for having been there."""
+        """Drop the conclusion that the drive was away."""
         self.away_s = math.inf
 
     def forget(self) -> None:
-        """Doubt it no more, and wait for nothing."""
-        self.away_s = self.open_s = self._maybe_s = math.inf
-        self._missed, self.unheard_looks, self.alone = 0, 0, False
+        """Drop all suspicions and wait for no reply."""
+        self.away_s = self.open_s = self._suspected_s = math.inf
+        self._missed, self.unanswered_polls, self.braking = 0, 0, False
 
-    # -- what it comes to ---------------------------------------------------------------------
+    # -- conclusions --------------------------------------------------------------------------
 
-    def due_s(self, others_s: float) -> float:
-        """Return when it is asked again, if another drive answered; infinity for not at all."""
-        return self._ticked_s + TICK_S if others_s > self.open_s else math.inf
+    def retry_s(self, others_s: float) -> float:
+        """Return when to ask again, given another drive's last reply; infinity for never."""
+        return self._retried_s + RETRY_PERIOD_S if others_s > self.open_s else math.inf
 
     @property
     def is_asked(self) -> bool:
-        """Whether it has not told yet where it is."""
+        """Whether a question about its position is open."""
         return bool(self._questions)
 
     @property
     def pending(self) -> bool:
-        """Whether it may have been away, and may answer yet what it was told meanwhile."""
-        return math.isfinite(self._maybe_s)
+        """Whether the drive may have been away and may still send the replies it owes."""
+        return math.isfinite(self._suspected_s)
 
 
-SHARED = 2
-"""So many more answers than questions are those of two drives; one may be a frame sent twice."""
+SURPLUS_LIMIT = 2
+"""This many more replies than questions come from two drives. One more may be a repeated frame."""
 
 
 class SurplusAnswers:
-    """Counts how many more answers each drive gave to a question than it was asked, by its code.
+    """Counts by which number each drive's replies exceed the questions, by drive and code.
 
-    All are counted, asked and heard, so that answers that come late are none too many.
+    Both are counted for as long as they come, so late replies do not count as surplus.
     """
 
     def __init__(self) -> None:
         self._surplus: Counter[tuple[int, int]] = Counter()
 
     def asked(self, node: int, code: int) -> None:
-        """Take note of a question that has one answer."""
+        """Record a question that has one reply."""
         self._surplus[node, code] -= 1
 
     def answered(self, node: int, code: int) -> None:
-        """Take note of an answer, whoever waits for it."""
+        """Record a reply, expected or not."""
         self._surplus[node, code] += 1
 
+    def exceeds(self, node: int, code: int) -> bool:
+        """Return whether a drive has sent more replies to a question than were due."""
+        return self._surplus[node, code] > 0
+
     def clear(self) -> None:
-        """Begin to count."""
+        """Start counting from zero."""
         self._surplus.clear()
 
     @property
     def shared(self) -> tuple[int, ...]:
-        """The ids to which more than one drive has answered."""
-        return tuple(sorted({node for (node, _), more in self._surplus.items() if more >= SHARED}))
+        """The ids that more than one drive has replied to."""
+        over = {node for (node, _), more in self._surplus.items() if more >= SURPLUS_LIMIT}
+        return tuple(sorted(over))
 
     @property
     def owed(self) -> bool:
-        """Whether a question is unanswered."""
+        """Whether a question is still open."""
         return any(more < 0 for more in self._surplus.values())
 
 
-LATEST_S = 5.0
-"""An answer that comes later than this was not lost on its way."""
+LATE_REPLY_MAX_S = 5.0
+"""A reply to a question that was given up longer ago than this is not explained by lateness."""
 
 
 class LateReplies:
-    """When each question was given up, by the drive and the code of its answer. Seconds.
+    """When each question was given up, by drive and reply code. Seconds.
 
-    A busy computer hears an answer after it has asked again, and then two answers come.
+    A busy computer asks again before it has read the first reply, and then receives two.
     """
 
     def __init__(self) -> None:
-        self._since_s: dict[tuple[int, int], deque[float]] = {}
+        self._given_up_s: dict[tuple[int, int], deque[float]] = {}
 
     def give_up(self, node: int, code: int, now_s: float) -> None:
-        """Take note that an answer is not waited for any more."""
-        self._since_s.setdefault((node, code), deque(maxlen=16)).append(now_s)
+        """Record that a reply is no longer waited for."""
+        self._given_up_s.setdefault((node, code), deque(maxlen=16)).append(now_s)
 
     def takes(self, node: int, code: int, now_s: float) -> bool:
-        """Tell whether an answer too many is a late one, which it is then no longer."""
-        given_up = self._since_s.get((node, code))
+        """Return whether a late reply explains this surplus one; each explains only one."""
+        given_up = self._given_up_s.get((node, code))
         while given_up:
-            if now_s <= given_up.popleft() + LATEST_S:
+            if now_s <= given_up.popleft() + LATE_REPLY_MAX_S:
                 return True
         return False
 
 
-BESIDE_S = 0.01
-"""What a drive says of an order that it takes comes within so long, before or behind that."""
-DENIALS = 2
-"""A drive is looked into at so many in a row: of one, the word that it began may have been lost."""
+START_WINDOW_S = 0.01
+"""A drive that accepts an order says "started" within this time of the "failed" it sends for the
+order that was replaced, before or after it."""
+REJECTION_LIMIT = 2
+"""A drive is examined after this many rejections in a row. After a single one, its "started" may
+have been lost."""
 
 
 class Rejections:
-    """What one drive has said of its orders since it took one. Seconds.
+    """The orders that one drive has rejected since it accepted one. Seconds.
 
-    A drive in flight says that the order has failed which a newer one replaces, and the same of one
-    that it refuses; no bit tells which. But right beside the first it says that the newer one
-    began.
+    A moving drive reports "failed" for an order that a newer one replaces, and also for an order
+    that it rejects; no bit tells the two apart. But next to the first it reports that the newer
+    order has started.
     """
 
     def __init__(self) -> None:
         self.due_s = math.inf
-        """When that is a denial which it has said last; infinity where it takes its orders."""
+        """When the last "failed" counts as a rejection; infinity if the drive accepts orders."""
         self._count = 0
         self._began_s = -math.inf
 
     def taken(self, now_s: float) -> None:
-        """Take note that an order has begun."""
+        """Record that an order has started."""
         self._count = 0
         self.due_s, self._began_s = math.inf, now_s
 
     def refused(self, now_s: float) -> None:
-        """Take note that an order has failed: this one, or the one that it replaced."""
-        if now_s > self._began_s + BESIDE_S:
-            self.due_s = min(self.due_s, now_s + BESIDE_S)
+        """Record a "failed", for this order or the one that it replaced."""
+        if now_s > self._began_s + START_WINDOW_S:
+            self.due_s = min(self.due_s, now_s + START_WINDOW_S)
 
     def confirm(self) -> bool:
-        """Take what is due for a denial; tell whether there were enough to look into the drive."""
+        """Count the due "failed" as a rejection; return whether the drive is to be examined."""
         self.due_s, self._count = math.inf, self._count + 1
-        if self._count < DENIALS:
+        if self._count < REJECTION_LIMIT:
             return False
         self._count = 0
         return True
 
     def forget(self) -> None:
-        """Doubt it no more, whatever it said of orders that are over."""
+        """Forget rejections of earlier orders."""
         self.due_s, self._count = math.inf, 0

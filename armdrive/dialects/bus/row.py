@@ -1,34 +1,63 @@
-"""What an arm on drives of a CAN bus can do, whatever they speak: for the rows of the registry."""
+"""Registry entries of arms with drives on a CAN bus: what all of them share."""
 
 from __future__ import annotations
 
-from armdrive.abilities import Abilities, Abort, Switching, Traffic
+from collections.abc import Callable
+
+from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
+from armdrive.dialects.dialect import DeviceTools, Dialect, Driver, Language
 
 BITS_S = 500_000
-"""The bus's speed where no arm file says otherwise."""
-QUICK_STOP = "The switch of the motors' supply is the quicker stop: the arm sags then."
+"""The default bit rate of the bus."""
 
 
-def abilities(traffic: Traffic, register_bits: int, *, beats: bool = False) -> Abilities:
-    """Return what the drives of an arm can do as delivered; its controller knows more of them."""
-    return Abilities(
-        motors=6,
-        coordinated=True,
-        abort=Abort.RAMP,
-        queued_segments=3,
-        speed_mode_with_watchdog=False,
-        reports_while_moving=True,
-        own_homing=True,
-        resets_on_open=False,
-        check_bytes=True,
-        current=Switching.BOTH,
-        grip_switch=False,
-        pendant=False,
-        jog_burst_s=0.15,
-        planned_burst_s=0.3,
-        traffic=traffic,
-        register_bits=register_bits,
-        ramp_s=0.15,
-        jerk_s=0.05,
-        beats=beats,
+def bus_dialect(
+    name: str,
+    title: str,
+    language: tuple[str, str],
+    *,
+    driver: Callable[[], Driver],
+    tools: Callable[[], DeviceTools],
+    torque: Torque,
+    traffic: Traffic,
+    register_bits: int,
+    silence: str,
+    beats: bool = False,
+) -> Dialect:
+    """Return the entry of a dialect; `language` is the protocol's name in commands and in words.
+
+    The abilities are those of drives as shipped; the controller refines them.
+    """
+    return Dialect(
+        name=name,
+        title=title,
+        preset=f"minimover5-{name}",
+        baud=BITS_S,
+        raise_dtr=False,
+        quick_stop="The switch of the motors' supply is the quicker stop: the arm sags then.",
+        torque=torque,
+        abilities=Abilities(
+            motors=6,
+            coordinated=True,
+            abort=Abort.RAMP,
+            queued_segments=3,
+            speed_mode_with_watchdog=False,
+            reports_while_moving=True,
+            own_homing=True,
+            resets_on_open=False,
+            check_bytes=True,
+            current=Switching.BOTH,
+            grip_switch=False,
+            pendant=False,
+            jog_burst_s=0.15,
+            planned_burst_s=0.3,
+            traffic=traffic,
+            register_bits=register_bits,
+            ramp_s=0.15,
+            jerk_s=0.05,
+            beats=beats,
+        ),
+        driver=driver,
+        tools=tools,
+        language=Language(*language, tools, silence),
     )

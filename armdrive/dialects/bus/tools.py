@@ -1,9 +1,9 @@
-"""What a dialect can do on a CAN bus without a connected arm: survey its drives and set them up.
+"""A dialect's work on a CAN bus without a connected arm: surveying drives and setting them up.
 
-A dialect fills in one `BusTools`, the registry's row carries it, and whoever surveys a bus or
-commissions drives goes through these rows and names no dialect. What is done on the wire is a
-script (`armdrive.dialects.exchange`), what a person is asked a talk (`armdrive.dialog`): nothing
-here touches a wire or a clock.
+Each dialect fills in one `BusTools`, which its registry entry carries. Code that surveys a bus or
+commissions drives goes through these entries and names no dialect. Work on the wire is a script
+(`armdrive.dialects.exchange`), questions to a person are a talk (`armdrive.dialog`). Nothing here
+touches a wire or a clock.
 """
 
 from __future__ import annotations
@@ -21,27 +21,27 @@ from armdrive.transports.can_health import BusHealth, BusState
 from firmware_protocol.frames import Frame, Unpacker
 
 IDS = tuple(range(1, 17))
-"""Asked where nobody says otherwise."""
+"""The ids that are asked by default."""
 LISTEN_S = 1.0
-"""An arm that is driven is commanded far oftener than that."""
+"""Any program that drives an arm sends commands far more often than this."""
 
 Heard: TypeAlias = Mapping[int, Any]
-"""Who was heard while nothing was asked, and what state each said it is in."""
+"""The nodes that sent something unasked, and the state each reported."""
 
 
-# What is done on the wire, as acts of a talk; and frames as they are, for scripts that read them.
+# Work on the wire as steps of a talk, and raw frames for scripts that read them.
 
 T = TypeVar("T")
 Executor: TypeAlias = Controller | ScriptLoop[Any]
-"""What carries out one request at a time, without wire or clock."""
+"""Carries out one request at a time, without wire or clock."""
 
 
 @dataclass(frozen=True, slots=True)
 class CarryOut:
-    """Have a request of a controller carried out, or a script; ends with its reply.
+    """Carry out a controller's request or a script; the result is its reply.
 
-    With `silent_after_s` nothing is said or heard any more from then on for a while, as if this
-    program had died. Then it is stopped.
+    After `silent_after_s` no frame passes for a while, as if this program had died. Then the
+    request is stopped.
     """
 
     executor: Executor
@@ -51,13 +51,13 @@ class CarryOut:
 
 @dataclass(frozen=True, slots=True)
 class OnWire:
-    """Carry out a script that speaks by the wire which it is handed; ends with what it returns."""
+    """Carry out a script on the wire that it receives; the result is what it returns."""
 
     script: Callable[[Any], Script[Any, Any]]
 
 
 def on_wire(script: Callable[..., Script[Any, T]], *args: object) -> Talk[T]:
-    """Carry out a script on the wire, with these arguments behind the wire; return its result."""
+    """Carry out a script with the wire and these arguments; return its result."""
     result: T = yield OnWire(lambda wire: script(wire, *args))
     return result
 
@@ -66,18 +66,18 @@ FrameWire: TypeAlias = ScriptIO[Frame]
 
 
 def frame_scripts() -> ScriptLoop[Frame]:
-    """Make what carries out scripts that hear frames."""
+    """Return a loop for scripts that receive frames."""
     return ScriptLoop(Received(Unpacker().feed), ScriptIO(lambda _frame: None))
 
 
-# A survey: what passes by itself, and who answers.
+# A survey: the traffic on an undisturbed bus, and the nodes that answer.
 
 
 @dataclass(frozen=True, slots=True)
 class Listened:
-    """The frames that passed while nothing was sent, and those that another program put to drives.
+    """The frames that passed while nothing was sent, and which of them command drives.
 
-    `commands` is empty where nobody else commands drives.
+    `commands` is empty unless another program drives the arm.
     """
 
     passing: tuple[Frame, ...] = ()
@@ -87,16 +87,16 @@ class Listened:
 def listen(
     wire: FrameWire, is_command: Callable[[Frame], bool], seconds: float = LISTEN_S
 ) -> Script[Frame, Listened]:
-    """Hear what passes by itself, whatever is spoken."""
+    """Listen for a while, whatever the protocol."""
     frames = yield from wire.collect(seconds)
     return Listened(frames, tuple(filter(is_command, frames)))
 
 
 @dataclass(frozen=True, slots=True)
 class Answers:
-    """What came of asking in one protocol: who is there, in words and as plain data.
+    """The answers in one protocol: the nodes that are there, in words and as plain data.
 
-    `drives` are those that an arm can have: without devices of another kind.
+    `drives` are the nodes that an arm can use, without devices of other kinds.
     """
 
     protocol: str
@@ -108,12 +108,12 @@ class Answers:
     of_arm: Callable[[Sequence[int]], list[Finding]] = lambda _ids: []
 
 
-# Commissioning: one new drive after the other gets its id and settings, and is turned a little.
+# Commissioning: each new drive gets its id and settings, then turns a little.
 
 
 @dataclass(frozen=True, slots=True)
 class DrivePlace:
-    """One motor of an arm, by its index and its name, and the id that its drive should have."""
+    """One motor of an arm by index and name, and the id that its drive should have."""
 
     motor: int
     name: str
@@ -121,35 +121,35 @@ class DrivePlace:
 
 
 class DriveAtHand(Protocol):
-    """A drive that has come to the bus alone with its id. Whatever writes or turns asks first."""
+    """A drive that is alone with its id. Every method that writes or turns it asks first."""
 
     @property
     def firmware(self) -> str:
-        """Its firmware in its own words; empty where it does not tell."""
+        """The firmware that it reports; empty if it reports none."""
 
     @property
     def keeps_settings(self) -> bool:
-        """Whether a drive that was set up before still is, as far as it tells."""
+        """Whether it still has the settings of an earlier setup, as far as it can report them."""
 
     @property
     def watchdog_s(self) -> float:
-        """When it stops by itself once the bus is silent; 0 where it never does."""
+        """How long a bus is silent before it stops by itself; 0 for never."""
 
     @property
     def by_itself(self) -> ArmConfig:
-        """An arm that is this drive alone, and turns its one motor slowly, one step a count."""
+        """An arm with only this drive, which turns its motor slowly, one step a count."""
 
     def settle(self) -> Talk[int]:
-        """Set it up; return its motor current in mA, 0 where it was left alone."""
+        """Set it up; return its motor current in mA, 0 if that was not changed."""
 
     def calibrate(self) -> Talk[bool]:
-        """Offer to calibrate its encoder; return whether that is calibrated now."""
+        """Offer to calibrate its encoder; return whether it is calibrated now."""
 
     def offer_zero(self) -> Talk[None]:
-        """Offer a new zero where it counts too far from its own."""
+        """Offer a new zero if it counts too far from its own."""
 
     def set_watchdog(self, seconds: float) -> Talk[bool]:
-        """Have it stop by itself when the bus is silent for so long; return whether it will."""
+        """Make it stop by itself on a silent bus; return whether it will."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,10 +157,9 @@ class CommissioningTools:
     """How one dialect's drives are set up, one at a time.
 
     `new_id` is the id of every new drive. `arrive` brings a drive to its id: it takes the arm, the
-    drive, and whether the arm has other drives, and returns None where the person leaves the drive
-    out. `alone` finds out whether one drive, and no more, answers to an id: it takes the wire.
-    `section` gives what the arm file says of drives with these ids, all of which have this current
-    where it is not 0.
+    drive, and whether the arm has other drives, and returns None if the person skips the drive.
+    `alone` takes the wire and finds out whether exactly one drive answers to an id. `section`
+    returns the arm file's section for drives with these ids and this current (0: not stated).
     """
 
     new_id: int
@@ -174,17 +173,19 @@ class CommissioningTools:
 
 @dataclass(frozen=True, slots=True)
 class BusTools:
-    """One protocol of a CAN bus, as a survey goes through it. Asking only ever reads.
+    """One protocol of a CAN bus, as a survey uses it. Asking only ever reads.
 
-    `scripts` makes what carries scripts out over the wire to some ids; `ask` is one, and takes that
-    wire. `most` is the highest id. `harmless` says that asking does nothing to drives of any other
-    protocol, so that it is done first; `leaves_free` is the highest id that can be asked in another
-    protocol where nodes of this one are, None where that may be any. `reads_answer` tells what
-    cannot be another program's command, and `reads_command` what is one (the second value is the id
-    of a master whose heartbeat would be one). `heard` gives who was heard in frames that passed,
-    `bit_rates` the rates that such drives have. `connects` tells that connecting to such an arm
-    sets nothing, so that its settings may be compared unasked; `next` is the command for drives
-    that no arm file has, and `hint` what is said of it to who makes such a file otherwise.
+    `scripts` returns a loop for scripts on the wire to some ids; `ask` is such a script. `most` is
+    the highest id. `harmless` means that asking does nothing to drives of any other protocol, so it
+    comes first. `leaves_free` is the highest id that may be asked in another protocol if nodes of
+    this one are present; None for any.
+
+    `reads_command` recognises another program's command (its second argument is the id of a master
+    whose heartbeat counts as one), `reads_answer` a frame that cannot be one. `heard` returns the
+    nodes that sent some frames. `bit_rates` are those that the drives support. `connects` means
+    that connecting to such an arm sets nothing, so its settings may be compared without asking.
+    `next` is the command for drives that no arm file names; `hint` recommends it to people who
+    write the file another way.
     """
 
     name: str
@@ -204,56 +205,59 @@ class BusTools:
     commissioning: CommissioningTools | None = None
 
 
-# What is said of a bus whatever its drives speak.
+# Findings that do not depend on the protocol.
 #
-# A wrong bit rate, a bus without nodes and an open wire look alike from one end: then all of them
-# are named, with what tells them apart.
+# A wrong bit rate, a bus without nodes and an open wire look alike from one end: such a finding
+# names all of them, and how to tell them apart.
 
 RESISTORS = (
-    "with the supply off measure between CAN H and L: 60 ohm are right, 120 mean that one of the "
-    "two resistors at the ends is missing, open circuit that both are"
+    "with the supply off, measure between CAN H and L: 60 ohm is right, 120 ohm means that one of "
+    "the two resistors at the ends is missing, an open circuit that both are"
 )
-NOBODY = (
-    "see that the drives have their motor supply, that H and L are not swapped, and the bit rate "
+NO_ANSWER_REMEDY = (
+    "check the drives' motor supply, that H and L are not swapped, and the bit rate "
     "(CanRate in the menu of an MKS drive): `armdrive doctor --can --every-rate` tries all four"
 )
 SOME = 2
-"""So many answers may be late on a computer that is busy."""
+"""Up to this many late answers are normal on a busy computer."""
 
 
 def of_lost(missed: int, garbled: int, health: BusHealth) -> list[Finding]:
-    """Say what was lost or broken between questions and answers, and what does that."""
+    """Report lost and broken frames, and what causes them."""
     what = (
-        f"{missed} answers came only after a second question, {garbled} frames could not be "
-        f"read, {health.error_frames} error frames were seen"
+        f"{missed} answers came only after a second question, {garbled} frames were unreadable, "
+        f"{health.error_frames} error frames were seen"
     )
-    wiring = f"a resistor that is missing, a loose plug or a long stub do that: {RESISTORS}"
+    wiring = f"a missing resistor, a loose plug or a long stub causes that: {RESISTORS}"
     if missed > SOME or garbled or health.error_frames:
         return [problem(what, wiring)]
-    return [note(what, f"a busy computer does that too; if it stays, {wiring}")] if missed else []
+    return (
+        [note(what, f"a busy computer causes that too; if it persists, {wiring}")] if missed else []
+    )
 
 
 def of_nobody(asked: Sequence[int], health: BusHealth) -> Finding:
-    """Say why perhaps nobody answered."""
-    what = f"nobody answers of the ids {numbers(asked)}"
+    """Report that no node answered, and the likely reasons."""
+    what = f"no node answers to the ids {numbers(asked)}"
     passive = health.state in (BusState.PASSIVE, BusState.OFF)
     if health.refused or passive:
         return problem(
-            f"{what}, and nobody acknowledges what is sent: no node is there that hears this bit "
-            "rate",
-            NOBODY,
+            f"{what}, and no node acknowledges a frame: none is connected and uses this bit rate",
+            NO_ANSWER_REMEDY,
         )
     if health.error_frames:
-        return problem(f"{what}, and the bus has errors: somebody has another bit rate", NOBODY)
+        return problem(
+            f"{what}, and the bus has errors: a node uses another bit rate", NO_ANSWER_REMEDY
+        )
     return problem(
-        f"{what}, though the adapter took every frame: there is a node without these ids, or none "
-        "at all (the first firmwares of the CANable do not tell)",
-        f"ask more ids with --ids 1-127; {NOBODY}",
+        f"{what}, though the adapter took every frame: there is a node with other ids, or none at "
+        "all (early CANable firmware does not report that)",
+        f"ask for more ids with --ids 1-127; {NO_ANSWER_REMEDY}",
     )
 
 
 def numbers(ids: Sequence[int]) -> str:
-    """Write ids: a run of them as its ends."""
+    """Return ids as text, a run of them as `1 to 16`."""
     numbers = sorted(ids)
     if len(numbers) > 2 and numbers == list(range(numbers[0], numbers[-1] + 1)):
         return f"{numbers[0]} to {numbers[-1]}"

@@ -1,4 +1,4 @@
-"""One frame of a CAN bus in words, whatever its drives speak: for whoever listens."""
+"""One frame of a CAN bus described in words, for any protocol."""
 
 from __future__ import annotations
 
@@ -13,29 +13,29 @@ from firmware_protocol.frames import Frame, Unpacker
 
 
 class FrameKind(Enum):
-    """What a frame is taken for."""
+    """The kinds of frames."""
 
     REQUEST = "request"
     ANSWER = "answer"
-    """Of CANopen also what a node says unasked."""
+    """Including what a CANopen node sends without being asked."""
     UNKNOWN = "unknown"
 
 
 class FrameCheck(Enum):
-    """How its last byte is."""
+    """The result of checking a frame's check byte."""
 
     RIGHT = "right"
     WRONG = "wrong"
     NONE = "none"
-    """The frame is no drive's, too short for one, or of a protocol that has none."""
+    """The frame is not from a drive, too short, or of a protocol without check bytes."""
 
 
 @dataclass(frozen=True, slots=True)
 class FrameSaid:
-    """One frame in words.
+    """One frame described in words.
 
-    `command` is the name of the code or of the service, empty where none has the number. `node` is
-    the drive that it is about, 0 where that is all of them or none.
+    `command` is the name of its code or service, empty if it is unknown. `node` is the drive it
+    concerns, 0 for all or none.
     """
 
     frame: Frame
@@ -64,20 +64,20 @@ class FrameSaid:
         }
 
     def line(self, time_s: float) -> str:
-        """Return it as a line for people."""
+        """Return it as a line of text."""
         arrow = {FrameKind.REQUEST: ">", FrameKind.ANSWER: "<", FrameKind.UNKNOWN: "?"}[self.kind]
         check = "  CHECK BYTE WRONG" if self.check is FrameCheck.WRONG and self.command else ""
         return f"{time_s:9.3f}  {self.frame!s:<21} {arrow} {self.words}{check}"
 
 
 class Ear(Protocol):
-    """Hears frames in their order, and knows what was asked."""
+    """Describes frames one after the other, and remembers the questions among them."""
 
     def hear(self, frame: Frame) -> FrameSaid:
-        """Put a frame into words. Never raises."""
+        """Describe a frame. Never raises."""
 
 
-# Frames of a CAN bus as messages of a recording: cut out of bytes, written, put into words.
+# Frames as messages of a recording.
 
 
 class PackedFrames:
@@ -88,29 +88,30 @@ class PackedFrames:
         self._weigh = weigh
 
     def feed(self, data: bytes) -> list[Message]:
-        """Take bytes; return the frames that are whole."""
+        """Return the complete frames in some bytes."""
         return [self._weigh(frame) for frame in self._unpacker.feed(data)]
 
 
 def shown(data: bytes) -> str:
-    """Write frames as `candump` does."""
+    """Return frames in the notation of `candump`."""
     return " ".join(map(str, Unpacker().feed(data)))
 
 
 def words(data: bytes, read: Callable[[Frame], tuple[str, object]], sentences: Sentences) -> str:
-    """Return what frames mean; those that are told the same, or say it, stand together.
+    """Return what frames mean, grouped by meaning: `1 2 3: the motor is on`.
 
-    `read` gives whom a frame is about, and its message, which is worded by the dialect's own
+    `read` returns the node that a frame concerns and its message, which is worded by the dialect's
     `sentences`. Raises `RemoteProtocolError`.
     """
-    told: dict[str, list[str]] = {}
+    nodes: dict[str, list[str]] = {}
     for frame in Unpacker().feed(data):
-        who, message = read(frame)
-        told.setdefault(wording(message, sentences), []).append(who)
-    if not told:
+        node, message = read(frame)
+        nodes.setdefault(wording(message, sentences), []).append(node)
+    if not nodes:
         raise RemoteProtocolError("no frame")
-    return "; ".join(_said(" ".join(filter(None, who)), words) for words, who in told.items())
+    return "; ".join(addressed(" ".join(filter(None, who)), each) for each, who in nodes.items())
 
 
-def _said(who: str, words: str) -> str:
+def addressed(who: str, words: str) -> str:
+    """Return words with the node that they concern in front, if there is one."""
     return f"{who}: {words}" if who else words

@@ -1,6 +1,6 @@
-"""Finding the CiA 402 drives of an arm, setting them up and comparing that, giving them current.
+"""Find an arm's CiA 402 drives, set them up, compare their settings, and switch their current.
 
-Nothing moves by any of it.
+None of it moves anything.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from armdrive.dialects.cia402.exchange import (
     TRIES,
     Cia402Exchange,
     DriveStates,
-    Hindered,
     ObjectTransfers,
+    Obstructed,
     Results,
     Script,
     SdoResult,
@@ -24,11 +24,11 @@ from armdrive.dialects.cia402.exchange import (
 from armdrive.dialects.cia402.settings import Cia402Settings
 from armdrive.dialects.cia402.wire import (
     FAULTS,
+    BusEvent,
     Cia402Drive,
     DriveGroup,
-    Heard,
     HeartbeatProducer,
-    beside,
+    astray_alert,
     setups,
 )
 from armdrive.dialects.exchange import ScriptIO
@@ -38,33 +38,33 @@ from firmware_protocol import canopen
 from firmware_protocol.canopen import DataType, DriveState, NmtCommand, Place, Write
 
 PROFILE_NUMBER = 402
-CALM_S = 1.0
-"""How long drives may go on that an earlier program left moving. They stop on its last heartbeat,
-which takes `heartbeat_ms` and a quick stop: 0.3 s as delivered."""
-LOOK_S = 0.03
-"""A drive has stopped if it has not turned for so long: three periods of SYNC as delivered."""
-BEAT_LATE = 1.5
-"""A heartbeat of our own number no older than so many of our timeouts is that of another master."""
-PARTINGS = 2
-"""The last order of a program is sent twice: nobody waits for its answer, and it may be lost."""
+EARLIER_MOTION_S = 1.0
+"""How long drives that an earlier program left moving may go on. They stop when they miss its
+heartbeat, after `heartbeat_ms` and a quick stop: 0.3 s by default."""
+STILL_S = 0.03
+"""A drive has stopped if it has not turned for this long: three periods of SYNC by default."""
+RIVAL_TIMEOUTS = 1.5
+"""A heartbeat with our own number, at most this many of our timeouts old, is another master's."""
+FINAL_WRITES = 2
+"""The last order of a program is sent twice, because it may be lost and its answer is not read."""
 
-# What drives are set up to be.
+# The settings that drives get.
 
 SAFETY = (
-    Write(canopen.HEARTBEAT_REACTION, DataType.I16, 3),  # a quick stop where no heartbeat comes
+    Write(canopen.HEARTBEAT_REACTION, DataType.I16, 3),  # quick stop if the heartbeat is missing
     Write(canopen.QUICK_STOP_OPTION, DataType.I16, canopen.QuickStopOption.QUICK_RAMP_AND_STAY),
 )
-"""What has to be as it was written, or nothing may be switched on."""
+"""These must read back as written, or nothing is switched on."""
 BRAKE = Write(canopen.FAULT_REACTION_OPTION, DataType.I16, 2)
-"""Has a drive in fault brake before it lets its motor go."""
+"""Makes a drive in fault brake before it lets its motor go."""
 MILLISECONDS = -3
 _PROFILE_OBJECTS = 0x6000
 
 
-def needed(node: int, quick_slope: float, cycle_ms: int | None) -> tuple[Write, ...]:
-    """Return what no drive can do without. `quick_slope` is in increments a second squared.
+def required_settings(node: int, quick_slope: float, cycle_ms: int | None) -> tuple[Write, ...]:
+    """Return the settings that every drive needs. `quick_slope` is in increments/s².
 
-    `cycle_ms` is None where no cyclic mode is used.
+    `cycle_ms` is None if no cyclic mode is used.
     """
     received, transmitted = setups(node)
     cyclic = (
@@ -80,8 +80,8 @@ def needed(node: int, quick_slope: float, cycle_ms: int | None) -> tuple[Write, 
     )
 
 
-def wished(settings: Cia402Settings, node: int) -> tuple[Write, ...]:
-    """Return what a drive is better with: some do not have all of it."""
+def optional_settings(settings: Cia402Settings, node: int) -> tuple[Write, ...]:
+    """Return settings that improve a drive, but that some drives lack."""
     return (
         BRAKE,
         Write(canopen.FOLLOWING_ERROR_WINDOW, DataType.U32, settings.following_window),
@@ -95,8 +95,8 @@ def wished(settings: Cia402Settings, node: int) -> tuple[Write, ...]:
     )
 
 
-def watch(settings: Cia402Settings, *, on: bool) -> Write:
-    """Return what has a drive mind this program's heartbeat, or nobody's."""
+def heartbeat_watch(settings: Cia402Settings, *, on: bool) -> Write:
+    """Return the setting that makes a drive watch this program's heartbeat, or none."""
     wanted = canopen.HeartbeatWatch(settings.master_id, settings.heartbeat_ms * on)
     return Write(canopen.CONSUMER_HEARTBEAT, DataType.U32, wanted.value if on else 0)
 
@@ -104,17 +104,17 @@ def watch(settings: Cia402Settings, *, on: bool) -> Write:
 def _remedy(place: Place) -> str:
     if place in (canopen.PERIOD, canopen.PERIOD_POWER):
         return '. With strategy = "profile" it is not needed'
-    return ". Nothing is driven without it: newer firmware of the drive may have it"
+    return ". It is required; newer firmware of the drive may have it"
 
 
 @dataclass(slots=True, eq=False)
 class Cia402Contact:
-    """Finds every drive, sets it up and has it tell where it is; has it hold or not; leaves faults.
+    """Finds every drive, sets it up, reads its position, switches its current and clears faults.
 
-    A quick stop is by `quick_slope`.
+    `quick_slope` is the deceleration of a quick stop.
     """
 
-    io: ScriptIO[Heard]
+    io: ScriptIO[BusEvent]
     exchange: Cia402Exchange
     transfers: ObjectTransfers
     group: DriveGroup
@@ -123,15 +123,15 @@ class Cia402Contact:
     settings: Cia402Settings
     quick_slope: float
 
-    def make(self) -> Script[None]:
-        """Make contact with every drive; raises `Hindered` where that fails."""
+    def connect(self) -> Script[None]:
+        """Make contact with every drive. Raises `Obstructed` if that fails."""
         self.group.shared.clear()
         yield from self._recognise()
-        yield from self._calm_down()
+        yield from self._end_earlier_motion()
         if self.group.shared:
-            raise Hindered(self.group.shared_words)
-        yield from self._set_up()
-        yield from self._set_wishes()
+            raise Obstructed(self.group.shared_words)
+        yield from self._write_required()
+        yield from self._write_optional()
         yield from self.transfers.verify(SAFETY, "with which it would stop and hold")
         yield from self._start()
         for drive in self.group.drives:
@@ -140,7 +140,7 @@ class Cia402Contact:
         self.group.contacted = self.group.configured = True
 
     def _recognise(self) -> Script[None]:
-        """Ask every drive what it is."""
+        """Identify every drive."""
         self.io.said = "SDO 1000"
         results = yield from self._find(
             canopen.SERIAL_NUMBER,
@@ -148,33 +148,36 @@ class Cia402Contact:
             canopen.SUPPORTED_MODES,
             canopen.PRODUCER_HEARTBEAT_MS,
         )
-        if self.group.rival_s > self.io.now_s - BEAT_LATE * self.settings.heartbeat_ms / 1000.0:
-            raise Hindered(
-                f"another program beats as node {self.settings.master_id} on this bus and may "
-                "command these drives: end it first"
+        if (
+            self.group.rival_s
+            > self.io.now_s - RIVAL_TIMEOUTS * self.settings.heartbeat_ms / 1000.0
+        ):
+            raise Obstructed(
+                f"another program sends heartbeats as node {self.settings.master_id} on this bus "
+                "and may command these drives: end it first"
             )
         for result in results.values():
             if canopen.DEVICE_TYPE in result.refused:
-                remedy = ". So it is no CANopen device: check the ids of the arm file"
-                raise Hindered(result.refused[canopen.DEVICE_TYPE] + remedy)
+                remedy = ". So it is not a CANopen device: check the ids of the arm file"
+                raise Obstructed(result.refused[canopen.DEVICE_TYPE] + remedy)
             profile = result.values.get(canopen.DEVICE_TYPE, 0) & 0xFFFF
             if profile != PROFILE_NUMBER:
-                raise Hindered(
-                    f"{result.drive} says that it is a device of profile {profile}, not a drive of "
-                    f"CiA {PROFILE_NUMBER}: check the ids of the arm file (`armdrive doctor --can`)"
+                raise Obstructed(
+                    f"{result.drive} reports device profile {profile}, not a drive of CiA "
+                    f"{PROFILE_NUMBER}: check the ids of the arm file (`armdrive doctor --can`)"
                 )
             beat_ms = self.settings.drive_beat_ms
-            told_ms = result.values.get(canopen.PRODUCER_HEARTBEAT_MS, beat_ms)
-            if self.group.configured and told_ms != beat_ms:
-                result.drive.booted = True  # it has forgotten what it was told
-        told = [result.values.get(canopen.SUPPORTED_MODES) for result in results.values()]
-        modes = [canopen.supported_modes(word & 0xFFFF_FFFF) for word in told if word is not None]
-        self.group.choose(frozenset.intersection(*modes) if modes else frozenset())
+            found_ms = result.values.get(canopen.PRODUCER_HEARTBEAT_MS, beat_ms)
+            if self.group.configured and found_ms != beat_ms:
+                result.drive.booted = True  # it has lost its settings
+        words = [result.values.get(canopen.SUPPORTED_MODES) for result in results.values()]
+        modes = [canopen.supported_modes(word & 0xFFFF_FFFF) for word in words if word is not None]
+        self.group.choose_mode(frozenset.intersection(*modes) if modes else frozenset())
 
     def _find(self, *places: Place) -> Script[Results]:
-        """Ask every drive; wake those that somebody has stopped, and ask once more.
+        """Read objects of every drive; wake drives that were stopped, and ask again.
 
-        A node that is stopped does not answer, and says no more than its heartbeat.
+        A stopped node does not answer, and sends nothing but its heartbeat.
         """
         jobs = self.transfers.of_each(*places)
         results = yield from self.transfers.transfer(jobs)
@@ -191,59 +194,60 @@ class Cia402Contact:
         reply = self.exchange.absence(mute)
         if isinstance(reply, RequestRejected) and self.group.shared:  # it may be one of the two
             reply = replace(reply, reason=f"{reply.reason}. And {self.group.shared_words}")
-        raise Hindered(reply)
+        raise Obstructed(reply)
 
-    def _calm_down(self) -> Script[None]:
-        """Wait for the end of what an earlier program left in motion, then end it.
+    def _end_earlier_motion(self) -> Script[None]:
+        """Wait for the end of a motion that an earlier program left running, then stop it.
 
-        One look shows no motion. A drive is refused only if it goes on turning after it was told to
-        stop.
+        A single reading shows no motion. A drive is refused only if it keeps turning after a stop.
         """
-        listened = self.exchange.listened
-        began_s, told_s = listened.s, math.inf
+        listened = self.io.listened
+        began_s, stopped_s = listened.s, math.inf
         both = self.transfers.of_each(canopen.POSITION, canopen.STATUSWORD)
         before = yield from self.transfers.obtain(both)
         while True:
-            yield from self.exchange.wait(self.io.now_s + LOOK_S)
+            yield from self.exchange.wait(self.io.now_s + STILL_S)
             results = yield from self.transfers.obtain(both)
             turning = [node for node in results if _turns(results[node], before[node])]
             if not turning:
                 return
-            if listened.s > told_s + CALM_S:
+            if listened.s > stopped_s + EARLIER_MOTION_S:
                 drive = self.group.by_node[turning[0]]
-                raise Hindered(f"{drive} turns, and does not come to rest")
-            if listened.s > began_s + CALM_S and math.isinf(told_s):
+                raise Obstructed(f"{drive} turns, and did not come to rest after a stop")
+            if listened.s > began_s + EARLIER_MOTION_S and math.isinf(stopped_s):
                 stop = (Write(canopen.CONTROLWORD, DataType.U16, STOP.value),)
                 yield from self.transfers.transfer(dict.fromkeys(turning, stop))
-                told_s = listened.s
+                stopped_s = listened.s
             before = results
 
-    def _set_up(self) -> Script[None]:
-        """Write what the drives are to be like; they do not take part in PDOs meanwhile."""
+    def _write_required(self) -> Script[None]:
+        """Write the settings that every drive needs, while it takes no part in PDOs."""
         self.io.said = "SDO set-up"
         cyclic = self.group.resting_mode is canopen.OperationMode.CYCLIC_POSITION
         cycle_ms = round(self.exchange.cycle_s * 1000.0) if cyclic else None
-        jobs = {node: needed(node, self.quick_slope, cycle_ms) for node in self.group.by_node}
-        for _ in range(TRIES):  # the order to be pre-operational may have been lost
+        jobs = {
+            node: required_settings(node, self.quick_slope, cycle_ms) for node in self.group.by_node
+        }
+        for _ in range(TRIES):  # the order PRE_OPERATIONAL may have been lost
             self.exchange.order(NmtCommand.PRE_OPERATIONAL, self.group.drives)
             results = yield from self.transfers.obtain(jobs)
             refused = [each for result in results.values() for each in result.refused.items()]
             if not refused:
                 return
         for place, words in refused:
-            raise Hindered(words + _remedy(place))
+            raise Obstructed(words + _remedy(place))
 
-    def _set_wishes(self) -> Script[None]:
-        """Write what the drives are better with; what one does not have is told once."""
-        wishes = {node: wished(self.settings, node) for node in self.group.by_node}
-        results = yield from self.transfers.obtain(wishes, lenient=True)
+    def _write_optional(self) -> Script[None]:
+        """Write the optional settings; warn once of those that a drive lacks."""
+        jobs = {node: optional_settings(self.settings, node) for node in self.group.by_node}
+        results = yield from self.transfers.obtain(jobs, lenient=True)
         for result in results.values():
             for place, words in result.refused.items():
                 if place.index >= _PROFILE_OBJECTS and not self.group.configured:
                     self.io.tell(ProtocolWarning(words))
 
     def _start(self) -> Script[None]:
-        """Let the drives take part in PDOs, and have each tell where it is."""
+        """Let the drives take part in PDOs, and read every position."""
         missing = self.group.drives
         for _ in range(TRIES):
             self.exchange.order(NmtCommand.START, missing)
@@ -252,23 +256,25 @@ class Cia402Contact:
             if not missing:
                 return
         if len(missing) == len(self.group.drives):
-            raise Hindered(self.exchange.silence())
-        raise Hindered(
-            f"{missing[0]} answers, but sends no PDO upon SYNC: something else may have set it up"
+            raise Obstructed(self.exchange.silence())
+        raise Obstructed(
+            f"{missing[0]} answers, but sends no PDO upon SYNC: another program may have set it up"
         )
 
-    # -- current, and faults; drives that hold mind this program's heartbeat -----------------------
+    # -- current and faults -------------------------------------------------------------------
+    #
+    # Drives that hold also watch this program's heartbeat.
 
     def read(self) -> Script[Reply]:
-        """Read every position; a drive that holds, and is not where it should be, is told of."""
+        """Read every position, and report a drive that has moved although it should hold."""
         yield from self.exchange.look()
         for drive in self.group.astray if self.group.on else ():
-            self.io.tell(beside(drive))
+            self.io.tell(astray_alert(drive))
             drive.rest()
         return self.group.registers()
 
     def switch_on(self) -> Script[Reply]:
-        """Have every drive hold its motor where it is, and mind this program's heartbeat."""
+        """Make every drive hold its motor where it is and watch this program's heartbeat."""
         self.group.on = False
         yield from self.exchange.look()
         for drive in self.group.drives:
@@ -278,63 +284,67 @@ class Cia402Contact:
         yield from self._watch(on=True)
         for drive in (yield from self.states.bring(self.group.drives, DriveState.ENABLED)):
             yield from self._refuse(drive)
-        yield from self._take_places()
+        yield from self._adopt_positions()
         self.group.on = True
         return Done()
 
     def _refuse(self, drive: Cia402Drive) -> Script[NoReturn]:
-        """Say why a drive is not switched on."""
+        """Raise `Obstructed` with the reason why a drive is not switched on."""
         yield from self.transfers.explain(drive)
         if drive.state in FAULTS:
-            raise Hindered(f"{drive.fault_words}; `reset()` clears that")
+            raise Obstructed(f"{drive.fault_words}; `reset()` clears that")
         state = "in no state" if drive.word is None else f"at {drive.word}"
-        raise Hindered(
+        raise Obstructed(
             f"{drive} does not switch its motor on, it stays {state}: check the motors' supply "
             "and the drive's own enable input"
         )
 
     def switch_off(self) -> Script[Reply]:
-        """Have every drive let its motor go."""
+        """Switch every drive's motor off."""
         self.group.on = False
         reply: Reply = Done()
         try:
             yield from self._watch(on=False)
-        except Hindered as hindered:
-            reply = hindered.reply
+        except Obstructed as obstructed:
+            reply = obstructed.reply
         left = yield from self.states.bring(self.group.drives, DriveState.DISABLED)
         off = [drive for drive in left if drive.state not in FAULTS]
         if any(drive.missed > 1 for drive in off):
-            raise Hindered(self.exchange.absence(off))
+            raise Obstructed(self.exchange.absence(off))
         for drive in off:
-            raise Hindered(RequestRejected(f"{drive} does not switch its motor off"))
+            raise Obstructed(RequestRejected(f"{drive} does not switch its motor off"))
         self.beats.end()
         return reply
 
     def clear(self) -> Script[Reply]:
-        """Reset faults and leave quick stops: drives hold, or not, as they did. Moves nothing."""
+        """Reset faults and leave quick stops. Currents stay as they are, and nothing moves."""
         yield from self.exchange.look()
         for drive in self.group.drives:
-            self.group.report(drive)  # what nobody knows yet, as that a motor has no current
+            self.group.report(drive)  # faults that were not reported yet
         faulty = [drive for drive in self.group.drives if drive.state in FAULTS]
         for drive in (yield from self.states.reset_faults(faulty)):
             yield from self.transfers.explain(drive)
-            words = f"{drive.fault_words}, and does not leave it: mend that, then call `reset()`"
-            raise Hindered(words)
-        yield from self.states.take_back(self.group.drives)
-        yield from self._take_places()
+            words = (
+                f"{drive.fault_words}, and does not leave it: clear the cause, then call `reset()`"
+            )
+            raise Obstructed(words)
+        yield from self.states.leave_quick_stop(self.group.drives)
+        yield from self._adopt_positions()
         held = all(drive.state is DriveState.ENABLED for drive in self.group.drives)
         self.group.on = self.beats.on and held
         return Done()
 
     def farewell(self) -> bytes:
-        """Have drives that stand mind the heartbeat no more: they hold, and none of them alarms."""
+        """Return frames that end the heartbeat watch: the drives then hold without an alarm."""
         if not self.beats.on:
             return b""
         self.beats.end()
-        return self.transfers.parting(watch(self.settings, on=False), PARTINGS)
+        return self.transfers.unanswered_writes(
+            heartbeat_watch(self.settings, on=False), FINAL_WRITES
+        )
 
-    def _take_places(self) -> Script[None]:
-        """Take every drive for being held where it is, and for sound."""
+    def _adopt_positions(self) -> Script[None]:
+        """Adopt every drive's position as its target, and forget its past faults."""
         yield from self.exchange.look()
         for drive in self.group.astray:
             drive.rest()
@@ -342,21 +352,21 @@ class Cia402Contact:
             drive.recover()
 
     def _watch(self, *, on: bool) -> Script[None]:
-        """Have the drives mind this program's heartbeat, or no more; see that they do."""
-        write = watch(self.settings, on=on)
+        """Make the drives watch this program's heartbeat, or not, and verify that."""
+        write = heartbeat_watch(self.settings, on=on)
         self.io.said = "SDO 1016"
         yield from self.transfers.carry_out(self.transfers.of_each(write), _remedy)
         yield from self.transfers.verify((write,), "without which it would not stop")
 
 
 def _turns(now: SdoResult, before: SdoResult) -> bool:
-    """Tell whether a drive holds its motor and turns; an arm may sag, that is seen later."""
+    """Return whether a drive holds its motor and turns; a sagging arm is found later."""
     state = canopen.Statusword(now.values.get(canopen.STATUSWORD, 0) & 0xFFFF).state
     way = now.values.get(canopen.POSITION, 0) - before.values.get(canopen.POSITION, 0)
     return state is not None and state.holds and abs(way) > now.drive.tremble
 
 
-# How drives are set up, compared with the arm file; and the lines that mend it.
+# Comparing the drives' settings with the arm file, and correcting them line by line.
 #
 # A line is a drive's node number, an object, its type and its value: `3: 608F:01 u32 10000`.
 
@@ -365,11 +375,11 @@ _LINE = re.compile(
 )
 _COMMUNICATION = range(0x1000, 0x2000)
 _MOVING = (0x6040, 0x6060, 0x607A)
-"""What would move a motor, or let it go."""
+"""Objects that would move a motor, or let it go."""
 
 
 def wanted(settings: Cia402Settings) -> tuple[tuple[Write, str, bool], ...]:
-    """Return the objects as they have to be, their names, and whether all motion needs them."""
+    """Return the required objects, their names, and whether every motion needs them."""
     u8, u32, turns = DataType.U8, DataType.U32, settings.encoder_increments
     rows = (
         (Write(Place(0x607E), u8, 0), "polarity", True),
@@ -394,7 +404,7 @@ def wanted(settings: Cia402Settings) -> tuple[tuple[Write, str, bool], ...]:
 
 
 def compare(transfers: ObjectTransfers, settings: Cia402Settings) -> Script[Reply]:
-    """Read what the arm depends on; what a drive does not have is not compared."""
+    """Compare the objects that the arm depends on, as far as a drive has them."""
     rows = wanted(settings)
     places = (write.place for write, _, _ in rows)
     results = yield from transfers.obtain(transfers.of_each(*places))
@@ -430,18 +440,18 @@ def mending_line(node: int, write: Write) -> str:
 
 
 def parsed_line(line: str) -> tuple[int, Write]:
-    """Read a mending line. Raises `Refused` for one that sets nothing, or would move a motor."""
+    """Parse such a line. Raises `Refused` if it writes no setting, or could move a motor."""
     found = _LINE.fullmatch(line)
     if found is None:
-        raise Refused(f"`{line}` is no setting of a drive: write one as `3: 608F:01 u32 10000`")
+        raise Refused(f"`{line}` is not a drive setting: write one like `3: 608F:01 u32 10000`")
     place = Place(int(found[2], 16), int(found[3], 16))
     if place.index in _COMMUNICATION or place.index in _MOVING:
-        raise Refused(f"`{line}` sets nothing that can be mended so")
+        raise Refused(f"`{line}` writes nothing that may be changed this way")
     kind = DataType[f"{found[4].upper()}{found[5]}"]
     entry = canopen.STANDARD.find(place)
     try:
         write = Write(place, entry.type if entry is not None else kind, int(found[6]))
         write.data  # noqa: B018 - raises where the value does not fit
     except ValueError as error:
-        raise Refused(f"`{line}` is no setting of a drive: {error}") from None
+        raise Refused(f"`{line}` is not a drive setting: {error}") from None
     return int(found[1]), write

@@ -1,91 +1,97 @@
-"""How CiA 402 drives are led through a motion: whether it can begin, what ends it, how they stop.
+"""Lead CiA 402 drives through a motion: whether it can begin, what ends it, how the drives stop.
 
-What follows on what is the table of `bus/group.py`. Here are the stages that all motions share, and
-what is done between them; `motion.py` has a stage of their own for each kind.
+The table of phases is in `bus/group.py`. Here are the stages that all motions share and the actions
+between them. Each kind of motion adds one stage of its own (`motion.py`).
 
-A stop is every drive's own quick stop; when all stand they are taken back from there, and hold.
+A stop is the quick stop of every drive. When all stand, they leave it again and hold.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from armdrive.dialects.bus.group import Act, Phase, Signal, Stages, lead
-from armdrive.dialects.bus.observer import Finding
+from armdrive.dialects.bus.group import Act, Phase, Signal, Stages, run_phases
+from armdrive.dialects.bus.observer import DriveFinding
+from armdrive.dialects.bus.stages import Braking
 from armdrive.dialects.cia402.exchange import (
     ENABLE,
     STOP,
     Cia402Exchange,
     DriveStates,
-    Hindered,
     ObjectTransfers,
+    Obstructed,
     Script,
 )
 from armdrive.dialects.cia402.settings import Cia402Settings
-from armdrive.dialects.cia402.wire import Cia402Drive, DriveGroup, Heard, HeartbeatProducer, beside
+from armdrive.dialects.cia402.wire import (
+    BusEvent,
+    Cia402Drive,
+    DriveGroup,
+    HeartbeatProducer,
+    astray_alert,
+)
 from armdrive.dialects.exchange import ScriptIO
 from armdrive.tasks import Alert, AlertKind, Done, Halted, Reply, RequestRejected, Timeout
 from firmware_protocol.canopen import STATUSWORD, DriveState, OperationMode, Statusword
 
-UNHEARD_TURNS = 5
-"""If no drive has told anything for so many turns, none may hear its targets either. A busy
-computer is late by fewer: SYNC every 10 ms came 58 ms late at worst (docs/measured-can.md)."""
+SILENT_CYCLES = 5
+"""If no drive has replied for this many cycles, none may receive its targets either. A busy
+computer is late by less: SYNC every 10 ms came 58 ms late at worst (docs/measured-can.md)."""
 FRESH_S = 0.3
-"""A position of a standing drive that is no older than this need not be asked for again."""
+"""The position of a standing drive need not be read again if it is no older than this."""
 SETTLE_S = 0.6
 """How long a drive may take to its last target. Its following error is gone within
-`following_ms`, 50 ms as delivered; the rest is for drives that settle slowly (a guess)."""
+`following_ms`, 50 ms by default; the rest is for drives that settle slowly (a guess)."""
 EXACT_REACH = 1
 """A drive this close to its target, in increments, has received that target."""
-REST_TURNS, EXACT = 8, 4
-"""A drive has arrived after so many readings near its target. It may have missed its last target,
+REST_CYCLES, EXACT = 8, 4
+"""A drive has arrived after this many readings near its target. It may have missed its last target,
 but not eight repeats of it. A reading within `EXACT_REACH` counts for four."""
-STAND_TURNS = 3
-"""A drive has stopped when it has not turned for so many turns: with one, a lost or late answer
+STAND_CYCLES = 3
+"""A drive has stopped when it has not turned for this many cycles: with one, a lost or late answer
 would look like a stand-still."""
 BRAKING_S = 1.0
-"""How much longer than twice its ramp a drive may take to stop: lost orders are repeated for so
-long before it is reported (a guess)."""
-TO_BE_STOPPED = (None, DriveState.ENABLED, DriveState.QUICK_STOP)
-"""One that has stopped by itself, too: what it was told before, and waits for a SYNC, is void."""
+"""How much longer than twice its ramp a drive may take to stop: lost orders are repeated for that
+time before it is reported (a guess)."""
+NEEDS_STOP = (None, DriveState.ENABLED, DriveState.QUICK_STOP)
+"""States that need the stop, including its own: it cancels an order that waits for a SYNC."""
 
 
 @dataclass(slots=True, eq=False)
-class Turns:
-    """A stage that goes on turn by turn.
+class CycleStage:
+    """A stage that advances one SYNC cycle at a time.
 
-    At the beginning of a turn `say` tells the drives something, and returns until when the turn
-    lasts; at its end `judge` returns what has become of the stage. `mode` is that of the motion;
-    None where drives are in several.
+    `send` begins a cycle with commands to the drives and returns when it ends; `judge` then returns
+    what has changed. `mode` is the mode of the motion, None if the drives are in several.
     """
 
     lead: MotionLead
     mode: OperationMode | None
-    say: Callable[[], float]
+    send: Callable[[], float]
     judge: Callable[[], Signal | None]
 
-    def speak(self, now_s: float) -> float:
-        """Begin the next turn where one is over."""
+    def step(self, now_s: float) -> float:
+        """Begin the next cycle when one has ended."""
         lead = self.lead
-        return lead.turn(self.say()) if now_s >= lead.due_s else lead.due_s
+        return lead.begin_cycle(self.send()) if now_s >= lead.due_s else lead.due_s
 
     def signal(self, now_s: float) -> Signal | None:  # noqa: ARG002
-        """Return what has become of it."""
+        """Return what has changed."""
         signal = self.lead.signal(self.mode)
-        return self.judge() if signal is None and self.lead.turn_is_over else signal
+        return self.judge() if signal is None and self.lead.cycle_is_over else signal
 
 
 @dataclass(slots=True, eq=False)
 class MotionLead:
-    """Leads the drives of one arm through one motion after the other, turn by turn.
+    """Leads the drives of one arm through one motion after the other, cycle by cycle.
 
-    What ends a motion is its `trouble`, with the `culprit` that is asked why; or drives that are
-    `missing`; or what is `refused` of it.
+    A motion ends early because of `trouble` (its `culprit` is asked why), because drives are
+    `missing`, or because it is `refused`.
     """
 
-    io: ScriptIO[Heard]
+    io: ScriptIO[BusEvent]
     exchange: Cia402Exchange
     transfers: ObjectTransfers
     group: DriveGroup
@@ -93,27 +99,27 @@ class MotionLead:
     beats: HeartbeatProducer
     settings: Cia402Settings
     due_s: float = math.inf
-    """When the present turn is over."""
+    """When the present cycle ends."""
     trouble: Alert | None = None
     culprit: Cia402Drive | None = None
     missing: tuple[Cia402Drive, ...] = ()
     refused: str = ""
     reply: Reply = field(default_factory=Done)
-    turned: bool = False
-    """Whether a turn was begun that has not been judged."""
+    cycling: bool = False
+    """Whether a cycle has begun that has not been judged."""
 
     def prepare(self, mode: OperationMode) -> Script[None]:
-        """See to it that a motion can begin; raises `Hindered` where it cannot."""
+        """Prepare a motion. Raises `Obstructed` if it cannot begin."""
         group = self.group
         if not group.on:
-            raise Hindered("its motors are disabled: call `enable()`")
+            raise Obstructed("its motors are disabled: call `enable()`")
         if any(drive.shaft.read_s < self.io.now_s - FRESH_S for drive in group.drives):
             yield from self.exchange.look()
         for drive in group.drives:
             if (alert := group.trouble(drive)) is not None:
                 group.report(drive)
-                raise Hindered(alert.text)
-        yield from self.states.take_back(group.drives)
+                raise Obstructed(alert.text)
+        yield from self.states.leave_quick_stop(group.drives)
         for drive in group.astray:
             drive.rest()
         yield from self.states.take_mode(group.drives, mode)
@@ -123,63 +129,72 @@ class MotionLead:
     def carry_out(
         self,
         phase: Phase,
-        say: Callable[[], float],
+        send: Callable[[], float],
         judge: Callable[[], Signal | None],
         mode: OperationMode | None,
-        turns: int = 0,
+        rest_cycles: int = 0,
     ) -> Script[Reply]:
-        """Lead the drives through a motion whose own stage says and judges something (`Turns`).
+        """Lead the drives through a motion, given the two halves of its own stage.
 
-        It ends when all stand in their places for so many turns.
+        It ends when all drives have stood at their targets for `rest_cycles` readings.
         """
         self.trouble, self.culprit, self.missing, self.refused = None, None, (), ""
         self.reply = Done()
         self.interrupt()
-        moving, braking = Turns(self, mode, say, judge), Braking(self)
-        arriving = Arriving(self, mode or self.group.resting_mode, turns)
-        there = Turns(self, mode, arriving.say, arriving.judge)
+        moving = CycleStage(self, mode, send, judge)
+        arriving = Arriving(self, mode or self.group.resting_mode, rest_cycles)
+        resting = CycleStage(self, mode, arriving.send, arriving.judge)
+        brakes = Cia402Brakes(self)
+        patience_s = 2.0 * self.settings.quick_stop_s + BRAKING_S
+        braking = Braking(brakes, (), self.io.listened, 0.0)
+
+        def brake() -> None:
+            """Stop the drives; the stage of stopping sends the quick stop."""
+            nonlocal braking
+            brakes.begin()
+            braking = Braking(brakes, self.group.drives, self.io.listened, patience_s)
+
         stages: Stages = {
             phase: lambda: moving,
-            Phase.RETURNING: lambda: Returning(self, self.cycle_ends_s),
-            Phase.ARRIVING: lambda: there,
-            Phase.STOPPING: braking.begin,
+            Phase.RECOVERING: lambda: Recovering(self, self.cycle_ends_s),
+            Phase.ARRIVING: lambda: resting,
+            Phase.STOPPING: lambda: braking,
         }
         acts = {
-            # the stage of stopping says the stop
-            **dict.fromkeys((Act.STOP, Act.STOP_DEAD, Act.EXPLAIN), lambda: None),
-            Act.TAKE_UP: self._ask_states,
+            **dict.fromkeys((Act.STOP, Act.STOP_HARD, Act.EXPLAIN), brake),
+            Act.RESUME: self._ask_states,
             Act.HOLD: lambda: self._hold(braking),
         }
-        yield from lead(self.io, phase, stages, acts)
+        yield from run_phases(self.io, phase, stages, acts)
         return self.reply
 
-    # -- turns --------------------------------------------------------------------------------
+    # -- cycles -------------------------------------------------------------------------------
 
-    def turn(self, until_s: float) -> float:
-        """Have the drives do what they were told; return when the turn is over."""
+    def begin_cycle(self, until_s: float) -> float:
+        """Make the drives act on their commands; return when the cycle ends."""
         self.exchange.sync()
-        self.due_s, self.turned = until_s, True
+        self.due_s, self.cycling = until_s, True
         return until_s
 
     @property
     def cycle_ends_s(self) -> float:
-        """When a turn is over that begins now."""
+        """When a cycle ends that begins now."""
         return self.io.now_s + self.exchange.cycle_s
 
     @property
-    def turn_is_over(self) -> bool:
-        """Whether a turn has ended that is to be judged."""
-        return self.turned and self.io.now_s >= self.due_s
+    def cycle_is_over(self) -> bool:
+        """Whether a cycle has ended that has not been judged."""
+        return self.cycling and self.io.now_s >= self.due_s
 
     def interrupt(self) -> None:
-        """End the present turn, and judge nothing by it."""
-        self.due_s, self.turned = self.io.now_s, False
+        """End the present cycle without judging it."""
+        self.due_s, self.cycling = self.io.now_s, False
 
     def signal(self, mode: OperationMode | None) -> Signal | None:
-        """Return what ends the phase that a motion is in, as far as all motions share that.
+        """Return what ends the present phase, as far as all motions share that.
 
-        Drives that are not in its mode end a motion. None where they are in several, and search for
-        their switches: then nobody knows where they should be.
+        Drives that are not in the motion's mode end it. `mode` is None while drives search for
+        their switches: then their positions are not known either.
         """
         if self.io.stop_asked:
             return Signal.STOP
@@ -188,14 +203,14 @@ class MotionLead:
                 return self.blame(alert, drive)
         if self.missing:
             return Signal.TROUBLE
-        if not self.turn_is_over:
+        if not self.cycle_is_over:
             return None
         if mode is not None:
             if self._may_have_stopped:
                 return Signal.BACK
             for drive in self.group.drives:
                 if drive.missed <= 1 and drive.mode != mode:
-                    words = f"{drive} was brought to mode {drive.mode} by somebody else"
+                    words = f"another program has brought {drive} to mode {drive.mode}"
                     return self.blame(Alert(AlertKind.ASTRAY, words))
                 if (alert := _departed(drive)) is not None:
                     return self.blame(alert)
@@ -203,30 +218,30 @@ class MotionLead:
         return Signal.TROUBLE if self.missing else None
 
     def blame(self, alert: Alert, culprit: Cia402Drive | None = None) -> Signal:
-        """Take note of what is wrong, and of a drive that is asked why."""
+        """Record what is wrong, and the drive to ask why."""
         self.trouble, self.culprit = alert, culprit
         return Signal.TROUBLE
 
     @property
     def _may_have_stopped(self) -> bool:
-        """Whether drives may have missed this program's heartbeat, and stopped by themselves.
+        """Whether drives may have missed this program's heartbeat and stopped by themselves.
 
-        Whatever they are told then, they take for an order to go on from there: with a leap to
-        where the others, or the targets, are by now.
+        Such a drive would take its next target as an order to continue, and jump to where the
+        others, or the targets, are by now.
         """
         now_s, drives = self.io.now_s, self.group.drives
         most_s = (self.settings.heartbeat_ms - self.settings.beat_ms / 2.0) / 1000.0
-        if now_s - self.beats.said_s >= most_s:
+        if now_s - self.beats.sent_s >= most_s:
             return True
-        since_s = now_s - most_s + self.beats.period_s  # the last beat may be as old as that
-        return all(drive.missed > UNHEARD_TURNS for drive in drives) or any(
+        since_s = now_s - most_s + self.beats.period_s  # the last heartbeat may be that old
+        return all(drive.missed > SILENT_CYCLES for drive in drives) or any(
             drive.shaft.read_s <= since_s for drive in drives
         )
 
-    # -- between phases -----------------------------------------------------------------------
+    # -- actions ------------------------------------------------------------------------------
 
     def _ask_states(self) -> Script[None]:
-        """Ask each drive what it is, before a SYNC is said on which it may act."""
+        """Read every drive's state before any SYNC on which it may act."""
         jobs = self.transfers.of_each(STATUSWORD)
         results = (yield from self.transfers.transfer(jobs, tries=2)).values()
         for result in results:
@@ -235,13 +250,13 @@ class MotionLead:
         self.missing = tuple(each.drive for each in results if STATUSWORD not in each.values)
         self.interrupt()
 
-    def _hold(self, braking: Braking) -> Script[None]:
-        """Have each drive hold where it stands; say why the motion ended."""
+    def _hold(self, braking: Braking[Cia402Drive]) -> Script[None]:
+        """Make each drive hold where it stands, and reply why the motion ended."""
         unstopped: Reply | None = None
         try:
-            yield from self.states.take_back(braking.stopped)
-        except Hindered as hindered:
-            unstopped = hindered.reply
+            yield from self.states.leave_quick_stop(braking.standing)
+        except Obstructed as obstructed:
+            unstopped = obstructed.reply
         for drive in self.group.drives:
             drive.rest()
         unstopped = braking.unstopped() or unstopped
@@ -254,7 +269,7 @@ class MotionLead:
             self.reply = RequestRejected(self.refused)
 
     def _explain(self, alert: Alert) -> Script[None]:
-        """Find out what is wrong with a drive, and tell it."""
+        """Find out what is wrong with a drive, and report it."""
         drive = self.culprit
         if drive is not None and not drive.booted and not drive.error:
             yield from self.transfers.explain(drive)
@@ -264,9 +279,9 @@ class MotionLead:
             self.reply = RequestRejected(alert.text)
 
     def _lost(self, unstopped: Reply | None) -> RequestRejected:
-        """Return why a motion ended in which drives fell silent; the others were stopped."""
+        """Return the reply that names drives that fell silent; the others were stopped."""
         named = ", ".join(map(str, self.missing))
-        words = f"{named} said nothing for a while: look at the bus's wiring and its load"
+        words = f"{named} did not answer for a while: check the bus's wiring and its load"
         if isinstance(unstopped, RequestRejected) and unstopped.silent and unstopped.reason:
             words = unstopped.reason
         away = next(filter(None, (drive.away_words for drive in self.missing)), "")
@@ -274,53 +289,52 @@ class MotionLead:
 
 
 @dataclass(slots=True, eq=False)
-class Returning:
-    """Drives may have stopped by themselves: what they said meanwhile is heard first.
+class Recovering:
+    """Drives may have stopped by themselves: read what they sent meanwhile for one cycle.
 
-    An order that lay in this computer may have had them go on again: it shows for one turn that
-    they had stopped. One that they have, and that waits for a SYNC, would do the same: so none is
-    said before it is known what they are.
+    A target that waited in this computer may have set them moving again, so their stop shows for
+    one cycle only. A target that waits for a SYNC would do the same, so no SYNC is sent before the
+    states of all drives are known.
     """
 
     lead: MotionLead
     until_s: float
 
-    def speak(self, now_s: float) -> float:  # noqa: ARG002
-        """Say nothing for a turn."""
+    def step(self, now_s: float) -> float:  # noqa: ARG002
+        """Send nothing for a cycle."""
         return self.until_s
 
     def signal(self, now_s: float) -> Signal | None:
-        """Return whether a drive is in trouble, or nobody is as far as is known."""
-        self.lead.turned = False
-        return self.lead.signal(None) or (Signal.FOUND if now_s >= self.until_s else None)
+        """Return whether a drive is in trouble; LOCATED if none is known to be."""
+        self.lead.cycling = False
+        return self.lead.signal(None) or (Signal.LOCATED if now_s >= self.until_s else None)
 
 
 class Arriving:
-    """Every drive is told its place again and again, until it stands there.
+    """Every drive gets its final target again and again, until it stands there.
 
-    A drive that is late has told nothing against itself: it is waited for, and its motion ends
-    where it is mute. Only one that is read off its place is blamed, once its time is over; that is
-    listened time.
+    A late drive is not to blame: the motion waits for it, and ends if it is mute. Only a drive that
+    is read off its target is blamed, after its time (in listened time) is over.
     """
 
-    def __init__(self, lead: MotionLead, mode: OperationMode, turns: int) -> None:
-        self._lead, self._mode, self._turns = lead, mode, turns
+    def __init__(self, lead: MotionLead, mode: OperationMode, rest_cycles: int) -> None:
+        self._lead, self._mode, self._rest_cycles = lead, mode, rest_cycles
         self._given_up_s = math.inf
-        self._there = dict.fromkeys(lead.group.drives, 0)
+        self._arrived = dict.fromkeys(lead.group.drives, 0)
         self._read_s: dict[Cia402Drive, float] = {}
 
-    def say(self) -> float:
-        """Tell every drive its place."""
+    def send(self) -> float:
+        """Send every drive its target."""
         lead = self._lead
         if not self._read_s:
-            self._given_up_s = lead.exchange.listened.s + SETTLE_S
+            self._given_up_s = lead.io.listened.s + SETTLE_S
             self._read_s = {drive: drive.shaft.read_s for drive in lead.group.drives}
         for drive in lead.group.drives:
             lead.exchange.command(drive, ENABLE, self._mode, drive.shaft.goal)
         return lead.cycle_ends_s
 
     def judge(self) -> Signal | None:
-        """Return whether all stand in their places."""
+        """Return whether all drives stand at their targets."""
         lead, drives = self._lead, self._lead.group.drives
         for drive, before_s in self._read_s.items():
             if drive.shaft.read_s <= before_s:
@@ -328,90 +342,77 @@ class Arriving:
             self._read_s[drive] = drive.shaft.read_s
             if drive.shaft.is_near:
                 exact = abs(drive.seen - drive.shaft.goal) <= EXACT_REACH
-                self._there[drive] += EXACT if exact else 1
-            elif lead.exchange.listened.s > self._given_up_s:
-                return lead.blame(beside(drive))
+                self._arrived[drive] += EXACT if exact else 1
+            elif lead.io.listened.s > self._given_up_s:
+                return lead.blame(astray_alert(drive))
             else:
-                self._there[drive] = 0
-        if lead.group.astray or min(self._there.values()) < self._turns:
+                self._arrived[drive] = 0
+        if lead.group.astray or min(self._arrived.values()) < self._rest_cycles:
             return None
         for drive in drives:
             drive.shaft.rest_at(drive.shaft.goal, lead.io.now_s)
         lead.exchange.progress()
-        return Signal.THERE
+        return Signal.ARRIVED
 
 
-class Braking:
-    """Every drive is told to stop, again and again, until all stand and hold."""
+@dataclass(slots=True, eq=False)
+class Cia402Brakes:
+    """How CiA 402 drives are stopped, and seen to stand and hold."""
 
-    def __init__(self, lead: MotionLead) -> None:
-        self._lead = lead
-        self._left: tuple[Cia402Drive, ...] = ()
-        self._mute: tuple[Cia402Drive, ...] = ()
-        self._began_s = self._given_up_s = math.inf
+    lead: MotionLead
+    began_s: float = math.inf
 
-    def begin(self) -> Braking:
-        """Begin to stop them, at once."""
-        ramp_s = self._lead.settings.quick_stop_s
-        self._began_s = self._lead.io.now_s
-        self._given_up_s = self._lead.exchange.listened.s + 2.0 * ramp_s + BRAKING_S
-        self._left = self._lead.group.drives
-        self._lead.interrupt()
-        return self
+    def begin(self) -> None:
+        """Begin at once."""
+        self.began_s = self.lead.io.now_s
+        self.lead.interrupt()
 
-    @property
-    def stopped(self) -> tuple[Cia402Drive, ...]:
-        """Those that stand."""
-        return tuple(drive for drive in self._lead.group.drives if drive not in self._left)
-
-    def speak(self, now_s: float) -> float:
-        """Tell those to stop that do not stand."""
-        lead = self._lead
+    def step(self, left: Sequence[Cia402Drive], now_s: float) -> float:
+        """Send the stop to drives that do not stand."""
+        lead = self.lead
         if now_s < lead.due_s:
             return lead.due_s
-        for drive in self._left:
-            if drive.state in TO_BE_STOPPED:
+        for drive in left:
+            if drive.state in NEEDS_STOP:
                 lead.exchange.command(drive, STOP, lead.states.mode_of(drive))
         lead.io.said = "QUICK STOP"
-        return lead.turn(lead.cycle_ends_s)
+        return lead.begin_cycle(lead.cycle_ends_s)
 
-    def signal(self, now_s: float) -> Signal | None:  # noqa: ARG002
-        """Return whether all stand, or why that will not be known."""
-        lead = self._lead
-        if not lead.turn_is_over:
-            return None
-        lead.exchange.progress()
-        self._left = tuple(drive for drive in self._left if not self._stands(drive))
-        self._mute = lead.exchange.mute(self._left)
-        if not self._left:
-            return Signal.STAND
-        over = lead.exchange.listened.s >= self._given_up_s
-        return Signal.LOST if over or len(self._mute) == len(self._left) else None
+    def has_looked(self, now_s: float) -> bool:  # noqa: ARG002
+        """Return whether a cycle has ended."""
+        if not self.lead.cycle_is_over:
+            return False
+        self.lead.exchange.progress()
+        return True
 
-    def _stands(self, drive: Cia402Drive) -> bool:
+    def stands(self, drive: Cia402Drive) -> bool:
+        """Return whether a drive has been seen to stand."""
         if drive.booted:
-            return True  # it has lost its current, and will not say so
-        if drive.shaft.read_s < self._began_s or drive.state in (None, DriveState.ENABLED):
+            return True  # it has lost its current, and will not report that
+        if drive.shaft.read_s < self.began_s or drive.state in (None, DriveState.ENABLED):
             return False
         if not drive.holds:
             return True  # nothing can be done about how it turns
-        return drive.stands(self._began_s, (STAND_TURNS - 1) * self._lead.exchange.cycle_s * 0.9)
+        return drive.stands(self.began_s, (STAND_CYCLES - 1) * self.lead.exchange.cycle_s * 0.9)
 
-    def unstopped(self) -> Timeout | RequestRejected | None:
-        """Return why it is not known that all stand; None where it is."""
-        if self._mute and len(self._mute) == len(self._left):
-            return self._lead.exchange.absence(self._mute, moved=True)
-        for drive in self._left:
-            return RequestRejected(f"{drive} was told to stop, and does not come to rest")
-        return None
+    def settle(self, drive: Cia402Drive, now_s: float) -> None:
+        """Do nothing: the targets follow when all drives stand."""
+
+    def is_mute(self, drive: Cia402Drive) -> bool:
+        """Return whether a drive has missed too many SYNCs."""
+        return bool(self.lead.exchange.mute((drive,)))
+
+    def absence(self, mute: Sequence[Cia402Drive]) -> Timeout | RequestRejected:
+        """Return the reply that names drives that fell silent while they braked."""
+        return self.lead.exchange.absence(mute, moved=True)
 
 
 def _departed(drive: Cia402Drive) -> Alert | None:
-    """Say that a drive left the way of its orders; None where its last reading agrees with them."""
+    """Return that a drive has left its path; None if its last reading agrees with its orders."""
     verdict = drive.shaft.verdict
     if verdict is None or not verdict.finding.ends:
         return None
-    if verdict.finding is Finding.RESTARTED:
+    if verdict.finding is DriveFinding.RESTARTED:
         words = f"{drive} counts from zero: it was reset, or lost its power for a moment"
         return Alert(AlertKind.RESTARTED, words)
-    return beside(drive)
+    return astray_alert(drive)

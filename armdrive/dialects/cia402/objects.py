@@ -1,4 +1,4 @@
-"""The objects of CANopen devices by name, and what they hold in words."""
+"""The objects of CANopen devices: their names, and their values in words."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ from firmware_protocol.canopen.objects import (
 from firmware_protocol.canopen.pdo import NO_REMOTE, NOT_VALID
 from firmware_protocol.errors import RemoteProtocolError
 
-# What words and numbers of the drive profile CiA 402 mean, in words.
+# Values of the drive profile CiA 402 in words.
 #
-# Bits 4, 10, 12 and 13 mean what the mode says; where it is not known they are called as in
-# profile position. While a drive has no current, 10 and 12 mean nothing, and are left out.
+# The meaning of bits 4, 10, 12 and 13 depends on the mode; without it they are named as in profile
+# position. While a drive has no current, 10 and 12 mean nothing and are left out.
 
 DRIVES = 402
 """The number of the profile of drives, in object 1000."""
@@ -62,7 +62,7 @@ PROFILES: Mapping[int, str] = MappingProxyType(
         410: "an inclinometer",
     }
 )
-"""The device profiles that are met beside drives. Source: CiA's list of profiles."""
+"""Common device profiles. Source: CiA's list of profiles."""
 _KINDS = {0x01: "frequency converter", 0x02: "servo", 0x04: "stepper"}
 
 STATES: Mapping[DriveState, str] = MappingProxyType(
@@ -77,7 +77,7 @@ STATES: Mapping[DriveState, str] = MappingProxyType(
         DriveState.FAULT: "fault",
     }
 )
-"""The states by the names that manuals give them."""
+"""The states by their names in manuals."""
 
 _CYCLIC = (
     OperationMode.CYCLIC_POSITION,
@@ -127,16 +127,16 @@ _REACTIONS = {0: "nothing", 1: "fault", 2: "disable voltage", 3: "quick stop"}
 
 
 def state_words(value: int, mode: OperationMode | None = None) -> str:
-    """Return a statusword: its state, and the flags that do not belong to it."""
+    """Return a statusword: its state and its other flags."""
     word = Statusword(value & 0xFFFF)
     state = word.state
-    said = [f"{word.value:04X}", "no state of CiA 402" if state is None else STATES[state]]
+    parts = ["no state of CiA 402" if state is None else STATES[state]]
     special = _STATUS_IN.get(mode, {}) if mode is not None else {}
-    told = [bit for bit in _STATUS if word.has(bit) and (bit not in _OF_MOTION or _holds(state))]
-    said += filter(None, (special.get(bit, _STATUS[bit]) for bit in told))
+    bits = [bit for bit in _STATUS if word.has(bit) and (bit not in _OF_MOTION or _holds(state))]
+    parts += filter(None, (special.get(bit, _STATUS[bit]) for bit in bits))
     if not word.has(StatusBit.REMOTE):
-        said.append("not remote: it does not obey")
-    return f"{said[0]} {', '.join(said[1:])}"
+        parts.append("not remote: it does not obey")
+    return f"{word.value:04X} {', '.join(parts)}"
 
 
 def _holds(state: DriveState | None) -> bool:
@@ -144,7 +144,7 @@ def _holds(state: DriveState | None) -> bool:
 
 
 def control_words(value: int, mode: OperationMode | None = None) -> str:
-    """Return a controlword: its command, and the bits that the mode gives a meaning."""
+    """Return a controlword: its command, and the bits that the mode defines."""
     word = Controlword(value & 0xFFFF)
     special = _CONTROL_IN.get(mode, {}) if mode is not None else {}
     bits = [special.get(bit, words) for bit, words in _CONTROL.items() if word.has(bit)]
@@ -160,15 +160,15 @@ def mode_words(value: int) -> str:
 
 
 def modes_words(value: int) -> str:
-    """Return the modes that a drive has."""
+    """Return the modes that a drive supports."""
     modes = sorted(supported_modes(value))
     return ", ".join(mode.name.lower().replace("_", " ") for mode in modes) or "none"
 
 
 def device_words(value: int) -> str:
-    """Return what object 1000 says: the profile and the kind of drive."""
+    """Return object 1000: the profile and the kind of drive."""
     profile = value & 0xFFFF
-    words = PROFILES.get(profile, "a device of a profile that is not known here")
+    words = PROFILES.get(profile, "a device of an unknown profile")
     if profile == DRIVES:
         kind = _KINDS.get(value >> 16 & 0xFF)
         return "CiA 402, a drive" + (f" ({kind})" if kind else "")
@@ -176,7 +176,7 @@ def device_words(value: int) -> str:
 
 
 def register_words(value: int) -> str:
-    """Return the error register: which kinds of errors there are."""
+    """Return the kinds of errors in the error register."""
     kinds = [bit.name for bit in ErrorRegister if value & bit]
     return ", ".join(str(name).lower().replace("_", " ") for name in kinds) or "no error"
 
@@ -188,7 +188,7 @@ def stopping_words(value: int) -> str:
 
 
 def reaction_words(value: int) -> str:
-    """Return what a drive does when the heartbeat that it watches is missing (6007)."""
+    """Return a drive's reaction to a missing heartbeat (6007)."""
     return f"{value}, {_REACTIONS.get(value, 'not known')}"
 
 
@@ -222,7 +222,7 @@ _MORE = Dictionary(
         (Place(0x60FF), "Target velocity", _I32, "inc/s"),
     )
 )
-"""What is met on a bus beside the objects that arms need."""
+"""Further objects that are common on a bus but that arms do not need."""
 
 _PDO_SPAN = 0x200
 _PDO_BASES = {0x1400: "RPDO", 0x1600: "RPDO", 0x1800: "TPDO", 0x1A00: "TPDO"}
@@ -237,18 +237,18 @@ _COMMUNICATION = {
 
 
 def entry_of(place: Place) -> ObjectEntry | None:
-    """Return an object that is known by its place; None where it is none of the standards'."""
+    """Return the standard object at a place, or None."""
     return STANDARD.find(place) or _MORE.find(place) or _pdo_entry(place)
 
 
 def object_words(place: Place) -> str:
-    """Name an object: `6041:00 Statusword`."""
+    """Return an object's place and name: `6041:00 Statusword`."""
     entry = entry_of(place)
     return str(place) if entry is None else f"{place} {entry.name}"
 
 
 def held_words(place: Place, data: bytes) -> str:
-    """Return what an object holds, in words where they are known, else its bytes."""
+    """Return an object's value in words if they are known, else its bytes."""
     entry = entry_of(place)
     try:
         value = None if entry is None else entry.type.unpack(data, exact=False)
@@ -299,7 +299,7 @@ def _cob_words(word: int) -> str:
 
 def _watch_words(word: int) -> str:
     watch = HeartbeatWatch.of(word)
-    return "nobody" if watch is None else f"node {watch.node} within {watch.silence_ms} ms"
+    return "no node" if watch is None else f"node {watch.node} within {watch.silence_ms} ms"
 
 
 def _error_words(code: int) -> str:

@@ -1,8 +1,8 @@
-"""Asks a CANopen bus politely who is on it: one node at a time, objects read by SDO and no more.
+"""Survey a CANopen bus: read objects by SDO, one node at a time.
 
-Nothing is written, nobody is ordered to become anything (NMT), and no transfer is given up aloud:
-the frame that says so begins with 80, which an MKS drive could take for the order to calibrate.
-What is sent begins with 40, 60 or 70, by which such a drive moves and sets nothing.
+Nothing is written and no node gets an order (NMT). Failed transfers are abandoned without an abort
+frame: that begins with 80, which an MKS drive could take for the order to calibrate. The frames
+sent here begin with 40, 60 or 70, which neither move nor set such a drive.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
+from armdrive.dialects.bus.ledger import SurplusAnswers
 from armdrive.dialects.bus.tools import (
     Answers,
     BusTools,
@@ -66,32 +67,32 @@ from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.frames import Frame, pack
 
 ANSWER_S = 0.12
-"""An answer is waited for so long: a drive needs some ms, a busy computer more."""
+"""Timeout of an answer: a drive needs some milliseconds, a busy computer more."""
 LINGER_S = 0.03
-"""A second node of the same number answers within this time after the first."""
+"""A second node with the same number answers within this time of the first."""
 ASK_S = 0.02
-"""A node is there if it answers so soon; drives take some ms."""
-LATE_S = 0.2
-"""An answer that has not come by then never will."""
+"""Timeout of the first question to a node; drives answer within some milliseconds."""
+LAST_REPLY_S = 0.2
+"""An answer that is later than this will never come."""
 PAUSE_S = 0.005
 ROUNDS, TRIES = 2, 3
 LONGEST = 256
-"""Bytes of an object that are read at most, a name being the longest."""
+"""The greatest object that is read, in bytes; names are the longest."""
 
 QUESTIONS = (
     DEVICE_TYPE, DEVICE_NAME, VENDOR, PRODUCT, REVISION, SERIAL_NUMBER,
     SUPPORTED_MODES, STATUSWORD, MODE_SHOWN, POSITION, ERROR_REGISTER, ERROR_CODE,
 )  # fmt: skip
-"""What a node is asked that is there."""
+"""The objects that are read of each node."""
 _TELLTALES = (SERIAL_NUMBER, POSITION, STATUSWORD)
-"""Objects that are hardly ever alike in two drives."""
+"""Objects that hardly ever agree in two drives."""
 
 
 @dataclass(frozen=True, slots=True)
 class SurveyedNode:
-    """What a node has told: objects that it has, and of others why it did not tell them.
+    """A node's objects, and the reasons why it refused others.
 
-    `state` is its own word, where it says heartbeats. One that `answers` nothing was only heard.
+    `state` is from its heartbeat. A node that `answers` nothing has only sent heartbeats.
     """
 
     number: int
@@ -103,26 +104,26 @@ class SurveyedNode:
     missed: int = 0
 
     def number_of(self, place: Place) -> int | None:
-        """Return a whole number that an object holds; None where it does not tell one."""
+        """Return an object's whole number; None if it has none."""
         value = self.objects.get(place)
         return value if isinstance(value, int) and not isinstance(value, bool) else None
 
     @property
     def name(self) -> str:
-        """What its maker calls it; empty where it does not tell."""
+        """The maker's name for it; empty if it reports none."""
         value = self.objects.get(DEVICE_NAME)
         return value if isinstance(value, str) else ""
 
     @property
     def profile(self) -> int | None:
-        """The number of its device profile, 402 of a drive; None where it does not tell."""
+        """The number of its device profile, 402 for a drive; None if it reports none."""
         word = self.number_of(DEVICE_TYPE)
         return None if word is None else word & 0xFFFF
 
 
 @dataclass(frozen=True, slots=True)
 class CanopenSurvey:
-    """Who was asked, who is there, and how many answers could not be read."""
+    """The nodes that were asked, those found, and the number of unreadable answers."""
 
     asked: tuple[int, ...] = ()
     nodes: tuple[SurveyedNode, ...] = ()
@@ -141,7 +142,7 @@ class _NodeCounts:
 
 
 def is_command(frame: Frame, master: int | None = None) -> bool:
-    """Tell whether a frame is a master's: an order, SYNC, process data, a question, its beat."""
+    """Return whether a master sent a frame: an order, SYNC, target, question or heartbeat."""
     known = None if frame.extended or frame.remote else service_of(frame.can_id)
     if known is None:
         return False
@@ -150,7 +151,7 @@ def is_command(frame: Frame, master: int | None = None) -> bool:
 
 
 def heard_nodes(frames: Iterable[Frame]) -> dict[int, NodeState]:
-    """Return who has said a heartbeat, and what it is."""
+    """Return the nodes that sent a heartbeat, and its state."""
     found: dict[int, NodeState] = {}
     for frame in frames:
         try:
@@ -162,14 +163,14 @@ def heard_nodes(frames: Iterable[Frame]) -> dict[int, NodeState]:
 
 
 def ask_nodes(
-    wire: FrameWire, ids: Sequence[int], heard: Mapping[int, NodeState] = MappingProxyType({})
+    wire: FrameWire, ids: Sequence[int], beating: Mapping[int, NodeState] = MappingProxyType({})
 ) -> Script[Frame, CanopenSurvey]:
-    """Ask each number once or twice what it is, then those that are there for what they tell.
+    """Ask each number for its device type, up to twice; then read the objects of those found.
 
-    `heard` are nodes whose heartbeats have passed; they are asked too.
+    `beating` are nodes that have sent heartbeats; they are asked too.
     """
     counts = _NodeCounts()
-    asked = tuple(sorted({each for each in ids if each <= NODE_MAX} | set(heard)))
+    asked = tuple(sorted({each for each in ids if each <= NODE_MAX} | set(beating)))
     there: set[int] = set()
     for _ in range(ROUNDS):
         for node in [each for each in asked if each not in there]:
@@ -179,9 +180,9 @@ def ask_nodes(
     nodes = []
     for node in asked:
         if node in there:
-            nodes.append((yield from _known(wire, node, heard.get(node), counts)))
-        elif node in heard:
-            nodes.append(SurveyedNode(node, heard[node], answers=False))
+            nodes.append((yield from _known(wire, node, beating.get(node), counts)))
+        elif node in beating:
+            nodes.append(SurveyedNode(node, beating[node], answers=False))
     return CanopenSurvey(asked, tuple(nodes), counts.garbled)
 
 
@@ -192,24 +193,24 @@ def _known(
     refused: dict[Place, str] = {}
     before = counts.missed
     for place in QUESTIONS:
-        told = yield from _asked(wire, node, place, counts)
-        if isinstance(told, Aborted):
-            refused[place] = told.words
-        elif told is not None and (value := _value(told)) is not None:
+        answer = yield from _asked(wire, node, place, counts)
+        if isinstance(answer, Aborted):
+            refused[place] = answer.words
+        elif answer is not None and (value := _value(answer)) is not None:
             objects[place] = value
         yield from wire.pause(wire.now_s + PAUSE_S)
-    doubled = yield from _doubled(wire, node)
-    return SurveyedNode(node, state, True, objects, refused, doubled, counts.missed - before)
+    shared = yield from _is_shared(wire, node)
+    return SurveyedNode(node, state, True, objects, refused, shared, counts.missed - before)
 
 
 def _asked(
     wire: FrameWire, node: int, place: Place, counts: _NodeCounts
 ) -> Script[Frame, Uploaded | Aborted | None]:
-    """Ask for an object, again where no answer comes; None where none ever does."""
+    """Read an object, with retries; None if no answer comes."""
     for _ in range(TRIES):
-        told = yield from _upload(wire, node, place, ANSWER_S, counts)
-        if told is not None:
-            return told
+        answer = yield from _upload(wire, node, place, ANSWER_S, counts)
+        if answer is not None:
+            return answer
         counts.missed += 1
     return None
 
@@ -217,72 +218,72 @@ def _asked(
 def _upload(
     wire: FrameWire, node: int, place: Place, wait_s: float, counts: _NodeCounts
 ) -> Script[Frame, Uploaded | Aborted | None]:
-    """Read an object once; None where that does not come to an end."""
+    """Read an object once; None if the transfer does not finish."""
     client = SdoClient(node, size_max=LONGEST)
     frame: Frame | None = client.upload(place)
     response_id = cob_id(Service.SDO_RESPONSE, node)
     while frame is not None:
         wire.say(pack(frame))
-        heard = yield from wire.collect(wait_s, lambda heard: is_for(heard[-1], response_id))
+        frames = yield from wire.collect(wait_s, lambda frames: is_for(frames[-1], response_id))
         frame = None
-        for each in heard:
+        for each in frames:
             frame = client.receive_frame(each) or frame
         while (event := client.next_event()) is not None:
             if isinstance(event, Uploaded | Aborted):
-                return event  # what is to be said then is not: see the first lines of this file
+                return event  # no further frame is sent: see the first lines of this file
             counts.garbled += isinstance(event, GarbledResponse)
     return None
 
 
-def _doubled(wire: FrameWire, node: int) -> Script[Frame, bool]:
-    """Tell whether two nodes were heard to answer to a number.
-
-    Once is not enough: a frame that was sent twice looks like that too.
-    """
-    response_id = cob_id(Service.SDO_RESPONSE, node)
+def _is_shared(wire: FrameWire, node: int) -> Script[Frame, bool]:
+    """Find out whether two nodes answer to a number."""
+    response_id, surplus = cob_id(Service.SDO_RESPONSE, node), SurplusAnswers()
     for place in _TELLTALES:
-        twice = 0
+
+        def answers(frame: Frame, place: Place = place) -> bool:
+            return is_for(frame, response_id) and frame.data[1:4] == place.packed
+
+        surplus.clear()
         for _ in range(TRIES):
-
-            def answers(frame: Frame, place: Place = place) -> bool:
-                return is_for(frame, response_id) and frame.data[1:4] == place.packed
-
             wire.say(pack(SdoClient(node).upload(place)))
-            heard = yield from wire.collect(ANSWER_S, lambda heard: answers(heard[-1]), LINGER_S)
-            count = sum(map(answers, heard))
-            twice += count > 1
+            frames = yield from wire.collect(ANSWER_S, lambda frames: answers(frames[-1]), LINGER_S)
+            count = sum(map(answers, frames))
             if not count:
-                yield from wire.pause(wire.now_s + LATE_S)
-            elif not twice:
-                break  # one answer: the next object may tell them apart
-        if twice > 1:
+                yield from wire.pause(wire.now_s + LAST_REPLY_S)
+                continue
+            surplus.asked(node, place.index)
+            for _ in range(count):
+                surplus.answered(node, place.index)
+            if not surplus.exceeds(node, place.index):
+                break  # one answer: the next object may tell two nodes apart
+        if surplus.shared:
             return True
     return False
 
 
-def _value(told: Uploaded) -> Value | None:
-    entry = entry_of(told.place)
+def _value(answer: Uploaded) -> Value | None:
+    entry = entry_of(answer.place)
     if entry is None:
         return None
     try:
-        return entry.type.unpack(told.data, exact=False)
-    except RemoteProtocolError:  # of another type than the standard says
+        return entry.type.unpack(answer.data, exact=False)
+    except RemoteProtocolError:  # of another type than in the standard
         return None
 
 
-# What a survey has found, as findings: what answers, what state it is in, what is wrong.
+# The result of a survey, as findings: the nodes that answer, their states, their faults.
 
 HEARTBEAT_MISSING = 0x8130
-"""The error of a drive whose master has fallen silent; it has stopped, and holds."""
+"""The error of a drive that missed its master's heartbeat; it has stopped and holds."""
 _BROKEN = (DriveState.FAULT, DriveState.FAULT_REACTION)
 
 
 def of_answers(found: CanopenSurvey, health: BusHealth, arm: str = "NAME") -> list[Finding]:
-    """Say who answered, and what each tells of itself."""
+    """Report the nodes that answered, and each one's data."""
     findings = []
     if found.there:
         words = ", ".join(map(str, found.there))
-        findings.append(ok(f"of the nodes {numbers(found.asked)} there answer: {words} (CANopen)"))
+        findings.append(ok(f"of the nodes {numbers(found.asked)} these answer: {words} (CANopen)"))
         missed = sum(each.missed for each in found.nodes)
         findings += of_lost(missed, found.garbled, health)
     for each in found.nodes:
@@ -291,7 +292,7 @@ def of_answers(found: CanopenSurvey, health: BusHealth, arm: str = "NAME") -> li
 
 
 def of_node(node: SurveyedNode, arm: str = "NAME") -> list[Finding]:
-    """Say what one node tells of itself, and what is wrong with it."""
+    """Report one node's data, and what is wrong with it."""
     name = f"node {node.number}"
     if not node.answers:
         return [_mute(name, node)]
@@ -312,11 +313,11 @@ def of_node(node: SurveyedNode, arm: str = "NAME") -> list[Finding]:
 
 
 def of_arm(ids: Sequence[int], found: CanopenSurvey) -> list[Finding]:
-    """Say which of an arm file's nodes are there and are no drives."""
+    """Report which nodes of an arm file are no drives."""
     return [
         problem(
-            f"node {each.number} of the arm file is no CiA 402 drive ({_type_words(each)})",
-            "cia402.ids of the arm file has the numbers of the drives, in the order of the motors",
+            f"node {each.number} of the arm file is not a CiA 402 drive ({_type_words(each)})",
+            "cia402.ids in the arm file must list the drives' numbers, in the order of the motors",
         )
         for each in found.nodes
         if each.answers and each.number in ids and each.profile != DRIVES
@@ -349,11 +350,11 @@ def _mute(name: str, node: SurveyedNode) -> Finding:
     if node.state is NodeState.STOPPED:
         return problem(
             f"{name}: stopped (NMT), so it answers no question",
-            "whoever stopped it starts it again; connecting to its arm does",
+            "connecting to its arm starts it again",
         )
     return problem(
-        f"{name}: says heartbeats, and answers no question (SDO)",
-        "see whether another program asks it at the same time, and that its number is its own",
+        f"{name}: sends heartbeats, but answers no question (SDO)",
+        "check that no other program is asking it, and that no other node has its number",
     )
 
 
@@ -374,7 +375,7 @@ def _self_words(node: SurveyedNode) -> list[str]:
 
 def _type_words(node: SurveyedNode) -> str:
     word = node.number_of(DEVICE_TYPE)
-    return "it does not tell what it is" if word is None else device_words(word)
+    return "it does not report its type" if word is None else device_words(word)
 
 
 def _drive_words(node: SurveyedNode) -> list[str]:
@@ -386,15 +387,15 @@ def _drive_words(node: SurveyedNode) -> list[str]:
         (POSITION, lambda value: f"at {value}"),
         (SUPPORTED_MODES, lambda value: f"can do {modes_words(value)}"),
     )
-    said = []
+    parts = []
     for place, words in rows:
         value = node.number_of(place)
-        said.append(f"{object_words(place)} is not told" if value is None else words(value))
-    return said
+        parts.append(f"{object_words(place)} is not reported" if value is None else words(value))
+    return parts
 
 
 def _no_drive(name: str, node: SurveyedNode) -> Finding:
-    return note(f"{name}: no CiA 402 drive ({_type_words(node)}), so no motor of an arm", "")
+    return note(f"{name}: not a CiA 402 drive ({_type_words(node)}), so not a motor of an arm", "")
 
 
 def _fault(name: str, node: SurveyedNode, arm: str) -> Finding | None:
@@ -403,32 +404,35 @@ def _fault(name: str, node: SurveyedNode, arm: str) -> Finding | None:
     broken = word is not None and Statusword(word).state in _BROKEN
     if not broken and not register:
         return None
-    why = f"error {code:04X}, {error_words(code)}" if code else "without an error code"
+    why = f"error {code:04X}, {error_words(code)}" if code else "an error without a code"
     kinds = f" ({register_words(register)})" if register else ""
-    mend = "see what caused it, then call `reset()`; that moves nothing"
+    mend = "find out what caused it, then call `reset()`; that moves nothing"
     if broken:
         return problem(f"{name}: fault: {why}{kinds}", mend)
     if code == HEARTBEAT_MISSING:
-        mend = f"the program that drove it has ended: `armdrive enable --arm {arm}` goes on"
-    return note(f"{name}: it remembers {why}{kinds}", mend)
+        mend = f"the program that drove it has ended: `armdrive enable --arm {arm}` continues"
+    return note(f"{name}: it still reports {why}{kinds}", mend)
 
 
 def _modes(name: str, node: SurveyedNode) -> list[Finding]:
     word = node.number_of(SUPPORTED_MODES)
     if word is None:
-        return [note(f"{name}: it does not tell which modes it has (6502)", "")]
+        return [note(f"{name}: it does not report which modes it has (6502)", "")]
     modes = supported_modes(word)
     if OperationMode.PROFILE_POSITION not in modes:
-        return [problem(f"{name}: it has no profile position, which armdrive needs", "")]
+        return [problem(f"{name}: it has no profile position mode, which armdrive needs", "")]
     if OperationMode.CYCLIC_POSITION not in modes:
         return [
-            note(f"{name}: without cyclic position its arm moves in bursts (profile position)", "")
+            note(
+                f"{name}: without cyclic position mode its arm moves in bursts (profile position)",
+                "",
+            )
         ]
     return []
 
 
 def survey_nodes(wire: FrameWire, ids: Sequence[int], heard: Heard) -> Script[Frame, Answers]:
-    """Ask each number, and return who is there in words and as plain data."""
+    """Survey the numbers; return the nodes in words and as plain data."""
     found = yield from ask_nodes(wire, ids, heard)
     return Answers(
         "canopen",
@@ -453,6 +457,6 @@ BUS = BusTools(
     leaves_free=NODE_MAX,
     next="armdrive config new NAME --template minimover5-cia402 --port '{port}'",
 )
-"""CANopen on a bus. Reading objects by SDO does nothing to MKS drives, whatever their ids."""
+"""CANopen on a bus. Reading objects by SDO does nothing to MKS drives with any ids."""
 
 TOOLS = DeviceTools(TALK, bus=BUS, ear=CanopenEar)

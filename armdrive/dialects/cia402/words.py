@@ -1,7 +1,7 @@
-"""What CANopen nodes and their master say, in sentences; whose they are is said before.
+"""CANopen frames described in words, with the node that they concern in front.
 
-A PDO does not tell what it carries: it is read by its length as what armdrive sets its drives up
-for, or as CiA 402 maps a drive's first PDOs as shipped.
+A PDO does not state its contents. It is decoded by its length: as armdrive maps its drives' PDOs,
+or as CiA 402 maps a drive's first PDOs by default.
 """
 
 from __future__ import annotations
@@ -10,7 +10,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from armdrive.dialects.bus.words import FrameCheck, FrameKind, FrameSaid, PackedFrames, shown
+from armdrive.dialects.bus.words import (
+    FrameCheck,
+    FrameKind,
+    FrameSaid,
+    PackedFrames,
+    addressed,
+    shown,
+)
 from armdrive.dialects.bus.words import words as frame_words
 from armdrive.dialects.cia402.objects import (
     control_words,
@@ -56,7 +63,7 @@ from firmware_protocol.frames import Frame, pack
 
 RECEIVED, TRANSMITTED = (PDO_SERVICES[direction] for direction in Direction)
 OF_MASTER = frozenset((Service.NMT, Service.SYNC, Service.TIME, Service.SDO_REQUEST, *RECEIVED))
-"""What a master says; the rest is said by nodes."""
+"""The services of a master; nodes use the others."""
 _PDO_PLACES: tuple[tuple[Service, tuple[Place, ...]], ...] = (
     (Service.RPDO1, (CONTROLWORD, MODE, TARGET_POSITION)),
     (Service.TPDO1, (STATUSWORD, MODE_SHOWN, POSITION)),
@@ -71,7 +78,7 @@ _PDO_PLACES: tuple[tuple[Service, tuple[Place, ...]], ...] = (
 
 @dataclass(frozen=True, slots=True)
 class PdoWords:
-    """Process data: the objects in it and their values, none of either where it is not known."""
+    """Process data: its objects and their values, empty if the mapping is unknown."""
 
     service: Service
     data: bytes
@@ -79,8 +86,8 @@ class PdoWords:
 
 
 @dataclass(frozen=True, slots=True)
-class SaidMessage:
-    """A readable frame: its service, the node that it is about (0: all, or none), its message."""
+class ReadFrame:
+    """A readable frame: its service, the node that it concerns (0: all or none), its message."""
 
     service: Service
     node: int
@@ -88,17 +95,17 @@ class SaidMessage:
 
     @property
     def who(self) -> str:
-        """The node as one says it; empty where there is none."""
+        """The node as text; empty if there is none."""
         return str(self.node) if self.node else "all" if self.service is Service.NMT else ""
 
 
-def told(frame: Frame) -> SaidMessage:
-    """Read a frame of the predefined connection set. Raises `RemoteProtocolError`."""
+def read_frame(frame: Frame) -> ReadFrame:
+    """Decode a frame of the predefined connection set. Raises `RemoteProtocolError`."""
     service, node = opened(frame, *Service)
     if service is Service.NMT:
         order = Nmt.read(frame)
-        return SaidMessage(service, order.node, order)
-    return SaidMessage(service, node, _READERS[service](frame))
+        return ReadFrame(service, order.node, order)
+    return ReadFrame(service, node, _READERS[service](frame))
 
 
 def _pdo(service: Service) -> Callable[[Frame], PdoWords]:
@@ -139,13 +146,13 @@ _READERS: Mapping[Service, Callable[[Frame], object]] = MappingProxyType(
 
 _ORDERS = {
     NmtCommand.START: "start: become operational",
-    NmtCommand.STOP: "stop: say and hear nothing but heartbeats and orders",
+    NmtCommand.STOP: "stop: take part in nothing but heartbeats and orders",
     NmtCommand.PRE_OPERATIONAL: "become pre-operational",
-    NmtCommand.RESET_NODE: "begin anew",
-    NmtCommand.RESET_COMMUNICATION: "begin communication anew",
+    NmtCommand.RESET_NODE: "restart",
+    NmtCommand.RESET_COMMUNICATION: "restart communication",
 }
 _NODE_STATES = {
-    NodeState.BOOTING: "boot-up: it has begun anew",
+    NodeState.BOOTING: "boot-up: it has restarted",
     NodeState.STOPPED: "heartbeat: stopped",
     NodeState.OPERATIONAL: "heartbeat: operational",
     NodeState.PRE_OPERATIONAL: "heartbeat: pre-operational",
@@ -154,9 +161,9 @@ _NODE_STATES = {
 
 def _emergency(message: Emergency) -> str:
     makers = f", the maker's {message.detail.hex(' ')}"
-    said = "" if message.detail == bytes(MAKERS_BYTES) else makers
+    detail = "" if message.detail == bytes(MAKERS_BYTES) else makers
     kinds = f" ({register_words(message.register)})" if message.register else ""
-    return f"EMCY {message.code:04X}, {message.words}{kinds}{said}"
+    return f"EMCY {message.code:04X}, {message.words}{kinds}{detail}"
 
 
 def _content(place: Place, content: Content) -> str:
@@ -176,14 +183,14 @@ def _process_data(message: PdoWords) -> str:
         return f"{message.service.name} {message.data.hex(' ') or 'without data'}"
     shown = message.values.get(MODE, message.values.get(MODE_SHOWN))
     mode = mode_of(shown) if isinstance(shown, int) else None
-    said = []
+    parts = []
     for place, value in message.values.items():
         words = _WORDS_IN_MODE.get(place)
         if words is not None and isinstance(value, int):
-            said.append(words(value, mode))
+            parts.append(words(value, mode))
         else:
-            said.append(f"{_SHORT[place]} {value_words(place, value)}")
-    return "; ".join(said)
+            parts.append(f"{_SHORT[place]} {value_words(place, value)}")
+    return "; ".join(parts)
 
 
 _WORDS_IN_MODE = {CONTROLWORD: control_words, STATUSWORD: state_words}
@@ -202,44 +209,44 @@ SENTENCES: Sentences = MappingProxyType(
         Upload: lambda message: (
             f"{object_words(message.place)}: {_content(message.place, message.content)}"
         ),
-        DownloadStarted: lambda message: f"{object_words(message.place)} is taken",
+        DownloadStarted: lambda message: f"{object_words(message.place)} is written",
         NextSegment: lambda _: "the next segment",
         Segment: _segment,
-        SegmentTaken: lambda _: "the segment is taken",
-        Abort: lambda message: f"{object_words(message.place)} given up: {message.words}",
+        SegmentTaken: lambda _: "the segment is received",
+        Abort: lambda message: f"{object_words(message.place)} aborted: {message.words}",
         PdoWords: _process_data,
     }
 )
 
 
-# What passes on a CANopen bus, in words: one frame at a time, for whoever listens.
+# Describing the traffic on a bus, one frame at a time.
 #
-# An id tells the service and the node. Segments of a long object do not name it: it is the one of
-# that node's transfer that was heard to begin.
+# An id identifies the service and the node. Segments of a long object do not name the object: it is
+# that of the node's last transfer that was seen to begin.
 
 _SEGMENTS = (NextSegment, Segment, SegmentTaken)
 
 
 class CanopenEar:
-    """Hears frames in their order, and knows which objects are being transferred."""
+    """Describes frames one after the other, and remembers the objects being transferred."""
 
     def __init__(self) -> None:
         self._transfers: dict[int, Place] = {}
 
     def hear(self, frame: Frame) -> FrameSaid:
-        """Put a frame into words. Never raises."""
+        """Describe a frame. Never raises."""
         known = None if frame.extended or frame.remote else service_of(frame.can_id)
         service, node = known or (None, 0)
         command = "" if service is None else service.value
         try:
-            read = told(frame)
+            read = read_frame(frame)
         except RemoteProtocolError as error:
             words = _unreadable(frame, service, error)
             return FrameSaid(frame, FrameKind.UNKNOWN, command, words, FrameCheck.NONE, node)
         kind = FrameKind.REQUEST if read.service in OF_MASTER else FrameKind.ANSWER
         return FrameSaid(frame, kind, command, self._words(read), FrameCheck.NONE, read.node)
 
-    def _words(self, read: SaidMessage) -> str:
+    def _words(self, read: ReadFrame) -> str:
         message = read.message
         if isinstance(message, StartUpload | StartDownload):
             self._transfers[read.node] = message.place
@@ -248,7 +255,7 @@ class CanopenEar:
         if isinstance(message, _SEGMENTS) and place is not None:
             words = f"{words}, of {object_words(place)}"
         who = f"node {read.node}" if read.node else read.who
-        return f"{who}: {words}" if who else words
+        return addressed(who, words)
 
 
 def _unreadable(frame: Frame, service: Service | None, error: RemoteProtocolError) -> str:
@@ -258,33 +265,33 @@ def _unreadable(frame: Frame, service: Service | None, error: RemoteProtocolErro
     return f"not of CANopen's predefined ids ({kind})"
 
 
-# What CANopen drives say, as messages of a recording: how each frame is weighed, and read.
+# Frames as messages of a recording, and how each is compared.
 
 _OF_ITSELF = frozenset((0x1000, 0x1002, 0x1003, 0x1008, 0x1009, 0x100A, 0x1018, 0x6502))
 """Objects by which a device describes itself."""
 _PASSING = frozenset((0x6041, 0x6061, 0x6064, 0x606C, 0x60F4))
-"""Objects that tell of a moment; where drives rest is what has to agree."""
+"""Objects that depend on the moment; only rest positions have to agree."""
 _PLACE = 4
-"""Bytes of an SDO frame that say what is answered, and of which object."""
+"""The bytes of an SDO frame that identify the service and the object."""
 
 
 def weighed(frame: Frame) -> Message:
-    """Return a frame as a message, by its service and its object."""
+    """Return a frame as a message, compared by its service and its object."""
     data = pack(frame)
     try:
-        said = told(frame)
+        read = read_frame(frame)
     except RemoteProtocolError:
         return Message(data, Weight.ANSWER)
-    message = said.message
+    message = read.message
     if isinstance(message, Heartbeat):
         return Message(data, Weight.BANNER if message.booted else Weight.PASSING)
-    if said.service in TRANSMITTED:
+    if read.service in TRANSMITTED:
         return Message(data, Weight.PASSING)
     if isinstance(message, Upload) and message.place.index in _OF_ITSELF:
         return Message(data, Weight.SELF)
     if isinstance(message, Upload) and message.place.index in _PASSING:
         return Message(data, Weight.PASSING)
-    kind = frame.data[: 2 if said.service is Service.EMCY else _PLACE]
+    kind = frame.data[: 2 if read.service is Service.EMCY else _PLACE]
     return Message(data, Weight.MOMENT, frame.can_id.to_bytes(2, "big") + kind)
 
 
@@ -294,8 +301,8 @@ def words(data: bytes) -> object:
 
 
 def _read(frame: Frame) -> tuple[str, object]:
-    said = told(frame)
-    return said.who, said.message
+    read = read_frame(frame)
+    return read.who, read.message
 
 
 TALK = Describer(lambda: PackedFrames(weighed), words, words, shown, SENTENCES)

@@ -1,8 +1,8 @@
-"""Motion of MKS drives whose firmware cannot be steered in flight: bursts with scaled speeds.
+"""Move MKS drives whose firmware takes no new target in motion: bursts with scaled speeds.
 
-Each drive gets its own target and a speed in proportion to its way, so that all arrive together as
-nearly as whole rpm allow. Where the firmware has the synchronous start, the orders are stored and
-started by one frame; else each drive begins when its order has come.
+Each drive gets a target and a speed in proportion to its distance, so that all arrive together as
+nearly as whole rpm allow. Firmware with a synchronous start stores the orders, and one frame starts
+them all. Otherwise each drive starts when its order arrives.
 """
 
 from __future__ import annotations
@@ -11,11 +11,12 @@ import math
 from collections.abc import Callable, Mapping
 from itertools import pairwise
 
+from armdrive.dialects.bus.paths import Trapezoid
 from armdrive.dialects.mks.inquiry import MksInquiry
 from armdrive.dialects.mks.motion import MksMotion
 from armdrive.dialects.mks.steering import beyond
 from armdrive.dialects.mks.stops import MksStops, shared_acc
-from armdrive.dialects.mks.wire import Asking, MksWire, Script
+from armdrive.dialects.mks.wire import MksWire, Script, WireScript
 from armdrive.tasks import Done, Halted, RequestRejected, never
 from firmware_protocol.mks import (
     COUNTS_S_PER_RPM,
@@ -33,15 +34,15 @@ from firmware_protocol.mks import Done as Taken
 from kinematics.spaces import Motors
 
 GO_AGAIN_S = 0.001
-"""Drives miss the start now and then: it is said once more, this much later."""
+"""A drive may miss the start, so it is sent again this much later."""
 START_S = 0.003
-"""How much later than the first the last drive starts by a frame of its own, at most."""
+"""Without a synchronous start, the last drive starts at most this much after the first."""
 
 
 def speeds_rpm(steps: Motors, rate_hz: float) -> tuple[int, ...]:
-    """Return whole speeds in proportion to the ways, the busiest at most at a rate.
+    """Return whole speeds in proportion to the distances, the greatest at most `rate_hz`.
 
-    Rounded up, so that no drive takes longer than the busiest.
+    They are rounded up, so that no drive takes longer than the busiest.
     """
     largest = steps.largest
     if not largest:
@@ -51,7 +52,7 @@ def speeds_rpm(steps: Motors, rate_hz: float) -> tuple[int, ...]:
 
 
 class MksBursts:
-    """Drives one burst at a time."""
+    """Sends one burst at a time."""
 
     def __init__(
         self, wire: MksWire, stops: MksStops, inquiry: MksInquiry, motion: MksMotion
@@ -86,8 +87,8 @@ class MksBursts:
 
     def _together(
         self, orders: Mapping[int, MoveAbsoluteAxis], let_go: Callable[[], bool]
-    ) -> Asking[Halted | RequestRejected | None]:
-        """Store each drive's order, and start them all by one frame; said twice."""
+    ) -> WireScript[Halted | RequestRejected | None]:
+        """Store each drive's order, then start all of them by one frame, sent twice."""
         wire = self._wire
         arming = dict.fromkeys(orders, ArmSynchronous(on=True))
         armed = yield from wire.ask(arming, text="ARM")
@@ -103,14 +104,14 @@ class MksBursts:
         until_s = wire.now_s + GO_AGAIN_S
         yield from wire.hear(until_s, lambda _: False)
         wire.broadcast(GoSynchronous())
-        for node in orders:  # or a stop would be stored as well
+        for node in orders:  # else a stop would be stored as well
             wire.put(node, ArmSynchronous(on=False))
         return None
 
     def _disarm(
         self, orders: Mapping[int, MoveAbsoluteAxis], stored: Mapping[int, Event], ready: bool
-    ) -> Asking[Halted | RequestRejected]:
-        """Take back what was stored; a drive that began at once is stopped."""
+    ) -> WireScript[Halted | RequestRejected]:
+        """Discard the stored orders, and stop a drive that has already started."""
         wire = self._wire
         began = [node for node in orders if isinstance(stored.get(node), Started)]
         unsure = [node for node in orders if node not in stored]
@@ -132,61 +133,38 @@ class MksBursts:
 
     def _lasts_s(self, steps: Motors, rate_hz: float) -> float:
         """Return how long the slowest drive takes for a burst."""
-        return max((way.end_s for way in self._trapezoids(steps, rate_hz)), default=0.0)
+        return max((each.duration_s for each in self._trapezoids(steps, rate_hz)), default=0.0)
 
-    def _trapezoids(self, steps: Motors, rate_hz: float) -> list[_Trapezoid]:
+    def _trapezoids(self, steps: Motors, rate_hz: float) -> list[Trapezoid]:
         acc, largest = self._wire.settings.acceleration, max(steps.largest, 1)
         return [
-            _Trapezoid(
+            Trapezoid.of(
                 abs(count), rpm * COUNTS_S_PER_RPM, slope_of(shared_acc(acc, abs(count) / largest))
             )
             for count, rpm in zip(steps, speeds_rpm(steps, rate_hz), strict=True)
         ]
 
-    def strays_of(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:
-        """Bound how far each drive is beside its share of a burst, by rpm, ramps and starts.
+    def deviations_of(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:
+        """Bound each drive's deviation from the straight path, due to rpm, ramps and starts.
 
-        Each goes by a trapezoid of its own; the straight way is that of the busiest. They are
-        compared at the corners of both, between which their difference bends one way.
+        Each drive follows its own trapezoid, and the busiest one defines the straight path. The two
+        are compared at the corners of both, since their difference bends one way in between.
         """
         largest = steps.largest
         if not largest:
             return (0.0,) * len(steps)
-        ways = self._trapezoids(steps, rate_hz)
-        busiest = next(way for way in ways if way.way == largest)
+        trapezoids = self._trapezoids(steps, rate_hz)
+        busiest = next(each for each in trapezoids if each.distance == largest)
         late_s = 0.0 if self._wire.can(Ability.SYNCHRONOUS_START) else START_S
         return tuple(
-            way.beside(busiest) + late_s * way.speed + 1.0 if way.way else 0.0 for way in ways
+            _deviation(each, busiest) + late_s * each.speed + 1.0 if each.distance else 0.0
+            for each in trapezoids
         )
 
 
-class _Trapezoid:
-    """A way from rest to rest."""
-
-    def __init__(self, way: float, speed: float, slope: float) -> None:
-        self.way, self.slope = way, slope
-        self.speed = speed if math.isinf(slope) else min(speed, math.sqrt(way * slope))
-        self.ramp_s = 0.0 if math.isinf(slope) else self.speed / slope
-        self.end_s = way / self.speed + self.ramp_s if way else 0.0
-
-    def at(self, time_s: float) -> float:
-        """Return how far it is."""
-        if time_s >= self.end_s:
-            return self.way
-        back_s = self.end_s - time_s
-        if time_s < self.ramp_s:
-            return self.slope * time_s**2 / 2.0
-        if back_s < self.ramp_s:
-            return self.way - self.slope * back_s**2 / 2.0
-        return self.speed * (time_s - self.ramp_s / 2.0)
-
-    def corners(self) -> tuple[float, ...]:
-        """Return the times at which its acceleration changes."""
-        return (self.ramp_s, self.end_s - self.ramp_s, self.end_s)
-
-    def beside(self, other: _Trapezoid) -> float:
-        """Return how far this is from its share of another's way, at most."""
-        share = self.way / other.way
-        times = sorted({0.0, *self.corners(), *other.corners()})
-        looks = [*times, *((a + b) / 2.0 for a, b in pairwise(times))]
-        return max(abs(self.at(time_s) - share * other.at(time_s)) for time_s in looks)
+def _deviation(one: Trapezoid, other: Trapezoid) -> float:
+    """Return the greatest distance of a motion from its share of another one."""
+    share = one.distance / other.distance
+    times = sorted({0.0, *one.corners_s(), *other.corners_s()})
+    looks = [*times, *((a + b) / 2.0 for a, b in pairwise(times))]
+    return max(abs(one.at(time_s) - share * other.at(time_s)) for time_s in looks)

@@ -1,7 +1,7 @@
-"""Sets up one MKS drive after the other: its id, its settings, its calibration.
+"""Set up MKS drives one after the other: id, settings, calibration.
 
-Its motor is turned by the controller of an arm that is this drive alone (`by_itself`): in bursts,
-slowly.
+To turn a motor, its drive becomes an arm of its own (`by_itself`), which moves slowly and in
+bursts.
 """
 
 from __future__ import annotations
@@ -11,14 +11,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.bus.motors import one_motor
+from armdrive.dialects.bus.drives import one_motor
 from armdrive.dialects.bus.tools import BusTools, CommissioningTools, DrivePlace, on_wire
 from armdrive.dialects.dialect import DeviceTools
 from armdrive.dialects.mks.compare import value_words, wanted_settings
 from armdrive.dialects.mks.inquiry import is_shared
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.survey import (
-    Known,
+    KnownDrive,
     answers,
     is_answer,
     is_request,
@@ -26,7 +26,7 @@ from armdrive.dialects.mks.survey import (
     scripts,
     survey_drives,
 )
-from armdrive.dialects.mks.wire import TRIES, Asking, MksWire
+from armdrive.dialects.mks.wire import TRIES, MksWire, WireScript
 from armdrive.dialects.mks.words import TALK, MksEar
 from armdrive.dialog.conversation import (
     About,
@@ -64,64 +64,64 @@ from firmware_protocol.mks import (
 )
 
 ACC = 236
-"""A motor that is tried goes by a ramp of 1000 rpm a second."""
+"""The ramp of a motor under test: 1000 rpm a second."""
 REACHED = 80
-"""Counts from its target at which it has arrived: under two degrees of its shaft."""
+"""It has arrived within this many counts of its target: under two degrees of its shaft."""
 
 
-def order(wire: MksWire, node: int, message: Request) -> Asking[bool | None]:
-    """Tell a drive once to do something; return whether it says that it did, None for silence."""
-    heard = (yield from wire.ask({node: message}, tries=1)).get(node)
-    return None if heard is None else isinstance(heard, Done)
+def order(wire: MksWire, node: int, message: Request) -> WireScript[bool | None]:
+    """Send a drive an order once; return whether it reports success, None if it is silent."""
+    reply = (yield from wire.ask({node: message}, tries=1)).get(node)
+    return None if reply is None else isinstance(reply, Done)
 
 
-# Calibrating a drive's encoder against its motor, which turns: only with nothing on the shaft.
+# Calibrating a drive's encoder against its motor. The motor turns, so its shaft must be free.
 
 LONGEST_S = 60.0
 CALIBRATION_LOOK_S = 0.1
-"""So often it is asked how it fares, which feeds the watchdog where that is on already."""
+"""How often its state is read, which also feeds its watchdog."""
 BEGUN_S = 0.5
-"""A drive that stands so long after it was told to calibrate does not do it."""
-_ALREADY = "It says that it is calibrated already. Do it all the same?"
+"""A drive that still stands after this time is not calibrating."""
+_ALREADY = "It reports that it is already calibrated. Calibrate it again?"
 STOPS = 3
-"""A stop is said so often: a frame can be lost."""
+"""How often a stop is sent, because frames can be lost."""
 
 
-def calibrate(wire: MksWire, node: int) -> Asking[bool]:
-    """Have a drive calibrate its encoder; return whether it says that it did."""
+def calibrate(wire: MksWire, node: int) -> WireScript[bool]:
+    """Calibrate a drive's encoder; return whether it reports success."""
     wire.put(node, Calibrate())
     try:
         return (yield from _calibrated(wire, node))
-    except GeneratorExit:  # it is waited for no longer
+    except GeneratorExit:  # the caller has given up
         for _ in range(STOPS):
             wire.put(node, EmergencyStop())
         raise
 
 
-def _calibrated(wire: MksWire, node: int) -> Asking[bool]:
+def _calibrated(wire: MksWire, node: int) -> WireScript[bool]:
     began_s = wire.now_s
     look_s, end_s = began_s + CALIBRATION_LOOK_S, began_s + LONGEST_S
     while wire.now_s < end_s:
-        heard = yield min(look_s, end_s)
-        if isinstance(heard, Done | Failed) and isinstance(heard.request, Calibrate):
+        event = yield min(look_s, end_s)
+        if isinstance(event, Done | Failed) and isinstance(event.request, Calibrate):
             wire.host.settle(node)
-            return isinstance(heard, Done)
-        stands = isinstance(heard, Answered) and heard.answer == StateRead(MotorState.STOPPED)
+            return isinstance(event, Done)
+        stands = isinstance(event, Answered) and event.answer == StateRead(MotorState.STOPPED)
         if stands and wire.now_s > began_s + BEGUN_S:
-            end_s = min(end_s, wire.now_s + CALIBRATION_LOOK_S)  # the word that ends it may follow
-        if heard is None and wire.now_s >= look_s:
+            end_s = min(end_s, wire.now_s + CALIBRATION_LOOK_S)  # its final report may still follow
+        if event is None and wire.now_s >= look_s:
             look_s = wire.now_s + CALIBRATION_LOOK_S
             wire.put(node, ReadState())
     return False
 
 
-# The settings of a drive: what differs from what an arm needs is shown, agreed to, written, read.
+# The settings of a drive: what differs from the arm's needs is shown, confirmed and written.
 #
-# What a firmware does not let be read is written whatever it is, and proved by the first motion.
+# Settings that the firmware does not report are always written; the first motion proves them.
 
 
-def write(wire: MksWire, node: int, setting: Setting, able: frozenset[Ability]) -> Asking[bool]:
-    """Write a setting and read it back, where the firmware lets it be read."""
+def write(wire: MksWire, node: int, setting: Setting, able: frozenset[Ability]) -> WireScript[bool]:
+    """Write a setting, and read it back if the firmware reports it."""
     for _ in range(TRIES):
         taken = yield from order(wire, node, setting)
         if Ability.READ_SETTINGS not in able:
@@ -134,40 +134,40 @@ def write(wire: MksWire, node: int, setting: Setting, able: frozenset[Ability]) 
     return False
 
 
-# A drive that has come to the bus: set up, and calibrated.
+# A drive that is on the bus: settings, calibration, zero.
 
 FAR = TARGET_MAX // 4
-"""A motor that counts beyond this is offered a new zero: at four times of it, none can be sent."""
+"""A motor beyond this count is offered a new zero; targets end at four times this count."""
 
 
 @dataclass(frozen=True, slots=True)
 class MksDriveAtHand:
-    """A drive that is alone with its id, what it has told, and what its arm file says of it."""
+    """A drive that is alone with its id, its answers, and its arm."""
 
     arm: ArmConfig
     drive: DrivePlace
-    found: Known
+    found: KnownDrive
 
     @property
     def firmware(self) -> str:
-        """Its firmware in its own words; empty where it does not tell."""
-        return str(self.found.firmware) if self.found.firmware.told else ""
+        """The firmware that it reports; empty if it reports none."""
+        return str(self.found.firmware) if self.found.firmware.reported else ""
 
     @property
     def keeps_settings(self) -> bool:
-        """Whether it has not lost its mode since, as far as it tells."""
+        """Whether it still has its mode, as far as it reports that."""
         return self.found.mode is None or self.found.mode.mode is Mode.BUS_FOC
 
     @property
     def watchdog_s(self) -> float:
-        """When it stops by itself once the bus is silent (98, firmware 1.0.9 on); 0 for never."""
+        """How long a bus is silent before it stops (98, from firmware 1.0.9); 0 for never."""
         return self.arm.device.watchdog_s if Ability.SILENCE_WATCHDOG in self.found.able else 0.0
 
     @property
     def by_itself(self) -> ArmConfig:
-        """An arm that is this drive alone, and turns its one motor slowly, one step a count.
+        """An arm with only this drive, which turns its motor slowly and in bursts.
 
-        It moves in bursts. Its watchdog is left as it is: it was agreed to before, or it was not.
+        Its watchdog stays as it is, because the person has already decided on that.
         """
         device = replace(
             self.arm.device,
@@ -181,7 +181,7 @@ class MksDriveAtHand:
         return one_motor(replace(self.arm, device=device), self.drive.name, COUNTS_PER_TURN)
 
     def settle(self) -> Talk[int]:
-        """Set a drive up; return the current in mA that it has now, 0 where that was left alone."""
+        """Write the settings; return the motor current in mA, 0 if nothing was changed."""
         current_ma = yield from self._current()
         wanted = [
             each
@@ -191,20 +191,20 @@ class MksDriveAtHand:
         differing = [
             each for each in wanted if self.found.settings.get(each.setting.code) != each.setting
         ]
-        yield from self._tell_lacks()
+        yield from self._report_lacks()
         if not differing:
             yield from say(f"Its settings are right: {', '.join(each.what for each in wanted)}.")
             return current_ma
         for each in differing:
             is_set = value_words(self.found.settings.get(each.setting.code))
-            before = f"now {is_set}" if is_set else "not told by this firmware"
+            before = f"now {is_set}" if is_set else "not reported by this firmware"
             yield from say(f"  {each.what:<18} {before}  ({each.why})")
         many = f"these {len(differing)} settings" if len(differing) > 1 else "this setting"
         if not (
             yield from agreed(
                 f"Write {many} to drive {self.drive.node}? Nothing turns; the motor may begin to "
                 "hold.",
-                "The drive keeps them without current. no leaves it as it is: `armdrive doctor "
+                "The drive keeps them without power. no leaves it as it is: `armdrive doctor "
                 f"--arm {self.arm.name} --mend` can write them later.",
                 motor=self.drive.motor,
             )
@@ -215,7 +215,7 @@ class MksDriveAtHand:
             if not (yield from self._write(each.setting)):
                 failed.append(each.what)  # noqa: PERF401 - a talk cannot be held in one
         if failed:
-            yield from say(f"The drive did not take: {', '.join(failed)}.")
+            yield from say(f"The drive did not accept: {', '.join(failed)}.")
         else:
             reads = Ability.READ_SETTINGS in self.found.able
             read = "written, and read back" if reads else "written"
@@ -226,7 +226,7 @@ class MksDriveAtHand:
         return (yield from on_wire(write, self.drive.node, setting, self.found.able))
 
     def set_watchdog(self, seconds: float) -> Talk[bool]:
-        """Have it stop by itself when the bus is silent for so long; return whether it will."""
+        """Make it stop by itself on a silent bus; return whether it will."""
         return (yield from self._write(SilenceWatchdog(round(seconds * 1000))))
 
     def _current(self) -> Talk[int]:
@@ -249,11 +249,11 @@ class MksDriveAtHand:
         )
         return int(answer)
 
-    def _tell_lacks(self) -> Talk[None]:
+    def _report_lacks(self) -> Talk[None]:
         if self.arm.device.watchdog_s and Ability.SILENCE_WATCHDOG not in self.found.able:
             yield from say(
-                "Its firmware has no watchdog (98, from 1.0.9 on): when the computer dies it ends "
-                "at its last target, which armdrive keeps no further ahead than 0.3 s."
+                "Its firmware has no watchdog (98, from 1.0.9 on): if the computer dies, it runs "
+                "on to its last target, which is never more than 0.3 s ahead."
             )
 
     def calibrate(self) -> Talk[bool]:
@@ -263,22 +263,22 @@ class MksDriveAtHand:
         if already:
             wanted = yield from agreed(
                 _ALREADY,
-                "Only after a drive was put on another motor.",
+                "Needed only after the drive was mounted on another motor.",
                 About.FREE,
                 self.drive.motor,
                 "no",
             )
         else:
-            told = "says that it is not" if known else "does not tell whether it is"
+            state = "reports that it is not" if known else "does not report whether it is"
             yield from say(
-                f"Drive {self.drive.node} {told} calibrated. Calibration turns the motor by "
-                f"itself, for up to {LONGEST_S:g} s, and nothing but its supply stops it for "
-                "certain: nothing may be on its shaft, no belt, no gear, no arm. One sold on its "
-                "motor mostly is calibrated."
+                f"Drive {self.drive.node} {state} calibrated. Calibration turns the motor by "
+                f"itself, for up to {LONGEST_S:g} s, and only switching its supply off is "
+                "certain to stop it. So the shaft must be free: no belt, no gear, no arm. A drive "
+                "that was sold with its motor usually is calibrated."
             )
             wanted = yield from agreed(
                 f"Is the shaft of the {self.drive.name} motor free, and may it turn now?",
-                "no leaves it out; calibrate before the motor is built in.",
+                "no skips it; calibrate before the motor is built in.",
                 About.FREE,
                 self.drive.motor,
             )
@@ -289,49 +289,48 @@ class MksDriveAtHand:
             return True
         yield from say(
             f"Drive {self.drive.node} did not calibrate. Look at the supply (12 V at least), at "
-            "the motor's two phases, and that the magnet sits on the shaft's end; then try once "
-            "more."
+            "the motor's two phases, and that the magnet sits on the shaft's end; then try "
+            "again."
         )
         return False
 
     def offer_zero(self) -> Talk[None]:
-        """Offer a new zero to a drive that counts far from it."""
+        """Offer a new zero to a drive that is far from its own."""
         counts = self.found.counts
         if counts is None or abs(counts) < FAR or Ability.ZERO not in self.found.able:
             return
         turns = abs(counts) / COUNTS_PER_TURN
         if not (
             yield from agreed(
-                f"It stands {turns:.0f} turns from its zero, and can be sent 512 at most. Call "
-                "where it stands now zero? Nothing turns; the arm has to be referenced afterwards.",
+                f"It is {turns:.0f} turns from its zero, and targets reach only 512. Make its "
+                "present position the zero? Nothing turns; reference the arm afterwards.",
                 "92. A drive counts from where it was switched on, or from where it was homed.",
                 motor=self.drive.motor,
             )
         ):
             return
         taken = yield from on_wire(order, self.drive.node, SetZero())
-        yield from say("It counts from here." if taken else "The drive did not take the zero.")
+        yield from say("It counts from here." if taken else "The drive did not accept the zero.")
 
 
-# One drive comes to the bus: it is recognised by its id, or given it. Nothing turns.
+# A drive joins the bus: it already has its id, or gets it. Nothing turns.
 
 SETTLE_S = 0.3
-"""A drive that was given an id has taken it by then."""
+"""A drive has adopted a new id after this time."""
 
 ONE_AT_A_TIME = (
-    "Every drive is shipped as id 1. Two of one id obey one command both, and spoil each other's "
-    "answers: so plug in one new drive at a time."
+    "Every drive is shipped as id 1. Two drives with one id both obey a command and garble each "
+    "other's answers, so plug in one new drive at a time."
 )
 CHECKS = (
-    "Nobody answers. Check that the drive has its motor supply, that CAN H and L are not swapped, "
+    "No drive answers. Check that it has its motor supply, that CAN H and L are not swapped, "
     "that both ends of the cable have their resistor of 120 ohm, and that its bit rate (CanRate in "
-    "its menu, 500K as shipped) is that of the adapter. `armdrive doctor --can` tells what is "
-    "known of the bus."
+    "its menu, 500K as shipped) is that of the adapter. `armdrive doctor --can` examines the bus."
 )
 
 
 def arrive(arm: ArmConfig, drive: DrivePlace, others: bool) -> Talk[MksDriveAtHand | None]:
-    """Bring a drive to its id; None where the person leaves it out."""
+    """Bring a drive to its id; None if the person skips it."""
     found = yield from _recognised(drive, others)
     while found is None:
         if not (yield from _plug_in(drive)):
@@ -346,10 +345,10 @@ def arrive(arm: ArmConfig, drive: DrivePlace, others: bool) -> Talk[MksDriveAtHa
     return MksDriveAtHand(arm, drive, found)
 
 
-def _recognised(drive: DrivePlace, others: bool) -> Talk[Known | None]:
-    """Return the drive where its id answers and nobody else can be meant by it."""
+def _recognised(drive: DrivePlace, others: bool) -> Talk[KnownDrive | None]:
+    """Return the drive if its id answers and can only be this one."""
     if drive.node == NODE_DEFAULT and others:
-        return None  # may be a new drive: the person has to say that it is this one
+        return None  # may be a new drive, so the person has to confirm it
     if not (yield from on_wire(answers, drive.node)):
         return None
     return (yield from _checked(drive))
@@ -363,15 +362,15 @@ def _plug_in(drive: DrivePlace) -> Talk[bool]:
     return (
         yield from agreed(
             words,
-            f"{ONE_AT_A_TIME} no leaves the {drive.name} out for now.",
+            f"{ONE_AT_A_TIME} no skips the {drive.name} for now.",
             About.CONNECT,
             drive.motor,
         )
     )
 
 
-def _checked(drive: DrivePlace) -> Talk[Known | None]:
-    """Look at a drive that answers; None where two do, or it is gone again."""
+def _checked(drive: DrivePlace) -> Talk[KnownDrive | None]:
+    """Examine a drive that answers; None if two do, or it is gone again."""
     found = yield from on_wire(known, drive.node)
     if found is None:
         yield from say(CHECKS)
@@ -392,9 +391,9 @@ def _calibrated_words(is_so: bool) -> str:
 
 
 def _give_id(drive: DrivePlace) -> Talk[bool | None]:
-    """Give the new drive, which answers as id 1, the id of its motor; None where nobody wants it.
+    """Give the new drive, which has id 1, the id of its motor; None if the person declines.
 
-    False where it did not work: the person may plug something else in, and try again.
+    False means that it failed: the person may plug in another drive and try again.
     """
     if not (yield from on_wire(answers, NODE_DEFAULT)):
         yield from say(CHECKS)
@@ -406,29 +405,29 @@ def _give_id(drive: DrivePlace) -> Talk[bool | None]:
         yield from agreed(
             f"A new drive answers as id {NODE_DEFAULT}. Make it id {drive.node}, for the "
             f"{drive.name}? Nothing turns.",
-            "It keeps the id without current (8B). no leaves it as it is.",
+            "It keeps the id without power (8B). no leaves it as it is.",
             motor=drive.motor,
         )
     ):
         return None
     taken = yield from on_wire(_take_id, drive.node)
     if not (yield from on_wire(answers, drive.node)):
-        why = "The drive refused the id." if taken is False else "It does not answer by the new id."
-        yield from say(f"{why} Switch its supply off and on, and try once more.")
+        why = "The drive refused the id." if taken is False else "It does not answer to the new id."
+        yield from say(f"{why} Switch its supply off and on, then try again.")
         return False
     if (yield from on_wire(answers, NODE_DEFAULT)):
         yield from say(
-            f"Id {drive.node} answers now, and so does id {NODE_DEFAULT} still: a second new drive "
-            f"is on the bus, and it may have been made id {drive.node} too. Unplug all but one of "
+            f"Id {drive.node} answers now, but id {NODE_DEFAULT} still does as well: a second new "
+            f"drive is on the bus, and may have become id {drive.node} too. Unplug all but one of "
             "them, and set the CanID of the others back in their menu if it has changed."
         )
         return False
-    yield from say(f"It is drive {drive.node} now" + ("." if taken else ", though it did not say."))
+    yield from say(f"It is drive {drive.node} now" + ("." if taken else ", without confirming it."))
     return True
 
 
-def _take_id(wire: MksWire, node: int) -> Asking[bool | None]:
-    """Give a new drive its id, and the time to take it; return what it says of that."""
+def _take_id(wire: MksWire, node: int) -> WireScript[bool | None]:
+    """Give a new drive its id and time to adopt it; return its reply."""
     taken = yield from order(wire, NODE_DEFAULT, SetId(node))
     yield from wire.pause(wire.now_s + SETTLE_S)
     return taken
@@ -438,13 +437,13 @@ def _two(node: int) -> str:
     return f"More than one drive answers as id {node}. {ONE_AT_A_TIME}"
 
 
-def alone(wire: MksWire, node: int) -> Asking[bool]:
-    """Find out whether one drive, and no more, answers to an id."""
+def alone(wire: MksWire, node: int) -> WireScript[bool]:
+    """Find out whether exactly one drive answers to an id."""
     return (yield from answers(wire, node)) and not (yield from is_shared(wire, node))
 
 
 def section(device: MksSettings, ids: Sequence[int], current_ma: int) -> dict[str, Any]:
-    """Return what [mks] of the arm file says of the drives; a current of 0 is not said."""
+    """Return the arm file's section [mks]; a current of 0 is left out."""
     known: dict[str, Any] = {
         "ids": list(ids),
         "watchdog_s": device.watchdog_s,
@@ -459,7 +458,7 @@ STEPS = (
     "its encoder's calibration, if it has none: with a free shaft",
     "in the arm: direction and gear by a small motion, and the watchdog by another",
 )
-"""What is done with each drive, in this order."""
+"""The steps for each drive, in order."""
 
 BUS = BusTools(
     name="mks",
@@ -484,6 +483,6 @@ BUS = BusTools(
         section=section,
     ),
 )
-"""The MKS protocol on a bus, by ids of one frame each."""
+"""The MKS protocol on a bus."""
 
 TOOLS = DeviceTools(TALK, bus=BUS, ear=MksEar)

@@ -1,12 +1,13 @@
-"""Finding the drives of an arm, learning what they can do, and switching them on. Nothing moves."""
+"""Find an arm's drives, learn their abilities, and switch their current. Nothing moves."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
+from dataclasses import replace
 
 from armdrive.dialects.mks.inquiry import MksInquiry, Words, firmware_of, shared_words
-from armdrive.dialects.mks.stops import MksStops, pressing_words
-from armdrive.dialects.mks.wire import TRIES, Asking, Hindrance, MksWire, Script, meant
+from armdrive.dialects.mks.stops import MksStops, pushing_words
+from armdrive.dialects.mks.wire import TRIES, MksWire, Obstacle, Script, WireScript, setting_of
 from armdrive.tasks import Done, ProtocolWarning, RequestRejected
 from firmware_protocol.mks import (
     LATEST,
@@ -31,52 +32,54 @@ REPLIES_OFF = (
     "--mend`, or code 8C with 01 01)"
 )
 NO_SUCH_ORDER = "it may be in a mode in which the bus moves nothing: set SR_vFOC (Menu > Mode)"
-CALM_S = 1.0
-"""A motion that a program before this one left behind is waited for so long."""
+EARLIER_MOTION_S = 1.0
+"""How long to wait for the end of a motion that an earlier program left running."""
 BUSY = (MotorState.HOMING, MotorState.CALIBRATING)
 TURNING = (MotorState.ACCELERATING, MotorState.DECELERATING, MotorState.FULL_SPEED)
 
 
 class MksContact:
-    """The way to drives that stand, hear and hold."""
+    """Brings all drives to the state in which they stand, reply and hold."""
 
     def __init__(
-        self, wire: MksWire, stops: MksStops, inquiry: MksInquiry, learnt: Callable[[], None]
+        self, wire: MksWire, stops: MksStops, inquiry: MksInquiry, on_firmware: Callable[[], None]
     ) -> None:
         self._wire, self._stops, self._inquiry = wire, stops, inquiry
-        self._learnt = learnt
-        self.made = False
-        """Whether all drives were found, and stand."""
+        self._on_firmware = on_firmware
+        self.connected = False
+        """Whether all drives were found standing."""
         self.on = False
-        """Whether all were switched on."""
+        """Whether all drives were switched on."""
         self.watched = False
-        """Whether every drive is known to stop when the bus is silent."""
+        """Whether every drive is known to stop on a silent bus."""
         self.firmware = ""
 
-    def make(self) -> Hindrance:
-        """Find every drive and wait until all stand; return what stands against it."""
+    def connect(self) -> Obstacle:
+        """Find every drive and wait until all stand; return what prevents that."""
         wire = self._wire
         began_s, wire.said = wire.now_s, "READ ENCODER"
         wire.surplus.clear()
         for _ in range(TRIES):
             if missing := (yield from wire.look()):
                 return (yield from self._absent_or_shared(missing, began_s))
-        yield from wire.pause(wire.now_s + wire.settings.answer_s)  # the answers of a second drive
+        yield from wire.pause(
+            wire.now_s + wire.settings.answer_s
+        )  # for the answers of a second drive
         if words := shared_words(wire.surplus.shared):
             return RequestRejected(words, moved=False)
         yield from self._recognise()
-        hindrance = yield from self._calm_down()
-        if hindrance is None:
-            hindrance = yield from self.take_up()
-        if hindrance is None:
+        obstacle = yield from self._end_earlier_motion()
+        if obstacle is None:
+            obstacle = yield from self.adopt_positions()
+        if obstacle is None:
             for drive in wire.drives:
                 drive.rest_at(drive.count or 0, wire.now_s)
                 drive.fresh = True
-        self.made = hindrance is None
-        return hindrance
+        self.connected = obstacle is None
+        return obstacle
 
-    def _absent_or_shared(self, missing: Collection[int], since_s: float) -> Hindrance:
-        """Say that drives do not answer: perhaps because they have the ids of others."""
+    def _absent_or_shared(self, missing: Collection[int], since_s: float) -> Obstacle:
+        """Report missing drives; they may have the ids of others."""
         wire = self._wire
         absence = wire.absence(missing, since_s)
         if not isinstance(absence, RequestRejected):
@@ -90,8 +93,8 @@ class MksContact:
             RequestRejected(f"{absence.reason}. And {shared}", moved=False) if shared else absence
         )
 
-    def _recognise(self) -> Asking[None]:
-        """Learn what the drives can do: what the oldest firmware among them can."""
+    def _recognise(self) -> WireScript[None]:
+        """Learn the abilities that all drives have: those of the oldest firmware."""
         wire = self._wire
         version = wire.settings.version
         if version is None:
@@ -99,19 +102,19 @@ class MksContact:
             version = min(LATEST, *(each.version for each in found.values()))
         self.firmware = ".".join(map(str, version))
         wire.able = abilities_of(version)
-        self._learnt()
+        self._on_firmware()
 
-    def _calm_down(self) -> Hindrance:
-        """Wait for the end of what an earlier program left in motion, then end it."""
+    def _end_earlier_motion(self) -> Obstacle:
+        """Wait for the end of a motion that an earlier program left running, then stop it."""
         wire = self._wire
-        end_s = wire.now_s + CALM_S
+        end_s = wire.now_s + EARLIER_MOTION_S
         while True:
             states = yield from self._inquiry.states()
             busy = [node for node, state in states.items() if state in BUSY]
             if busy:
-                what = "homing or calibrating" if len(busy) == 1 else "at work"
+                what = "homing or calibrating" if len(busy) == 1 else "busy"
                 return RequestRejected(
-                    f"{wire.drive(busy[0])} is {what}: wait for its end", moved=False
+                    f"{wire.drive(busy[0])} is {what}: wait until it has finished", moved=False
                 )
             turning = [node for node, state in states.items() if state in TURNING]
             if not turning:
@@ -120,10 +123,24 @@ class MksContact:
                 return (yield from self._stops.halt(turning))
             yield from wire.pause(wire.now_s + wire.settings.poll_s)
 
-    # -- where they stand ---------------------------------------------------------------------
+    # -- positions ----------------------------------------------------------------------------
 
-    def take_up(self) -> Hindrance:
-        """Take every drive for standing where it is."""
+    def read(self) -> Script:
+        """Read every encoder, and find out why a drive has moved that should hold its place."""
+        wire = self._wire
+        began_s = wire.now_s
+        if missing := (yield from wire.look()):
+            absence = wire.absence(missing, began_s)
+            return replace(absence, moved=True) if isinstance(absence, RequestRejected) else absence
+        for drive in wire.drives:
+            if not self.on or drive.moving or drive.is_near:
+                continue
+            wire.tell((yield from self._inquiry.found_at_rest(drive)))
+            drive.rest_at(drive.count or 0, wire.now_s)
+        return wire.registers()
+
+    def adopt_positions(self) -> Obstacle:
+        """Read where the drives stand, and take that for their targets."""
         wire = self._wire
         began_s = wire.now_s
         if missing := (yield from wire.look()):
@@ -134,33 +151,33 @@ class MksContact:
                 drive.rest_at(drive.count or 0, wire.now_s)
         return None
 
-    def _take_up_at_rest(self) -> Hindrance:
-        """Take drives for standing where they are, and have none push towards anywhere else.
+    def _adopt_and_relieve(self) -> Obstacle:
+        """Adopt the drives' positions, and relieve those that push.
 
-        One may have been blocked as its last program, or its cable, was lost: nobody eased it then,
-        and it would spring to its set-point whenever it comes free.
+        A drive may have been blocked when its last program died or its cable was lost. It would
+        spring to its set-point as soon as it comes free.
         """
-        hindrance = yield from self.take_up()
-        if hindrance is not None:
-            return hindrance
-        pushing = yield from self._stops.ease(self._wire.nodes)
+        obstacle = yield from self.adopt_positions()
+        if obstacle is not None:
+            return obstacle
+        pushing = yield from self._stops.relieve(self._wire.nodes)
         if not pushing:
             return None
-        yield from self._stops.eased(pushing)
+        yield from self._stops.relieved(pushing)
         for node, off in pushing.items():
-            if why := (yield from self._inquiry.mode_words(node)):  # it does not hear, and pushes
+            if why := (yield from self._inquiry.mode_words(node)):  # it obeys nothing, and pushes
                 return RequestRejected(why, moved=False)
-            self._wire.tell(ProtocolWarning(pressing_words(self._wire.drive(node), off)))
-        return (yield from self.take_up())
+            self._wire.tell(ProtocolWarning(pushing_words(self._wire.drive(node), off)))
+        return (yield from self.adopt_positions())
 
     # -- current ------------------------------------------------------------------------------
 
     def switch_on(self) -> Script:
-        """Have every drive hold its motor where it is, and guard against a silent bus."""
+        """Make every drive hold its motor where it is, and switch on its watchdog."""
         self.on = False
         wire, inquiry = self._wire, self._inquiry
-        if hindrance := (yield from self.take_up()):
-            return hindrance
+        if obstacle := (yield from self.adopt_positions()):
+            return obstacle
         if stalled := (yield from inquiry.stalled(wire.nodes)):
             return RequestRejected(
                 f"{inquiry.stall_words(stalled[0])}; `reset()` clears that", moved=False
@@ -178,15 +195,15 @@ class MksContact:
             )
         self.watched = yield from self._watch()
         self.on = True
-        return (yield from self._take_up_at_rest()) or Done()
+        return (yield from self._adopt_and_relieve()) or Done()
 
     def switch_off(self) -> Script:
-        """Have every drive let its motor go."""
+        """Switch every drive's motor off."""
         self.on = False
         return (yield from self._command(Enable(on=False), "DISABLE")) or Done()
 
-    def _watch(self) -> Asking[bool]:
-        """Switch the drives' silence watchdog on; tell whether it is on for certain in all."""
+    def _watch(self) -> WireScript[bool]:
+        """Switch on the watchdog of every drive; return whether it is certainly on in all."""
         wire = self._wire
         timeout = SilenceWatchdog(round(wire.settings.watchdog_s * 1000.0))
         if not timeout.timeout_ms or not wire.can(Ability.SILENCE_WATCHDOG):
@@ -196,69 +213,66 @@ class MksContact:
             return False
         fits = [SettingRead(timeout.code, value) for value in (None, timeout.payload)]
         for _ in range(TRIES):  # a late answer to the setting looks like its value
-            told = yield from wire.read(ReadSetting(timeout.code))
-            if all(told.get(node) in (None, *fits) for node in wire.nodes):
+            answers = yield from wire.read(ReadSetting(timeout.code))
+            if all(answers.get(node) in (None, *fits) for node in wire.nodes):
                 return True
         return False
 
-    def _command(self, message: Message, text: str) -> Hindrance:
-        """Have every drive do something that may be said twice; return why one did not."""
+    def _command(self, message: Message, text: str) -> Obstacle:
+        """Send every drive a command that is safe to repeat; return why one did not obey."""
         wire = self._wire
         began_s = wire.now_s
         found = yield from wire.ask(dict.fromkeys(wire.nodes, message), text=text)
         if missing := [node for node in wire.nodes if node not in found]:
-            unheard = yield from self._unheard_words(missing)
-            return (
-                RequestRejected(unheard, moved=False) if unheard else wire.absence(missing, began_s)
-            )
-        for node, heard in found.items():
-            if not isinstance(heard, Taken):
+            why = yield from self._silence_words(missing)
+            return RequestRejected(why, moved=False) if why else wire.absence(missing, began_s)
+        for node, reply in found.items():
+            if not isinstance(reply, Taken):
                 why = yield from self._inquiry.mode_words(node)
                 refused = f"{wire.drive(node)} refused {text}: {NO_SUCH_ORDER}"
                 return RequestRejected(why or refused, moved=False)
         return None
 
-    # -- how they are set up ------------------------------------------------------------------
+    # -- settings -----------------------------------------------------------------------------
     #
-    # Modes and replies are asked for before any is switched on: else some would hold, others not.
+    # Modes and replies are read before any motor is switched on: else some would hold, others not.
 
     def _unfit_words(self) -> Words:
-        """Say which drive is set up so that it would not be switched on; empty where none is."""
+        """Return which drive's settings prevent switching it on; empty if none do."""
         for node in self._wire.nodes:
             if words := (yield from self._inquiry.mode_words(node)):
                 return words
         return (yield from self._mute_words(self._wire.nodes))
 
-    def _unheard_words(self, missing: Collection[int]) -> Words:
-        """Say why drives did not answer an order; empty where they answer nothing else either."""
+    def _silence_words(self, missing: Collection[int]) -> Words:
+        """Return why drives did not answer an order; empty if they answer nothing else either."""
         if words := (yield from self._mute_words(missing)):
             return words
         silent = yield from self._wire.look(missing)
-        heard = [node for node in missing if node not in silent]
-        return f"{self._wire.drive(heard[0])} {REPLIES_OFF}" if heard and not silent else ""
+        return "" if silent else f"{self._wire.drive(next(iter(missing)))} {REPLIES_OFF}"
 
     def _mute_words(self, nodes: Collection[int]) -> Words:
         if not self._wire.can(Ability.READ_SETTINGS):
             return ""
         found = yield from self._wire.read(ReadSetting(Code.REPLIES), nodes)
         none = SetReplies(ReplyMode.NONE)
-        off = [node for node, told in found.items() if meant(told) == none]
+        off = [node for node, answer in found.items() if setting_of(answer) == none]
         return f"{self._wire.drive(off[0])} {REPLIES_OFF}" if off else ""
 
     # -- faults -------------------------------------------------------------------------------
 
     def clear(self) -> Script:
-        """Clear stalls; the drives stand, and hold or not as they did. Moves nothing."""
+        """Clear stalls. Motor currents stay as they are, and nothing moves."""
         inquiry = self._inquiry
-        hindrance = yield from self._calm_down()
-        if hindrance is not None:
-            return hindrance
+        obstacle = yield from self._end_earlier_motion()
+        if obstacle is not None:
+            return obstacle
         stalled = yield from inquiry.stalled(self._wire.nodes)
         if stalled:
             yield from self._wire.ask(dict.fromkeys(stalled, ClearStall()), text="CLEAR STALL")
             if left := (yield from inquiry.stalled(stalled)):
                 return RequestRejected(
-                    f"{inquiry.stall_words(left[0])}, and does not clear it", moved=False
+                    f"{inquiry.stall_words(left[0])}; it does not clear that", moved=False
                 )
-        rest = self._take_up_at_rest if self.on else self.take_up
-        return (yield from rest()) or Done()
+        adopt = self._adopt_and_relieve if self.on else self.adopt_positions
+        return (yield from adopt()) or Done()

@@ -1,10 +1,10 @@
-"""Motion of MKS drives by steering: each is given a new target again and again, in flight.
+"""Steer MKS drives along a path: each gets new targets while it moves.
 
-At a fixed period every motor that moves is told the speed that brings it, by the end of the period,
-to where the motion should be then, and a target that it would not reach before the next order but
-no later than announced if none came: as far ahead as it goes one way. So drives do not brake
-between segments, and stop by themselves when their host dies. Speeds are whole rpm; what rounding
-leaves over is in the next period's way, so nothing adds up.
+At a fixed period every moving motor gets the speed that brings it, by the end of the period, to
+where the path is then. Its target lies as far ahead as the motor turns in one direction: too far to
+reach before the next order, but within the announced time if no order follows. So drives do not
+brake between segments, and stop by themselves if their host dies. Speeds are whole rpm; the
+rounding error is part of the next period's distance, so it does not add up.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from armdrive.dialects.bus.observer import Finding, ObservedDrive
-from armdrive.dialects.bus.way import KEPT_S, Course, Lead, Way
+from armdrive.dialects.bus.observer import MAX_DELAY_S, DriveFinding, ObservedDrive
+from armdrive.dialects.bus.paths import KEPT_S, Course, Heading, PlannedPath, SegmentFeed
 from armdrive.dialects.mks.stops import shared_acc
 from armdrive.dialects.mks.wire import MksWire
 from armdrive.tasks import MoveAlong, RequestRejected
@@ -27,111 +27,107 @@ from firmware_protocol.mks import (
 )
 from kinematics.spaces import Motors
 
-SLOW_RPM = LAST_RPM = 3
-"""Slower than this, a drive is sent to the end of the period alone: it stands there."""
+SLOW_RPM = MIN_FINAL_RPM = 3
+"""Below this speed, a drive's target is only the end of the period, where it stands."""
 CREEP_RPM = 32
-"""Slower than this, or behind, one is told to be there when it is announced."""
+"""Below this speed, or if it is behind, a drive's speed is chosen so that it arrives in time."""
 CATCH_UP, CATCH_UP_RPM = 1.1, 1
-"""How much faster than planned a drive may be told to go that is behind: its joint may be planned
-at its limit, where motors are coupled it may turn by twice as much more, and 1 rpm is what whole
-rpm leave over of a slow one."""
-SHOWS_PERIODS = 1.5
-"""A drive whose orders stay the same is given them anew after so long: who takes none says so."""
-BRAKES_SURELY = 1.1
-"""How much steeper than it just needs a drive brakes at its end."""
-HEEDED_S = 0.003
-"""An order takes so long to be heeded at most: a frame, those before it, a loop that is behind."""
+"""How much faster than planned a drive that is behind may turn: its joint may be planned at its
+limit, coupled motors may add twice as much, and 1 rpm is the rounding error of a slow drive."""
+REFRESH_PERIODS = 1.5
+"""An unchanged order is repeated after this many periods, so that a drive can reject it."""
+BRAKING_MARGIN = 1.1
+"""How much steeper than necessary a drive brakes at its target."""
+ORDER_DELAY_S = 0.003
+"""The longest time until an order takes effect: its frame, those before it, a late loop."""
 
 
 class Trip:
-    """One motion under way: where its segments come from, and how far it is."""
+    """One motion under way: the source of its segments, and its progress."""
 
-    def __init__(self, request: MoveAlong, way: Way, period_s: float) -> None:
-        self.way = way
+    def __init__(self, request: MoveAlong, path: PlannedPath, period_s: float) -> None:
+        self.path = path
         self.ahead_s = request.ahead_s
         self.held_back = request.held_back
-        """Whether somebody has paused the arm."""
+        """Whether the arm is paused."""
         self.time_s = 0.0
-        """Where on the way the motors are now."""
+        """The path time at which the motors are now."""
         self.sent_s = 0.0
-        """How far on it they have been sent."""
+        """The path time of their last targets."""
         self.due_s = -math.inf
-        """When the drives are to be steered next."""
-        self.underruns = 0
-        """How often there was nothing left to be driven although more was to come."""
+        """When the next orders are due."""
         self.ending = False
-        """Whether nothing more is to be drawn, for now or for ever."""
+        """Whether no more segments will be fetched, at the end or during a pause."""
         self.sent_all = False
-        """Whether nothing is left to be steered."""
+        """Whether the final targets have been sent."""
         self._period_s = period_s
-        self._segments = request.segments
-        self._exhausted = False
+        self._feed = SegmentFeed(path, request.segments)
+        self._resumed = 0
         self._steered_s = -math.inf
-        self._longest_s = 0.0
+
+    @property
+    def underruns(self) -> int:
+        """How often drives stood still although more of their motion was to come."""
+        return self._feed.underruns + self._resumed
 
     def at_s(self, now_s: float) -> float:
-        """Return where on the way the motors should be by now."""
+        """Return the path time at which the motors should be now."""
         since_s = now_s - self._steered_s if math.isfinite(self._steered_s) else 0.0
         return min(self.time_s + since_s, self.sent_s)
 
-    def go_on(self, now_s: float) -> None:
-        """Let the time since the last steering pass, as far as the motors had been sent.
+    def advance(self, now_s: float) -> None:
+        """Advance by the time since the last orders, then fetch the segments that fit.
 
-        Then draw what there is room for. Late periods do not add up.
+        Late periods do not add up.
         """
         self.due_s = max(self.due_s, now_s - self._period_s / 2.0) + self._period_s
         self.time_s, self._steered_s = self.at_s(now_s), now_s
-        self.way.pass_by(self.time_s)
+        self.path.discard_before(self.time_s)
         held = self.held_back()
-        dry = self.time_s >= self.way.end_s > 0.0 and not (self._exhausted or held)
-        drew = False
-        while not (self._exhausted or held) and self._has_room():
-            segment = next(self._segments, None)
-            self._exhausted = segment is None
-            if segment is not None:
-                self.way.draw(segment)
-                self._longest_s, drew = segment.duration_s, True
-        self.ending = self._exhausted or held
-        self.underruns += dry and drew
+        if not held:
+            dry = self.time_s >= self.path.end_s > 0.0
+            self._feed.fetch(self._has_room, self.time_s, dry=dry)
+        self.ending = self._feed.exhausted or held
 
     def _has_room(self) -> bool:
-        left_s = self.way.end_s - self.time_s
-        return left_s <= 0.0 or left_s + self._longest_s <= self.ahead_s + 1e-6
+        left_s = self.path.end_s - self.time_s
+        return left_s <= 0.0 or left_s + self._feed.latest_s <= self.ahead_s + 1e-6
 
     def resume(self, time_s: float, now_s: float) -> None:
-        """Go on from a time on the way that the motors are found to be at."""
+        """Continue from the path time at which the motors were found."""
         self.time_s = self.sent_s = time_s
         self._steered_s = self.due_s = now_s
         self.sent_all = False
-        self.underruns += 1
+        self._resumed += 1
 
 
 class Steering:
-    """Gives the drives their orders along a trip."""
+    """Sends the drives their orders along a trip."""
 
     def __init__(self, wire: MksWire) -> None:
         self._wire = wire
         self.refused: RequestRejected | None = None
-        """Why a target cannot be given."""
+        """Why a target cannot be commanded."""
 
     def steer(self, trip: Trip) -> None:
-        """Give every drive that moves its next order."""
+        """Send every moving drive its next order."""
         wire, period_s = self._wire, self._wire.settings.segment_s
-        trip.go_on(wire.now_s)
-        ahead_s = min(trip.time_s + trip.ahead_s, trip.way.end_s)
+        trip.advance(wire.now_s)
+        ahead_s = min(trip.time_s + trip.ahead_s, trip.path.end_s)
         trip.sent_s = ahead_s
-        last = trip.ending and trip.time_s + period_s >= trip.way.end_s - 1e-9
-        leads = [trip.way.lead(motor, trip.time_s, ahead_s) for motor in range(len(wire.drives))]
-        speeds = [trip.way.speed(motor, trip.time_s, lead) for motor, lead in enumerate(leads)]
+        last = trip.ending and trip.time_s + period_s >= trip.path.end_s - 1e-9
+        motors = range(len(wire.drives))
+        headings = [trip.path.heading(motor, trip.time_s, ahead_s) for motor in motors]
+        speeds = [trip.path.speed(motor, trip.time_s, headings[motor]) for motor in motors]
         shares = _shares_of(speeds)
-        for motor, (drive, lead) in enumerate(zip(wire.drives, leads, strict=True)):
+        for motor, (drive, heading) in enumerate(zip(wire.drives, headings, strict=True)):
             drive.course.advance(wire.now_s)
             share = shares[motor]
-            order = self._last(trip, motor) if last else self._next(trip, motor, lead, share)
+            order = self._last(trip, motor) if last else self._next(trip, motor, heading, share)
             if order is None:
                 continue
             target, rpm = order
-            behind = drive.verdict is not None and drive.verdict.finding is Finding.BEHIND
+            behind = drive.verdict is not None and drive.verdict.finding is DriveFinding.BEHIND
             if last or behind or rpm < CREEP_RPM:
                 target, rpm = self._in_time(trip, motor, target, rpm)
             if (refused := beyond(drive, target)) is not None:
@@ -140,8 +136,8 @@ class Steering:
             if target != drive.goal or (drive.moving and self._has_news(drive, rpm)):
                 self._send(drive, target, rpm, share)
         if last:
-            trip.time_s = trip.sent_s = trip.way.end_s
-            ends = zip(wire.drives, trip.way.end, strict=True)
+            trip.time_s = trip.sent_s = trip.path.end_s
+            ends = zip(wire.drives, trip.path.end, strict=True)
             trip.sent_all = all(drive.goal == end for drive, end in ends)
 
     def _send(self, drive: ObservedDrive, target: int, rpm: int, share: float) -> None:
@@ -152,13 +148,13 @@ class Steering:
         self._wire.send(drive.node, MoveAbsoluteAxis(target, rpm, acc))
 
     def _in_time(self, trip: Trip, motor: int, target: int, rpm: int) -> tuple[int, int]:
-        """Have a drive be at its target when that is announced, by where it was read.
+        """Return a target and speed that a drive reaches in the announced time, by its reading.
 
-        No faster than it was to go within the last second: where that is not enough it is not sent
-        so far, and its way takes longer.
+        It turns no faster than the path did within the last second. If that is not enough, its
+        target is nearer and the motion takes longer.
         """
         drive, ahead_s = self._wire.drives[motor], self._ahead_s(trip)
-        fastest = trip.way.fastest(motor, trip.time_s - KEPT_S, trip.time_s + ahead_s)
+        fastest = trip.path.fastest(motor, trip.time_s - KEPT_S, trip.time_s + ahead_s)
         most = max(rpm, catch_up_rpm(fastest / COUNTS_S_PER_RPM))
         left = self._left(drive, target)
         needed = math.ceil(left / ahead_s / COUNTS_S_PER_RPM)
@@ -167,82 +163,84 @@ class Steering:
         ahead = math.copysign(1.0, target - drive.course.place)
         nearer = round(target - ahead * (left - most * COUNTS_S_PER_RPM * ahead_s))
         if drive.moving and ahead * (nearer - drive.goal) < 0.0:
-            nearer = drive.goal  # nobody is sent back
+            nearer = drive.goal  # never reverse
         return nearer, most
 
     def _left(self, drive: ObservedDrive, target: int) -> float:
-        """Return how far a drive has to go to a target, by where it was read.
+        """Return the distance from a drive's last reading to a target.
 
-        Its orders may have been lost: then its course is there already.
+        Its course may be ahead of the drive, because orders were lost.
         """
-        way = target - drive.course.place
-        lag = max(math.copysign(1.0, way) * drive.lag, 0.0)
-        return abs(way) + (lag if lag > drive.bounds.rest else 0.0)
+        distance = target - drive.course.place
+        lag = max(math.copysign(1.0, distance) * drive.lag, 0.0)
+        return abs(distance) + (lag if lag > drive.bounds.rest else 0.0)
 
     def _has_news(self, drive: ObservedDrive, rpm: int) -> bool:
-        """Tell whether a drive is told its speed: a new one, or to show that it obeys still."""
-        shows_s = drive.course.ordered_s + SHOWS_PERIODS * self._wire.settings.segment_s
-        return rpm * COUNTS_S_PER_RPM != drive.course.told or self._wire.now_s >= shows_s
+        """Return whether a drive needs an order: a new speed, or a refresh that it may reject."""
+        refresh_s = drive.course.ordered_s + REFRESH_PERIODS * self._wire.settings.segment_s
+        return rpm * COUNTS_S_PER_RPM != drive.course.max_speed or self._wire.now_s >= refresh_s
 
-    def _next(self, trip: Trip, motor: int, lead: Lead, share: float) -> tuple[int, int] | None:
-        """Return a drive's next target and speed; None where it goes on as it is."""
+    def _next(
+        self, trip: Trip, motor: int, heading: Heading, share: float
+    ) -> tuple[int, int] | None:
+        """Return a drive's next target and speed; None if its present order still fits."""
         drive, period_s = self._wire.drives[motor], self._wire.settings.segment_s
-        if not lead.way:
-            return self._to_rest(drive, lead) if drive.moving else None
-        until_s = min(trip.time_s + period_s, lead.until_s)
-        here, there = trip.way.at(motor, trip.time_s), trip.way.at(motor, until_s)
+        if not heading.direction:
+            return self._to_rest(drive, heading) if drive.moving else None
+        until_s = min(trip.time_s + period_s, heading.until_s)
+        here, there = trip.path.at(motor, trip.time_s), trip.path.at(motor, until_s)
         place = drive.course.place
-        needed = lead.way * (there - place) / max(until_s - trip.time_s, period_s / 2.0)
+        needed = heading.direction * (there - place) / max(until_s - trip.time_s, period_s / 2.0)
         planned = abs(there - here) / max(until_s - trip.time_s, 1e-6) / COUNTS_S_PER_RPM
         most = catch_up_rpm(planned)
         if planned < SLOW_RPM:
             target = round(there)
-            ahead = lead.way * (target - place) > 0.5
+            ahead = heading.direction * (target - place) > 0.5
             rpm = _whole_rpm(math.ceil(needed / COUNTS_S_PER_RPM), most)
             return (target, rpm) if ahead else None
         rpm = _whole_rpm(round(needed / COUNTS_S_PER_RPM), most)
         speed, acc = rpm * COUNTS_S_PER_RPM, shared_acc(self._wire.settings.acceleration, share)
-        brakes = speed**2 / (2.0 * slope_of(acc))  # or a gentle ramp would begin before its end
+        brakes = speed**2 / (2.0 * slope_of(acc))  # else a gentle ramp would begin too early
         sent = speed * (self._ahead_s(trip) - period_s / 2.0) + brakes
-        room = min(lead.way * (lead.far - place), sent)
-        return (round(place + lead.way * room), rpm) if room > 0.5 else None
+        room = min(heading.direction * (heading.end - place), sent)
+        return (round(place + heading.direction * room), rpm) if room > 0.5 else None
 
     def _ahead_s(self, trip: Trip) -> float:
         return max(trip.ahead_s, 1.5 * self._wire.settings.segment_s)
 
-    def _to_rest(self, drive: ObservedDrive, lead: Lead) -> tuple[int, int] | None:
-        """Have a drive end where its motor stands for now, unless it has been sent there."""
-        rest = round(lead.far)
+    def _to_rest(self, drive: ObservedDrive, heading: Heading) -> tuple[int, int] | None:
+        """Return the order that ends at a standing motor's place; None if that is the target."""
+        rest = round(heading.end)
         if drive.goal == rest:
             return None
-        return rest, _whole_rpm(round(drive.course.told / COUNTS_S_PER_RPM), SPEED_MAX_RPM)
+        return rest, _whole_rpm(round(drive.course.max_speed / COUNTS_S_PER_RPM), SPEED_MAX_RPM)
 
     def _last(self, trip: Trip, motor: int) -> tuple[int, int] | None:
-        """Return the end of the motion, and the speed that has the drive there in time."""
-        drive, way = self._wire.drives[motor], trip.way
-        end = way.end[motor]
+        """Return the end of the motion, and the speed that reaches it in time."""
+        drive, path = self._wire.drives[motor], trip.path
+        end = path.end[motor]
         if not drive.moving and drive.goal == end:
             return None
-        left_s = max(way.end_s - trip.time_s, 1e-3)
-        planned = abs(end - way.at(motor, trip.time_s)) / left_s / COUNTS_S_PER_RPM
+        left_s = max(path.end_s - trip.time_s, 1e-3)
+        planned = abs(end - path.at(motor, trip.time_s)) / left_s / COUNTS_S_PER_RPM
         needed = math.ceil(abs(end - drive.course.place) / left_s / COUNTS_S_PER_RPM)
-        return end, min(max(needed, LAST_RPM), catch_up_rpm(planned))
+        return end, min(max(needed, MIN_FINAL_RPM), catch_up_rpm(planned))
 
 
-def way_from_here(wire: MksWire) -> Way:
-    """Return a way that begins where the drives stand."""
-    return Way(Motors(drive.goal for drive in wire.drives))
+def path_from_here(wire: MksWire) -> PlannedPath:
+    """Return a path that begins where the drives stand."""
+    return PlannedPath(Motors(drive.goal for drive in wire.drives))
 
 
 def ramp_to(course: Course, target: int, acc: int, share: float, kept: int = 0) -> int:
-    """Return the ramp by which a drive goes to a target: its share, or what it needs to end there.
+    """Return a drive's ramp to a target: its share, or a steeper one if it must brake harder.
 
-    A gentler one than that by which it came to its speed would have it run past its end, or than
-    it brakes by (`kept`): its course may be there a moment earlier.
+    A ramp gentler than the one that gave it its speed would make it overshoot. So would one gentler
+    than that by which it already brakes (`kept`), since its course may be ahead of it.
     """
     shared = max(shared_acc(acc, share), min(kept, acc))
-    left = abs(target - course.place) - abs(course.speed) * HEEDED_S
-    brakes = BRAKES_SURELY * course.speed**2 / (2.0 * max(left, 1.0))
+    left = abs(target - course.place) - abs(course.speed) * ORDER_DELAY_S
+    brakes = BRAKING_MARGIN * course.speed**2 / (2.0 * max(left, 1.0))
     if not acc or brakes <= slope_of(shared):
         return shared
     needed = acc_of(brakes / COUNTS_S_PER_RPM)
@@ -250,27 +248,38 @@ def ramp_to(course: Course, target: int, acc: int, share: float, kept: int = 0) 
 
 
 def beyond(drive: ObservedDrive, target: int) -> RequestRejected | None:
-    """Refuse a target that a drive cannot be given."""
+    """Return why a drive cannot take a target; None if it can."""
     if abs(target) <= TARGET_MAX:
         return None
     return RequestRejected(
         f"{drive} would turn to {target} counts, beyond the 512 turns that can be commanded: bring "
-        "it near its zero and set that anew (`armdrive can setup`)",
+        "it near its zero and set a new zero (`armdrive can setup`)",
         moved=False,
     )
 
 
 def catch_up_rpm(planned: float) -> int:
-    """Return the fastest speed that a drive is told where it lags, by the planned rpm."""
+    """Return the greatest speed of a drive that lags, from its planned rpm."""
     return min(math.ceil(CATCH_UP * planned) + CATCH_UP_RPM, SPEED_MAX_RPM)
 
 
+def catch_up_travel(time_s: float, rate_hz: float, corridor: float) -> tuple[float, float]:
+    """Return how much of its planned motion a drive makes in a time, and the counts on top.
+
+    A drive that lags turns faster, but makes up for no more than it may lag: whichever is less.
+    """
+    extra_hz = (CATCH_UP - 1.0) * rate_hz + CATCH_UP_RPM * COUNTS_S_PER_RPM
+    faster = time_s, extra_hz * time_s
+    made_up = time_s + MAX_DELAY_S, corridor
+    return min(faster, made_up, key=lambda travel: travel[0] * rate_hz + travel[1])
+
+
 def _shares_of(speeds: Sequence[float]) -> list[float]:
-    """Return each speed as a share of the fastest; 1 where nothing moves."""
+    """Return each speed as a share of the greatest; 1 if nothing moves."""
     fastest = max(speeds)
     return [speed / fastest if fastest else 1.0 for speed in speeds]
 
 
 def _whole_rpm(rpm: int, most: int) -> int:
-    """Return a speed that a drive can be told: at least 1, and no more than so much."""
+    """Return a speed in bounds: from 1 to `most` rpm."""
     return min(max(rpm, 1), most)

@@ -1,7 +1,7 @@
-"""Asks a CAN bus of MKS drives politely who is on it: it listens, then asks each id its position.
+"""Survey the MKS drives on a CAN bus: ask each id for its position, then each drive for its data.
 
-Nothing but readings is ever sent, one at a time and with pauses; nothing at all while another
-program is heard to command drives.
+Only questions are sent, one at a time and with pauses. The caller listens first, and sends nothing
+while another program commands drives.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 
 from armdrive.dialects.bus.tools import Answers, Heard, numbers, of_lost, of_nobody
 from armdrive.dialects.exchange import ScriptLoop
-from armdrive.dialects.mks.inquiry import UNTOLD, Firmware, firmware_of, is_shared
+from armdrive.dialects.mks.inquiry import UNKNOWN_FIRMWARE, Firmware, firmware_of, is_shared
 from armdrive.dialects.mks.settings import MksSettings
-from armdrive.dialects.mks.wire import TRIES, Asking, MksWire
+from armdrive.dialects.mks.wire import TRIES, MksWire, WireScript
 from armdrive.dialects.mks.words import read_answer, read_request
 from armdrive.dialog.conversation import Finding, note, ok, problem
 from armdrive.transports.can_health import BusHealth
@@ -45,32 +45,32 @@ from firmware_protocol.mks import (
 )
 
 ANSWER_S = 0.12
-"""An answer is waited for so long: a drive needs some ms, a busy computer more."""
+"""Timeout of an answer: a drive needs some milliseconds, a busy computer more."""
 
 
 def scripts(ids: Sequence[int]) -> ScriptLoop[Event]:
-    """Make what carries scripts out over the wire to these ids, whether or not anybody has them."""
+    """Return a loop for scripts on the wire to these ids, whether or not drives have them."""
     settings = MksSettings(ids=tuple(ids) or (NODE_DEFAULT,), answer_s=ANSWER_S)
     wire = MksWire(settings, map(str, settings.ids))
     return ScriptLoop(wire.host, wire)
 
 
-# What one drive tells of itself, asked by readings alone: nothing is set, nothing turns.
+# The data of one drive. Nothing is set and nothing turns.
 
 SMALL_MAX_MA = 3000
-"""Of every board but the SERVO57D."""
+"""The current limit of every board except the SERVO57D."""
 _LARGE_BOARDS = (3, 4)
 
 
 @dataclass(frozen=True, slots=True)
-class Known:
-    """What a drive has told; None and empty are what it does not tell.
+class KnownDrive:
+    """A drive's answers; None and empty for what it does not report.
 
-    `settings` has what it lets be read (from 1.0.6 on).
+    `settings` are readable from firmware 1.0.6 on.
     """
 
     node: int
-    firmware: Firmware = UNTOLD
+    firmware: Firmware = UNKNOWN_FIRMWARE
     counts: int | None = None
     error: int | None = None
     enabled: bool | None = None
@@ -78,13 +78,13 @@ class Known:
     state: MotorState | None = None
     settings: Mapping[Code, Setting] = field(default_factory=dict)
     doubled: bool = False
-    """Whether one question had two answers."""
+    """Whether two drives answer to its id."""
     missed: int = 0
-    """How many questions had to be put once more."""
+    """How many questions had to be repeated."""
 
     @property
     def able(self) -> frozenset[Ability]:
-        """What its firmware can do."""
+        """The abilities of its firmware."""
         return abilities_of(self.firmware.version)
 
     @property
@@ -94,36 +94,36 @@ class Known:
 
     @property
     def firmware_words(self) -> str:
-        """The firmware for people."""
+        """Its firmware as text."""
         words = f"firmware {self.firmware}"
-        return words if self.firmware.told else f"{words} or so, it does not tell"
+        return words if self.firmware.reported else f"probably {words}, which it does not report"
 
     @property
     def board(self) -> str:
-        """What it is."""
+        """The name of its board."""
         number = None if self.version is None else self.version.board
         return BOARDS.get(number or 0, "a drive")
 
     @property
     def most_ma(self) -> int:
-        """The highest current that its board takes."""
+        """The current limit of its board."""
         large = self.version is not None and self.version.board in _LARGE_BOARDS
         return CURRENT_MAX_MA if large else SMALL_MAX_MA
 
     @property
     def mode(self) -> SetMode | None:
-        """Who commands it, where it tells."""
+        """The mode that decides what commands it, if it reports that."""
         found = self.settings.get(Code.MODE)
         return found if isinstance(found, SetMode) else None
 
 
-def answers(wire: MksWire, node: int) -> Asking[bool]:
-    """Tell whether anybody answers to an id."""
+def answers(wire: MksWire, node: int) -> WireScript[bool]:
+    """Return whether a drive answers to an id."""
     return (yield from wire.reading(node, ReadEncoder())) is not None
 
 
-def known(wire: MksWire, node: int) -> Asking[Known | None]:
-    """Ask a drive for everything that matters; None where nobody has the id."""
+def known(wire: MksWire, node: int) -> WireScript[KnownDrive | None]:
+    """Ask a drive for all its data; None if no drive has the id."""
     missed, counts = 0, (yield from wire.reading(node, ReadEncoder(), tries=1))
     while counts is None:
         missed += 1
@@ -140,7 +140,7 @@ def known(wire: MksWire, node: int) -> Asking[Known | None]:
     enabled = yield from wire.reading(node, ReadEnabled())
     stalled = yield from wire.reading(node, ReadStall())
     state = yield from wire.reading(node, ReadState())
-    return Known(
+    return KnownDrive(
         node,
         firmware,
         counts.counts if isinstance(counts, EncoderRead) else None,
@@ -158,21 +158,21 @@ _SETTINGS = (Code.MODE, Code.CURRENT, Code.MICROSTEPS, Code.REPLIES, Code.WATCHD
 
 
 ASK_S = 0.02
-"""A drive's answer takes a millisecond."""
+"""Pause between questions; an answer takes a millisecond."""
 ROUNDS = 2
 
 
 @dataclass(frozen=True, slots=True)
 class Survey:
-    """Who was asked, who is there, and how many answers could not be read."""
+    """The ids that were asked, the drives that answered, and the number of unreadable answers."""
 
     asked: tuple[int, ...] = ()
-    drives: tuple[Known, ...] = ()
+    drives: tuple[KnownDrive, ...] = ()
     garbled: int = 0
 
 
-def ask_round(wire: MksWire) -> Asking[Survey]:
-    """Ask each id once or twice whether it is there, then those that are for all that they tell."""
+def ask_round(wire: MksWire) -> WireScript[Survey]:
+    """Ask each id for its position, up to twice; then ask the drives that answer for their data."""
     for _ in range(ROUNDS):
         for drive in wire.drives:
             if drive.count is None:
@@ -181,14 +181,14 @@ def ask_round(wire: MksWire) -> Asking[Survey]:
     garbled = wire.garbled
     found = []
     for drive in wire.drives:
-        told = (yield from known(wire, drive.node)) if drive.count is not None else None
-        if told is not None:
-            found.append(told)
+        data = (yield from known(wire, drive.node)) if drive.count is not None else None
+        if data is not None:
+            found.append(data)
     return Survey(wire.nodes, tuple(found), garbled)
 
 
-def survey_drives(wire: MksWire, ids: Sequence[int], _heard: Heard) -> Asking[Answers]:
-    """Ask each id, and return who is there in words and as plain data."""
+def survey_drives(wire: MksWire, ids: Sequence[int], _heard: Heard) -> WireScript[Answers]:
+    """Survey the ids; return the drives in words and as plain data."""
     found = (yield from ask_round(wire)) if ids else Survey()
     there = tuple(each.node for each in found.drives)
     return Answers(
@@ -202,24 +202,24 @@ def survey_drives(wire: MksWire, ids: Sequence[int], _heard: Heard) -> Asking[An
 
 
 def is_answer(frame: Frame) -> bool:
-    """Tell whether a frame can be read as a drive's answer."""
+    """Return whether a frame can be read as a drive's answer."""
     return read_answer(frame) is not None
 
 
 def is_request(frame: Frame, _master: int | None = None) -> bool:
-    """Tell whether a frame can be read as a request to a drive."""
+    """Return whether a frame can be read as a request to a drive."""
     return read_request(frame) is not None
 
 
-# What a survey has found, as findings and as plain data.
+# The result of a survey, as findings and as plain data.
 
 
 def of_answers(found: Survey, health: BusHealth, arm: str = "NAME") -> list[Finding]:
-    """Say who answered, or why perhaps nobody did."""
+    """Report the drives that answered, or why none may have."""
     if not found.drives:
         return [of_nobody(found.asked, health)]
     names = ", ".join(str(each.node) for each in found.drives)
-    findings = [ok(f"of the ids {numbers(found.asked)} there answer: {names}")]
+    findings = [ok(f"of the ids {numbers(found.asked)} these answer: {names}")]
     missed = sum(each.missed for each in found.drives)
     findings += of_lost(missed, found.garbled, health)
     for each in found.drives:
@@ -227,8 +227,8 @@ def of_answers(found: Survey, health: BusHealth, arm: str = "NAME") -> list[Find
     return findings
 
 
-def of_drive(drive: Known, arm: str = "NAME") -> list[Finding]:
-    """Say what one drive tells of itself, and what is wrong with it."""
+def of_drive(drive: KnownDrive, arm: str = "NAME") -> list[Finding]:
+    """Report one drive's data, and what is wrong with it."""
     mode = drive.mode
     words = [drive.board, drive.firmware_words, f"at {drive.counts} counts"]
     words += [f"mode {int(mode.mode)}"] if mode else []
@@ -246,7 +246,7 @@ def of_drive(drive: Known, arm: str = "NAME") -> list[Finding]:
     if mode is not None and mode.mode is not Mode.BUS_FOC:
         found.append(
             problem(
-                f"{name}: mode {int(mode.mode)} ({mode.mode.name}) obeys no motion of the bus",
+                f"{name}: mode {int(mode.mode)} ({mode.mode.name}) obeys no motion from the bus",
                 f"`armdrive doctor --arm {arm} --mend`, or `armdrive can setup {arm}`, sets mode 5",
             )
         )
@@ -254,7 +254,7 @@ def of_drive(drive: Known, arm: str = "NAME") -> list[Finding]:
         found.append(
             problem(
                 f"{name}: its protection has let the shaft go",
-                "see what blocks it, then call `reset()`, or its supply off and on",
+                "find out what blocks it, then call `reset()` or switch its supply off and on",
             )
         )
     if drive.version is not None and not drive.version.calibrated:
@@ -272,14 +272,14 @@ def of_drive(drive: Known, arm: str = "NAME") -> list[Finding]:
     return found
 
 
-def view(drive: Known) -> dict[str, object]:
+def view(drive: KnownDrive) -> dict[str, object]:
     """Return a drive as plain data."""
     return {
         "id": drive.node,
         "protocol": "mks",
         "board": drive.board,
         "firmware": str(drive.firmware),
-        "firmware_told": drive.firmware.told,
+        "firmware_told": drive.firmware.reported,
         "counts": drive.counts,
         "enabled": drive.enabled,
         "stalled": drive.stalled,

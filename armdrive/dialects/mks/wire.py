@@ -1,7 +1,7 @@
-"""The wire to MKS drives: what is said to them, what they answer, and what that shows of each.
+"""The wire to MKS drives: requests out, replies in, and what each reply shows to the observer.
 
-A script asks one thing of each of several drives at once, and waits until all have answered. What
-cannot do harm twice is asked again where its answer did not come: frames can be lost.
+A script sends one request to each of several drives at once and waits for all replies. A request
+that is safe to repeat is sent again if its reply is missing, since frames can be lost.
 """
 
 from __future__ import annotations
@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Collection, Generator, Iterable, Mapping
 from typing import TypeAlias, TypeVar
 
+from armdrive.dialects.bus.drives import ALL_SILENT, absence, absent_words
 from armdrive.dialects.bus.ledger import LateReplies, SurplusAnswers
-from armdrive.dialects.bus.motors import ALL_SILENT, absent_words
 from armdrive.dialects.bus.observer import Bounds, ObservedDrive, Observer
 from armdrive.dialects.exchange import Script as ExchangeScript
 from armdrive.dialects.exchange import ScriptIO
@@ -65,23 +65,23 @@ from firmware_protocol.mks.requests import answer_code
 from kinematics.spaces import Motors
 
 T = TypeVar("T")
-Asking: TypeAlias = ExchangeScript[Event, T]
-"""What is done on the wire, and ends with something."""
-Script: TypeAlias = Asking[Reply]
-Hindrance: TypeAlias = Asking[Timeout | RequestRejected | None]
-Told: TypeAlias = Reading | SettingRead
-"""What a drive answers to a question."""
+WireScript: TypeAlias = ExchangeScript[Event, T]
+"""A script on the wire, with its result."""
+Script: TypeAlias = WireScript[Reply]
+Obstacle: TypeAlias = WireScript[Timeout | RequestRejected | None]
+Answer: TypeAlias = Reading | SettingRead
+"""A drive's answer to a question."""
 
 GIVE = COUNTS_PER_TURN // 32
-"""Counts by which a loaded shaft may give, without its loop losing it."""
+"""How many counts a loaded shaft may give way while its position loop still holds it."""
 TRIES = 3
-"""How often something that may be said twice is said."""
-PATIENT_S = 0.25
-"""How much longer than any other the last answer to that is waited for: computers are busy."""
+"""How often a request that is safe to repeat is sent."""
+LAST_TRY_S = 0.25
+"""How much longer the last reply is waited for: computers may be busy."""
 
 
 class MksWire(ScriptIO[Event]):
-    """Says things to the drives, and knows by the observer where they are."""
+    """Sends requests to the drives and passes their replies to the observer."""
 
     look_at = ALL_SILENT
 
@@ -93,46 +93,46 @@ class MksWire(ScriptIO[Event]):
         named = zip(settings.ids, names, strict=True)
         self.observer = Observer([ObservedDrive(node, name, bounds) for node, name in named])
         self.able = abilities_of(settings.version or LATEST)
-        """What all drives can do, as far as is known."""
+        """The abilities that all drives have, as far as is known."""
         self.states: dict[int, MotorState] = {}
-        """What each said last that it does, since somebody cleared that."""
+        """The last motor state of each drive since its entry was cleared."""
         self.orders: dict[int, MoveAbsoluteAxis] = {}
-        """Where each was sent last."""
+        """The last order to each drive."""
         self.homing: dict[int, HomingState] = {}
-        """How far each said last that its homing is, since somebody cleared that."""
+        """The last homing state of each drive since its entry was cleared."""
         self.at_limit: set[int] = set()
-        """Which said that a limit switch has stopped them, since somebody cleared that."""
+        """The drives that a limit switch has stopped, since the set was cleared."""
         self.surplus = SurplusAnswers()
         self.garbled = 0
-        """How many answers could not be read."""
+        """How many replies were unreadable."""
         self._late = LateReplies()
 
     @property
     def drives(self) -> tuple[ObservedDrive, ...]:
-        """All drives, in the order of the motors."""
+        """All drives, in motor order."""
         return self.observer.drives
 
     @property
     def nodes(self) -> tuple[int, ...]:
-        """The ids of all drives, in the order of the motors."""
+        """The ids of all drives, in motor order."""
         return self.settings.ids
 
     @property
     def under_way(self) -> tuple[int, ...]:
-        """The ids of the drives that were sent somewhere and not seen to stand since."""
+        """The ids of drives with a target that were not seen to stand since."""
         return tuple(drive.node for drive in self.drives if drive.moving)
 
     def drive(self, node: int) -> ObservedDrive:
         """Return a drive by its id."""
         return self.observer[node]
 
-    # -- what is said -------------------------------------------------------------------------
+    # -- sending ------------------------------------------------------------------------------
 
     def put(self, node: int, message: Message, text: str = "") -> None:
-        """Say something to a drive; what it was asked before, and would answer alike, is forgotten.
+        """Send a request to a drive, and give up earlier ones whose reply would look the same.
 
-        Of motions, the same one alone: they may follow each other unanswered. Where it is sent
-        anywhere, what it was sent before is answered no more.
+        Motions may follow each other unanswered, so of these only an identical one is given up. A
+        new target also gives up earlier targets, which will not be answered any more.
         """
         for earlier in self.host.unanswered(node):
             alike = answer_code(earlier) == answer_code(message) and not isinstance(message, Motion)
@@ -144,35 +144,35 @@ class MksWire(ScriptIO[Event]):
         self.say(self.host.send(node, message), text)
         if self.drive(node).ledger.answers_orders or not isinstance(message, Motion):
             owes = isinstance(message, ReadEncoder | MoveAbsoluteAxis | Stop)
-            self.observer.told(node, self.now_s, owes=owes)
+            self.observer.sent(node, self.now_s, owes=owes)
         if isinstance(message, Read):
             self.surplus.asked(node, message.code)
         if isinstance(message, ReadEncoder):
             self.drive(node).ledger.asked(self.now_s)
 
     def send(self, node: int, order: MoveAbsoluteAxis) -> None:
-        """Send a drive to a count, at a speed and by a ramp."""
+        """Send a drive an order: target, speed and ramp."""
         self.put(node, order)
         self.took(node, order)
 
     def repeat(self, drive: ObservedDrive) -> None:
-        """Say a drive's last order again, if it is sent anywhere: it is absolute."""
+        """Send a moving drive its last order again, which is absolute."""
         if drive.moving:
             self.send(drive.node, self.orders[drive.node])
 
     def took(self, node: int, order: MoveAbsoluteAxis) -> None:
-        """Take note that a drive was sent somewhere."""
+        """Record that a drive has received an order."""
         self.orders[node] = order
         speed, slope = order.speed_rpm * COUNTS_S_PER_RPM, slope_of(order.acc)
         self.drive(node).order(order.counts, speed, slope, self.now_s)
         self.said = f"F5 to {' '.join(str(drive.goal) for drive in self.drives)}"
 
     def broadcast(self, message: Message, text: str = "") -> None:
-        """Say something to all at once, which none answers."""
+        """Send a request to all drives, which none of them answers."""
         self.say(self.host.send(BROADCAST, message), text)
 
     def give_up(self) -> None:
-        """Wait for no answer any more."""
+        """Give up all open requests."""
         for node in self.nodes:
             for request in self.host.unanswered(node):
                 self._give_up(node, request)
@@ -180,12 +180,12 @@ class MksWire(ScriptIO[Event]):
         self.host.silence()
 
     def _give_up(self, node: int, request: Message) -> None:
-        """Wait no longer for one answer: what comes of it is late."""
+        """Give up one request: its reply will count as late."""
         self.host.forget(node, request)
         if not isinstance(request, Motion):
             self._late.give_up(node, answer_code(request), self.now_s)
 
-    # -- what is asked ------------------------------------------------------------------------
+    # -- asking -------------------------------------------------------------------------------
 
     def ask(
         self,
@@ -194,11 +194,11 @@ class MksWire(ScriptIO[Event]):
         tries: int = TRIES,
         text: str = "",
         patient: bool = True,
-    ) -> Asking[dict[int, Event]]:
-        """Say one thing to each of some drives; return what they answered, as far as they did.
+    ) -> WireScript[dict[int, Event]]:
+        """Send each drive its request; return the replies that came.
 
-        A drive that does not answer is asked again, at once: waiting for it takes the time. Who is
-        `patient` waits longer for the last answer of several.
+        A drive that does not reply is asked again at once. With `patient` the last of several tries
+        waits longer.
         """
         found: dict[int, Event] = {}
         for left in range(tries, 0, -1):
@@ -207,7 +207,7 @@ class MksWire(ScriptIO[Event]):
                 break
             for node, message in missing.items():
                 self.put(node, message, text)
-            patient_s = PATIENT_S if patient and left == 1 < tries else 0.0
+            patient_s = LAST_TRY_S if patient and left == 1 < tries else 0.0
             yield from self._collect(missing, found, patient_s)
             for node, message in missing.items():
                 if node not in found and message in self.host.unanswered(node):
@@ -219,20 +219,20 @@ class MksWire(ScriptIO[Event]):
     ) -> Generator[float, Event | None, None]:
         until_s = self.now_s + self.settings.answer_s + patient_s
         left = set(wanted)
-        while left:  # what was read late has come in time, perhaps: it is heard to its end
-            heard = yield until_s
-            if heard is None:
+        while left:  # a late computer reads everything that arrived in time before it gives up
+            event = yield until_s
+            if event is None:
                 if self.now_s >= until_s:
                     return
                 continue
-            node = getattr(heard, "node", None)
-            answers = isinstance(heard, Answered | Done | Failed | Started | StoredForStart)
-            if answers and node in left and heard.request == wanted[node]:  # type: ignore[union-attr]
-                self.heed(heard)
-                found[node] = heard
+            node = getattr(event, "node", None)
+            answers = isinstance(event, Answered | Done | Failed | Started | StoredForStart)
+            if answers and node in left and event.request == wanted[node]:  # type: ignore[union-attr]
+                self.note(event)
+                found[node] = event
                 left.discard(node)
             else:
-                self.unasked(heard)
+                self.unasked(event)
 
     def read(
         self,
@@ -241,51 +241,51 @@ class MksWire(ScriptIO[Event]):
         *,
         tries: int = TRIES,
         patient: bool = True,
-    ) -> Asking[dict[int, Told]]:
-        """Ask the same of some drives, or of all; return what they told, as far as they did."""
+    ) -> WireScript[dict[int, Answer]]:
+        """Ask some drives, or all, the same question; return the answers that came."""
         asked = dict.fromkeys(self.nodes if nodes is None else nodes, message)
         found = yield from self.ask(asked, tries=tries, patient=patient)
         return {node: each.answer for node, each in found.items() if isinstance(each, Answered)}
 
     def reading(
         self, node: int, message: Read | ReadSetting, *, tries: int = TRIES
-    ) -> Asking[Told | None]:
-        """Ask one drive something; None where it does not answer."""
+    ) -> WireScript[Answer | None]:
+        """Ask one drive a question; None if it does not answer."""
         return (yield from self.read(message, (node,), tries=tries)).get(node)
 
-    def setting(self, node: int, code: Code) -> Asking[Setting | None]:
-        """Read one setting of a drive; None where it does not tell it."""
-        return meant((yield from self.reading(node, ReadSetting(code))))
+    def setting(self, node: int, code: Code) -> WireScript[Setting | None]:
+        """Read one setting of a drive; None if it does not report it."""
+        return setting_of((yield from self.reading(node, ReadSetting(code))))
 
     def look(
         self,
         nodes: Collection[int] | None = None,
         *,
         tries: int = TRIES,
-    ) -> Asking[tuple[int, ...]]:
-        """Read where drives are; return the ids of those that did not tell."""
+    ) -> WireScript[tuple[int, ...]]:
+        """Read the positions of drives; return the ids of those that do not answer."""
         asked = self.nodes if nodes is None else tuple(nodes)
         found = yield from self.read(ReadEncoder(), asked, tries=tries)
         return tuple(node for node in asked if node not in found)
 
-    # -- what is heard ------------------------------------------------------------------------
+    # -- receiving ----------------------------------------------------------------------------
 
-    def heed(self, heard: Event) -> None:
-        """Note what an answer shows, whoever asked for it."""
-        node = getattr(heard, "node", None)
+    def note(self, event: Event) -> None:
+        """Record what a message shows, expected or not."""
+        node = getattr(event, "node", None)
         if node not in self.observer:
             return
-        if isinstance(heard, Answered | Stray) and isinstance(heard.answer, Reading):
-            self.surplus.answered(heard.node, heard.answer.code)
+        if isinstance(event, Answered | Stray) and isinstance(event.answer, Reading):
+            self.surplus.answered(event.node, event.answer.code)
         drive = self.drive(node)  # type: ignore[arg-type]
-        drive.said_s = self.now_s
-        ledger, asked = drive.ledger, not isinstance(heard, Done | Failed | LimitStop)
-        settles = _settles(heard, answers_orders=ledger.answers_orders)
-        self.observer.heard(drive.node, self.now_s, settles=settles, asked=asked)
-        ledger.answers_orders = ledger.answers_orders or isinstance(heard, Started)
-        if isinstance(heard, LimitStop):
+        drive.frame_s = self.now_s
+        ledger, asked = drive.ledger, not isinstance(event, Done | Failed | LimitStop)
+        settles = _settles(event, answers_orders=ledger.answers_orders)
+        self.observer.replied(drive.node, self.now_s, settles=settles, asked=asked)
+        ledger.answers_orders = ledger.answers_orders or isinstance(event, Started)
+        if isinstance(event, LimitStop):
             self.at_limit.add(drive.node)
-        match heard:
+        match event:
             case Started() | Stray(_, Status(Code.ABSOLUTE_AXIS, Outcome.STARTED)):
                 drive.rejections.taken(self.now_s)
             case Failed(_, MoveAbsoluteAxis()) | Superseded():
@@ -293,7 +293,7 @@ class MksWire(ScriptIO[Event]):
             case Answered(_, _, EncoderRead(counts)):
                 drive.read(counts, self.now_s)
             case Stray(_, EncoderRead()):
-                drive.ledger.placed()
+                drive.ledger.located()
             case Answered(_, _, StateRead(state)):
                 self.states[drive.node] = state
             case Answered(_, _, HomingRead(by_command=homing)) if homing is not None:
@@ -305,58 +305,59 @@ class MksWire(ScriptIO[Event]):
                 self.put(drive.node, ArmSynchronous(on=False))
                 self.put(drive.node, order)
 
-    def unasked(self, heard: Event) -> None:
-        """Heed what no script waits for, and tell what is odd of it."""
-        self.heed(heard)
-        self.garbled += isinstance(heard, Garbled)
-        match heard:
+    def unasked(self, event: Event) -> None:
+        """Record a message that no script waits for, and warn if it is odd."""
+        self.note(event)
+        self.garbled += isinstance(event, Garbled)
+        match event:
             case Stray(node, answer) if self._late.takes(node, answer.code, self.now_s):
                 pass
             case Failed(_, MoveAbsoluteAxis()):
-                pass  # this order or the one that it replaced: see the observer's rejections
+                pass  # for this order or the one it replaced: see `ledger.Rejections`
             case Stray(node, answer) if not isinstance(answer, Status):
                 self.tell(ProtocolWarning(f"drive {node} answered twice, or late: {answer}"))
             case Stray(_, Status(code)) if code not in MOTION_CODES and code is not Code.HOME:
-                self.tell(ProtocolWarning(str(heard)))
+                self.tell(ProtocolWarning(str(event)))
             case Garbled() | Foreign() | Overrun() | Failed():
-                self.tell(ProtocolWarning(str(heard)))
+                self.tell(ProtocolWarning(str(event)))
             case LimitStop(node) if not self.drive(node).moving:
-                self.tell(ProtocolWarning(str(heard)))
+                self.tell(ProtocolWarning(str(event)))
             case _:
-                pass  # ends of motions, late answers: the position is the better witness
+                pass  # ends of motions and late replies: the position says more
 
-    # -- words --------------------------------------------------------------------------------
+    # -- replies ------------------------------------------------------------------------------
 
     def registers(self) -> Registers:
-        """Return where the drives were read last, by their encoders."""
+        """Return the last positions of the drives' encoders."""
         return Registers(Motors(drive.register for drive in self.drives))
 
-    def absence(self, missing: Collection[int], since_s: float) -> Timeout | RequestRejected:
-        """Say that drives do not answer; silence where it is all of them."""
-        if set(missing) == set(self.nodes):
-            return self.silence(since_s)
-        return RequestRejected(self.absent_words(missing), moved=False)
+    def absence(
+        self, missing: Collection[int], since_s: float, *, moved: bool = False
+    ) -> Timeout | RequestRejected:
+        """Return the reply that names missing drives."""
+        drives = [self.drive(node) for node in missing]
+        return absence(drives, self.drives, "id", self.silence(since_s), moved=moved)
 
     def absent_words(self, missing: Collection[int]) -> str:
-        """Say which drives do not answer, and what to look at."""
+        """Return which drives do not answer and what to check."""
         return absent_words([self.drive(node) for node in missing], "id")
 
     def can(self, ability: Ability) -> bool:
-        """Tell whether all drives can do something."""
+        """Return whether all drives have an ability."""
         return ability in self.able
 
 
-def meant(told: Told | None) -> Setting | None:
-    """Return a setting that was read; None where it was not told, or is none that is known."""
+def setting_of(answer: Answer | None) -> Setting | None:
+    """Return the setting in an answer; None if the drive reported none, or an unknown one."""
     try:
-        return as_setting(told) if isinstance(told, SettingRead) else None
+        return as_setting(answer) if isinstance(answer, SettingRead) else None
     except RemoteProtocolError:
         return None
 
 
-def _settles(heard: Event, *, answers_orders: bool) -> bool:
-    """Tell whether this is the one answer to a question or an order."""
-    match heard:
+def _settles(event: Event, *, answers_orders: bool) -> bool:
+    """Return whether a message is the one reply to a question or an order."""
+    match event:
         case Answered(_, _, EncoderRead()) | Stray(_, EncoderRead()):
             return True
         case Started(_, MoveAbsoluteAxis() | Stop()) | StoredForStart(_, MoveAbsoluteAxis()):

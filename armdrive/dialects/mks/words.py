@@ -1,15 +1,20 @@
-"""What MKS drives on a CAN bus and their host say, in words."""
+"""Frames of MKS drives and their host, described in words."""
 
 from __future__ import annotations
 
-import re
-from dataclasses import fields
-from enum import Enum
 from types import MappingProxyType
 from typing import Any
 
-from armdrive.dialects.bus.words import FrameCheck, FrameKind, FrameSaid, PackedFrames, shown, words
-from armdrive.dialects.words import Describer, Message, Sentences, Weight, plain
+from armdrive.dialects.bus.words import (
+    FrameCheck,
+    FrameKind,
+    FrameSaid,
+    PackedFrames,
+    addressed,
+    shown,
+    words,
+)
+from armdrive.dialects.words import Describer, Message, Sentences, Weight, plain, wording
 from firmware_protocol.errors import ProtocolError, RemoteProtocolError
 from firmware_protocol.frames import Frame, pack
 from firmware_protocol.mks import (
@@ -48,23 +53,35 @@ def _pace(message: Any) -> str:
     return f"at {message.speed_rpm} rpm, acc {message.acc}"
 
 
+def _setting(message: SettingRead) -> str:
+    try:
+        setting = as_setting(message)
+    except ProtocolError:
+        value = f"{(message.value or b'').hex(' ')}, which is invalid"
+    else:
+        value = "not reported" if setting is None else plain(setting).partition(": ")[2]
+    return f"setting {plain(message.code)}: {value}"
+
+
 def _status(message: Status) -> str:
     about = "" if message.reading is None else f" of {plain(message.reading)}"
-    return f"{plain(message.code)}{about}: {plain(message.outcome)}"
+    return f"{plain(message.code)}{about}: {message.outcome.value}"
 
 
 SENTENCES: Sentences = MappingProxyType(
     {
         Status: _status,
+        ReadSetting: lambda message: f"read setting {plain(message.setting)}",
+        SettingRead: _setting,
         EncoderRead: lambda message: f"the encoder is at {message.counts}",
         RawEncoderRead: lambda message: f"the encoder's raw count is {message.counts}",
         StateRead: lambda message: f"the motor is: {plain(message.state)}",
         EnabledRead: lambda message: f"the motor is {'on' if message.on else 'off'}",
         Enable: lambda message: f"switch the motor {'on' if message.on else 'off'}",
         ArmSynchronous: lambda message: (
-            "keep moves for a common start" if message.on else "start moves at once"
+            "store moves for a common start" if message.on else "start moves at once"
         ),
-        GoSynchronous: lambda _: "start the moves that were kept",
+        GoSynchronous: lambda _: "start the stored moves",
         SetZero: lambda _: "count from here",
         MoveAbsoluteAxis: lambda message: f"go to {message.counts} {_pace(message)}",
         MoveRelativeAxis: lambda message: f"go by {message.counts:+d} {_pace(message)}",
@@ -76,14 +93,14 @@ SENTENCES: Sentences = MappingProxyType(
 )
 
 
-# What passes on a bus of MKS drives, in words: one frame at a time, for whoever listens.
+# Describing the traffic on a bus, one frame at a time.
 #
-# A frame does not say whether it is a request or its answer. Where its bytes could be either, it
-# is an answer to a request of the same code that was heard before, and else a request.
+# A frame does not state whether it is a request or an answer. If its bytes could be either, it is
+# the answer if a request with the same code came before, otherwise it is a request.
 
 
 def read_request(frame: Frame) -> Request | None:
-    """Return the request that a frame can be read as; None where it is none."""
+    """Decode a frame as a request; None if it is not one."""
     try:
         return decode_request(frame)
     except ProtocolError:
@@ -91,7 +108,7 @@ def read_request(frame: Frame) -> Request | None:
 
 
 def read_answer(frame: Frame, *, setting: bool = False) -> Answer | None:
-    """Return the answer that a frame can be read as; None where it is none."""
+    """Decode a frame as an answer; None if it is not one."""
     try:
         return decode_answer(frame, setting=setting)
     except ProtocolError:
@@ -99,28 +116,30 @@ def read_answer(frame: Frame, *, setting: bool = False) -> Answer | None:
 
 
 LEAST_BYTES = 2
-"""Of a frame of this dialect: a code and a check byte."""
+"""The shortest frame: a code and a check byte."""
 
 
 class MksEar:
-    """Hears frames in their order, and knows what was asked."""
+    """Describes frames one after the other, and remembers the questions among them."""
 
     def __init__(self) -> None:
         self._asked: dict[tuple[int, int], Request] = {}
 
     def hear(self, frame: Frame) -> FrameSaid:
-        """Put a frame into words. Never raises."""
+        """Describe a frame. Never raises."""
         check = _check(frame)
         if check is not FrameCheck.RIGHT:
-            return _said(frame, FrameKind.UNKNOWN, _why_not(frame, check), check)
+            return _described(frame, FrameKind.UNKNOWN, _why_not(frame, check), check)
         request, answer = self._read(frame)
         if answer is not None and (request is None or self._pending(frame) is not None):
             self._asked.pop((frame.can_id, frame.data[0]), None)
-            return _said(frame, FrameKind.ANSWER, answer_words(answer), check)
+            return _described(frame, FrameKind.ANSWER, wording(answer, SENTENCES), check)
         if request is None:
-            return _said(frame, FrameKind.UNKNOWN, _why_not(frame, check), check)
+            return _described(frame, FrameKind.UNKNOWN, _why_not(frame, check), check)
         self._note(frame, request)
-        return _said(frame, FrameKind.REQUEST, request_words(frame, request), check)
+        who = "all" if frame.can_id == BROADCAST else f"drive {frame.can_id}"
+        words = addressed(who, wording(request, SENTENCES))
+        return _described(frame, FrameKind.REQUEST, words, check)
 
     def _read(self, frame: Frame) -> tuple[Request | None, Answer | None]:
         answer = read_answer(frame, setting=isinstance(self._pending(frame), ReadSetting))
@@ -135,70 +154,8 @@ class MksEar:
             self._asked[frame.can_id, code] = request
 
 
-def _said(frame: Frame, kind: FrameKind, words: str, check: FrameCheck) -> FrameSaid:
+def _described(frame: Frame, kind: FrameKind, words: str, check: FrameCheck) -> FrameSaid:
     return FrameSaid(frame, kind, _name(frame), words, check, frame.can_id)
-
-
-def request_words(frame: Frame, request: Request) -> str:
-    """Return a request in words."""
-    who = "all" if frame.can_id == BROADCAST else f"drive {frame.can_id}"
-    if isinstance(request, ReadSetting):
-        return f"{who}: read setting {_plain(request.setting.name)}"
-    return f"{who}: {_of_class(request)}"
-
-
-def answer_words(answer: Answer) -> str:
-    """Return an answer in words."""
-    if isinstance(answer, Status):
-        about = f" of {_plain(answer.reading.name)}" if answer.reading is not None else ""
-        return f"{_plain(answer.code.name)}{about}: {answer.outcome.value}"
-    if isinstance(answer, SettingRead):
-        return f"setting {_plain(answer.code.name)}: {_setting_words(answer)}"
-    return _of_class(answer)
-
-
-def _setting_words(read: SettingRead) -> str:
-    try:
-        setting = as_setting(read)
-    except ProtocolError:
-        return f"{(read.value or b'').hex(' ')}, which is none"
-    return "not told" if setting is None else _values(setting)
-
-
-def _of_class(message: object) -> str:
-    name = _plain(re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(message).__name__))
-    values = _values(message)
-    return f"{name}: {values}" if values else name
-
-
-def _values(message: object) -> str:
-    found = [(each.name, getattr(message, each.name)) for each in fields(message)]  # type: ignore[arg-type]
-    return ", ".join(_value(name, value) for name, value in found)
-
-
-def _value(name: str, value: object) -> str:
-    unit = name.rpartition("_")[2]
-    if isinstance(value, bool):
-        return ("on" if value else "off") if name == "on" else f"{_plain(name)} {_yes(value)}"
-    if isinstance(value, Enum):
-        return _plain(value.name)
-    if isinstance(value, bytes):
-        return f"{_plain(name)} {'.'.join(map(str, value))}"
-    if unit in _UNITS:
-        return f"{value} {_UNITS[unit]}"
-    return f"{value} {name}" if name in _COUNTED else f"{_plain(name)} {value}"
-
-
-def _yes(value: bool) -> str:
-    return "yes" if value else "no"
-
-
-def _plain(name: str) -> str:
-    return name.replace("_", " ").lower()
-
-
-_UNITS = {"rpm": "rpm", "ms": "ms", "ma": "mA"}
-_COUNTED = frozenset({"counts", "pulses", "percent", "microsteps"})
 
 
 def _check(frame: Frame) -> FrameCheck:
@@ -224,20 +181,22 @@ def _why_not(frame: Frame, check: FrameCheck) -> str:
         code = _name(frame)
         if not code:
             return "not of an MKS drive"
-        return f"perhaps {_plain(code)}, but its last byte would be {wanted:02X}"
+        return f"perhaps {plain(Code[code.upper()])}, but its last byte would be {wanted:02X}"
     known = _name(frame)
-    return f"{_plain(known)} with a payload it does not have" if known else "a code nobody knows"
+    if not known:
+        return "an unknown code"
+    return f"{plain(Code[known.upper()])} with an invalid payload"
 
 
-# What MKS drives on a CAN bus say, as messages of a recording: how each is weighed and read.
+# Frames as messages of a recording, and how each is compared.
 
 _OF_ITSELF = frozenset({*SETTING_CODES, Code.VERSION})
 _PASSING = frozenset({*MOTION_CODES, Code.ENCODER, Code.RAW_ENCODER, Code.SPEED, Code.ANGLE_ERROR})
-"""Encoders tremble, and ends of motions are told or not: where drives rest is what has to agree."""
+"""Encoders tremble, and ends of motions may go unreported: only rest positions have to agree."""
 
 
 def weighed(frame: Frame) -> Message:
-    """Return a frame as a message, by its code."""
+    """Return a frame as a message, compared by its code."""
     data, code = pack(frame), frame.data[:1]
     if code and code[0] in _OF_ITSELF:
         return Message(data, Weight.SELF)
@@ -257,7 +216,7 @@ def sent(data: bytes) -> object:
 
 
 def _answer(frame: Frame) -> object:
-    """Read an answer: the value of a setting looks like the answer to setting it."""
+    """Decode an answer; the value of a setting looks like the answer to setting it."""
     try:
         return decode_answer(frame)
     except RemoteProtocolError:

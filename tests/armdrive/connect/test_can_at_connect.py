@@ -41,7 +41,7 @@ needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no p
 LOST, NO, SILENT, DIFFERS, BACK = "E407", "E501", "E502", "E206", "E409"
 ELBOW = 2
 """The motor whose drive is tampered with, counted from 0."""
-BUS = "power.*120 ohm.*ids and bit rate are those of the arm file"
+BUS = "power.*120 ohm.*ids and bit rate match the arm file"
 PLUG = r"drive 3 \(elbow\) does not answer, while others.*power.*plug.*bit rate.*arm file"
 
 
@@ -148,10 +148,10 @@ ROWS: dict[str, Row] = {
         options={"firmware": OLD}),
     "cia402: a node is no drive": Row(
         "cia402", another(kind=401), NO,
-        r"drive 3 \(elbow\) says.*profile 401, not a drive of CiA 402: check the ids.*doctor"),
+        r"drive 3 \(elbow\) reports.*profile 401, not a drive of CiA 402: check the ids.*doctor"),
     "cia402: a node does not tell what it is": Row(
         "cia402", another(0x1000), NO,
-        r"drive 3 \(elbow\) refused object 1000:00.*no CANopen device: check the ids"),
+        r"drive 3 \(elbow\) refused object 1000:00.*not a CANopen device: check the ids"),
     "cia402: a drive has no interpolation time": Row(
         "cia402", another(0x60C2), NO,
         r'drive 3 \(elbow\) refused object 60C2:01 \(interp.*no such object.*strategy = "profile"'),
@@ -169,7 +169,7 @@ ROWS: dict[str, Row] = {
         r"drive 3 \(elbow\) refused object 1016:01 \(consumer heart.*newer firmware", late=True),
     "cia402: a drive is in fault": Row(
         "cia402", given("drive-fault 3 4310"), NO,
-        r"drive 3 \(elbow\) is in fault.*too hot \(error 4310\).*(reset\(\)` clears|mend) that",
+        r"drive 3 \(elbow\) is in fault.*too hot \(error 4310\).*(clears that|clear the cause)",
         late=True),
 }  # fmt: skip
 

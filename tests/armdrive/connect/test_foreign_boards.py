@@ -29,7 +29,7 @@ FOREIGN = {
         b"ok\r\n",
         OLD_GREETING,
     ),
-    "an ESP32 whose firmware has said nothing yet": Talker(
+    "an ESP32 whose firmware has sent nothing yet": Talker(
         {}, b"", b"ets Jun  8 2016 00:22:57\r\n\r\nrst:0x1 (POWERON_RESET),boot:0x13\r\n"
     ),
 }

@@ -41,7 +41,7 @@ def test_a_second_new_drive_that_speaks_up_once_the_id_was_given_is_told_of():
     turns = iter(["yes", "no"])
     bench.person.says["drive of the shoulder plugged"] = lambda: next(turns)
     assert not bench.one()
-    assert "so does id 1 still" in bench.person.text
+    assert "but id 1 still does as well" in bench.person.text
 
 
 def test_a_drive_without_power_is_looked_for_with_what_to_check():

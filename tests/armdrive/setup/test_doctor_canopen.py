@@ -97,7 +97,7 @@ def test_nothing_but_objects_are_read_and_everybody_is_found():
 
 def test_what_a_drive_tells_of_itself_is_told_in_words():
     said = told(drive(3, vendor=0xAB, at=-500))
-    assert "of the nodes 3 there answer: 3 (CANopen)" in said
+    assert "of the nodes 3 these answer: 3 (CANopen)" in said
     assert "node 3: CiA 402, a drive (stepper), called a stepper, vendor 000000AB" in said
     assert "serial number 103" in said
     assert "node 3: 0240 switch on disabled, mode 0, none, at -500, can do profile position" in said
@@ -116,13 +116,13 @@ def test_flags_are_told_as_the_drives_mode_means_them():
     [
         ({"status": 0x0208, "error": 0x8611}, "problem node 4: fault: error 8611, following error"),
         ({"status": 0x020F, "error": 0x2310}, "problem node 4: fault: error 2310, continuous over"),
-        ({"register": 0x08}, "note node 4: it remembers without an error code (temperature)"),
+        ({"register": 0x08}, "note node 4: it still reports an error without a code (temperature)"),
         (
             {"status": 0x0697, "error": 0x8130, "register": 0x11},
             "(generic, communication) | the program that drove it has ended: `armdrive enable",
         ),
-        ({"kind": 0x0191}, "note node 4: no CiA 402 drive (CiA 401, an I/O module)"),
-        ({"modes": 0x21}, "note node 4: without cyclic position its arm moves in bursts"),
+        ({"kind": 0x0191}, "note node 4: not a CiA 402 drive (CiA 401, an I/O module)"),
+        ({"modes": 0x21}, "note node 4: without cyclic position mode its arm moves in bursts"),
         ({"modes": 0x80}, "problem node 4: it has no profile position"),
     ],
 )
@@ -139,8 +139,8 @@ def test_what_a_device_does_not_have_is_told_and_no_more_is_made_of_it():
     assert node.refused[SUPPORTED_MODES] == "there is no such object"
     assert not node.name
     said = words(canopen.of_answers(found, BusHealth()))
-    assert "6064:00 Position actual value is not told" in said
-    assert "it does not tell which modes it has" in said
+    assert "6064:00 Position actual value is not reported" in said
+    assert "it does not report which modes it has" in said
 
 
 def test_nodes_that_were_only_heard_are_told_with_what_they_say():
@@ -151,7 +151,7 @@ def test_nodes_that_were_only_heard_are_told_with_what_they_say():
     assert found.there == ()
     said = words(canopen.of_answers(found, BusHealth()))
     assert "problem node 9: stopped (NMT)" in said
-    assert "problem node 20: says heartbeats, and answers no question" in said
+    assert "problem node 20: sends heartbeats, but answers no question" in said
 
 
 def test_two_devices_of_one_number_are_told_and_one_repeated_frame_is_not():
@@ -287,7 +287,7 @@ def test_listening_knows_the_masters_beat():
 def test_an_arm_files_drives_are_compared_with_who_answers():
     found = survey(NodesBus(drive(1), drive(2, kind=0x0191)), (1, 2))
     said = words(canopen.of_arm((1, 2), found))
-    assert "problem node 2 of the arm file is no CiA 402 drive (CiA 401, an I/O module)" in said
+    assert "problem node 2 of the arm file is not a CiA 402 drive (CiA 401, an I/O module)" in said
     assert "cia402.ids" in said
     assert not canopen.of_arm((1,), found)
     said = words(can_findings.of_arm((1, 3), found.there, "bench", "cia402"))

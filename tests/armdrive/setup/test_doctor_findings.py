@@ -43,7 +43,7 @@ from armdrive.tasks import DeviceSettings, Difference
         (b"0\r1\r1,-2,3,4,5,6,0\r", "teachmover", "TeachMover", False),
         (b"\r\n1, -2, 3, 4, 5, 6, 0\r\n", "", "Robko 01 retrofit, in its text mode", False),
         (b"start\necho:Marlin 2.1\n", "", "Marlin, the firmware of a 3D printer", False),
-        (b"rst:0x1 (POWERON_RESET)\r\n", "", "an ESP32 whose firmware has said nothing yet", False),
+        (b"rst:0x1 (POWERON_RESET)\r\n", "", "an ESP32 whose firmware has sent nothing yet", False),
     ],
 )
 def test_each_is_known_by_what_it_says(heard, dialect, firmware, restarted):

@@ -108,7 +108,7 @@ def test_canopen_drives_are_found_and_offered_their_template(monkeypatch):
     monkeypatch.setattr(dialog_runner, "RealClock", Passing)
     found = probe("can:slcan:/dev/ttyACM0?bitrate=500000")
     assert found.dialect == "cia402"
-    assert any("there answer: 1, 2, 3, 4, 5, 6 (CANopen)" in line for line in found.lines)
+    assert any("these answer: 1, 2, 3, 4, 5, 6 (CANopen)" in line for line in found.lines)
     assert not any("can setup" in line for line in found.lines)
     describing = Describing(found.answers)
     describing.type("lab")

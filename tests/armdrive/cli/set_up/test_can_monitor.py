@@ -39,8 +39,8 @@ REQUEST, ANSWER, UNKNOWN = FrameKind.REQUEST, FrameKind.ANSWER, FrameKind.UNKNOW
 
 CONVERSATION = (
     (encode(1, ReadEncoder()), REQUEST, "drive 1: read encoder"),
-    (encode(1, EncoderRead(16384)), ANSWER, "encoder read: 16384 counts"),
-    (encode(1, MoveAbsoluteAxis(-9, 600, 2)), REQUEST, "move absolute axis: -9 counts, 600 rpm"),
+    (encode(1, EncoderRead(16384)), ANSWER, "the encoder is at 16384"),
+    (encode(1, MoveAbsoluteAxis(-9, 600, 2)), REQUEST, "drive 1: go to -9 at 600 rpm, acc 2"),
     (encode(1, Status(Code.ABSOLUTE_AXIS, Outcome.STARTED)), ANSWER, "absolute axis: started"),
     (encode(1, Status(Code.ABSOLUTE_AXIS, Outcome.LIMIT_STOP)), ANSWER, "stopped by a limit"),
     # the same bytes: first the request, then its answer
@@ -48,8 +48,8 @@ CONVERSATION = (
     (encode(2, Status(Code.MODE, Outcome.DONE)), ANSWER, "mode: done"),
     (encode(2, ReadSetting(Code.MODE)), REQUEST, "drive 2: read setting mode"),
     (encode(2, SettingRead(Code.MODE, b"\x05")), ANSWER, "setting mode: bus foc"),
-    (encode(0, GoSynchronous()), REQUEST, "all: go synchronous"),
-    (encode(3, EnabledRead(on=True)), ANSWER, "enabled read: on"),
+    (encode(0, GoSynchronous()), REQUEST, "all: start the stored moves"),
+    (encode(3, EnabledRead(on=True)), ANSWER, "the motor is on"),
     (Frame(1, bytes.fromhex("3133")), UNKNOWN, "perhaps encoder, but its last byte would be 32"),
     (Frame(0x123, b"\xde\xad\xbe\xef"), UNKNOWN, "not of an MKS drive"),
     (Frame(0x123, b"", extended=True), UNKNOWN, "(extended)"),
@@ -183,7 +183,7 @@ def test_listening_to_a_held_arm_ends_when_it_is_given_back(call, bus):
 @needs_pty
 def test_a_silent_bus_is_explained_and_ends_in_time(call, bus):
     said = call("can", "monitor", bus.beside, "--seconds", "0.1", code=0).out
-    assert "An idle bus of drives is silent" in said
+    assert "An idle bus of these drives is silent" in said
     assert call("can", "monitor", bus.beside, "--seconds", "0.1", "--json", code=0).out == ""
 
 

@@ -60,7 +60,7 @@ def test_nothing_but_readings_is_ever_sent_and_everybody_is_found():
     assert on.twin.world.motors == motors
     assert not any(each.doubled or each.missed for each in found.drives)
     told = words(mks.of_answers(found, BusHealth()))
-    assert "of the ids 1 to 16 there answer: 1, 2, 3, 4, 5, 6" in told
+    assert "of the ids 1 to 16 these answer: 1, 2, 3, 4, 5, 6" in told
     assert "problem" not in told
 
 
@@ -102,7 +102,7 @@ def test_an_arm_files_drives_are_compared_with_who_answers():
 def test_old_firmware_is_told_as_far_as_it_tells():
     found = bench(firmware="1.0.4").survey((1,))
     told = words(mks.of_answers(found, BusHealth()))
-    assert "it does not tell" in told
+    assert "it does not report" in told
     assert "no watchdog before firmware 1.0.9" in told
 
 
@@ -113,9 +113,9 @@ def test_old_firmware_is_told_as_far_as_it_tells():
     ("health", "what", "grade"),
     [
         (BusHealth(sent=32), "though the adapter took every frame", Grade.PROBLEM),
-        (BusHealth(sent=32, refused=31), "nobody acknowledges what is sent", Grade.PROBLEM),
-        (BusHealth(BusState.PASSIVE, sent=9), "nobody acknowledges what is sent", Grade.PROBLEM),
-        (BusHealth(sent=9, error_frames=4), "somebody has another bit rate", Grade.PROBLEM),
+        (BusHealth(sent=32, refused=31), "no node acknowledges a frame", Grade.PROBLEM),
+        (BusHealth(BusState.PASSIVE, sent=9), "no node acknowledges a frame", Grade.PROBLEM),
+        (BusHealth(sent=9, error_frames=4), "a node uses another bit rate", Grade.PROBLEM),
     ],
 )
 def test_silence_is_told_apart_as_far_as_the_evidence_goes(health, what, grade):
@@ -161,7 +161,7 @@ def test_load_is_told_and_who_commands_drives_is_named():
     command = encode(1, MoveAbsoluteAxis(5, 60, 2))
     told = can_findings.of_listening(Listened((command,), (command,)), 0.1, 0)
     assert told[0].grade is Grade.PROBLEM
-    assert "move absolute axis: 5 counts" in told[0].what
+    assert "drive 1: go to 5 at 60 rpm" in told[0].what
 
 
 @pytest.mark.parametrize("text", ["0", "x", "1-", "1-3000", "", "3-1"])
@@ -206,7 +206,7 @@ def test_a_bus_is_looked_at_and_an_arm_file_mended(call, served):
 def test_nobody_and_a_wrong_bit_rate_are_told_apart_by_trying(call, served):
     wrong = served.port.replace("500000", "250000")
     said = call("doctor", wrong, "--ids", "1-2", "--every-rate", code=6).out
-    assert "nobody acknowledges what is sent" in said
+    assert "no node acknowledges a frame" in said
     assert "nobody answers at 125 kbit/s" in said
     assert "at 500 kbit/s there answer: 1, 2" in said
     served.tell("plug none")

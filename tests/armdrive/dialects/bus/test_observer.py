@@ -12,8 +12,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.dialects.bus.observer import LATE_S, Bounds, Finding, ObservedDrive, Observer
-from armdrive.dialects.bus.way import Way
+from armdrive.dialects.bus.observer import (
+    MAX_DELAY_S,
+    Bounds,
+    DriveFinding,
+    ObservedDrive,
+    Observer,
+)
+from armdrive.dialects.bus.paths import PlannedPath
 from armdrive.tasks import MoveBy
 from kinematics import Motors
 
@@ -27,12 +33,12 @@ def observer(count: int = 2) -> Observer:
 
 
 def ask(found: Observer, node: int, now_s: float) -> None:
-    found.told(node, now_s, owes=True)
+    found.sent(node, now_s, owes=True)
     found[node].ledger.asked(now_s)
 
 
 def tell(found: Observer, node: int, count: int, now_s: float) -> None:
-    found.heard(node, now_s, settles=True)
+    found.replied(node, now_s, settles=True)
     found[node].read(count, now_s)
 
 
@@ -56,11 +62,11 @@ def happen(found: Observer, line: str) -> None:
             rest(found, int(node), int(count), now_s)
         case "ordered", node, "to", goal, "at", speed:
             order(found, int(node), int(goal), float(speed), now_s)
-        case "order-unheard", node:
-            found.told(int(node), now_s, owes=True)
+        case "order-unanswered", node:
+            found.sent(int(node), now_s, owes=True)
         case "asked", node:
             ask(found, int(node), now_s)
-        case "told", node, count:
+        case "reads", node, count:
             tell(found, int(node), int(count), now_s)
         case "expect", node, finding:
             verdict = found[int(node)].verdict
@@ -86,13 +92,13 @@ def test_a_case(path: Path) -> None:
 
 
 def test_every_verdict_of_one_drive_has_a_case() -> None:
-    told = " ".join(path.read_text() for path in CASES)
-    of_all = {Finding.OFF_WAY, Finding.WEAK}
-    assert all(each.value in told for each in Finding if each not in of_all)
+    words = " ".join(path.read_text() for path in CASES)
+    of_all = {DriveFinding.OFF_PATH, DriveFinding.WEAK}
+    assert all(each.value in words for each in DriveFinding if each not in of_all)
 
 
 @given(
-    late_s=st.floats(0.0, LATE_S - 0.01),
+    late_s=st.floats(0.0, MAX_DELAY_S - 0.01),
     speed=st.integers(300, 90_000),
     goals=st.lists(st.integers(-60_000, 60_000), min_size=1, max_size=4),
 )
@@ -119,24 +125,24 @@ def test_a_healthy_drive_however_late_within_the_bound_is_never_blamed(
             assert found.judge() is None
 
 
-def leading(*counts: int) -> tuple[Observer, Way]:
-    """Return drives that were looked at a while into a way that takes them along together."""
-    found, way = observer(len(counts)), Way(Motors([0] * len(counts)))
+def leading(*counts: int) -> tuple[Observer, PlannedPath]:
+    """Return drives that were looked at a while into a path that takes them along together."""
+    found, path = observer(len(counts)), PlannedPath(Motors([0] * len(counts)))
     for _ in range(20):
-        way.draw(MoveBy(Motors([3000] * len(counts)), 30_000.0))
+        path.append(MoveBy(Motors([3000] * len(counts)), 30_000.0))
     for node, count in enumerate(counts, 1):
         rest(found, node, count, 0.0)
-    return found, way
+    return found, path
 
 
 def test_drives_that_are_late_together_are_on_their_way() -> None:
-    found, way = leading(12_000, 11_500)
-    assert all(found.compare(way, 0.8, 0.04, 0.8) is None for _ in range(5))
+    found, path = leading(12_000, 11_500)
+    assert all(found.compare(path, 0.8, 0.04, 0.8) is None for _ in range(5))
 
 
 def test_one_that_lags_alone_is_off_the_way_at_the_second_look() -> None:
-    found, way = leading(24_000, 9_000)
-    assert found.compare(way, 0.8, 0.04, 0.8) is None
-    verdict = found.compare(way, 0.9, 0.04, 0.9)
+    found, path = leading(24_000, 9_000)
+    assert found.compare(path, 0.8, 0.04, 0.8) is None
+    verdict = found.compare(path, 0.9, 0.04, 0.9)
     assert verdict is not None
-    assert (verdict.node, verdict.finding) == (2, Finding.OFF_WAY)
+    assert (verdict.node, verdict.finding) == (2, DriveFinding.OFF_PATH)

@@ -67,8 +67,8 @@ def pdo(service, node, text):
 
 CONVERSATION = (
     (Nmt(NmtCommand.START, ALL_NODES).frame, REQUEST, "all: start: become operational"),
-    (Nmt(NmtCommand.RESET_NODE, 3).frame, REQUEST, "node 3: begin anew"),
-    (Heartbeat(3, NodeState.BOOTING).frame, ANSWER, "node 3: boot-up: it has begun anew"),
+    (Nmt(NmtCommand.RESET_NODE, 3).frame, REQUEST, "node 3: restart"),
+    (Heartbeat(3, NodeState.BOOTING).frame, ANSWER, "node 3: boot-up: it has restarted"),
     (Heartbeat(127, NodeState.OPERATIONAL).frame, ANSWER, "node 127: heartbeat: operational"),
     (Sync().frame, REQUEST, "SYNC"),
     (Sync(7).frame, REQUEST, "SYNC 7"),
@@ -112,7 +112,7 @@ CONVERSATION = (
     (
         refusal(1, Place(0x60C2, 1), AbortCode.NO_OBJECT),
         ANSWER,
-        "node 1: 60C2:01 Interpolation time period value given up: there is no such object",
+        "node 1: 60C2:01 Interpolation time period value aborted: there is no such object",
     ),
     (answer(1, Place(0x2031, 4), b"\x01\x02"), ANSWER, "node 1: 2031:04: 01 02"),
     (
@@ -203,7 +203,7 @@ def test_the_node_of_a_frame_is_told_as_plain_data():
 HELD = (
     (DEVICE_TYPE, 0x0004_0192, "CiA 402, a drive (stepper)"),
     (DEVICE_TYPE, 0x0000_0191, "CiA 401, an I/O module"),
-    (DEVICE_TYPE, 0x0000_0123, "CiA 291, a device of a profile that is not known here"),
+    (DEVICE_TYPE, 0x0000_0123, "CiA 291, a device of an unknown profile"),
     (SUPPORTED_MODES, 0xA1, "profile position, homing, cyclic position"),
     (Place(0x1001), 0, "no error"),
     (Place(0x603F), 0x3220, "3220, DC link voltage too low"),

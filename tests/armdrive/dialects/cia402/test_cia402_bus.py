@@ -95,7 +95,7 @@ def test_devices_that_are_no_drives_are_told(call, tmp_path, monkeypatch):
     with SimProcess(path, "cia402", "--set", "profile=401"):
         write_arm_file("bench", ARM.format(port=port))
         said = call("doctor", "--arm", "bench", "--ids", "1-6", code=1).out
-        assert "node 1 of the arm file is no CiA 402 drive (CiA 401, an I/O module)" in said
+        assert "node 1 of the arm file is not a CiA 402 drive (CiA 401, an I/O module)" in said
 
 
 @needs_pty

@@ -12,8 +12,8 @@ import random
 import pytest
 from cia402_rig import Rig, steps
 
-from armdrive.dialects.cia402.exchange import ListenedTime
 from armdrive.dialects.cia402.wire import TRANSMITTED
+from armdrive.dialects.exchange import ListenedTime
 from armdrive.tasks import AlertKind, ClearFault, Done, Halted, MoveAlong, MoveBy
 from firmware_protocol.canopen import Service, service_of
 from firmware_protocol.frames import Frame, Unpacker, pack

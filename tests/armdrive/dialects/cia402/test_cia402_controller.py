@@ -324,7 +324,7 @@ def test_a_drive_that_falls_silent_at_rest_is_missed_and_no_other_is():
     rig.run(1.0)
     (alert,) = rig.alerts()
     assert alert.kind is AlertKind.SWITCHED_OFF
-    assert "drive 3 (elbow) is not heard any more" in alert.text
+    assert "drive 3 (elbow) no longer answers" in alert.text
 
 
 def test_a_drive_that_began_anew_unheard_is_set_up_again_as_soon_as_it_is_missed():

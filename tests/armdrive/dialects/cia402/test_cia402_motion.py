@@ -8,7 +8,7 @@ import math
 import pytest
 from cia402_rig import Rig, steps
 
-from armdrive.dialects.bus.way import Way
+from armdrive.dialects.bus.paths import PlannedPath
 from armdrive.tasks import (
     ClearFault,
     DeviceSettings,
@@ -37,14 +37,14 @@ def differences(targets: list[tuple[float, int]]) -> list[int]:
 # -- the way --------------------------------------------------------------------------------------
 
 
-def smoothed(way: Way, time_s: float) -> tuple[int, ...]:
+def smoothed(way: PlannedPath, time_s: float) -> tuple[int, ...]:
     return tuple(round(way.averaged(motor, time_s, 0.03)) for motor in range(len(way.end)))
 
 
 def test_a_straight_way_stays_straight_however_it_is_smoothed():
-    way = Way(Motors((0, 0)))
+    way = PlannedPath(Motors((0, 0)))
     for _ in range(3):
-        way.draw(MoveBy(Motors((900, -300)), 9000.0), 0.0)
+        way.append(MoveBy(Motors((900, -300)), 9000.0), 0.0)
     for turn in range(40):
         base, shoulder = smoothed(way, turn * PERIOD_S)
         assert abs(base + 3 * shoulder) <= 2
@@ -52,8 +52,8 @@ def test_a_straight_way_stays_straight_however_it_is_smoothed():
 
 
 def test_smoothing_makes_ramps_of_jumps_in_speed():
-    way = Way(Motors((0,)))
-    way.draw(MoveBy(Motors((1000,)), 10_000.0), 0.0)
+    way = PlannedPath(Motors((0,)))
+    way.append(MoveBy(Motors((1000,)), 10_000.0), 0.0)
     places = [smoothed(way, turn * PERIOD_S)[0] for turn in range(15)]
     speeds = [b - a for a, b in itertools.pairwise(places)]
     changes = [abs(b - a) for a, b in itertools.pairwise((0, *speeds, 0))]

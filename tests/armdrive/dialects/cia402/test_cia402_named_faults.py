@@ -31,8 +31,8 @@ ROWS = {
     "all lose their power": ("brown-out", "power|reset", RESTARTED),
     "all are reset": ("reset", "power|reset", FAULT),
     "a node is made pre-operational": (
-        NmtCommand.PRE_OPERATIONAL, f"{ELBOW} was ordered to be pre-operational by som", FAULT),
-    "a node is stopped": (NmtCommand.STOP, f"{ELBOW} was ordered to be stopped by somebody", FAULT),
+        NmtCommand.PRE_OPERATIONAL, f"program has ordered {ELBOW} to be pre-operational", FAULT),
+    "a node is stopped": (NmtCommand.STOP, f"program has ordered {ELBOW} to be stopped", FAULT),
 }  # fmt: skip
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
+from itertools import pairwise
 
 from driver_bench import DriverBench
 
@@ -14,12 +15,19 @@ from armdrive.dialects.mks.settings import MksSettings
 from armdrive.registry import DIALECTS
 from armdrive.sim.mechanics.shafts import ShaftPoint
 from armdrive.sim.mks.motion import state_of
+from armdrive.tasks import MoveAlong, MoveBy
 from firmware_protocol import mks
 from firmware_protocol.frames import Frame, Unpacker, pack
 from kinematics import Motors, preset
 
 WIRE_S = 0.0003
 LATEST = (1, 0, 9)
+AHEAD_S = 0.3
+SEGMENT_S = 0.1
+BURSTS = {"segment_s": 0.0}
+FAR_FROM_ZERO = (50_000,) * 6
+"""Near zero a drive that was away may have restarted."""
+WAY = (6000, -3000, 1500, 0, 700, 20)
 
 
 class MksSetPoint(ShaftPoint):
@@ -228,3 +236,112 @@ def _due(queue: list[tuple[float, bytes]], now_s: float) -> list[bytes]:
     ready = [data for at_s, data in queue if at_s <= now_s]
     queue[:] = [entry for entry in queue if entry[0] > now_s]
     return ready
+
+
+# -- motions ---------------------------------------------------------------------------------------
+
+
+def segments(*ways, duration_s=SEGMENT_S) -> list[MoveBy]:
+    """Return segments of the same duration, however long each is."""
+    return [MoveBy(Motors(way), Motors(way).largest / duration_s) for way in ways]
+
+
+def straight(count=10, way=WAY) -> list[MoveBy]:
+    """Return the same segment several times."""
+    return segments(*([way] * count))
+
+
+def total(moves: Iterable[MoveBy]) -> Motors:
+    """Return the sum of all segments."""
+    return sum((move.steps for move in moves), Motors([0] * 6))
+
+
+def along(moves, **options) -> MoveAlong:
+    """Return the request to move along segments."""
+    return MoveAlong(iter(moves), AHEAD_S, **options)
+
+
+def begun(moves, after_s=0.0, ahead_s=AHEAD_S, starts=FAR_FROM_ZERO, **settings) -> MksBench:
+    """Return drives that have been moving for a while."""
+    bench = MksBench(starts=starts, settings=settings).ready()
+    bench.begin(MoveAlong(iter(moves), ahead_s))
+    bench.run(after_s)
+    return bench
+
+
+def requests(bench: MksBench, *kinds) -> list[tuple[int, mks.Request]]:
+    """Return the requests of some kinds that were sent so far, each with its drive."""
+    found = ((frame.can_id, mks.decode_request(frame)) for _, frame in bench.sent)
+    return [(node, each) for node, each in found if isinstance(each, kinds)]
+
+
+def off_path(corners: Sequence[tuple[float, Motors]], time_s: float, positions: Motors) -> float:
+    """Return how far motors are off a path, in counts, if all may be a little late."""
+    return min(
+        max(abs(a - b) for a, b in zip(_place(corners, time_s - late_s), positions, strict=True))
+        for late_s in (0.0, 0.01, 0.02, 0.03, 0.04, 0.05)
+    )
+
+
+def _place(corners: Sequence[tuple[float, Motors]], time_s: float) -> list[float]:
+    for (from_s, start), (to_s, end) in pairwise(corners):
+        if time_s < to_s:
+            share = max(time_s - from_s, 0.0) / (to_s - from_s)
+            return [a + share * (b - a) for a, b in zip(start, end, strict=True)]
+    return list(corners[-1][1])
+
+
+# -- faults ----------------------------------------------------------------------------------------
+
+BOTH, ORDERS, ANSWERS = (True, True), (True, False), (False, True)
+
+
+def hold_up(bench: MksBench, for_s: float, sides=BOTH) -> None:
+    """Make the bus keep all frames for a time; then all pass at once."""
+    end_s, step = bench.now_s + for_s, bench._step
+    queues = [queue for queue, held in zip((bench.to, bench.back), sides, strict=True) if held]
+
+    def keep():
+        for queue in queues:
+            queue[:] = [(max(at_s, end_s + i * 1e-5), data) for i, (at_s, data) in enumerate(queue)]
+
+    def held(until_s):
+        if bench.now_s >= end_s:
+            step(until_s)
+            return
+        keep()
+        step(min(until_s, end_s))
+        keep()
+
+    bench._step = held
+
+
+def suspend(bench: MksBench, for_s: float) -> None:
+    """Suspend the program; afterwards it receives all frames of that time at once."""
+    controller, held = bench.controller, []
+    controller.receive = lambda data, _now_s: held.append(data)
+    controller.next_s, controller.advance = lambda: math.inf, lambda _now_s: b""
+    bench.run(for_s)
+    del controller.receive, controller.next_s, controller.advance
+    controller.receive(b"".join(held), bench.now_s)
+    bench._speak()
+
+
+def restart(bench: MksBench, number: int, *, dead_s=0.0, keeps_angle=False) -> Callable[[], int]:
+    """Restart a drive's firmware; return what tells where its shaft really is."""
+    node = bench.node(number)
+    stood = node.at(bench.now_s)
+    angle = stood % mks.COUNTS_PER_TURN if keeps_angle else 0
+    lost = stood - angle
+    node.moving, node.mute = None, bool(dead_s)
+    node.motor.hold(stood)
+
+    def count_from_zero():
+        node.mute, node.enabled = False, True
+        node.motor.hold(angle)
+
+    if dead_s:
+        bench.at_s[bench.now_s + dead_s] = count_from_zero
+    else:
+        count_from_zero()
+    return lambda: node.at(bench.now_s) + (0 if node.mute else lost)

@@ -5,12 +5,9 @@ from __future__ import annotations
 import random
 
 import pytest
-from mks_bench import MksBench
-from test_mks_controller_late import stand_still
-from test_mks_controller_motion import along, segments
-from test_mks_holdups import BOTH, ORDERS, hold_up
+from mks_bench import BOTH, ORDERS, MksBench, along, begun, hold_up, segments, straight, suspend
 
-from armdrive.dialects.bus.observer import LATE_S, LOOKS
+from armdrive.dialects.bus.observer import CONFIRMING_LOOKS, MAX_DELAY_S
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.tasks import AlertKind, Done, RequestRejected
 from kinematics import Motors
@@ -21,12 +18,6 @@ TOLD_S = 1.1
 """Half a second of looks behind those of the time before, and a stop."""
 
 
-def moving(way, count=40, **settings):
-    bench = MksBench(starts=(50_000,) * 6, settings=settings).ready()
-    bench.begin(along(segments(*([way] * count))))
-    return bench
-
-
 def weaken(bench, number, share):
     """Have a motor turn no faster than a share of what its drive is told."""
     motor = bench.node(number).motor
@@ -35,7 +26,7 @@ def weaken(bench, number, share):
 
 
 def let_pass(speed):
-    return MksSettings().corridor_counts + speed * 10 * LATE_S
+    return MksSettings().corridor_counts + speed * 10 * MAX_DELAY_S
 
 
 def beside(bench, way):
@@ -49,7 +40,7 @@ def beside(bench, way):
 @pytest.mark.parametrize("speed", [3000, 9000])
 def test_a_drive_that_lags_ends_the_motion_before_the_arm_is_far_off_its_way(speed, share):
     way = (speed, -speed, 0, 0, 0, 0)
-    bench = moving(way)
+    bench = begun(straight(40, way))
     bench.run(0.5)
     weaken(bench, 1, share)
     worst = 0.0
@@ -62,7 +53,7 @@ def test_a_drive_that_lags_ends_the_motion_before_the_arm_is_far_off_its_way(spe
     assert alert.kind is AlertKind.ASTRAY
     assert "drive 1 (base)" in alert.text
     assert isinstance(bench.finish(), RequestRejected)
-    noticed = speed * 10 * (1.0 - share) * (LOOKS + 1) * POLL_S
+    noticed = speed * 10 * (1.0 - share) * (CONFIRMING_LOOKS + 1) * POLL_S
     assert worst <= let_pass(speed) + noticed
 
 
@@ -72,7 +63,7 @@ def test_a_drive_that_lags_ends_the_motion_before_the_arm_is_far_off_its_way(spe
 def test_one_that_is_too_slow_for_half_a_second_is_told_of_though_it_stays_near_its_way(
     speed, share, count
 ):
-    bench = moving((speed, -speed, 700, 0, 0, 0), count)
+    bench = begun(straight(count, (speed, -speed, 700, 0, 0, 0)))
     bench.run(0.5)
     weaken(bench, 1, share)
     assert isinstance(bench.finish(), RequestRejected)
@@ -90,7 +81,7 @@ def test_a_host_that_is_always_late_calls_no_drive_too_slow(seed):
     bench.begin(along(segments(*(way for way in ways for _ in range(6)))))
     while bench.controller.busy:
         bench.run(dice.uniform(0.005, 0.06))
-        stand_still(bench, dice.uniform(0.005, 0.08))
+        suspend(bench, dice.uniform(0.005, 0.08))
     assert isinstance(bench.finish(), Done)
     assert not bench.alerts()
 
@@ -101,19 +92,19 @@ def test_one_that_is_too_slow_leads_no_arm_far_off_its_way_whether_it_is_told_of
     speed, share
 ):
     way = (speed, -speed, 0, 0, 0, 0)
-    bench = moving(way)
+    bench = begun(straight(40, way))
     bench.run(0.5)
     weaken(bench, 1, share)
     worst = 0.0
     while bench.controller.busy and not bench.alerts():
         bench.run(0.005)
         worst = max(worst, beside(bench, way))
-    noticed = speed * 10 * (1.0 - share) * (LOOKS + 1) * POLL_S
+    noticed = speed * 10 * (1.0 - share) * (CONFIRMING_LOOKS + 1) * POLL_S
     assert worst <= let_pass(speed) + noticed
 
 
 def test_a_drive_that_lags_a_little_is_let_pass_and_gets_there():
-    bench = moving((9000, -9000, 0, 0, 0, 0), 20)
+    bench = begun(straight(20, (9000, -9000, 0, 0, 0, 0)))
     weaken(bench, 1, 0.9)
     assert isinstance(bench.finish(), Done)
     assert not bench.alerts()
@@ -122,7 +113,7 @@ def test_a_drive_that_lags_a_little_is_let_pass_and_gets_there():
 
 @pytest.mark.parametrize("acceleration", [100, 200, 252])
 def test_drives_with_gentle_ramps_are_late_together_and_well(acceleration):
-    bench = moving((3000, -1500, 900, 0, 0, 0), 20, acceleration=acceleration)
+    bench = begun(straight(20, (3000, -1500, 900, 0, 0, 0)), acceleration=acceleration)
     assert isinstance(bench.finish(), Done)
     assert not bench.alerts()
 
@@ -137,7 +128,7 @@ def test_a_computer_that_is_late_blames_no_drive(seed, sides):
     bench.begin(along(segments(*ways)))
     while bench.controller.busy and bench.now_s < 30.0:
         bench.run(dice.uniform(0.0, 0.3))
-        late = dice.choice((hold_up, stand_still))
+        late = dice.choice((hold_up, suspend))
         late(bench, dice.uniform(0.0, 0.2), *([sides] if late is hold_up else []))
     assert isinstance(bench.finish(), Done)
     assert not bench.alerts()

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 import pytest
-from mks_bench import MksBench
-from test_mks_controller_motion import along
+from mks_bench import MksBench, along
 
-from armdrive.dialects.bus.way import Course
+from armdrive.dialects.bus.paths import Course
 from armdrive.dialects.mks.steering import ramp_to
 from armdrive.tasks import Done, MoveBy
 from firmware_protocol.mks import COUNTS_S_PER_RPM, slope_of

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import math
-
 import pytest
-from mks_bench import MksBench
-from test_mks_controller_motion import BURSTS, along, straight
+from mks_bench import BURSTS, MksBench, along, straight, suspend
 
 from armdrive.tasks import Done, MoveBy, ReadPosition, Registers, RequestRejected, SwitchOn
 from firmware_protocol.frames import Unpacker, pack
@@ -23,24 +20,13 @@ from kinematics import Motors
 STARTS = (0, 100, -200, 4000, 5, 16384)
 
 
-def stand_still(bench, for_s):
-    """Have the program stand still, and find all that came meanwhile at once."""
-    controller, held = bench.controller, []
-    controller.receive = lambda data, _now_s: held.append(data)
-    controller.next_s, controller.advance = lambda: math.inf, lambda _now_s: b""
-    bench.run(for_s)
-    del controller.receive, controller.next_s, controller.advance
-    controller.receive(b"".join(held), bench.now_s)
-    bench._speak()
-
-
 @pytest.mark.parametrize("every_s", [0.04, 0.06, 0.2])
 @pytest.mark.parametrize("request_", [ReadPosition(), SwitchOn()])
 def test_a_program_that_is_always_late_hears_all_drives(every_s, request_):
     bench = MksBench(starts=STARTS)
     bench.begin(request_)
     for _ in range(40):
-        stand_still(bench, every_s)
+        suspend(bench, every_s)
         if (reply := bench.reply()) is not None:
             break
     assert str(reply) in ("done", str(Registers(Motors(STARTS))))
@@ -66,7 +52,7 @@ def test_a_program_that_stood_still_blames_no_drive_in_motion():
     bench = MksBench().ready()
     bench.begin(along(straight(30)))
     bench.run(0.3)
-    stand_still(bench, 0.6)
+    suspend(bench, 0.6)
     assert isinstance(bench.finish(), Done)
     assert not bench.alerts()
 
@@ -77,7 +63,7 @@ def send_late(bench, for_s):
     while len(bench.sent) == said:
         bench._step(bench.now_s + 1.0)
     bench.to[:] = [(at_s + for_s, data) for at_s, data in bench.to]
-    stand_still(bench, for_s)
+    suspend(bench, for_s)
 
 
 @pytest.mark.parametrize("for_s", [0.1, 0.2, 0.3, 0.45])
@@ -114,7 +100,7 @@ def test_a_thread_that_stands_still_at_the_end_blames_no_drive(way, watchdog_s, 
     move = MoveBy(Motors((way, -3000, 0, 0, 0, 0)), 30_000.0)
     bench.begin(move if settings else along([move]))
     bench.run(0.2)
-    stand_still(bench, 6.0)
+    suspend(bench, 6.0)
     assert isinstance(bench.finish(), Done)
     assert not bench.alerts()
 

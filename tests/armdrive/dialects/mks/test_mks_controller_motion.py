@@ -9,7 +9,18 @@ from itertools import pairwise
 import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
-from mks_bench import MksBench
+from mks_bench import (
+    AHEAD_S,
+    BURSTS,
+    SEGMENT_S,
+    MksBench,
+    along,
+    off_path,
+    requests,
+    segments,
+    straight,
+    total,
+)
 
 from armdrive.tasks import (
     AlertKind,
@@ -25,42 +36,13 @@ from armdrive.tasks import (
 from firmware_protocol import mks
 from kinematics import Motors
 
-AHEAD_S = 0.3
-PIECE_S = 0.1
-BURSTS = {"segment_s": 0.0}
-
-
-def segments(*ways, piece_s=PIECE_S):
-    """Return segments of the same length in time, however far each goes."""
-    return [MoveBy(Motors(way), Motors(way).largest / piece_s) for way in ways]
-
-
-def total(moves) -> Motors:
-    found = Motors([0] * 6)
-    for move in moves:
-        found = found + move.steps
-    return found
-
-
-def straight(count=10, way=(6000, -3000, 1500, 0, 700, 20)):
-    return segments(*([way] * count))
-
-
-def along(moves, **options) -> MoveAlong:
-    return MoveAlong(iter(moves), AHEAD_S, **options)
-
-
-def requests(bench, *kinds):
-    found = ((frame.can_id, mks.decode_request(frame)) for _, frame in bench.sent)
-    return [(node, each) for node, each in found if isinstance(each, kinds)]
-
 
 def test_a_thread_that_wakes_late_does_not_put_off_what_comes_after():
     bench = MksBench().ready()
     next_s = bench.controller.next_s
     bench.controller.next_s = lambda: next_s() + 0.003
     began_s = bench.now_s
-    moves = segments(*([(1200, -600, 300, 0, 140, 4)] * 100), piece_s=0.02)
+    moves = segments(*([(1200, -600, 300, 0, 140, 4)] * 100), duration_s=0.02)
     assert isinstance(bench.do(along(moves)), Done)
     orders = [at_s for at_s, frame in bench.sent if frame.can_id == 1 and frame.data[0] == 0xF5]
     orders = [at_s for at_s in orders if began_s < at_s < began_s + 1.8]
@@ -105,7 +87,7 @@ def test_whatever_the_way_it_ends_there_and_is_nowhere_left_far(ways):
     worst = 0.0
     while bench.controller.busy and bench.now_s < began_s + 5.0:
         bench.run(0.02)
-        worst = max(worst, off_the_way(corners, bench.now_s - began_s, bench.positions))
+        worst = max(worst, off_path(corners, bench.now_s - began_s, bench.positions))
     assert isinstance(bench.finish(), Done)
     assert bench.positions == at
     assert worst < 150
@@ -116,23 +98,7 @@ def ramped(way, count=8):
     places = [(1.0 - math.cos(math.pi * part / count)) / 2.0 for part in range(count + 1)]
     points = [Motors(round(place * one) for one in way) for place in places]
     parts = [b - a for a, b in pairwise(points)]
-    return [MoveBy(part, part.largest / PIECE_S) for part in parts if part.largest]
-
-
-def off_the_way(corners, time_s, positions) -> float:
-    """Return how far motors are from where they should be, in counts, at their best moment."""
-    return min(
-        max(abs(a - b) for a, b in zip(point(corners, time_s - late_s), positions, strict=True))
-        for late_s in (0.0, 0.01, 0.02, 0.03, 0.04, 0.05)
-    )
-
-
-def point(corners, time_s):
-    for (from_s, start), (to_s, end) in pairwise(corners):
-        if time_s < to_s:
-            share = max(time_s - from_s, 0.0) / (to_s - from_s)
-            return [a + share * (b - a) for a, b in zip(start, end, strict=True)]
-    return list(corners[-1][1])
+    return [MoveBy(part, part.largest / SEGMENT_S) for part in parts if part.largest]
 
 
 WAY = (30_000, -15_000, 7_500, 0, 3_750, 1_500)
@@ -201,7 +167,7 @@ def test_the_next_segment_is_drawn_no_earlier_than_announced():
     began_s = bench.now_s
     bench.do(along(lazily()))
     for number, at_s in enumerate(drawn):
-        assert at_s >= began_s + number * PIECE_S - AHEAD_S - 1e-6
+        assert at_s >= began_s + number * SEGMENT_S - AHEAD_S - 1e-6
 
 
 @pytest.mark.parametrize("firmware", [(1, 0, 9), (1, 0, 5)])
@@ -370,9 +336,7 @@ def test_a_limit_switch_ends_the_motion():
         node = bench.node(1)
         node.motor.hold(node.at(bench.now_s))
         asked, node.moving = node.moving, None
-        from firmware_protocol.mks import Outcome
-
-        bench._answer(node.device.tell(asked, Outcome.LIMIT_STOP))
+        bench._answer(node.device.tell(asked, mks.Outcome.LIMIT_STOP))
 
     bench.at_s[bench.now_s + 0.4] = reach
     assert isinstance(bench.do(along(straight(20))), RequestRejected)

@@ -5,10 +5,9 @@ from __future__ import annotations
 from itertools import pairwise
 
 import pytest
-from mks_bench import MksBench
-from test_mks_controller_motion import BURSTS, along, straight
+from mks_bench import BURSTS, MksBench, along, straight
 
-from armdrive.dialects.bus.ledger import BESIDE_S, Rejections
+from armdrive.dialects.bus.ledger import START_WINDOW_S, Rejections
 from armdrive.tasks import Done, MoveBy, RequestRejected
 from firmware_protocol.mks import Code, Mode, SetMode
 from kinematics import Motors
@@ -40,7 +39,7 @@ def test_half_a_wrist_that_takes_no_orders_stops_the_other_half_at_once(after_s)
     reply = bench.do(along(straight(20, way=TOGETHER)))
     assert isinstance(reply, RequestRejected)
     assert "drive 5 (left wrist) is in mode 2" in reply.reason
-    noticed_s = 2.0 * PERIOD_S + 2.0 * BESIDE_S + 0.01
+    noticed_s = 2.0 * PERIOD_S + 2.0 * START_WINDOW_S + 0.01
     assert apart(bench) <= SPEED * (noticed_s + bench.controller.ramp_s / 2.0)
 
 
@@ -85,7 +84,7 @@ def test_words_that_come_right_beside_each_other_are_of_one_order(first):
     denials = Rejections()
     then = {"refused": "taken", "taken": "refused"}[first]
     getattr(denials, first)(1.0)
-    getattr(denials, then)(1.0 + BESIDE_S / 2.0)
+    getattr(denials, then)(1.0 + START_WINDOW_S / 2.0)
     assert denials.due_s > 1e9
 
 
@@ -93,7 +92,7 @@ def test_a_failure_alone_is_a_denial_and_two_are_looked_into():
     denials = Rejections()
     denials.taken(0.5)
     denials.refused(1.0)
-    assert denials.due_s == pytest.approx(1.0 + BESIDE_S)
+    assert denials.due_s == pytest.approx(1.0 + START_WINDOW_S)
     assert not denials.confirm()
     denials.refused(1.02)
     assert denials.confirm()

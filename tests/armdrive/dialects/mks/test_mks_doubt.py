@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import pytest
-from mks_bench import MksBench
-from test_mks_controller_motion import segments
-from test_mks_holdups import BOTH, ORDERS, STARTS, hold_up
+from mks_bench import BOTH, ORDERS, begun, hold_up, segments
 
 from armdrive.dialects.bus import observer
 from armdrive.dialects.bus.ledger import LOOK_S
 from armdrive.dialects.mks.settings import MksSettings
-from armdrive.tasks import AlertKind, Done, MoveAlong, RequestRejected
+from armdrive.tasks import AlertKind, Done, RequestRejected
 from kinematics import Motors
 
 SHORT_AHEAD_S = 0.06
@@ -23,10 +21,7 @@ LATE_S = 0.005
 
 
 def moving(moves, after_s, ahead_s=SHORT_AHEAD_S, **settings):
-    bench = MksBench(starts=STARTS, settings={"segment_s": 0.02, **settings}).ready()
-    bench.begin(MoveAlong(iter(moves), ahead_s))
-    bench.run(after_s)
-    return bench
+    return begun(moves, after_s, ahead_s, segment_s=0.02, **settings)
 
 
 def block(bench, number):
@@ -97,7 +92,7 @@ def test_a_blocked_shaft_is_told_within_the_documented_time(counts_s, poll_s, af
     (alert,) = bench.alerts()
     assert alert.kind is AlertKind.ASTRAY
     assert "drive 1 (base)" in alert.text
-    behind_s = MksSettings().corridor_counts / counts_s + observer.LATE_S
+    behind_s = MksSettings().corridor_counts / counts_s + observer.MAX_DELAY_S
     assert bench.now_s - began_s <= behind_s + 2.0 * poll_s + LOOK_S + 4.0 * LATE_S
 
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from mks_bench import MksBench
-from test_mks_controller_motion import AHEAD_S, along, segments
+from mks_bench import AHEAD_S, MksBench, along, segments
 
 from firmware_protocol.mks import Code
 

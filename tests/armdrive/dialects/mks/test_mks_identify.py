@@ -29,7 +29,7 @@ def on_bus(*motors, **settings):
 )
 def test_firmware_is_told_or_concluded_from_what_is_answered(settings, words, told):
     found = on_bus(0, **settings).script(firmware_of, (1,))[1]
-    assert (str(found), found.told) == (words, told)
+    assert (str(found), found.reported) == (words, told)
     assert (found.read is None) is (words < "1.0.8")
 
 

@@ -5,14 +5,21 @@ from __future__ import annotations
 import random
 
 import pytest
-from mks_bench import MksBench
-from test_mks_controller_late import stand_still
-from test_mks_controller_motion import BURSTS, along, segments
-from test_mks_holdups import BOTH, ORDERS, hold_up
+from mks_bench import (
+    BOTH,
+    BURSTS,
+    ORDERS,
+    MksBench,
+    along,
+    begun,
+    hold_up,
+    restart,
+    segments,
+    suspend,
+)
 
 from armdrive.dialects.mks.wire import GIVE
 from armdrive.tasks import AlertKind, Done, Halted, MoveBy, RequestRejected
-from firmware_protocol.mks import COUNTS_PER_TURN
 from kinematics import Motors
 
 TOLD_S = 0.15
@@ -21,33 +28,11 @@ RUN_ON_S = 0.3
 """What is sent ahead, and a ramp."""
 
 
-def begin_anew(bench, number, *, dead_s=0.0, keeps_angle=False):
-    """Have a drive's firmware begin anew; return where its shaft is, physically, ever after."""
-    node = bench.node(number)
-    stood = node.at(bench.now_s)
-    angle = stood % COUNTS_PER_TURN if keeps_angle else 0
-    lost = stood - angle
-    node.moving, node.mute = None, bool(dead_s)
-    node.motor.hold(stood)
-
-    def count_anew():
-        node.mute, node.enabled = False, True
-        node.motor.hold(angle)
-
-    if dead_s:
-        bench.at_s[bench.now_s + dead_s] = count_anew
-    else:
-        count_anew()
-    return lambda: node.at(bench.now_s) + (0 if node.mute else lost)
-
-
 def moving(start, speed, after_s, turns=False):
-    bench = MksBench(starts=(start, 50_000, 50_000, 0, 0, 0)).ready()
     way = (speed, -speed // 2, 700, 0, 0, 0)
     back = tuple(-each for each in way)
-    bench.begin(along(segments(*([way] * 12 + [back] * 12 * turns))))
-    bench.run(after_s)
-    return bench
+    moves = segments(*([way] * 12 + [back] * 12 * turns))
+    return begun(moves, after_s, starts=(start, 50_000, 50_000, 0, 0, 0))
 
 
 @pytest.mark.parametrize("dead_s", [0.0, 0.02, 0.05])
@@ -61,7 +46,7 @@ def test_a_drive_that_begins_anew_at_once_is_found_and_goes_no_farther_than_was_
 ):
     bench = moving(start, speed, after_s)
     began_s, stood = bench.now_s, bench.node(1).at(bench.now_s)
-    shaft = begin_anew(bench, 1, dead_s=dead_s)
+    shaft = restart(bench, 1, dead_s=dead_s)
     assert isinstance(bench.finish(), RequestRejected)
     (alert,) = bench.alerts()
     assert "drive 1 (base)" in alert.text
@@ -74,7 +59,7 @@ def test_a_drive_that_begins_anew_at_once_is_found_and_goes_no_farther_than_was_
 
 def test_one_that_keeps_its_angle_is_found_by_the_turns_that_are_missing():
     bench = moving(40_000, 3000, 0.47)
-    begin_anew(bench, 1, keeps_angle=True)
+    restart(bench, 1, keeps_angle=True)
     assert isinstance(bench.finish(), RequestRejected)
     assert "drive 1 (base)" in bench.alerts()[0].text
 
@@ -83,7 +68,7 @@ def test_one_that_does_not_move_is_found_as_well():
     bench = MksBench(starts=(0, 0, 30_000, 0, 0, 0)).ready()
     bench.begin(along(segments(*([(3000, 0, 0, 0, 0, 0)] * 12))))
     bench.run(0.3)
-    begin_anew(bench, 3)
+    restart(bench, 3)
     assert isinstance(bench.finish(), RequestRejected)
     assert "drive 3 (elbow)" in bench.alerts()[0].text
 
@@ -94,7 +79,7 @@ def test_in_a_burst_it_is_found_as_well(start, after_s):
     bench = MksBench(settings=BURSTS, starts=(start, 0, 0, 0, 0, 0)).ready()
     bench.begin(MoveBy(Motors((30_000, -9000, 0, 0, 0, 0)), 30_000.0))
     bench.run(after_s)
-    begin_anew(bench, 1)
+    restart(bench, 1)
     assert isinstance(bench.finish(), RequestRejected)
     assert bench.alerts()[0].kind in (AlertKind.RESTARTED, AlertKind.ASTRAY)
     assert "drive 1 (base)" in bench.alerts()[0].text
@@ -106,7 +91,7 @@ def test_one_that_begins_anew_while_it_brakes_is_found_as_well(after_s):
     bench.controller.stop(hard=False)
     bench._speak()
     bench.run(after_s)
-    begin_anew(bench, 1)
+    restart(bench, 1)
     assert isinstance(bench.finish(), Halted)
     assert "drive 1 (base)" in bench.alerts()[0].text
 
@@ -118,7 +103,7 @@ def test_a_bus_and_a_program_that_are_late_make_no_count_leap(sides, seed):
     bench = moving(50_000, 9000, 0.1, turns=True)
     while bench.controller.busy and bench.now_s < 30.0:
         bench.run(dice.uniform(0.0, 0.4))
-        late = dice.choice((hold_up, stand_still))
+        late = dice.choice((hold_up, suspend))
         late(bench, dice.uniform(0.0, 0.3), *([sides] if late is hold_up else []))
     assert isinstance(bench.finish(), Done)
     assert not bench.alerts()

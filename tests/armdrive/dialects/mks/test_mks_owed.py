@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import mks_bench
 import pytest
-from mks_bench import MksBench
-from test_mks_controller_late import stand_still
-from test_mks_controller_motion import BURSTS, along, straight
+from mks_bench import BURSTS, MksBench, along, straight, suspend
 
-from armdrive.dialects.bus.ledger import LATEST_S, LateReplies
+from armdrive.dialects.bus.ledger import LATE_REPLY_MAX_S, LateReplies
 from armdrive.tasks import Done, MoveBy, ProtocolWarning, ReadPosition
 from firmware_protocol.frames import pack
 from firmware_protocol.mks import Code, EncoderRead, Outcome
@@ -34,7 +32,7 @@ def test_one_late_answer_is_expected_for_each_question_that_was_given_up():
 def test_nothing_is_late_for_ever():
     owed = LateReplies()
     owed.give_up(2, 0x31, 1.0)
-    assert not owed.takes(2, 0x31, 1.1 + LATEST_S)
+    assert not owed.takes(2, 0x31, 1.1 + LATE_REPLY_MAX_S)
 
 
 @pytest.mark.parametrize("settings", [{}, BURSTS])
@@ -55,7 +53,7 @@ def test_a_program_that_is_late_now_and_then_finds_no_oddity(every_s):
     bench.begin(along(straight(20, WAY)))
     for _ in range(8):
         bench.run(0.15)
-        stand_still(bench, every_s)
+        suspend(bench, every_s)
     assert isinstance(bench.finish(), Done)
     assert not oddities(bench)
 

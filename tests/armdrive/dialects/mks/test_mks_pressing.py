@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from mks_bench import MksBench
+from mks_bench import MksBench, along, straight
 from test_mks_arm import ready
-from test_mks_controller_motion import along, straight
 
 from armdrive.errors import ArmError
 from armdrive.status import State, Trust

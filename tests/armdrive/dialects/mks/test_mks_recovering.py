@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from mks_bench import MksBench
-from test_mks_controller_motion import along, straight
+from mks_bench import MksBench, along, straight
 
 from armdrive import Arm
 from armdrive.connect.parts import connect_simulated

@@ -5,10 +5,7 @@ from __future__ import annotations
 import random
 
 import pytest
-from mks_bench import MksBench
-from test_mks_controller_late import stand_still
-from test_mks_controller_motion import BURSTS, along, segments, straight
-from test_mks_holdups import hold_up
+from mks_bench import BURSTS, MksBench, along, hold_up, segments, straight, suspend
 
 from armdrive.tasks import AlertKind, Done, Halted, MoveBy, RequestRejected
 from firmware_protocol.mks import Code
@@ -84,7 +81,7 @@ def test_a_program_that_wakes_late_near_zero_blames_no_drive(for_s):
     bench = MksBench(starts=(-2000, 0, 0, 0, 0, 0)).ready()
     bench.begin(along(straight(20, (2500, 400, 0, 0, 0, 0))))
     bench.run(0.12)
-    stand_still(bench, for_s)
+    suspend(bench, for_s)
     assert isinstance(bench.finish(), Done)
     assert not bench.alerts()
 

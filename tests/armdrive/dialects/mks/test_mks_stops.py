@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from mks_bench import MksBench
-from test_mks_controller_motion import along, straight
-from test_mks_leap import begin_anew
+from mks_bench import MksBench, along, restart, straight
 
 from armdrive.dialects.mks.stops import STOP_POLL_S
 from armdrive.tasks import AlertKind, Halted
@@ -88,7 +86,7 @@ def test_one_that_began_anew_near_zero_just_before_a_stop_is_found_out(speed, de
     bench = MksBench(starts=(0, 50_000, 0, 0, 0, 0)).ready()
     bench.begin(along(straight(30, (speed, 3000, 0, 0, 0, 0))))
     bench.run(0.5)
-    begin_anew(bench, 1, dead_s=dead_s)
+    restart(bench, 1, dead_s=dead_s)
     bench.run(0.2)
     bench.controller.stop(hard=False)
     bench.finish()

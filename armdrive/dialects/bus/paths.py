@@ -1,29 +1,29 @@
-"""Where the drives of an arm shall be, and where each is by its orders. Steps, seconds.
+"""The path planned for all motors, and the course that each drive's orders give it. Steps, seconds.
 
-A `Way` is the motion that was asked for: straight segments that join, on a time of their own. A
-`Course` is what one drive makes of its orders: it turns towards its goal, no faster than it was
-told and by its ramp.
+A `PlannedPath` is the requested motion: straight segments that join, on a time axis of their own.
+A `Course` is what one drive makes of its orders: it turns towards its target by its ramp, no
+faster than ordered.
 """
 
 from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from armdrive.tasks import MoveBy
 from kinematics.spaces import Motors
 
 KEPT_S = 1.0
-"""What lies behind is remembered for so long: drives may be found to be there still."""
+"""How much of the past path is kept: drives that lag may still be found there."""
 COARSE_S, FINE_S = 0.01, 0.001
-"""How finely a place on the way is looked for, at first and at last."""
+"""Step widths of the search for a place on the path: first coarse, then fine."""
 
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """From `low` to `high`, both of them in it."""
+    """The closed interval from `low` to `high`."""
 
     low: float
     high: float
@@ -32,17 +32,17 @@ class Interval:
         return self.low <= place <= self.high
 
     def beyond(self, place: float) -> float:
-        """Return how far a place is outside; 0 for one that is not."""
+        """Return the distance of a place from the interval; 0 inside it."""
         return max(self.low - place, place - self.high, 0.0)
 
     def widened(self, by: float) -> Interval:
-        """Return it with so much more on either side."""
+        """Return the interval with a margin added on either side."""
         return Interval(self.low - by, self.high + by)
 
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """One straight part of a way: when and where it begins and ends."""
+    """One straight part of a path: when and where it begins and ends."""
 
     start_s: float
     end_s: float
@@ -50,7 +50,7 @@ class Segment:
     end: Motors
 
     def at(self, motor: int, time_s: float) -> float:
-        """Return where a motor is on it, or at the nearer of its ends."""
+        """Return a motor's place at a time, or at the nearer end of the segment."""
         if time_s >= self.end_s:
             return float(self.end[motor])
         share = max(time_s - self.start_s, 0.0) / (self.end_s - self.start_s)
@@ -58,46 +58,46 @@ class Segment:
 
 
 @dataclass(frozen=True, slots=True)
-class Lead:
-    """How a motor goes on: which way (0 where it stands), how far before it turns, until when."""
+class Heading:
+    """A motor's next stretch in one direction (0: it stands): its end, and when it gets there."""
 
-    way: int
-    far: float
+    direction: int
+    end: float
     until_s: float
 
 
-class Way:
-    """The segments that were drawn and not passed. Its end is as far as anything was drawn."""
+class PlannedPath:
+    """The segments that are known and not yet passed. `end` is the end of the last one."""
 
     def __init__(self, start: Motors) -> None:
         self.end = start
         self.end_s = 0.0
         self._segments: deque[Segment] = deque()
 
-    def draw(self, move: MoveBy, from_s: float = 0.0) -> None:
-        """Take in the next segment; where all of it was passed by then, it begins at a time."""
+    def append(self, move: MoveBy, from_s: float = 0.0) -> None:
+        """Append a segment, which begins at `from_s` if the path has ended before."""
         start_s = max(self.end_s, from_s)
         end, end_s = self.end + move.steps, start_s + max(move.duration_s, 1e-6)
         self._segments.append(Segment(start_s, end_s, self.end, end))
         self.end, self.end_s = end, end_s
 
-    def pass_by(self, time_s: float, kept_s: float = KEPT_S) -> None:
-        """Forget what lies farther behind than what is kept."""
+    def discard_before(self, time_s: float, kept_s: float = KEPT_S) -> None:
+        """Discard segments that ended more than `kept_s` before a time."""
         while len(self._segments) > 1 and self._segments[0].end_s <= time_s - kept_s:
             self._segments.popleft()
 
     def at(self, motor: int, time_s: float) -> float:
-        """Return where a motor shall be at a time."""
+        """Return a motor's place at a time."""
         for segment in self._segments:
             if time_s < segment.end_s:
                 return segment.at(motor, time_s)
         return float(self.end[motor])
 
     def averaged(self, motor: int, time_s: float, window_s: float) -> float:
-        """Return the mean of where a motor shall be over so long a time before this one.
+        """Return a motor's mean place during the window that ends at a time.
 
-        The same window for all motors keeps straight what is straight, and where speeds jump it
-        makes ramps.
+        The same window for all motors keeps straight lines straight and turns jumps in speed into
+        ramps.
         """
         if not window_s:
             return self.at(motor, time_s)
@@ -107,7 +107,7 @@ class Way:
                 break
             if segment.end_s <= at_s:
                 continue
-            if segment.start_s > at_s:  # it stood before
+            if segment.start_s > at_s:  # it stood still before
                 total += (segment.start_s - at_s) * segment.start[motor]
                 at_s = segment.start_s
             until_s = min(segment.end_s, time_s)
@@ -119,15 +119,15 @@ class Way:
         return total / window_s
 
     def span(self, motor: int, early_s: float, late_s: float) -> Interval:
-        """Return from where to where a motor goes between two times."""
+        """Return the range of a motor's places between two times."""
         ends = [each.end[motor] for each in self._segments if early_s < each.end_s < late_s]
         places = (self.at(motor, early_s), self.at(motor, late_s), *ends)
         return Interval(min(places), max(places))
 
     def nearest_s(self, counts: Sequence[int], early_s: float, late_s: float) -> float:
-        """Return when between two times motors should be where they were found, or nearest to it.
+        """Return the path time, between two times, that fits the motors' counts best.
 
-        The earliest such time: what is driven twice is not left out.
+        Of several it is the earliest: repeating a part is safe, leaving one out is not.
         """
         for step_s in (COARSE_S, FINE_S):
             steps = max(math.ceil((late_s - early_s) / step_s), 1)
@@ -136,10 +136,10 @@ class Way:
             early_s, late_s = max(found_s - step_s, early_s), min(found_s + step_s, late_s)
         return found_s
 
-    def passes(
+    def explains(
         self, counts: Sequence[int], margins: Sequence[float], early_s: float, late_s: float
     ) -> bool:
-        """Tell whether at one and the same time all motors should be where they were found."""
+        """Return whether a single path time explains the counts of all motors."""
         time_s = late_s
         while time_s > early_s - COARSE_S:
             at_s = max(time_s, early_s)
@@ -152,47 +152,71 @@ class Way:
     def _off(self, counts: Sequence[int], time_s: float) -> float:
         return max(abs(self.at(motor, time_s) - count) for motor, count in enumerate(counts))
 
-    def lead(self, motor: int, from_s: float, until_s: float) -> Lead:
-        """Return how a motor goes on from a time: no further than it goes one way."""
-        way, far, far_s = 0, self.at(motor, from_s), from_s
+    def heading(self, motor: int, from_s: float, until_s: float) -> Heading:
+        """Return a motor's next stretch between two times, up to where it turns back."""
+        direction, end, end_s = 0, self.at(motor, from_s), from_s
         for segment in self._segments:
             if segment.end_s <= from_s:
                 continue
             if segment.start_s >= until_s:
                 break
             turn = segment.end[motor] - segment.start[motor]
-            if turn * way < 0:
+            if turn * direction < 0:
                 break
             if turn:
-                way = 1 if turn > 0 else -1
-                far_s = min(segment.end_s, until_s)
-                far = segment.at(motor, far_s)
-        return Lead(way, far, far_s)
+                direction = 1 if turn > 0 else -1
+                end_s = min(segment.end_s, until_s)
+                end = segment.at(motor, end_s)
+        return Heading(direction, end, end_s)
 
     def fastest(self, motor: int, from_s: float, until_s: float) -> float:
-        """Return how fast a motor goes at most between two times."""
-        ways = (
+        """Return a motor's greatest speed between two times."""
+        speeds = (
             abs(each.end[motor] - each.start[motor]) / (each.end_s - each.start_s)
             for each in self._segments
             if each.end_s > from_s and each.start_s < until_s
         )
-        return max(ways, default=0.0)
+        return max(speeds, default=0.0)
 
-    def speed(self, motor: int, from_s: float, lead: Lead) -> float:
-        """Return how fast a motor goes on a lead, at a mean."""
-        way = abs(lead.far - self.at(motor, from_s))
-        return way / (lead.until_s - from_s) if way else 0.0
+    def speed(self, motor: int, from_s: float, heading: Heading) -> float:
+        """Return a motor's mean speed on a stretch."""
+        distance = abs(heading.end - self.at(motor, from_s))
+        return distance / (heading.until_s - from_s) if distance else 0.0
+
+
+class SegmentFeed:
+    """Fetches a motion's segments and appends them to its path."""
+
+    def __init__(self, path: PlannedPath, segments: Iterator[MoveBy]) -> None:
+        self._path, self._segments = path, segments
+        self.exhausted = False
+        """Whether the last segment has been fetched."""
+        self.underruns = 0
+        """How often the path ended although more segments were to come."""
+        self.latest_s = 0.0
+        """The duration of the latest segment."""
+
+    def fetch(self, has_room: Callable[[], bool], from_s: float, *, dry: bool) -> None:
+        """Fetch segments while there is room; a path that ran `dry` continues at `from_s`."""
+        while not self.exhausted and has_room():
+            segment = next(self._segments, None)
+            if segment is None:
+                self.exhausted = True
+                return
+            self._path.append(segment, from_s)
+            self.latest_s = segment.duration_s
+            self.underruns, dry = self.underruns + dry, False
 
 
 STEP_S = 0.005
-"""A course goes on in steps of this length."""
+"""Step width of the course."""
 PAST_S = 1.0
-"""So much of a course is kept: no reading is of an earlier moment."""
+"""How much of a course is kept: no reading is older."""
 
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """A goal that a drive was sent to, and how fast that lets it turn up and down."""
+    """A drive's target, and how fast the order lets it turn up and down."""
 
     sent_s: float
     goal: float
@@ -201,50 +225,50 @@ class Order:
 
 
 class Course:
-    """Where one drive is by its orders, and where it was by them a while ago.
+    """Where one drive is, and recently was, if it obeys each order at once.
 
-    Every order is taken to be obeyed at once: that none is, or comes late, is for those who compare
-    it with readings. An infinite speed or slope has the drive at its goal, or its speed, at once.
+    The observer allows for delays when it compares the course with readings. With an infinite
+    speed the drive is at its target at once, with an infinite slope at its full speed.
     """
 
     def __init__(self) -> None:
         self.place = 0.0
         self.speed = 0.0
         self.goal = 0.0
-        self.told = 0.0
-        """How fast it may turn by its last order."""
+        self.max_speed = 0.0
+        """The speed of its last order."""
         self.slope = math.inf
         self._at_s = -math.inf
         self._past: deque[tuple[float, float]] = deque()
         self._orders: deque[Order] = deque()
 
     def rest_at(self, place: float, now_s: float) -> None:
-        """Take it for standing at a place."""
-        self.goal, self.told = place, 0.0
+        """Record that the drive stands at a place."""
+        self.goal, self.max_speed = place, 0.0
         self._orders = deque((Order(now_s, place, 0.0, 0.0),))
         self.put(place, 0.0, now_s)
 
     def put(self, place: float, speed: float, now_s: float) -> None:
-        """Take it for being at a place, whatever its orders made of it; they stay."""
+        """Move the course to a place; the orders stay."""
         self.place, self.speed, self._at_s = place, speed, now_s
         self._past = deque(((now_s, place),))
 
     def order(self, goal: float, speed: float, slope: float, now_s: float) -> None:
-        """Send it to a goal."""
+        """Record an order."""
         self.advance(now_s)
-        self.goal, self.told, self.slope = goal, speed, slope
-        up, down = (speed if way * (goal - self.place) > 0.0 else 0.0 for way in (1, -1))
+        self.goal, self.max_speed, self.slope = goal, speed, slope
+        up, down = (speed if sign * (goal - self.place) > 0.0 else 0.0 for sign in (1, -1))
         order = Order(now_s, goal, max(up, self.speed), max(down, -self.speed))
         self._orders.append(order)
         while len(self._orders) > 1 and self._orders[1].sent_s < now_s - 2.0 * PAST_S:
             self._orders.popleft()
 
     def advance(self, now_s: float) -> None:
-        """Let it go on until now."""
+        """Advance the course to the present."""
         if now_s <= self._at_s:
             return
-        if math.isinf(self.told) or math.isinf(self._at_s):
-            self.place = self.goal if self.told else self.place
+        if math.isinf(self.max_speed) or math.isinf(self._at_s):
+            self.place = self.goal if self.max_speed else self.place
             self._at_s = now_s
         while self._at_s < now_s and not (self.place == self.goal and not self.speed):
             step_s = min(STEP_S, now_s - self._at_s)
@@ -260,30 +284,29 @@ class Course:
             self._past.popleft()
 
     def _go(self, step_s: float) -> None:
-        """Go on by one step: so fast that it can still end at its goal by its ramp."""
+        """Advance by one step, at a speed from which the ramp still ends at the target."""
         left = self.goal - self.place
         if math.isinf(self.slope):
-            way = min(self.told * step_s, abs(left))
-            self.place += math.copysign(way, left)
-            self.speed = math.copysign(self.told, left) if self.place != self.goal else 0.0
+            self.place += math.copysign(min(self.max_speed * step_s, abs(left)), left)
+            self.speed = math.copysign(self.max_speed, left) if self.place != self.goal else 0.0
             return
-        way = math.copysign(1.0, left)
+        sign = math.copysign(1.0, left)
         change = self.slope * step_s
-        room = 2.0 * self.slope * max(abs(left) - way * self.speed * step_s / 2.0, 0.0)
+        room = 2.0 * self.slope * max(abs(left) - sign * self.speed * step_s / 2.0, 0.0)
         fastest = math.sqrt(change**2 / 4.0 + room) - change / 2.0
-        wanted = way * min(self.told, fastest)
+        wanted = sign * min(self.max_speed, fastest)
         speed = self.speed + min(max(wanted - self.speed, -change), change)
         self.place += (self.speed + speed) / 2.0 * step_s
         self.speed = speed
         if abs(self.goal - self.place) < 0.5 and abs(speed) <= change:
             self.place, self.speed = self.goal, 0.0
 
-    def draw(self, by: float) -> None:
-        """Bring it nearer to where the drive was read."""
+    def correct(self, by: float) -> None:
+        """Shift the course towards a reading."""
         self.place += by
 
     def hull(self, from_s: float, to_s: float) -> Interval:
-        """Return from where to where it went between two moments."""
+        """Return the range of places between two moments."""
         places = []
         for at_s, place in reversed(self._past):
             if at_s <= to_s:
@@ -293,7 +316,7 @@ class Course:
         return Interval(min(places), max(places)) if places else Interval(self.place, self.place)
 
     def in_force(self, from_s: float, late_s: float) -> tuple[Order, ...]:
-        """Return what it may have obeyed since a moment, if orders can be so late."""
+        """Return the orders it may have obeyed since a moment, if they can be that late."""
         found, replaced_s = [], math.inf
         for order in reversed(self._orders):
             if replaced_s <= from_s - late_s:
@@ -304,23 +327,51 @@ class Course:
 
     @property
     def ordered_s(self) -> float:
-        """When it was sent anywhere last."""
+        """When the last order was sent."""
         return self._orders[-1].sent_s if self._orders else -math.inf
 
     @property
     def brakes(self) -> float:
-        """How far it turns until it stands, by its ramp."""
+        """Its braking distance from the present speed."""
         return 0.0 if math.isinf(self.slope) else self.speed**2 / (2.0 * self.slope)
 
 
-# How long a way takes from rest to rest, by ramps.
+@dataclass(frozen=True, slots=True)
+class Trapezoid:
+    """A motion from rest to rest over a distance: its peak speed and its ramps of one slope."""
 
+    distance: float
+    speed: float
+    slope: float
 
-def trapezoid_s(way: float, speed: float, slope: float) -> float:
-    """Return how long a way takes from rest to rest, at most this fast, by ramps of a slope."""
-    if not way:
-        return 0.0
-    if math.isinf(slope):
-        return way / speed
-    peak = min(speed, math.sqrt(way * slope))
-    return way / peak + peak / slope if peak >= speed else 2.0 * way / peak
+    @classmethod
+    def of(cls, distance: float, fastest: float, slope: float) -> Trapezoid:
+        """Return the motion over a distance that is no faster than `fastest`."""
+        if math.isinf(slope):
+            return cls(distance, fastest, slope)
+        return cls(distance, min(fastest, math.sqrt(distance * slope)), slope)
+
+    @property
+    def ramp_s(self) -> float:
+        """How long it speeds up, and brakes."""
+        return 0.0 if math.isinf(self.slope) else self.speed / self.slope
+
+    @property
+    def duration_s(self) -> float:
+        """How long it takes."""
+        return self.distance / self.speed + self.ramp_s if self.distance else 0.0
+
+    def at(self, time_s: float) -> float:
+        """Return the distance covered by a time."""
+        if time_s >= self.duration_s:
+            return self.distance
+        left_s = self.duration_s - time_s
+        if time_s < self.ramp_s:
+            return self.slope * time_s**2 / 2.0
+        if left_s < self.ramp_s:
+            return self.distance - self.slope * left_s**2 / 2.0
+        return self.speed * (time_s - self.ramp_s / 2.0)
+
+    def corners_s(self) -> tuple[float, ...]:
+        """Return the times at which its acceleration changes."""
+        return (self.ramp_s, self.duration_s - self.ramp_s, self.duration_s)

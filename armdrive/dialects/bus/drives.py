@@ -1,0 +1,148 @@
+"""The motors of an arm on a CAN bus, one drive each; what their settings and absence share."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from armdrive.config.arm import ArmConfig
+from armdrive.config.sections import GripperSettings
+from armdrive.errors import ArmFileError, Refused
+from armdrive.tasks import RequestRejected, Timeout
+from armdrive.text.toml import within
+from armdrive.transports.address import is_can
+from kinematics.transmission import MotorSpec, Transmission
+
+ALL_SILENT = (
+    "Check that the drives have power, that the bus cable is plugged in and has a resistor of 120 "
+    "ohm at each of its two ends, and that ids and bit rate match the arm file"
+)
+"""What to check if no drive on the bus answers."""
+
+
+HOST_S = 0.03
+"""Delay that an operating system, an adapter and other traffic may add to a frame."""
+
+
+def absent_words(drives: Sequence[object], number: str) -> str:
+    """Return which drives do not answer and what to check; `number` is what identifies them."""
+    named, verb = ", ".join(map(str, drives)), "does" if len(drives) == 1 else "do"
+    return (
+        f"{named} {verb} not answer, while others on the bus do: check the power supply, the CAN "
+        f"plug, and that {number} and bit rate match the arm file (`armdrive doctor --can`)"
+    )
+
+
+def absence(
+    missing: Sequence[object],
+    drives: Sequence[object],
+    number: str,
+    silence: Timeout,
+    *,
+    moved: bool = False,
+) -> Timeout | RequestRejected:
+    """Return the reply that names missing drives; `silence` if all of them are missing.
+
+    If something had `moved`, they fell silent in the middle of it.
+    """
+    if len(missing) == len(drives):
+        return silence
+    return RequestRejected(absent_words(missing, number), moved=moved, silent=moved)
+
+
+FEEDS = 2
+"""A drive's watchdog must outlast this many messages that feed it: one may be lost."""
+
+
+def check_ids(section: str, ids: Sequence[int], most: int, number: str) -> None:
+    """Raise `ArmFileError` unless each drive has an id of its own."""
+    for index, node in enumerate(ids):
+        within(f"{section}.ids[{index}]", node, 1, most)
+    if not ids or len(set(ids)) != len(ids):
+        raise ArmFileError(
+            f"{section}.ids must give each motor {number} of its own, not {list(ids)}"
+        )
+
+
+def check_feeding(watchdog: str, most: float, feed: str, period: float) -> None:
+    """Raise `ArmFileError` unless the drives' watchdog outlasts the messages that feed it.
+
+    `watchdog` and `feed` are the names of the two settings.
+    """
+    if most < FEEDS * period - 1e-9:
+        raise ArmFileError(
+            f"{watchdog} must be at least {FEEDS} times {feed}, which feeds it: with {most:g} and "
+            f"{period:g} the drives would stop in mid-motion"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class BusMotors:
+    """The motors of an arm, in order, with their `ranges` in steps between their joints' limits.
+
+    `fastest_hz` is the greatest speed of the fastest, in steps a second.
+    """
+
+    names: tuple[str, ...]
+    fastest_hz: float
+    ranges: tuple[float, ...]
+
+    @property
+    def count(self) -> int:
+        """Their number."""
+        return len(self.names)
+
+
+def bus_motors(config: ArmConfig, section: str, ids: Sequence[int]) -> BusMotors:
+    """Return the motors of an arm whose arm file names one drive for each.
+
+    Raises `Refused` if its port is no CAN adapter or no drive can move its gripper, and
+    `ArmFileError` if drives or the transmission are missing.
+    """
+    port, transmission = config.connection.port, config.model.transmission
+    if port and not is_can(port):
+        raise Refused(
+            f"{port} is not a CAN adapter, but these drives are on a CAN bus: write the port as "
+            "can:slcan:/dev/ttyACM0?bitrate=500000, or see `armdrive ports`"
+        )
+    if config.gripper.kind in ("servo", "output"):
+        raise Refused(
+            f'gripper.kind is "{config.gripper.kind}", but these drives have no such output: use '
+            '"stepper" if a drive moves the fingers, or "none"'
+        )
+    if transmission is None:
+        raise ArmFileError("the arm's motor steps are unknown: give steps_per_turn")
+    names = tuple(motor.name for motor in transmission.motors)
+    if len(ids) < len(names):
+        raise ArmFileError(
+            f"{section}.ids names {len(ids)} drives, but the arm has {len(names)} motors"
+        )
+    speeds = (*config.model.joint_speeds_rad_s, config.model.gripper_speed_mm_s)
+    spans = [one.high_rad - one.low_rad for one in config.model.arm.limits]
+    low_mm, high_mm = config.model.gripper_range_mm
+    spans.append(high_mm - low_mm)
+    return BusMotors(
+        names,
+        max(_sum(row, speeds) for row in transmission.matrix),
+        tuple(_sum(row, spans) for row in transmission.matrix),
+    )
+
+
+def one_motor(config: ArmConfig, name: str, fastest_hz: float) -> ArmConfig:
+    """Return an arm with a single motor, no faster than this, one step a count.
+
+    Its controller can turn a motor before it is known what that motor moves.
+    """
+    turns = Transmission((MotorSpec(name, 1.0, (1.0,)),), (name,))
+    return replace(
+        config,
+        model=replace(config.model, transmission=turns, joint_speeds_rad_s=(fastest_hz,)),
+        connection=replace(config.connection, port=""),
+        gripper=GripperSettings(),
+    )
+
+
+def _sum(row: Sequence[float], of_joints: Sequence[float]) -> float:
+    """Return the sum of all joints' shares in a motor."""
+    return math.fsum(abs(share * each) for share, each in zip(row, of_joints, strict=False))

@@ -1,0 +1,145 @@
+"""The stages that every dialect goes through: braking until all drives stand, and homing.
+
+A dialect supplies the frames and says what it has seen of each drive. Deadlines are in listened
+time, so a late computer blames no drive.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from enum import Enum
+from typing import Any, Generic, Protocol, TypeVar
+
+from armdrive.dialects.bus.group import Signal
+from armdrive.dialects.bus.observer import ObservedDrive
+from armdrive.dialects.exchange import ListenedTime, Script
+from armdrive.tasks import Done, Reply, RequestRejected, Timeout
+
+D = TypeVar("D")
+D_contra = TypeVar("D_contra", contravariant=True)
+
+
+class Brakes(Protocol[D_contra]):
+    """How one dialect's drives are stopped."""
+
+    def step(self, left: Sequence[D_contra], now_s: float) -> float:
+        """Repeat the stop and ask the drives that do not stand; return when to call again."""
+
+    def has_looked(self, now_s: float) -> bool:
+        """Return whether there is news about the drives."""
+
+    def stands(self, drive: D_contra) -> bool:
+        """Return whether a drive has been seen to stand."""
+
+    def settle(self, drive: D_contra, now_s: float) -> None:
+        """Record that a drive stands."""
+
+    def is_mute(self, drive: D_contra) -> bool:
+        """Return whether a drive has left too many questions unanswered."""
+
+    def absence(self, mute: Sequence[D_contra]) -> Timeout | RequestRejected:
+        """Return the reply that names drives that fell silent while they braked."""
+
+
+class Braking(Generic[D]):
+    """The stopping stage: the stop is repeated until every drive is seen to stand."""
+
+    def __init__(
+        self, brakes: Brakes[D], drives: Iterable[D], listened: ListenedTime, patience_s: float
+    ) -> None:
+        self._brakes, self._listened = brakes, listened
+        self.left = list(drives)
+        """The drives that have not been seen to stand."""
+        self.standing: list[D] = []
+        self._mute: list[D] = []
+        self._given_up_s = listened.s + patience_s
+
+    def step(self, now_s: float) -> float:
+        """Repeat the stop."""
+        return self._brakes.step(self.left, now_s)
+
+    def signal(self, now_s: float) -> Signal | None:
+        """Return whether all drives stand, or that this will not be known."""
+        brakes = self._brakes
+        if not brakes.has_looked(now_s):
+            return None
+        for drive in tuple(self.left):
+            if brakes.stands(drive):
+                self.left.remove(drive)
+                self.standing.append(drive)
+                brakes.settle(drive, now_s)
+        if not self.left:
+            return Signal.STOPPED
+        self._mute = [drive for drive in self.left if brakes.is_mute(drive)]
+        over = self._listened.s >= self._given_up_s
+        return Signal.NOT_STOPPED if over or len(self._mute) == len(self.left) else None
+
+    def unstopped(self) -> Timeout | RequestRejected | None:
+        """Return why some drives are not known to stand; None if all are."""
+        if not self.left:
+            return None
+        if len(self._mute) == len(self.left):
+            return self._brakes.absence(self._mute)
+        return RequestRejected(f"{self.left[0]} did not come to rest after a stop")
+
+
+OVERTRAVEL = 1.1
+"""A search that covers more than this share of a motor's whole range will find no switch."""
+
+
+class HomingStatus(Enum):
+    """What a drive reports of its search."""
+
+    SEARCHING = "searching"
+    FOUND = "found"
+    FAILED = "failed"
+
+
+class HomingSearch:
+    """The drives of one group that search for their switches, and what went wrong."""
+
+    def __init__(
+        self,
+        ranges: Mapping[ObservedDrive, float],
+        tolerance: float,
+        listened: ListenedTime,
+        timeout_s: float,
+    ) -> None:
+        self.left = list(ranges)
+        """The drives that are still searching."""
+        self.wrong = ""
+        """What went wrong, in words."""
+        self._starts = {drive: drive.count or 0 for drive in ranges}
+        self._most = {drive: OVERTRAVEL * each + tolerance for drive, each in ranges.items()}
+        self._listened, self._given_up_s = listened, listened.s + timeout_s
+
+    def note(self, drive: ObservedDrive, status: HomingStatus) -> None:
+        """Record what a drive reports. A search that has left the motor's range has failed."""
+        travel = abs((drive.count or 0) - self._starts[drive])
+        if status is HomingStatus.FOUND:
+            self.left.remove(drive)
+        elif status is HomingStatus.FAILED:
+            self.wrong = self.wrong or f"{drive} did not find its switch or stop"
+        elif travel > self._most[drive]:
+            self.wrong = self.wrong or f"{drive} found no switch within its joints' limits"
+
+    def signal(self) -> Signal | None:
+        """Return whether all have found their switches, or one never will."""
+        if not self.wrong and self.left and self._listened.s > self._given_up_s:
+            self.wrong = f"{self.left[0]} found no switch in time"
+        if self.wrong:
+            return Signal.TROUBLE
+        return None if self.left else Signal.ARRIVED
+
+
+def home_in_groups(
+    groups: tuple[tuple[int, ...], ...],
+    drives: Sequence[D],
+    home_group: Callable[[tuple[D, ...]], Script[Any, Reply]],
+) -> Script[Any, Reply]:
+    """Home group after group; without groups, one drive after the other."""
+    for group in groups or tuple((motor,) for motor in range(len(drives))):
+        reply = yield from home_group(tuple(drives[motor] for motor in group))
+        if not isinstance(reply, Done):
+            return reply
+    return Done()
