@@ -1,4 +1,4 @@
-"""Arm files on the command line: which there are, reading one, the default, and the chosen arm."""
+"""Arm files on the command line: read one by name, the default arm, and the chosen arm."""
 
 from __future__ import annotations
 
@@ -12,13 +12,12 @@ from armdrive.config.arm import read_arm_table
 from armdrive.connect.target import Target, find
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import DEFAULT
+from armdrive.registry.arm_files import arm_path, arm_paths
 from armdrive.storage import files as places
 from armdrive.storage.files import replace_file
 from armdrive.text.reading import is_there, read_text
-from armdrive.text.toml import require_format
 from kinematics.errors import suggestion
 
-ENDING = ".toml"
 SIM = "sim:"
 DEFAULT_SIM = f"{SIM}{DEFAULT}"
 DEFAULT_FILE = "default"
@@ -35,19 +34,9 @@ class ArmText:
     table: dict[str, Any]
 
 
-def arm_paths() -> list[Path]:
-    """Return the arm files; a model file that lies among them is none."""
-    return [path for path in sorted(places.arm_files().glob(f"*{ENDING}")) if not _is_model(path)]
-
-
-def file_of(name: str) -> Path:
-    """Return where the file of an arm's name is, or would be; a path is taken as it is."""
-    return Path(name) if name.endswith(ENDING) else places.arm_files() / f"{name}{ENDING}"
-
-
 def path_of(name: str) -> Path:
     """Return the file of an arm's name, or of a path. Raises `ArmFileError` where there is none."""
-    path = file_of(name)
+    path = arm_path(name)
     if is_there(path) and path.is_file():
         return path
     known = [each.stem for each in arm_paths()]
@@ -62,16 +51,6 @@ def read(name: str) -> ArmText:
     return ArmText(path.stem, path, read_arm_table(path))
 
 
-def _is_model(path: Path) -> bool:
-    """Tell whether a file is a link table rather than an arm."""
-    try:
-        table = read_arm_table(path)
-        require_format(table)
-    except ArmFileError:
-        return False  # listed with what is wrong with it
-    return "links" in table and "model" not in table
-
-
 def _default_path() -> Path:
     return places.arm_files().parent / "default-arm"
 
@@ -81,7 +60,7 @@ def default_arm() -> str:
     named = os.environ.get("ARMDRIVE_ARM") or chosen_default()
     if named:
         return named
-    if file_of(DEFAULT_FILE).is_file():
+    if arm_path(DEFAULT_FILE).is_file():
         return DEFAULT_FILE
     return DEFAULT_SIM
 

@@ -17,6 +17,7 @@ from armdrive.config.sections import (
     OPENING,
     SLIDING,
     TURNING,
+    FingerModel,
     GripperSettings,
     read_posture,
 )
@@ -33,7 +34,6 @@ from armdrive.text.toml import (
     number,
     require_format,
     require_table,
-    setting,
     text,
     whole,
 )
@@ -158,20 +158,6 @@ def _clean(entry: float) -> float:
 
 TABLE_ALONE = Guards(inner_radius_mm=None, outer_radius_mm=None, hand_wrist_radius_mm=None)
 """The guards of an arm that nothing is known of, unless its file asks for more."""
-
-
-@dataclass(frozen=True, slots=True)
-class FingerModel:
-    """The gripper that a motor drives: its range and speed, and steps per N once it touches."""
-
-    range_mm: tuple[float, float]
-    speed_mm_s: float = setting(low=0.01, high=10_000.0)
-    steps_per_n: float | None = setting(None, low=1e-3, high=1e6)
-
-    def __post_init__(self) -> None:
-        low, high = self.range_mm
-        if low >= high:
-            raise ArmFileError("fingers.range_mm: the first number must be below the second")
 
 
 NO_FINGERS = FingerModel((0.0, 1.0), 1.0)

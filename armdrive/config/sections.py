@@ -128,14 +128,30 @@ class GripperSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class FingerModel:
+    """The gripper that a motor drives: its range and speed, and steps per N once it touches."""
+
+    range_mm: tuple[float, float] = setting(means="between the tips, closed and widest")
+    speed_mm_s: float = setting(means="how fast they open", low=0.01, high=10_000.0)
+    steps_per_n: float | None = setting(
+        None, "closing steps for each newton; without it nothing is grasped", low=1e-3, high=1e6
+    )
+
+    def __post_init__(self) -> None:
+        low, high = self.range_mm
+        if low >= high:
+            raise ArmFileError("fingers.range_mm: the first number must be below the second")
+
+
+@dataclass(frozen=True, slots=True)
 class PostureSettings:
     """A posture that a person can find again, in mm and degrees."""
 
-    x_mm: float
-    y_mm: float
-    z_mm: float
-    pitch_deg: float
-    roll_deg: float = 0.0
+    x_mm: float = setting(means="the finger tips, forward from the base axis")
+    y_mm: float = setting(means="to the left")
+    z_mm: float = setting(means="above the table")
+    pitch_deg: float = setting(means="of the hand; -90 points straight down")
+    roll_deg: float = setting(0.0, "of the hand about its own axis")
 
     def pose(self) -> Pose:
         """Return it as a pose."""
@@ -146,7 +162,7 @@ class PostureSettings:
 class YawedPostureSettings(PostureSettings):
     """The same of an arm of six joints, whose hand has a heading of its own."""
 
-    yaw_deg: float = 0.0
+    yaw_deg: float = setting(0.0, "the hand's heading, of an arm of six joints")
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,12 +172,12 @@ class FrameSettings:
     By yaw about z, then by pitch about its y, then by roll about its x.
     """
 
-    x_mm: float = 0.0
-    y_mm: float = 0.0
-    z_mm: float = 0.0
-    yaw_deg: float = 0.0
-    pitch_deg: float = 0.0
-    roll_deg: float = 0.0
+    x_mm: float = setting(0.0, "the origin, seen from the base")
+    y_mm: float = setting(0.0, "to the left")
+    z_mm: float = setting(0.0, "above the table")
+    yaw_deg: float = setting(0.0, "turned about z first")
+    pitch_deg: float = setting(0.0, "then about its own y")
+    roll_deg: float = setting(0.0, "then about its own x")
 
     def frame(self) -> UserFrame:
         """Return it as a frame."""

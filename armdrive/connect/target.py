@@ -10,7 +10,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import DEFAULT, DIALECTS, dialect
-from armdrive.registry.arm_files import load_arm, preset_arm
+from armdrive.registry.arm_files import ENDING, arm_path, arm_paths, load_arm, preset_arm
 from armdrive.storage import files as places
 from armdrive.transports.address import is_can
 from kinematics.errors import suggestion
@@ -82,10 +82,10 @@ def state_file(arm: str) -> Path:
 
 
 def _arm_file(name: str) -> Path | None:
-    if name.endswith(".toml"):
-        return Path(name)
-    path = places.arm_files() / f"{name}.toml"
-    return path if path.parent == places.arm_files() and path.is_file() else None
+    path = arm_path(name)
+    named_by_path = name.endswith(ENDING)
+    in_folder = path.parent == places.arm_files() and path.is_file()
+    return path if named_by_path or in_folder else None
 
 
 def _looks_like_port(name: str) -> bool:
@@ -96,7 +96,7 @@ def _looks_like_port(name: str) -> bool:
 def _unknown(name: str) -> str:
     folder = places.arm_files()
     known = [
-        *(path.stem for path in sorted(folder.glob("*.toml"))),
+        *(path.stem for path in arm_paths()),
         *(f"{SIM}{each}" for each in DIALECTS),
     ]
     hint = suggestion(name, known)

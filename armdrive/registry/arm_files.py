@@ -1,4 +1,4 @@
-"""Arm files, read with the sections of the dialects that the registry knows."""
+"""Arm files: which there are, and reading one with the sections of the dialects that are known."""
 
 from __future__ import annotations
 
@@ -7,10 +7,42 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from armdrive.config.arm import ArmConfig, ConfigSource, DialectSections, load, parse
+from armdrive.config.arm import (
+    ArmConfig,
+    ConfigSource,
+    DialectSections,
+    load,
+    parse,
+    read_arm_table,
+)
 from armdrive.config.check import problems_of
 from armdrive.config.sections import Connection
+from armdrive.errors import ArmFileError
 from armdrive.registry import DEFAULT, dialect
+from armdrive.storage import files as places
+from armdrive.text.toml import require_format
+
+ENDING = ".toml"
+
+
+def arm_paths() -> list[Path]:
+    """Return the user's arm files, sorted by name, without the model files that lie among them."""
+    return [path for path in sorted(places.arm_files().glob(f"*{ENDING}")) if not _is_model(path)]
+
+
+def _is_model(path: Path) -> bool:
+    """Return whether a file describes a link table rather than an arm."""
+    try:
+        table = read_arm_table(path)
+        require_format(table)
+    except ArmFileError:
+        return False  # listed, so that the user sees what is wrong with it
+    return "links" in table and "model" not in table
+
+
+def arm_path(name: str) -> Path:
+    """Return where an arm's file is, or would be written; a path is returned unchanged."""
+    return Path(name) if name.endswith(ENDING) else places.arm_files() / f"{name}{ENDING}"
 
 
 def sections() -> DialectSections:

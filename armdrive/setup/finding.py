@@ -29,12 +29,12 @@ from armdrive.dialects.bus.tools import (
 from armdrive.dialog.conversation import Finding, Grade, WrongAnswer, note
 from armdrive.errors import ArmError, ArmFileError, PortUnavailable
 from armdrive.registry import DIALECTS
+from armdrive.registry.arm_files import arm_paths
 from armdrive.setup import dialog_runner, prober
 from armdrive.setup.dialog_runner import Clock, carry_out
 from armdrive.setup.draft import LinkFile, Surroundings
 from armdrive.setup.findings import Expected, findings, of_listening
 from armdrive.setup.ports import arm_files, look_at
-from armdrive.storage import files as places
 from armdrive.text.reading import read_text
 from armdrive.transports import can_link
 from armdrive.transports import ports as port_lists
@@ -146,7 +146,7 @@ def surroundings(given: dict[str, str]) -> Surroundings:
     found = port_lists.list_ports()
     ports = tuple(each.stable_name or each.device for each in found)
     buses = tuple(each.port for each in port_lists.list_can_ports(found))
-    arms = tuple(path.stem for path in sorted(places.arm_files().glob("*.toml")))
+    arms = tuple(path.stem for path in arm_paths())
     return Surroundings(arms, ports, read_links, given, buses)
 
 

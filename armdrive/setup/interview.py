@@ -6,18 +6,17 @@ It opens nothing and writes nothing. What was found before (a port, a dialect) i
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import Any
 
 from armdrive.dialog.conversation import Question, WrongAnswer
 from armdrive.errors import BadRequest
+from armdrive.registry.arm_files import arm_path
 from armdrive.setup.arm_text import ArmFiles, files_of
 from armdrive.setup.draft import Draft, Surroundings
 from armdrive.setup.filing import checked
 from armdrive.setup.finding import surroundings
 from armdrive.setup.questions import ROWS
 from armdrive.setup.templates import TEMPLATES
-from armdrive.storage import files as places
 
 # An interview under way: the next question, an answer, a step back. It prints and reads nothing.
 #
@@ -156,7 +155,7 @@ class Describing:
         """Answer the question. Raises `WrongAnswer` without having changed anything."""
         question = self.question
         line = self.line
-        if question is not None and question.key == "name" and path_of(line).exists():
+        if question is not None and question.key == "name" and arm_path(line).exists():
             raise WrongAnswer(f"an arm file of this name exists, and is not overwritten: {line}")
         self._interview.answer(line)
         self._mark_default()
@@ -191,8 +190,3 @@ class Describing:
 
 _SEVERAL = ("reversed.motors", "reversed.joints")
 """Asked for names with commas, so that none of them is marked."""
-
-
-def path_of(name: str) -> Path:
-    """Return where the file of an arm of this name belongs."""
-    return places.arm_files() / f"{name}.toml"

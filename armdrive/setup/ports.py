@@ -11,8 +11,7 @@ from pathlib import Path
 
 from armdrive.dialog.conversation import Finding, note, ok, problem
 from armdrive.errors import ArmError, NoSuchPort
-from armdrive.registry.arm_files import load_arm
-from armdrive.storage import files as places
+from armdrive.registry.arm_files import arm_paths, load_arm
 from armdrive.storage.lock_client import ask_holder
 from armdrive.text.toml import value as toml
 from armdrive.transports.address import scheme
@@ -53,7 +52,7 @@ class PortOwner:
 
 def arm_files() -> tuple[PortNaming, ...]:
     """Return the ports that the arm files name, and the files that cannot be read."""
-    return tuple(map(_naming, sorted(places.arm_files().glob("*.toml"))))
+    return tuple(map(_naming, arm_paths()))
 
 
 def _naming(path: Path) -> PortNaming:

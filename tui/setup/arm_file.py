@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from armdrive.errors import ArmError, BadRequest
+from armdrive.registry.arm_files import arm_path
 from armdrive.setup.arm_text import ArmFiles
 from armdrive.setup.filing import FileProposal, write
 from armdrive.setup.finding import Candidate, Found, candidates, looked_at, probe
-from armdrive.setup.interview import Describing, path_of
+from armdrive.setup.interview import Describing
 from kinematics.errors import KinematicsError
 from tui.screens import ScreenHost
 from tui.setup.stage import WARNING, Go, SetupStage, first_of, listed
@@ -27,7 +28,7 @@ class NewFile(SetupStage):
 
     def text(self) -> str:
         """Show the file."""
-        path = path_of(self.name)
+        path = arm_path(self.name)
         return "\n".join([self.again(f"writes {path}"), "", self.files.shown])
 
     def enter(self) -> None:
@@ -43,7 +44,7 @@ class NewFile(SetupStage):
         """Write it, unless somebody else has meanwhile written one of that name."""
         if not self.twice.due():
             return
-        path = path_of(self.name)
+        path = arm_path(self.name)
         if path.exists():
             raise BadRequest(f"{path} exists by now, and is not overwritten")
         write(self.files, path)

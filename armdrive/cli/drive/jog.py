@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 import tui
-from armdrive.cli.arm_files import DEFAULT_SIM, arm_paths, chosen_target, default_arm
+from armdrive.cli.arm_files import DEFAULT_SIM, chosen_target, default_arm
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.drive.web_desk import jog_web
 from armdrive.cli.look.status import watch_on_screen
@@ -15,6 +15,7 @@ from armdrive.cli.screens import agreed, require_screen
 from armdrive.cli.terminal_person import confirm_simulated
 from armdrive.config.link_model import is_model_file, read_model
 from armdrive.errors import ArmInUse, BadRequest
+from armdrive.registry.arm_files import arm_paths
 from armdrive.status import State, coded
 from armdrive.storage import files as places
 from kinematics.errors import suggestion

@@ -11,7 +11,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from armdrive.cli.arm_files import file_of
 from armdrive.cli.presenter import Outcome, Result, as_json, say, say_lines, tell
 from armdrive.cli.questions import TerminalPerson, agree, ask_value
 from armdrive.cli.set_up.arguments import ADAPTERS
@@ -21,7 +20,7 @@ from armdrive.connect.port import PortOpening
 from armdrive.connect.target import simulation_forced
 from armdrive.dialog.conversation import Question, WrongAnswer
 from armdrive.errors import ArmFileError, BadRequest, OperatorNeeded
-from armdrive.registry.arm_files import load_arm, parse_arm, preset_arm
+from armdrive.registry.arm_files import arm_path, load_arm, parse_arm, preset_arm
 from armdrive.registry.simulate import simulate
 from armdrive.setup import dialog_runner
 from armdrive.setup import plan as kept
@@ -53,7 +52,7 @@ def set_up(options: argparse.Namespace) -> Outcome:
         )
     config = _config(options.name)
     plan = plan_of(config)
-    if not file_of(options.name).is_file():
+    if not arm_path(options.name).is_file():
         tell(
             options,
             f"No arm file is called {options.name} yet: its arm is taken for a {config.title}. For "
@@ -66,7 +65,7 @@ def set_up(options: argparse.Namespace) -> Outcome:
 
 def _config(name: str) -> ArmConfig:
     """Return the arm of a file, or that of the preset for one that is not there yet."""
-    path = file_of(name)
+    path = arm_path(name)
     if path.is_file():
         return load_arm(path)
     word = path.stem if name.endswith(".toml") else name
@@ -137,7 +136,7 @@ def _practise(
     tell(options, "These drives are simulated, as they are shipped; nothing is written.")
     outcome = _held(twin.link, DialogClock(), person, plan, {}, lambda _notes: None, again=True)
     notes, left_out = outcome.notes, outcome.left_out
-    text = propose_drives(file_of(options.name), config, plan, notes, "", left_out).after
+    text = propose_drives(arm_path(options.name), config, plan, notes, "", left_out).after
     view = {"arm": plan.name, "left_out": list(left_out), "arm_file": text}
     lines = ("", "The arm file would be:", "", *text.split("\n"))
     return Result(view, lines, DONE if outcome.finished else UNFINISHED)
@@ -151,7 +150,7 @@ def _end(
     options: argparse.Namespace,
 ) -> None:
     """Show the arm file, and write it once that is agreed to."""
-    path = file_of(options.name)
+    path = arm_path(options.name)
     proposal = propose_drives(path, config, plan, outcome.notes, port, outcome.left_out)
     text = proposal.after
     parse_arm(tomllib.loads(text), name=plan.name, folder=path.parent)

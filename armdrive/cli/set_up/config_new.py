@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from armdrive.arm import Arm
-from armdrive.cli.arm_files import file_of, read
+from armdrive.cli.arm_files import read
 from armdrive.cli.presenter import Result, as_json, say, tell
 from armdrive.cli.questions import Back, TerminalPerson, agree, ask
 from armdrive.cli.terminal_person import posture_drawing
@@ -26,7 +26,7 @@ from armdrive.connect import parts as connecting
 from armdrive.connect.target import simulation_forced
 from armdrive.dialog.conversation import WrongAnswer
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded
-from armdrive.registry.arm_files import load_arm
+from armdrive.registry.arm_files import arm_path, load_arm
 from armdrive.setup.arm_text import files_of
 from armdrive.setup.directions import Signs
 from armdrive.setup.draft import Draft, flattened
@@ -66,7 +66,7 @@ def new(options: argparse.Namespace) -> Result:
     config = checked(files, draft.name)
     for line in f"\n{files.shown}".split("\n"):
         tell(options, line)
-    path = file_of(draft.name)
+    path = arm_path(draft.name)
     if not silent and not _agreed(path, force=options.force):
         return Result(None, "nothing is written", 1)
     write(files, path)
@@ -83,7 +83,7 @@ def _given(options: argparse.Namespace) -> dict[str, str]:
 
 
 def _refuse_overwriting(name: str) -> None:
-    path = file_of(name)
+    path = arm_path(name)
     if path.exists():
         raise BadRequest(f"{path} exists: --force overwrites it")
 

@@ -8,7 +8,6 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from armdrive.cli.arm_files import arm_paths
 from armdrive.cli.presenter import Result
 from armdrive.errors import NoSuchPort
 from armdrive.setup.ports import (
@@ -27,8 +26,7 @@ from armdrive.transports.ports import PortInfo, ask_drivers, list_can_ports, lis
 
 def ports(options: argparse.Namespace) -> Result:
     """List the ports."""
-    arms = [path.stem for path in arm_paths()]  # without model files, which name no port
-    files = tuple(_by_device(each) for each in arm_files() if each.arm in arms)
+    files = tuple(map(_by_device, arm_files()))
     found = list_ports()
     adapters = [*list_can_ports(found), *(ask_drivers() if options.can else ())]
     view: dict[str, list[dict[str, Any]]] = {

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 
 from armdrive.dialects.bus.motors import BusMotors, check_ids
 from armdrive.dialects.bus.observer import Bounds
 from armdrive.dialects.bus.way import trapezoid_s
 from armdrive.errors import ArmFileError
-from armdrive.text.toml import within
+from armdrive.text.toml import check_settings, setting
 from firmware_protocol.canopen import NODE_MAX, Service, cob_id
 
 CYCLIC, PROFILE = "cyclic", "profile"
@@ -21,62 +19,79 @@ BEATS = 2
 LATE_S = 0.1
 """By so much an order may be late, or a reading, that is nobody's fault: on a busy computer a SYNC
 of every 10 ms was 58 to 69 ms late at worst, and orders of every 40 ms 81 to 160 ms."""
-HOMING_METHODS = (-128, 37)
 
 
 @dataclass(frozen=True, slots=True)
 class Cia402Settings:
     """The drives of an arm, in the order of its motors, and how they are driven.
 
-    `ids` are their node numbers and `master_id` is this program's. Drives stop, and hold, when they
-    have not heard its heartbeat for `heartbeat_ms`; it is sent every `beat_ms` while motors are on.
-    `drive_beat_ms` is the period of the drives' own heartbeats.
-
-    `strategy` "cyclic" gives every drive a target each `period_ms` (longer where the bus is too
-    slow for that), smoothed by a moving average over `smoothing_ms`; "profile" sends bursts that
-    the drives drive by ramps of their own, as where a drive has no cyclic position mode. `ramp_s`
-    is how long those take from rest to the arm's full speed, and `quick_stop_s` how long a quick
-    stop takes from there.
-
-    `following_window` is how many increments a drive may be behind its target, for longer than
-    `following_ms`, before it faults; `rest_window` how far from it a drive stands that holds it.
-    `encoder_increments` of a motor's turn are compared with the drives' (0: left as it is).
-
-    A transfer of an object is waited for `answer_s`. Homing is by `homing_methods` (object 6098),
-    one for each motor, as the drives are set up where it is empty; `homing_speeds` are increments a
-    second towards the switch and away from it (0: as set up). It may take `homing_s`.
+    With the strategy "cyclic" every drive gets a target each `period_ms` (longer if the bus is too
+    slow for that), smoothed by a moving average over `smoothing_ms`. With "profile" bursts are
+    sent, which the drives drive on ramps of their own: for a drive without a cyclic position mode.
     """
 
-    ids: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
-    master_id: int = NODE_MAX
-    strategy: str = CYCLIC
-    period_ms: int = 10
-    smoothing_ms: int = 30
-    heartbeat_ms: int = 200
-    beat_ms: int = 50
-    drive_beat_ms: int = 100
-    ramp_s: float = 0.15
-    quick_stop_s: float = 0.1
-    following_window: int = 2000
-    following_ms: int = 50
-    rest_window: int = 8
-    encoder_increments: int = 0
-    answer_s: float = 0.05
-    homing_methods: tuple[int, ...] = ()
-    homing_speeds: tuple[int, int] = (0, 0)
-    homing_s: float = 60.0
+    ids: tuple[int, ...] = setting(
+        (1, 2, 3, 4, 5, 6), "the node number of each motor's drive", low=1, high=NODE_MAX
+    )
+    master_id: int = setting(
+        NODE_MAX, "this program's node number, for its heartbeat", low=1, high=NODE_MAX
+    )
+    strategy: str = setting(
+        CYCLIC, "cyclic targets, or profile: bursts on the drives' own ramps", words=STRATEGIES
+    )
+    period_ms: int = setting(10, "the time from one cyclic target to the next", low=4, high=50)
+    smoothing_ms: int = setting(30, "targets are averaged over this long", low=0, high=200)
+    heartbeat_ms: int = setting(
+        200, "a drive that misses our heartbeat for this long stops and holds", low=50, high=2000
+    )
+    beat_ms: int = setting(
+        50, "how often our heartbeat is sent while motors are on", low=10, high=500
+    )
+    drive_beat_ms: int = setting(100, "how often each drive sends its heartbeat", low=20, high=2000)
+    ramp_s: float = setting(
+        0.15, "profile: the time from rest to the arm's full speed", low=0.01, high=5.0
+    )
+    quick_stop_s: float = setting(
+        0.1, "the time of a quick stop from full speed", low=0.01, high=1.0
+    )
+    following_window: int = setting(
+        2000,
+        "the following error, in increments, at which a drive faults",
+        low=50,
+        high=10_000_000,
+    )
+    following_ms: int = setting(
+        50, "a drive faults after this long beyond following_window", low=0, high=1000
+    )
+    rest_window: int = setting(
+        8, "a standing drive is at most this far from its target", low=1, high=1000
+    )
+    encoder_increments: int = setting(
+        0,
+        "compared with the drives' increments a turn; 0 leaves them as set",
+        low=0,
+        high=100_000_000,
+    )
+    answer_s: float = setting(
+        0.05, "how long an answer may take before it is asked for again", low=0.01, high=2.0
+    )
+    homing_methods: tuple[int, ...] = setting(
+        (), "object 6098 of each drive; empty leaves them as set", low=-128, high=37
+    )
+    homing_speeds: tuple[int, int] = setting(
+        (0, 0),
+        "increments a second to the switch and off it; 0 leaves them as set",
+        low=0,
+        high=10_000_000,
+    )
+    homing_s: float = setting(60.0, "homing takes at most this long", low=1.0, high=290.0)
 
     def __post_init__(self) -> None:
-        check_ids("cia402", self.ids, NODE_MAX, "a node number")
-        for name, (low, high) in _BOUNDS.items():
-            within(f"cia402.{name}", getattr(self, name), low, high)
+        check_settings(self, "cia402")
+        check_ids("cia402", self.ids, "a node number")
         if self.master_id in self.ids:
             raise ArmFileError(
                 f"cia402.master_id is this program's own number, and {self.master_id} is a drive's"
-            )
-        if self.strategy not in STRATEGIES:
-            raise ArmFileError(
-                f'cia402.strategy is "{CYCLIC}" or "{PROFILE}", not {self.strategy!r}'
             )
         if self.heartbeat_ms < BEATS * self.beat_ms:
             raise ArmFileError(
@@ -84,7 +99,11 @@ class Cia402Settings:
                 f"it: with {self.heartbeat_ms} and {self.beat_ms} the drives would stop in "
                 "mid-motion"
             )
-        self._check_homing()
+        if self.homing_methods and len(self.homing_methods) != len(self.ids):
+            raise ArmFileError(
+                f"cia402.homing_methods has one for each of the {len(self.ids)} drives, or none, "
+                f"not {len(self.homing_methods)}"
+            )
 
     @property
     def bounds(self) -> Bounds:
@@ -98,37 +117,6 @@ class Cia402Settings:
         said = (Service.EMCY, Service.TPDO1, Service.SDO_RESPONSE, Service.HEARTBEAT)
         own = tuple(cob_id(service, node) for service in said for node in self.ids)
         return (*own, cob_id(Service.HEARTBEAT, self.master_id))
-
-    def _check_homing(self) -> None:
-        if self.homing_methods and len(self.homing_methods) != len(self.ids):
-            raise ArmFileError(
-                f"cia402.homing_methods has one for each of the {len(self.ids)} drives, or none, "
-                f"not {len(self.homing_methods)}"
-            )
-        for index, method in enumerate(self.homing_methods):
-            within(f"cia402.homing_methods[{index}]", method, *HOMING_METHODS)
-        for index, speed in enumerate(self.homing_speeds):
-            within(f"cia402.homing_speeds[{index}]", speed, 0, 10_000_000)
-
-
-_BOUNDS: Mapping[str, tuple[float, float]] = MappingProxyType(
-    {
-        "master_id": (1, NODE_MAX),
-        "period_ms": (4, 50),
-        "smoothing_ms": (0, 200),
-        "heartbeat_ms": (50, 2000),
-        "beat_ms": (10, 500),
-        "drive_beat_ms": (20, 2000),
-        "ramp_s": (0.01, 5.0),
-        "quick_stop_s": (0.01, 1.0),
-        "following_window": (50, 10_000_000),
-        "following_ms": (0, 1000),
-        "rest_window": (1, 1000),
-        "encoder_increments": (0, 100_000_000),
-        "answer_s": (0.01, 2.0),
-        "homing_s": (1.0, 290.0),
-    }
-)
 
 
 # What follows from it for an arm: how fast its drives turn, and how often they are told where.

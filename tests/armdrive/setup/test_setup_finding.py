@@ -11,11 +11,12 @@ from doctor_bench import SimPort, made
 from armdrive.dialects.bus import tools
 from armdrive.dialog.conversation import WrongAnswer
 from armdrive.errors import PortUnavailable
+from armdrive.registry.arm_files import arm_path
 from armdrive.setup import dialog_runner
 from armdrive.setup import prober as carrying
 from armdrive.setup.filing import checked, file_of, write
 from armdrive.setup.finding import candidates, looked_at, probe
-from armdrive.setup.interview import Describing, path_of
+from armdrive.setup.interview import Describing
 from armdrive.transports import can_link
 from firmware_protocol.canopen import DEVICE_TYPE
 
@@ -150,7 +151,7 @@ def test_the_file_of_an_arm_is_known_until_somebody_changes_it(tmp_path, monkeyp
     describing.type("lab")
     while describing.question is not None:
         describing.enter()
-    path = path_of("lab")
+    path = arm_path("lab")
     path.parent.mkdir(parents=True)
     write(describing.files(), path)
     config = load_arm(path)

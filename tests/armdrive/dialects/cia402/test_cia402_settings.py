@@ -29,7 +29,7 @@ def made(**changes) -> Cia402Controller:
         ({"ids": [0, 1]}, r"ids\[0\] must be from 1 to 127"),
         ({"ids": []}, "a node number of its own"),
         ({"master_id": 3}, "3 is a drive's"),
-        ({"strategy": "fast"}, '"cyclic" or "profile"'),
+        ({"strategy": "fast"}, "is one of cyclic, profile"),
         ({"period_ms": 2}, "period_ms must be from 4 to 50"),
         ({"heartbeat_ms": 80}, "2 times cia402.beat_ms"),
         ({"smoothing_ms": 500}, "smoothing_ms must be from 0 to 200"),
