@@ -33,8 +33,8 @@ from armdrive.dialog.conversation import (
 )
 from armdrive.setup.directions import AGAIN, NOTHING, OTHER, WAYS, Sight, sight
 from armdrive.setup.draft import ratio
-from armdrive.setup.finding import is_command
 from armdrive.setup.plan import MM, CommissioningPlan, Notes, Planned
+from armdrive.setup.prober import is_command
 from armdrive.sim.device import DrivesOnBus
 from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.tasks import (

@@ -18,8 +18,8 @@ from armdrive.dialog.conversation import About, AskPerson
 from armdrive.registry.simulate import simulate, simulate_device
 from armdrive.setup.commissioning import CommissioningOutcome, Practice, one, walk
 from armdrive.setup.dialog_runner import DialogClock, DialogRunner, carry_out
-from armdrive.setup.finding import is_command
 from armdrive.setup.plan import CommissioningPlan, plan_of
+from armdrive.setup.prober import is_command
 from armdrive.sim.mks.kind import MksBoard
 from armdrive.sim.serving.loop import make_server
 from firmware_protocol.errors import ProtocolError

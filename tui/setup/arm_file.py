@@ -7,9 +7,11 @@ from pathlib import Path
 from armdrive.errors import ArmError, BadRequest
 from armdrive.registry.arm_files import arm_path
 from armdrive.setup.arm_text import ArmFiles
+from armdrive.setup.bus_survey import probe
 from armdrive.setup.filing import FileProposal, write
-from armdrive.setup.finding import Candidate, Found, candidates, looked_at, probe
 from armdrive.setup.interview import Describing
+from armdrive.setup.ports import ClosedPort, closed_ports, look_at
+from armdrive.setup.survey import Report
 from kinematics.errors import KinematicsError
 from tui.screens import ScreenHost
 from tui.setup.stage import WARNING, Go, SetupStage, first_of, listed
@@ -155,16 +157,16 @@ class Ports(SetupStage):
 
     def __init__(self, desk: ScreenHost, go: Go, before: SetupStage) -> None:
         super().__init__(desk, go, before)
-        self.candidates: tuple[Candidate, ...] = ()
+        self.candidates: tuple[ClosedPort, ...] = ()
         self.typed = ""
         self._looking = True
-        self.found: Found | None = None
+        self.found: Report | None = None
         self._asked = ""
         desk.call(self._look, None)  # who holds a port is not found in a moment
 
     def _look(self) -> None:
         try:
-            found = candidates()
+            found = closed_ports()
         finally:
             self._looking = False
         self.marked = len(found) if self.typed else 0
@@ -241,8 +243,10 @@ class Ports(SetupStage):
 
     def _ask(self, port: str) -> None:
         try:
-            known = looked_at(port)
-            self.found = probe(port) if known.openable else Found(port, known.lines)
+            closed = look_at(port)
+            self.found = (
+                probe(port) if closed.openable else Report(port, findings=[*closed.findings])
+            )
         finally:
             self._asked = ""
 

@@ -31,8 +31,7 @@ from armdrive.setup.arm_text import files_of
 from armdrive.setup.directions import Signs
 from armdrive.setup.draft import Draft, flattened
 from armdrive.setup.filing import FileProposal, checked, write
-from armdrive.setup.finding import surroundings
-from armdrive.setup.interview import Interview
+from armdrive.setup.interview import Interview, surroundings
 from armdrive.setup.limits import (
     SawSwitch,
     all_work,

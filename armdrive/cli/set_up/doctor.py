@@ -17,15 +17,14 @@ from armdrive.connect.target import find, simulation_forced
 from armdrive.dialog.conversation import Finding
 from armdrive.errors import BadRequest, OperatorNeeded, PortUnavailable
 from armdrive.setup import findings as after
-from armdrive.setup.diagnosis import Diagnosis, Report
 from armdrive.setup.keyboard import Examined, examine, raw_terminal, sentence
-from armdrive.setup.port_survey import PortSurvey, closed_port
-from armdrive.setup.ports import arm_files, look_at
+from armdrive.setup.ports import look_at, port_of
+from armdrive.setup.survey import Diagnosis, Report, survey_port
 from armdrive.tasks import DeviceSettings
 from armdrive.transports.address import PREFIX, is_can
 
 EXIT_CODES: Mapping[Diagnosis, int] = MappingProxyType(
-    {Diagnosis.FINE: 0, Diagnosis.MENDING: 1, Diagnosis.CLOSED: 4, Diagnosis.NOBODY: 6}
+    {Diagnosis.FINE: 0, Diagnosis.PROBLEM: 1, Diagnosis.CLOSED: 4, Diagnosis.NO_ARM: 6}
 )
 
 WARNING = (
@@ -44,23 +43,19 @@ def doctor(options: argparse.Namespace) -> Result:
         options.port or (config.connection.port if config else "")
     ):
         return _on_bus(options, config)
-    if config is not None and options.arm:
-        port, before = closed_port(config)
-    else:
-        port, before = options.port, look_at(options.port, arm_files())
-    report = _report(port, options)
-    report.more = {"arm_files": list(before.owners)}
-    report.add(before.findings)
-    if not before.openable:
+    closed = port_of(config) if config is not None and options.arm else look_at(options.port)
+    report = _report(closed.port, options)
+    report.more = {"arm_files": list(closed.owners)}
+    report.add(closed.findings)
+    if not closed.openable:
         return _result(report, Diagnosis.CLOSED)
     report.add([after.finding(after.measure())])
-    _agree(port, options)
+    _agree(closed.port, options)
 
     def compare(config: ArmConfig, report: Report) -> None:
         _deeper().compare_settings(config, report, _mending(options))
 
-    survey = PortSurvey(report, before, compare, config, options.baud)
-    return _result(report, survey.run())
+    return _result(report, survey_port(report, closed, config, options.baud, compare))
 
 
 def _deeper() -> ModuleType:
@@ -72,12 +67,12 @@ def _deeper() -> ModuleType:
 
 
 def _report(port: str, options: argparse.Namespace) -> Report:
-    def told(finding: Finding) -> None:
+    def print_finding(finding: Finding) -> None:
         tell(options, f"{finding.grade.value:<8} {finding.what}")
         if finding.mend:
             tell(options, f"{'':<8}   {finding.mend}")
 
-    return Report(port, told, options.arm or "")
+    return Report(port, print_finding, options.arm or "")
 
 
 def _result(report: Report, diagnosis: Diagnosis) -> Result:

@@ -124,9 +124,9 @@ def only(device, baud: int | None = None, expected: after.Expected | None = None
 
 
 def test_silence_names_the_rates_that_were_tried():
-    assert "nobody answers at 9600 and 115200 baud" in only(Deaf()).what
+    assert "no device answers at 9600 and 115200 baud" in only(Deaf()).what
     alone = only(Deaf(), 2400, after.Expected("teachmover", 2400))
-    assert alone.what == "nobody answers at 2400 baud"
+    assert alone.what == "no device answers at 2400 baud"
 
 
 def test_an_echo_is_no_arm():
@@ -145,7 +145,7 @@ def test_bytes_that_nobody_can_read_hint_at_the_baud_rate():
 
 
 def test_a_line_that_status_answers_but_read_does_not_is_no_teachmover():
-    assert "no dialect that is known" in only(Deaf(answers=b"0\r"), 9600).what
+    assert "no dialect that armdrive knows" in only(Deaf(answers=b"0\r"), 9600).what
 
 
 def test_another_dialect_than_expected_is_a_problem():
