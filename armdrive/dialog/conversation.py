@@ -156,10 +156,11 @@ def plain_number(line: str) -> float:
 
 
 T = TypeVar("T")
+ByEye: TypeAlias = Callable[[Any], str]
 
 
 class About(Enum):
-    """What a question is about, for whoever answers in the place of a person."""
+    """The subject of a question: the simulated person does what it asks for, before answering."""
 
     AGREEMENT = auto()
     CONNECT = auto()
@@ -170,6 +171,8 @@ class About(Enum):
     ROLL = auto()
     AMOUNT = auto()
     NUMBER = auto()
+    PRESS = auto()
+    RELEASE = auto()
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,18 +184,22 @@ class Announce:
 
 @dataclass(frozen=True, slots=True)
 class AskPerson:
-    """Ask the person; `motor` is the index of the motor that it is about."""
+    """Ask the person about the motor of this index.
+
+    `by_eye` returns the answer that a simulated person sees in a motion of the arm.
+    """
 
     question: Question
     about: About = About.AGREEMENT
     motor: int = 0
+    by_eye: ByEye | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class NotePosture:
-    """Remember how the arm stands: something is going to move. For eyes that are no person's."""
+class Look:
+    """Look at the arm before a motor turns, and again when it has. A real person needs no hint."""
 
-    motor: int
+    moved: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,16 +219,16 @@ def say(*lines: str) -> Talk[None]:
         yield Announce(line)
 
 
-def ask(question: Question, about: About, motor: int = 0) -> Talk[Any]:
+def ask(question: Question, about: About, motor: int = 0, by_eye: ByEye | None = None) -> Talk[Any]:
     """Ask the person; return the value of the answer."""
-    answer = yield AskPerson(question, about, motor)
+    answer = yield AskPerson(question, about, motor, by_eye)
     return answer
 
 
 def agreed(
     words: str, why: str, about: About = About.AGREEMENT, motor: int = 0, default: str | None = None
 ) -> Talk[bool]:
-    """Ask a question whose answer is yes or no. What moves or writes has no default."""
+    """Ask a question whose answer is yes or no. Give no default if a yes moves or writes."""
     answer = yield from ask(Question("", words, why, yes_or_no, default), about, motor)
     return bool(answer)
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 from armdrive.dialects.bus.tools import (
     CarryOut,
@@ -20,9 +19,8 @@ from armdrive.dialects.bus.tools import (
 from armdrive.dialects.controller import Controller
 from armdrive.dialog.conversation import (
     About,
-    AskPerson,
     Keep,
-    NotePosture,
+    Look,
     Question,
     Talk,
     agreed,
@@ -31,12 +29,10 @@ from armdrive.dialog.conversation import (
     number,
     say,
 )
-from armdrive.setup.directions import AGAIN, NOTHING, OTHER, WAYS, Sight, sight
+from armdrive.setup.directions import AGAIN, NOTHING, OTHER, ArmMotion, ask_way
 from armdrive.setup.draft import ratio
-from armdrive.setup.plan import MM, CommissioningPlan, Notes, Planned
+from armdrive.setup.plan import CommissioningPlan, Notes, Planned
 from armdrive.setup.prober import is_command
-from armdrive.sim.device import DrivesOnBus
-from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.tasks import (
     Done,
     MoveBy,
@@ -62,6 +58,8 @@ NUDGE = 8
 LIKE = 0.2
 """A gear is taken as it was told where what was seen differs by no more than this share."""
 AS_SAID, MORE = "as announced", "more"
+MUCH = 2.5
+"""A motion this many times as far as announced is "more"."""
 MOST = 10_000.0
 
 PIECE_S = 0.25
@@ -220,8 +218,9 @@ def _nudged(drive: Planned, motor: TriedMotor, start: int, gear: float) -> Talk[
             )
         ):
             return 0.0
-        yield NotePosture(drive.motor)
+        yield Look(moved=False)
         trouble = yield from motor.turn_to(start + counts, counts)
+        yield Look(moved=True)
         seen = "" if trouble else (yield from _compared(drive, about))
         if (yield from _brought_back(drive, motor, start, counts, trouble)):
             return 0.0
@@ -240,7 +239,11 @@ def _compared(drive: Planned, about: float) -> Talk[str]:
         choice(words),
         None,
     )
-    return str((yield from ask(question, About.SEEN, drive.motor)))
+
+    def by_eye(motion: ArmMotion) -> str:
+        return MORE if drive.moved(motion) > MUCH * about else AS_SAID
+
+    return str((yield from ask(question, About.SEEN, drive.motor, by_eye)))
 
 
 def _shown(drive: Planned, motor: TriedMotor, start: int, gear: float, notes: Notes) -> Talk[str]:
@@ -255,8 +258,9 @@ def _shown(drive: Planned, motor: TriedMotor, start: int, gear: float, notes: No
         )
     ):
         return ""
-    yield NotePosture(drive.motor)
+    yield Look(moved=False)
     trouble = yield from motor.turn_to(start + counts, counts)
+    yield Look(moved=True)
     word, roll, measured = "", "", 0.0
     if not trouble:
         word, roll, measured = yield from _asked(drive)
@@ -273,38 +277,19 @@ def _shown(drive: Planned, motor: TriedMotor, start: int, gear: float, notes: No
 
 
 def _asked(drive: Planned) -> Talk[tuple[str, str, float]]:
-    words = (*drive.trial.words(), NOTHING, OTHER, AGAIN)
-    question = Question(
-        "",
-        f"Which way did it go? {', '.join(words)}:",
-        f"{OTHER}: something else moved, so this drive sits on another motor. {AGAIN}: show me "
-        "again.",
-        choice(words),
-        None,
-    )
-    word = str((yield from ask(question, About.WAY, drive.motor)))
+    word, roll = yield from ask_way(drive.trial)
     if word in (NOTHING, OTHER, AGAIN):
         return word, "", 0.0
-    roll = ""
-    if drive.trial.turns_hand:
-        rolls = (*WAYS["roll"], NOTHING)
-        turning = Question(
-            "",
-            f"And the hand turned about its own axis? {', '.join(rolls)}:",
-            "Seen from behind the hand, looking towards the finger tips.",
-            choice(rolls),
-            None,
-        )
-        roll = str((yield from ask(turning, About.ROLL, drive.motor)))
     about = drive.amount
     far = Question(
         "",
         f"How far did the {drive.moves} move, in {drive.unit}?",
-        "Measure it, or judge it by eye: a share of a fifth is near enough to find a wrong gear.",
+        "Measure it, or judge it by eye: to within a fifth is good enough to find a wrong gear.",
         number(0.001, MOST, drive.unit),
         f"{about:.2g}",
     )
-    return word, roll, float((yield from ask(far, About.AMOUNT, drive.motor)))
+    by_eye = lambda motion: f"{drive.moved(motion):.3g}"  # noqa: E731
+    return word, roll, float((yield from ask(far, About.AMOUNT, drive.motor, by_eye)))
 
 
 def _concluded(drive: Planned, gear: float, measured: float) -> Talk[float]:
@@ -512,81 +497,3 @@ def together(plan: CommissioningPlan) -> Talk[tuple[str, ...]]:
             f"Not there, or two of one id: {named}. With all of them on it the bus needs its "
             "resistors of 120 ohm at the two ends, and nowhere else."
         )
-
-
-# Commissioning practised on a simulated arm: hands that plug in, eyes that see.
-
-MUCH = 2.5
-"""So many times as far as announced is "more"."""
-_SEEN = frozenset({About.SEEN, About.WAY, About.ROLL, About.AMOUNT})
-
-
-class Practice:
-    """A person beside a simulated arm, who does and sees what one would beside a real one.
-
-    Without `ask` he answers everything himself; with it a person does, and is told what was seen.
-    """
-
-    def __init__(
-        self,
-        twin: SimulatedArm,
-        plan: CommissioningPlan,
-        tell: Callable[[str], None],
-        ask: Callable[[AskPerson], Any] | None = None,
-    ) -> None:
-        """Begin with every drive's CAN cable pulled."""
-        self.tell = tell
-        self._ask = ask
-        self._twin = twin
-        self._plan = plan
-        self._before = (twin.world.joints, twin.world.opening_mm)
-        for motor in range(len(plan.drives)):
-            self._plug(motor, on=False)
-
-    def watch(self, motor: int) -> None:  # noqa: ARG002 - the eyes are on the whole arm
-        """Look how the arm stands."""
-        self._before = (self._twin.world.joints, self._twin.world.opening_mm)
-
-    def answer(self, asked: AskPerson) -> Any:
-        """Do what a question is about, then answer it or have it answered."""
-        if asked.about is About.CONNECT:
-            self._plug(asked.motor, on=True)
-        seen = self._seen(asked) if asked.about in _SEEN else ""
-        if self._ask is None:
-            word = seen or asked.question.default or "yes"
-            self.tell(f"{asked.question.words} {word}")
-            return asked.question.read(word)
-        if seen:
-            self.tell(f"  (seen on the simulated arm: {seen})")
-            asked = replace(asked, question=replace(asked.question, default=seen))
-        return self._ask(asked)
-
-    def _plug(self, motor: int, *, on: bool) -> None:
-        board: Any = self._twin.board
-        if isinstance(board, DrivesOnBus):
-            board.drives().plug(motor, on)
-
-    def _seen(self, asked: AskPerson) -> str:
-        drive = self._plan.drives[asked.motor]
-        if asked.about is About.AMOUNT:
-            return f"{self._moved(drive):.3g}"
-        if asked.about is About.SEEN:
-            return MORE if self._moved(drive) > MUCH * drive.amount / NUDGE else AS_SAID
-        seen = self._sight()
-        if asked.about is About.ROLL:
-            return seen.word("roll") if "roll" in seen.visible() else NOTHING
-        ways = [way for way in seen.visible() if way in drive.trial.ways]
-        if ways:
-            return seen.word(ways[0])
-        return OTHER if seen.visible() else NOTHING
-
-    def _sight(self) -> Sight:
-        world, (joints, opening_mm) = self._twin.world, self._before
-        return sight(world.body.arm, joints, world.joints, world.opening_mm - opening_mm)
-
-    def _moved(self, drive: Planned) -> float:
-        world, (joints, opening_mm) = self._twin.world, self._before
-        if drive.unit == MM:
-            return abs(world.opening_mm - opening_mm)
-        at = joints.names.index(drive.moves.replace(" ", "_"))
-        return abs(math.degrees(world.joints[at] - joints[at]))

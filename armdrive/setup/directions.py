@@ -11,11 +11,12 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
+from functools import partial
 from types import MappingProxyType
 from typing import Any
 
 from armdrive.config.arm import ArmConfig
-from armdrive.dialog.conversation import WrongAnswer
+from armdrive.dialog.conversation import About, Question, Talk, WrongAnswer, ask, choice
 from armdrive.errors import BadRequest, Refused
 from armdrive.sim.world.body import found_posture
 from armdrive.text.toml_amend import Change
@@ -65,6 +66,32 @@ class Sight:
     def __str__(self) -> str:
         seen = [f"{self.word(way)} {abs(self.way_mm[way]):.1f} mm" for way in self.visible()]
         return ", ".join(seen) or "nothing"
+
+
+@dataclass(frozen=True, slots=True)
+class ArmMotion:
+    """A motion of an arm: its joints and the opening of its fingers before and after."""
+
+    arm: ArmGeometry
+    before: Joints
+    after: Joints
+    opened_from_mm: float
+    opened_to_mm: float
+
+    @property
+    def sight(self) -> Sight:
+        """The motion as it is seen."""
+        return sight(self.arm, self.before, self.after, self.opened_mm)
+
+    @property
+    def opened_mm(self) -> float:
+        """How far the fingers have opened."""
+        return self.opened_to_mm - self.opened_from_mm
+
+    def turned_deg(self, joint: str) -> float:
+        """Return how far a joint has turned."""
+        at = self.after.names.index(joint)
+        return math.degrees(self.after[at] - self.before[at])
 
 
 def sight(arm: ArmGeometry, before: Joints, after: Joints, opened_mm: float = 0.0) -> Sight:
@@ -130,6 +157,47 @@ class Trial:
     def words(self) -> tuple[str, ...]:
         """Return the words that an answer may be."""
         return tuple(word for way in self.ways for word in WAYS[way])
+
+
+def ask_way(trial: Trial) -> Talk[tuple[str, str]]:
+    """Ask which way a motor moved the arm, and which way the hand turned if it should turn.
+
+    Return the words for both; the second is empty if it was not asked.
+    """
+    words = (*trial.words(), NOTHING, OTHER, AGAIN)
+    way = Question(
+        trial.name,
+        f"Which way did it go? {', '.join(words)}:",
+        f"{OTHER}: something else moved, so this motor is wired in another one's place. {AGAIN}: "
+        "show me again.",
+        choice(words),
+        None,
+    )
+    word = str((yield from ask(way, About.WAY, trial.motor, partial(_seen_word, trial))))
+    if word in (NOTHING, OTHER, AGAIN) or not trial.turns_hand:
+        return word, ""
+    rolls = (*WAYS["roll"], NOTHING)
+    roll = Question(
+        "roll",
+        f"And the hand turned about its own axis? {', '.join(rolls)}:",
+        "Seen from behind the hand, looking towards the finger tips.",
+        choice(rolls),
+        None,
+    )
+    return word, str((yield from ask(roll, About.ROLL, trial.motor, _seen_roll)))
+
+
+def _seen_word(trial: Trial, motion: ArmMotion) -> str:
+    seen = motion.sight
+    ways = [way for way in seen.visible() if way in trial.ways]
+    if ways:
+        return seen.word(ways[0])
+    return OTHER if seen.visible() else NOTHING
+
+
+def _seen_roll(motion: ArmMotion) -> str:
+    seen = motion.sight
+    return seen.word("roll") if "roll" in seen.visible() else NOTHING
 
 
 @dataclass(frozen=True, slots=True)
@@ -458,6 +526,11 @@ class DirectionCheck:
             self._half = seen
         else:
             self._note(seen)
+
+    def answer(self, word: str, roll: str = "") -> None:
+        """Take the words of `ask_way` for a motor that was turned there and back."""
+        if self.trial is not None:
+            self._note(SeenMotion(self.trial, word, roll))
 
     def hand(self, word: str) -> None:
         """Take which way the hand turned about its own axis: a word, or "" for not seen."""

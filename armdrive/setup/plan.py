@@ -16,7 +16,7 @@ from armdrive.dialects.dialect import Dialect
 from armdrive.dialects.exchange import ScriptLoop
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.registry import DIALECTS, language_of
-from armdrive.setup.directions import Trial, roll_joint, trials
+from armdrive.setup.directions import ArmMotion, Trial, roll_joint, trials
 from armdrive.sim.world.body import found_posture
 from armdrive.storage import files as places
 from armdrive.storage.files import replace_file
@@ -51,6 +51,12 @@ class Planned:
     def shown(self, amount: float) -> str:
         """Return degrees or mm for people."""
         return f"{amount:.2g}{'' if self.unit == DEGREES else ' '}{self.unit}"
+
+    def moved(self, motion: ArmMotion) -> float:
+        """Return how far this motor's joint or the fingers moved, in `unit`."""
+        if self.unit == MM:
+            return abs(motion.opened_mm)
+        return abs(motion.turned_deg(self.moves.replace(" ", "_")))
 
     @property
     def title(self) -> str:

@@ -24,10 +24,11 @@ from armdrive.registry.arm_files import arm_path, load_arm, parse_arm, preset_ar
 from armdrive.registry.simulate import simulate
 from armdrive.setup import dialog_runner
 from armdrive.setup import plan as kept
-from armdrive.setup.commissioning import CommissioningOutcome, Practice, walk
+from armdrive.setup.commissioning import CommissioningOutcome, walk
 from armdrive.setup.dialog_runner import Clock, DialogClock, DialogPerson, DialogRunner
 from armdrive.setup.filing import propose_drives, signs_of
 from armdrive.setup.plan import CommissioningPlan, commissionable, plan_of
+from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold
 from armdrive.storage.files import replace_file
@@ -132,7 +133,8 @@ def _practise(
         raise BadRequest("--sim needs no --port: the drives are within this program")
     twin = simulate(config, factory=True)
     terminal = TerminalPerson(f"armdrive can setup {plan.name} --sim")
-    person = Practice(twin, plan, partial(tell, options), None if alone else terminal.answer)
+    person = SimulatedPerson(twin, partial(tell, options), None if alone else terminal.answer)
+    person.unplug_all(len(plan.drives))
     tell(options, "These drives are simulated, as they are shipped; nothing is written.")
     outcome = _held(twin.link, DialogClock(), person, plan, {}, lambda _notes: None, again=True)
     notes, left_out = outcome.notes, outcome.left_out

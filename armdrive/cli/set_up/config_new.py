@@ -28,6 +28,7 @@ from armdrive.dialog.conversation import WrongAnswer
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded
 from armdrive.registry.arm_files import arm_path, load_arm
 from armdrive.setup.arm_text import files_of
+from armdrive.setup.dialog_runner import DialogPerson, converse
 from armdrive.setup.directions import Signs
 from armdrive.setup.draft import Draft, flattened
 from armdrive.setup.filing import FileProposal, checked, write
@@ -35,13 +36,14 @@ from armdrive.setup.interview import Interview, surroundings
 from armdrive.setup.limits import (
     SawSwitch,
     all_work,
+    check_switches,
     limit_remarks,
     make_ready,
     record,
     switches_of,
 )
 from armdrive.setup.signs import find_signs, lines_for
-from armdrive.setup.switches import check_switches
+from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.sim.world.body import found_posture
 from armdrive.text.reading import read_toml
 from kinematics.errors import did_you_mean
@@ -176,11 +178,19 @@ def _connected(config: ArmConfig, *, simulated: bool, alone: bool, wanted: str) 
         yield arm
 
 
-def _found_signs(arm: Arm, *, alone: bool) -> Signs:
+def _person(arm: Arm, *, alone: bool) -> DialogPerson:
+    """Return the person who handles and watches an arm; with `alone` the user is not asked."""
+    terminal = TerminalPerson()
+    if arm.twin is None or not arm.simulated:
+        return terminal
     if alone:
-        return find_signs(arm, None)
-    picture = posture_drawing(arm, found_posture(arm.model.arm), 30.0)
-    return find_signs(arm, TerminalPerson(), picture)
+        return SimulatedPerson(arm.twin, lambda _line: None)
+    return SimulatedPerson(arm.twin, terminal.tell, terminal.answer)
+
+
+def _found_signs(arm: Arm, *, alone: bool) -> Signs:
+    picture = [] if alone else posture_drawing(arm, found_posture(arm.model.arm), 30.0)
+    return converse(find_signs(arm, picture), _person(arm, alone=alone))
 
 
 def signs(options: argparse.Namespace) -> Result:
@@ -220,7 +230,7 @@ def limits(options: argparse.Namespace) -> Iterator[Result]:
     alone = options.yes or as_json(options)
     with _connected(config, simulated=options.sim, alone=alone, wanted=PRESSED) as arm:
         make_ready(arm)
-        seen = check_switches(arm, switches, None if alone else TerminalPerson())
+        seen = converse(check_switches(arm, switches), _person(arm, alone=alone))
         simulated = arm.simulated
     works = all_work(seen)
     view = {"switches": {name: saw.name.lower() for name, saw in seen.items()}, "works": works}

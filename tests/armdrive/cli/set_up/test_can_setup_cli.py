@@ -14,9 +14,9 @@ from armdrive.dialog.conversation import About
 from armdrive.errors import StateFileError
 from armdrive.registry.simulate import simulate
 from armdrive.setup import plan as kept
-from armdrive.setup.commissioning import Practice
 from armdrive.setup.dialog_runner import DialogClock
 from armdrive.setup.plan import plan_of
+from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.storage import files as places
 
 PORT = "can:slcan:/dev/ttyACM7?bitrate=500000"
@@ -44,7 +44,8 @@ def drives(monkeypatch):
     monkeypatch.setattr(link, "close", lambda: None)
     monkeypatch.setattr("armdrive.transports.opening.open_link", lambda port, baud: link)
     monkeypatch.setattr("armdrive.setup.dialog_runner.RealClock", DialogClock)
-    person = Practice(twin, plan_of(config), print)
+    person = SimulatedPerson(twin, print)
+    person.unplug_all(len(plan_of(config).drives))
     answer = person.answer
 
     def told(asked):
