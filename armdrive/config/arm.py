@@ -189,9 +189,9 @@ def parse(
 def read_arm(
     table: TomlTable, sections: DialectSections, *, name: str, folder: Path
 ) -> ArmConfig | None:
-    """Read the whole file, noting everything that is wrong; None where that leaves no arm.
+    """Read the whole file and note every problem; return None if they leave no arm.
 
-    Where the format, the model or the dialect is wrong, nothing else can be judged.
+    If the format, the model's name or the dialect is wrong, nothing else can be judged.
     """
     problems = table.problems
     known = problems.attempt(lambda: _basics(table, sections), None)
@@ -213,15 +213,18 @@ def read_arm(
         model = problems.attempt(lambda: _described(table, folder, gripper), None)
     else:
         model = problems.attempt(lambda: corrected(preset_model, table), None)
-    if model is None or gripper is None or not _is_as_given(gripper, table):
+    if model is None:
+        read_posture(table, "park", has_yaw=True)
         return None
-    fitted = _with_gripper(model, gripper)
+    # an unknown kind of gripper leaves it open how many motors there are: assume all of them
+    kind_known = gripper is not None and _is_as_given(gripper, table)
+    fitted = _with_gripper(model, gripper) if gripper is not None and kind_known else model
     homing = read_homing(table.table("homing"), fitted) if "homing" in table.entries else None
     park = read_posture(table, "park", fitted.arm.has_yaw)
     accelerations = read_accelerations(table, fitted.arm.joint_names)
     backlash = read_backlash(table, fitted.transmission)
     held = problems.attempt(lambda: _holding(fitted, tool), fitted) if tool else fitted
-    if problems.found or motion is None or tool is None:
+    if problems.found or gripper is None or motion is None or tool is None:
         return None
     return ArmConfig(
         name=name,
@@ -264,7 +267,7 @@ def _basics(table: TomlTable, sections: DialectSections) -> tuple[ArmPreset | No
 
 
 def _is_as_given(gripper: GripperSettings, table: TomlTable) -> bool:
-    """Tell whether the kind of the gripper is the file's: how many motors there are hangs on it."""
+    """Return whether the kind of the gripper is the one that the file gives, and not a default."""
     return bool(gripper.kind == table.table("gripper").entries.get("kind", gripper.kind))
 
 

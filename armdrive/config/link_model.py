@@ -33,7 +33,6 @@ from armdrive.text.toml import (
     named,
     number,
     require_format,
-    require_table,
     text,
     whole,
 )
@@ -102,18 +101,30 @@ def read_model(path: str | Path) -> Model:
     document = read_toml(place, "the model file", ArmFileError)
     try:
         return parse_model(document, name=place.stem)
-    except (ArmFileError, KinematicsError) as error:
+    except ArmFileError as error:
         raise ArmFileError(f"{place}: {error}") from None
 
 
 def parse_model(document: Mapping[str, Any], *, name: str = "model") -> Model:
-    """Return the model of a parsed file; `name` is used where it gives none.
+    """Return the model of a parsed file; `name` is used if it gives none.
 
-    Raises `ArmFileError` for a wrong key or value of the file, `KinematicsError` for links that
-    make no chain.
+    Raises `ArmFileError` for the first problem.
     """
+    problems = Problems()
+    model = _model(TomlTable(document, "", problems), name)
+    problems.require_none()
+    if model is None:
+        raise ArmFileError("the model file describes no arm")
+    return model
+
+
+def _model(table: TomlTable, name: str) -> Model | None:
+    """Read the whole file and note every problem; return None if they leave no model.
+
+    Raises `ArmFileError` for a format of which nothing else can be judged.
+    """
+    document = table.entries
     require_format(document)
-    table = TomlTable(document, "", Problems())
     table.allow(_TOP_KEYS)
     called = table.value("name", text, name)
     rows = document.get("links", [])
@@ -126,15 +137,43 @@ def parse_model(document: Mapping[str, Any], *, name: str = "model") -> Model:
     base, tool = (table.table(key).section(Placement) for key in ("base", "tool"))
     verified = table.value("verified", boolean, True)
     title, source = table.value("title", text, called), table.value("source", text, "")
-    table.problems.require_none()
-    chain = chain_of_rows(
-        [require_table(row, "links") for row in rows],
-        convention=convention,
-        base=(base or Placement()).frame(),
-        tool=(tool or Placement()).frame(),
-        name=called,
+    tables = [row.entries for row in table.rows("links")] if rows else []
+    _note_links(tables, table.problems)
+    if table.problems.found:
+        return None
+    chain = table.problems.attempt(
+        lambda: chain_of_rows(
+            tables,
+            convention=convention,
+            base=(base or Placement()).frame(),
+            tool=(tool or Placement()).frame(),
+            name=called,
+        ),
+        None,
     )
-    return Model(called, title, source, chain, verified)
+    return None if chain is None else Model(called, title, source, chain, verified)
+
+
+def _note_links(rows: list[Mapping[str, Any]], problems: Problems) -> None:
+    """Note every key of a link that is wrong: each is read alone, and then its whole row."""
+    for index, row in enumerate(rows[:MOST_LINKS]):
+        kind = {"kind": row["kind"]} if "kind" in row else {}
+        keys = [kind, *(kind | {key: row[key]} for key in row if key != "kind")]
+        wrong = [each for each in keys if _noted(index, each, problems)]
+        if not wrong:
+            _noted(index, row, problems)
+
+
+def _noted(index: int, row: Mapping[str, Any], problems: Problems) -> bool:
+    """Note what is wrong with a row, which has so many others before it; return whether it is."""
+    empty: list[Mapping[str, Any]] = [{}] * index
+    try:
+        chain_of_rows([*empty, row])
+    except KinematicsError as error:
+        place = "" if str(error).startswith("row ") else f"row {index + 1}: "
+        problems.note(f"{place}{error}")
+        return True
+    return False
 
 
 def _convention(value: object, where: str) -> Convention:
@@ -165,11 +204,11 @@ NO_FINGERS = FingerModel((0.0, 1.0), 1.0)
 
 
 def model_of(table: TomlTable, folder: Path, gripper: GripperSettings) -> ArmModel | None:
-    """Return the model that an arm file describes together with its model file, if it does.
-
-    Raises `ArmFileError` for a model file that cannot be used: nothing else can be judged then.
-    """
-    described = read_model(folder / table.entries["model"])
+    """Return the model that an arm file describes together with its model file, if it does."""
+    described = _described(folder / table.entries["model"], table.problems)
+    if described is None:
+        _judge_without_joints(table)
+        return None
     names = described.chain.joint_names
     _check_names(names)
     before = table.problems.count
@@ -197,6 +236,30 @@ def model_of(table: TomlTable, folder: Path, gripper: GripperSettings) -> ArmMod
         verified=described.verified,
         notes=described.source,
     )
+
+
+def _described(place: Path, problems: Problems) -> Model | None:
+    """Read the model file of an arm file, and note each of its problems with its path."""
+    document = problems.attempt(lambda: read_toml(place, "the model file", ArmFileError), None)
+    if document is None:
+        return None
+    own = Problems()
+    found = own.attempt(lambda: _model(TomlTable(document, "", own), place.stem), None)
+    for sentence in own.found:
+        problems.note(f"{place}: {sentence}")
+    return found
+
+
+def _judge_without_joints(table: TomlTable) -> None:
+    """Note what is wrong with the arm file whatever joints its model has."""
+    for key, read in (("speeds_deg_s", SPEED), ("limits_deg", joint_range)):
+        table.by_name(key, table.table(key).entries, read)
+    for row in table.rows("motors"):
+        seen, earlier = (list(row.table(key).entries) for key in ("sees", "follows"))
+        _motor(row, tuple(seen) or ("base",), earlier)
+    if "fingers" in table.entries:
+        table.table("fingers").section(FingerModel)
+    read_posture(table, "reference", has_yaw=True)
 
 
 def _check_names(names: tuple[str, ...]) -> None:

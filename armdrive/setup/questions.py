@@ -6,11 +6,15 @@ after the answers so far.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from types import MappingProxyType
+from typing import Any, get_type_hints
 
+from armdrive.config.guards import NUMBERS as GUARDS
 from armdrive.config.preset import LENGTHS
+from armdrive.config.sections import Connection, FingerModel
 from armdrive.config.write import MEANINGS
 from armdrive.dialog.conversation import (
     Question,
@@ -21,16 +25,18 @@ from armdrive.dialog.conversation import (
     groups,
     number,
     numbers,
+    plain_number,
     several,
     text,
     whole,
     yes_or_no,
 )
-from armdrive.errors import BadRequest
+from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import DIALECTS
 from armdrive.setup.draft import GRIPPER_MOTOR, Draft, ratio
 from armdrive.setup.templates import COUPLED, GRIPPERS, OUTPUT, SERVO, available
 from armdrive.storage.files import file_name
+from armdrive.text.toml import rule_of
 from armdrive.text.toml_document import TomlEntry
 from armdrive.transports.address import is_can
 from armdrive.transports.can_address import CanAddress
@@ -39,6 +45,13 @@ Fill = Callable[[Draft, str], str | None]
 """Makes a default, as somebody would type it, from the answers and the row's own `each`."""
 
 Entries = tuple[TomlEntry, ...]
+
+DIALECT = "{dialect}"
+"""Stands for the section of the controller in the place of a row."""
+READERS: Mapping[type[Any], Reader] = MappingProxyType(
+    {bool: yes_or_no, float: plain_number, str: text}
+)
+"""What reads an answer of each type; of a whole number, `whole` does."""
 
 
 def _always(_draft: Draft) -> bool:
@@ -57,15 +70,16 @@ def _no_choices(_draft: Draft) -> tuple[tuple[str, str], ...]:
 class ArmRow:
     """One row of the table: `{one}` in its key, words and place stands for each name of `each`.
 
-    `read` makes the check from the answers before; `when` says whether the question is asked.
-    `place` is the key of the arm file that the answer is written under; `{dialect}` in it is the
-    section of the controller. `put` makes the section's entries where the answer is not the value.
+    `read` makes the check from the answers before; without it, the schema of the arm file checks
+    the answer for the key at `place`. `when` says whether the question is asked. `{dialect}` in
+    `place` is the section of the controller. `put` makes the section's entries if the answer is not
+    the value itself.
     """
 
     key: str
     words: str
     why: str
-    read: Callable[[Draft], Reader]
+    read: Callable[[Draft], Reader] | None = None
     default: Fill | str | None = None
     when: Callable[[Draft], bool] = _always
     each: Callable[[Draft], Sequence[str]] = _once
@@ -81,7 +95,7 @@ class ArmRow:
                 self.key.replace("{one}", one),
                 self.words.replace("{one}", one.replace("_", " ")),
                 self.why,
-                self.read(draft),
+                schema_reader(draft, self.place) if self.read is None else self.read(draft),
                 default(draft, one) if callable(default) else default,
                 self.choices(draft),
             )
@@ -90,12 +104,39 @@ class ArmRow:
         """Give what the answers to this row come to: a section of the file, and its entries."""
         for one in self.each(draft) if self.place and self.when(draft) else ():
             answer = draft.get(self.key.replace("{one}", one), ())
-            place = self.place.replace("{one}", one).replace("{dialect}", draft.dialect.name)
+            place = self.place.replace("{one}", one).replace(DIALECT, draft.dialect.name)
             section, _, key = place.rpartition(".")
             if answer == ():  # nothing was asked, or nothing was answered
                 continue
             entry = TomlEntry(key, answer, MEANINGS.get(key, ""))
             yield section, (entry,) if self.put is None else self.put(draft, answer)
+
+
+SECTIONS: Mapping[str, type[Any]] = MappingProxyType(
+    {"connection": Connection, "fingers": FingerModel}
+)
+
+
+def schema_reader(draft: Draft, place: str) -> Reader:
+    """Return what reads an answer as the schema of the arm file allows it at a place."""
+    name, _, key = place.rpartition(".")
+    kind = draft.dialect.settings() if name == DIALECT else SECTIONS[name]
+    wanted, rule = (
+        get_type_hints(kind)[key],
+        rule_of(next(f for f in fields(kind) if f.name == key)),
+    )
+    plain: Reader = whole(-sys.maxsize, sys.maxsize) if wanted is int else READERS[wanted]
+    where = place.replace(DIALECT, draft.dialect.name)
+
+    def read(line: str) -> Any:
+        value = choice(rule.words)(line) if rule.words else plain(line)
+        try:
+            rule.check(value, where)
+        except ArmFileError as error:
+            raise WrongAnswer(str(error)) from None
+        return value
+
+    return read
 
 
 def fixed(reader: Reader) -> Callable[[Draft], Reader]:
@@ -373,7 +414,28 @@ def _has(key: str, gripper: str = "") -> Callable[[Draft], bool]:
 
 
 def _usual(key: str) -> Fill:
-    return lambda draft, _one: f"{draft.device_fields[key]}"
+    def default(draft: Draft, _one: str) -> str:
+        value = draft.device_fields[key]
+        return ("yes" if value else "no") if isinstance(value, bool) else f"{value}"
+
+    return default
+
+
+def device_row(
+    key: str,
+    words: str,
+    why: str,
+    gripper: str = "",
+    choices: tuple[tuple[str, str], ...] = (),
+) -> ArmRow:
+    """Return the row for a key of the controller's section, asked of a board that has it.
+
+    With `gripper` it is asked for that kind of gripper alone.
+    """
+    return ArmRow(
+        f"device.{key}", words, why, default=_usual(key), when=_has(key, gripper),
+        choices=lambda _draft: choices, place=f"{DIALECT}.{key}",
+    )  # fmt: skip
 
 
 def _axes(draft: Draft) -> Reader:
@@ -447,8 +509,7 @@ ROWS = (
     ),
     ArmRow(
         "connection.baud", "At how many baud?", "The dialect's own rate, unless you changed it.",
-        fixed(whole(50, 4_000_000)),
-        lambda draft, _one: str(draft.dialect.baud),
+        default=lambda draft, _one: str(draft.dialect.baud),
         when=_has_baud, place="connection.baud",
     ),
     ArmRow(
@@ -580,7 +641,7 @@ ROWS = (
     ),
     ArmRow(
         "fingers.speed", "How fast do the fingers open, in mm a second?", "Begin low.",
-        fixed(number(0.01, 1000.0)), "10", when=_has_fingers, place="fingers.speed_mm_s",
+        default="10", when=_has_fingers, place="fingers.speed_mm_s",
     ),
     ArmRow(
         "homing.own", "Does the arm home by its own switches?",
@@ -623,7 +684,7 @@ ROWS = (
     ArmRow(
         "guards.tolerance_mm", "How far below the table may rounding put the tip, in mm?",
         "No point of the arm is planned to go further below the table than this.",
-        fixed(number(0.0, 1000.0, "mm")),
+        fixed(number(GUARDS["tolerance_mm"].low, GUARDS["tolerance_mm"].high, "mm")),
         lambda draft, _one: typed((draft.preset.guards.tolerance_mm if draft.preset else 1.0,)),
         place="guards.", put=_tolerance,
     ),
@@ -665,45 +726,30 @@ ROWS = (
         when=_has("master_id"),
         place="{dialect}.ids",
     ),
-    ArmRow(
-        "device.unit", "What is the board's mm: one motor step, or one degree?",
+    device_row(
+        "unit", "What is the board's mm: one motor step, or one degree?",
         "Steps need no rounding: $100 and its fellows are then 1.",
-        fixed(choice(("steps", "degrees"))), "steps", when=_has("unit"),
-        choices=lambda _draft: (("steps", "one motor step"), ("degrees", "one degree")),
-        place="{dialect}.unit",
+        choices=(("steps", "one motor step"), ("degrees", "one degree")),
     ),
-    ArmRow(
-        "device.servo", "Which word sets the gripper's servo?",
-        "M3 with a number S, or M67E0 for an analogue output of grblHAL.",
-        fixed(text), _usual("servo"), when=_has("servo", SERVO),
-        place="{dialect}.servo",
+    device_row(
+        "servo", "Which word sets the gripper's servo?",
+        "M3 with a number S, or M67E0 for an analogue output of grblHAL.", SERVO,
     ),
-    ArmRow(
-        "device.servo_closed", "The servo's number with the fingers closed?",
-        "The S or Q of that word. Begin near the middle and go outwards in small steps.",
-        fixed(number(0.0, 100_000.0)), _usual("servo_closed"),
-        when=_has("servo_closed", SERVO),
-        place="{dialect}.servo_closed",
+    device_row(
+        "servo_closed", "The servo's number with the fingers closed?",
+        "The S or Q of that word. Begin near the middle and go outwards in small steps.", SERVO,
     ),
-    ArmRow(
-        "device.servo_open", "The servo's number with the fingers open?",
-        "It may be below the one for closed fingers.",
-        fixed(number(0.0, 100_000.0)), _usual("servo_open"),
-        when=_has("servo_open", SERVO),
-        place="{dialect}.servo_open",
+    device_row(
+        "servo_open", "The servo's number with the fingers open?",
+        "It may be below the number for closed fingers.", SERVO,
     ),
-    ArmRow(
-        "device.gripper_output", "Which output bit switches the gripper?",
-        "0 is the first word of the section's outputs, flood by default.",
-        fixed(whole(0, 7)), _usual("gripper_output"),
-        when=_has("gripper_output", OUTPUT),
-        place="{dialect}.gripper_output",
+    device_row(
+        "gripper_output", "Which output bit switches the gripper?",
+        "0 is the first word of the section's outputs, flood by default.", OUTPUT,
     ),
-    ArmRow(
-        "device.gripper_closes", "Does the gripper close when that output is on?",
-        "no: it opens then, and closes when the power fails.",
-        fixed(yes_or_no), "yes", when=_has("gripper_closes", OUTPUT),
-        place="{dialect}.gripper_closes",
+    device_row(
+        "gripper_closes", "Does the gripper close when that output is on?",
+        "no: it opens then, and closes when the power fails.", OUTPUT,
     ),
 )  # fmt: skip
 """All questions, in the order in which they are asked."""

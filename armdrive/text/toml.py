@@ -348,7 +348,7 @@ def within(where: str, value: float, low: float, high: float, hint: str = "") ->
     """Raise `ArmFileError` for a number out of its bounds."""
     if not low <= value <= high:
         why = f": {hint}" if hint else ""
-        raise ArmFileError(f"{where} must be from {low:g} to {high:g}, not {value:g}{why}")
+        raise ArmFileError(f"{where} must be from {low:.12g} to {high:.12g}, not {value:.12g}{why}")
 
 
 def between(low: float, high: float, hint: str = "") -> Read[float]:

@@ -67,7 +67,7 @@ def test_a_wrong_answer_is_named_and_asked_again(call, typing):
     typing("my arm!", "bench", "teachmover", *DEFAULTS[:3], "7", "", *DEFAULTS[4:], "", "yes")
     said = call("config", "new", code=0)
     assert "is no name for a file" in said.out
-    assert "a number from 50 to 4e+06 is needed, not 7" in said.out
+    assert "connection.baud must be from 50 to 4000000, not 7" in said.out
 
 
 def test_answers_that_end_too_early_leave_nothing_behind(call, typing):
