@@ -81,7 +81,7 @@ def test_the_file_is_written_once_that_is_agreed_to_and_the_rest_goes_on_later(
     assert kept.read("bench", arm().calibration)["elbow"].done
     type_in(monkeypatch, "yes")
     called = call("can", "setup", "bench", "--port", PORT, code=1)
-    assert "nothing is to be done" in called.out
+    assert "its settings: nothing to do" in called.out
     table = tomllib.loads(path.read_text())
     assert table["connection"]["port"] == PORT
     assert "armdrive jog --arm bench" in called.out
