@@ -1,8 +1,8 @@
-"""The arm file: everything that is particular to one physical arm, one number in one place.
+"""Reads the arm file: everything that is particular to one physical arm, each number stated once.
 
-TOML. `model` names a preset of kinematics; every other key corrects it or describes the wiring.
-Or it names a model file, and the other keys say what its link table does not (link_model.py).
-A file without corrections is two lines long. Unknown keys are refused with the nearest known one.
+In TOML. `model` names a preset of kinematics, and every other key corrects it or describes the
+wiring; or it names a model file, and the other keys add what its link table lacks (link_model.py).
+The shortest file is two lines long. An unknown key is an error that suggests the nearest known one.
 """
 
 from __future__ import annotations
@@ -48,12 +48,12 @@ from kinematics.spaces import Pose
 M = TypeVar("M", bound=ArmModel)
 
 MODEL_FILE = ".toml"
-"""How a `model` ends that is no preset's key but a model file's path."""
+"""The ending of a `model` that is the path of a model file, and not the key of a preset."""
 
 
 @dataclass(frozen=True, slots=True)
 class ConfigSource:
-    """Where an arm comes from: its file as a table, and the folder that the file lies in."""
+    """The table of an arm's file, and the folder of that file."""
 
     table: Mapping[str, Any]
     folder: Path = Path()
@@ -61,11 +61,11 @@ class ConfigSource:
 
 @dataclass(frozen=True, slots=True)
 class ArmConfig:
-    """One physical arm, ready to be driven: its model with every correction applied.
+    """One physical arm: its model with every correction, and all settings.
 
-    `device` holds what the section of the dialect's own name says, checked, as that dialect's
-    settings. `source` is no part of the arm: it lets the arm's file be written again. `untooled`
-    is the model with nothing in its fingers, where `model` holds a tool.
+    `device` has the settings of the dialect's own section. `source` allows the file to be written
+    again, and is no part of the arm. `untooled` is the model with empty fingers if `model` holds a
+    tool.
     """
 
     name: str
@@ -86,15 +86,14 @@ class ArmConfig:
 
     @property
     def bare(self) -> ArmModel:
-        """The model with nothing in its fingers."""
+        """The model with empty fingers."""
         return self.untooled or self.model
 
     @property
     def calibration(self) -> str:
         """A fingerprint of the numbers that give steps their meaning.
 
-        A saved position is worth nothing under another model or transmission, and where a motor
-        is within its backlash nothing under another backlash.
+        A saved position is invalid for another model, transmission or backlash.
         """
         numbers = (self.bare.arm.meaning, self.model.transmission, self.model.reference)
         meaning = repr((*numbers, self.backlash_steps) if self.backlash_steps else numbers)
@@ -102,40 +101,40 @@ class ArmConfig:
 
 
 class DialectSection(Protocol):
-    """What an arm file needs to know of the dialect that its arm speaks."""
+    """The part of a dialect that the arm file needs."""
 
     @property
     def name(self) -> str:
-        """The dialect's name, and that of its own section."""
+        """The name of the dialect and of its own section."""
 
     @property
     def title(self) -> str:
-        """The controller, for people."""
+        """The controller's name in words."""
 
     @property
     def baud(self) -> int:
-        """The rate of its wire where the file gives no other."""
+        """The default baud rate."""
 
     @property
     def raise_dtr(self) -> bool:
-        """How its port is opened where the file does not say."""
+        """The default of `raise_dtr`."""
 
     @property
     def abilities(self) -> Abilities:
-        """What the device can do before an arm's settings are known."""
+        """The device's abilities before an arm's settings are known."""
 
     def settings(self) -> type[Any]:
-        """Return the dataclass that checks its own section."""
+        """Return the dataclass of its own section."""
 
     def abilities_with(self, config: ArmConfig) -> Abilities:
-        """Return what the device can do with an arm's settings; raises where they do not fit."""
+        """Return the device's abilities with an arm's settings. Raises if these do not fit."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DialectSections:
-    """The dialects that an arm file may name: `default` is the one of a file that names none.
+    """The dialects that an arm file can name; `default` is the dialect of a file that names none.
 
-    `find` looks one up by its name; raises `BadRequest` that suggests the nearest name.
+    `find` returns a dialect by its name. It raises `BadRequest`, which suggests the nearest name.
     """
 
     default: str
@@ -143,7 +142,7 @@ class DialectSections:
 
 
 def _bursts(dialect: DialectSection, baud: int) -> dict[str, float]:
-    """Return how long a dialect's motions are on this wire, unless an arm file says otherwise."""
+    """Return the default lengths of a dialect's motions on this wire."""
     able = dialect.abilities
     found = budget(
         able.traffic,
@@ -158,7 +157,7 @@ def _bursts(dialect: DialectSection, baud: int) -> dict[str, float]:
 
 
 def load(path: Path, sections: DialectSections) -> ArmConfig:
-    """Read an arm file. Raises `ArmFileError` that names the file, the key and the mend."""
+    """Read an arm file. Raises `ArmFileError`, which names the file, the key and the remedy."""
     table = read_arm_table(path)
     try:
         return parse(table, sections, name=path.stem, folder=path.parent)
@@ -246,9 +245,9 @@ def read_arm(
 
 
 def _basics(table: TomlTable, sections: DialectSections) -> tuple[ArmPreset | None, DialectSection]:
-    """Return the preset, None of an arm of a model file, and the dialect.
+    """Return the preset (None for an arm with a model file) and the dialect.
 
-    Raises `ArmFileError`, and `KinematicsError` for a preset that there is not.
+    Raises `ArmFileError`, and `KinematicsError` for an unknown preset.
     """
     require_format(table.entries)
     word = table.entries.get("model")
@@ -272,14 +271,14 @@ def _is_as_given(gripper: GripperSettings, table: TomlTable) -> bool:
 
 
 def _with_gripper(model: M, gripper: GripperSettings) -> M:
-    """Return the model without a gripper's motor where something else moves the fingers."""
+    """Return the model, without the gripper's motor if something else moves the fingers."""
     if gripper.kind == "stepper" or model.transmission is None:
         return model
     return replace(model, transmission=model.transmission.without_gripper())
 
 
 def _holding(model: M, tool: Tool) -> ArmModel:
-    """Return the model with a tool in its fingers, as thick as the guards of links have to know."""
+    """Return the model with a tool in its fingers, and the tool's thickness in its guards."""
     arm = holding(model.arm, tool)
     guards, links = model.guards, len(arm.moving_points)
     if guards.radii_mm and len(guards.radii_mm) + 1 == links:
@@ -301,6 +300,6 @@ COMMON_KEYS = (
     "frames", "accelerations_deg_s2", "reference", "limits_deg", "speeds_deg_s", "guards",
 )  # fmt: skip
 LINKED_KEYS = (*COMMON_KEYS, "motors", "fingers")
-"""The keys of an arm that is described by a link table."""
+"""The keys of an arm with a link table."""
 PRESET_KEYS = (*COMMON_KEYS, "lengths", *MOTOR_KEYS, TURNING, SLIDING)
 """The keys of an arm of the Mini-mover's build."""

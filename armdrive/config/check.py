@@ -1,4 +1,4 @@
-"""Everything that is wrong with an arm file at once, and what is worth knowing of a right one."""
+"""Finds every problem of an arm file at once, and remarks on a file without problems."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from kinematics.spaces import Pose
 def problems_of(
     table: dict[str, Any], sections: DialectSections, name: str, folder: Path
 ) -> list[str]:
-    """Return one sentence for each thing that is wrong, in the order in which they are found."""
+    """Return one sentence for each problem, in the order in which they are found."""
     problems = Problems()
     config = read_arm(TomlTable(table, "", problems), sections, name=name, folder=folder)
     if config is not None:
@@ -26,7 +26,7 @@ def problems_of(
 
 
 def _unusable(config: ArmConfig, dialect: DialectSection) -> Iterator[str]:
-    """Give what every key allows and the arm does not: motors, postures out of reach."""
+    """Yield problems of the whole arm whose keys are all valid: motors, postures out of reach."""
     yield from _motors(config, dialect)
     postures = [("park", config.park)]
     if config.model.reference is not None:
@@ -77,9 +77,9 @@ def _posture(config: ArmConfig, section: str, pose: Pose) -> Iterator[str]:
 
 
 def remarks_on(config: ArmConfig) -> Iterator[str]:
-    """Give what is no error but worth knowing before the arm is driven."""
+    """Yield remarks that are no errors, but good to know before the arm is driven."""
     if not config.connection.port:
-        yield "no port is named, so that the arm is only simulated: write connection.port"
+        yield "no port is named, so the arm can only be simulated: write connection.port"
     if not config.model.verified:
         yield (
             "its numbers are a template: Cartesian motion is refused until every key of [lengths] "

@@ -1,6 +1,6 @@
-"""The [guards] of an arm file: numbers, keep-out boxes, how thick the links are, sums of joints.
+"""The [guards] of an arm file: numbers, keep-out boxes, thickness of the links, sums of joints.
 
-Angles are in degrees in the file and in rad in what is made of it.
+Angles are in degrees in the file and in rad in the guards.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ NUMBERS: Mapping[str, Rule] = MappingProxyType(
         )
     }
 )  # fmt: skip
-"""Keys that are a number."""
+"""The keys that are a number."""
 
 RADIUS = between(0.0, 1000.0)
 
@@ -63,7 +63,7 @@ FOREARM_SHARES = (("shoulder", 1.0), ("elbow", 1.0))
 
 
 def guards_of(table: TomlTable, arm: ArmGeometry, known: Guards) -> Guards:
-    """Return the known guards of an arm with what the file says of them put in their place."""
+    """Return the known guards of an arm with the file's corrections."""
     before = table.problems.count
     table.allow([*NUMBERS, "radii_mm", FOREARM, "boxes", "sums"])
     changed: dict[str, Any] = {
@@ -86,7 +86,7 @@ def guards_of(table: TomlTable, arm: ArmGeometry, known: Guards) -> Guards:
 def guard_table(
     guards: Guards, degrees: Callable[[float], float] = math.degrees
 ) -> dict[str, object]:
-    """Return the keys that mean these guards, with values that TOML can write."""
+    """Return the keys and values of these guards as a file states them."""
     known: dict[str, object] = {key: getattr(guards, key) for key in NUMBERS}
     table = {key: value for key, value in known.items() if value is not None}
     if guards.radii_mm:
@@ -114,7 +114,7 @@ def _require_different(table: TomlTable, what: str, names: list[str]) -> None:
 
 
 def _fitting(guards: Guards, arm: ArmGeometry) -> Guards:
-    """Return the guards, or say what of the links is missing or does not fit the arm."""
+    """Return the guards. Raises if the links' thickness is missing or does not fit the arm."""
     names = link_names(arm)
     if not guards.radii_mm and (guards.boxes or guards.base_radius_mm is not None):
         example = ", ".join("30" for _ in names)

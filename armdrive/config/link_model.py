@@ -50,7 +50,7 @@ from kinematics.transmission import MotorSpec, Transmission
 ENDING = ".toml"
 
 MOST_LINKS = 100
-"""No arm has so many; what is worked out of a chain takes time with their number squared."""
+"""No arm has more links; the time of computations grows with the square of their number."""
 
 _TOP_KEYS = (
     FORMAT_KEY, "name", "title", "source", "verified", "convention", "base", "tool", "links",
@@ -59,9 +59,9 @@ _TOP_KEYS = (
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """A model as its file describes it: name, title, where its numbers come from, links.
+    """A model as its file describes it; `source` says where its numbers come from.
 
-    `verified` is False where the file says that nobody has measured them on an arm yet.
+    `verified` is False if the file says that they are not measured on an arm.
     """
 
     name: str
@@ -83,7 +83,7 @@ class Placement:
     psi_deg: float = 0.0
 
     def frame(self) -> Transform:
-        """Return it as a transform, exact at whole quarter turns."""
+        """Return the transform, exact at whole quarter turns."""
         angles = map(math.radians, (self.phi_deg, self.theta_deg, self.psi_deg))
         turned = RPY(*angles).rotation()
         clean = tuple(tuple(_clean(entry) for entry in row) for row in turned)
@@ -165,7 +165,7 @@ def _note_links(rows: list[Mapping[str, Any]], problems: Problems) -> None:
 
 
 def _noted(index: int, row: Mapping[str, Any], problems: Problems) -> bool:
-    """Note what is wrong with a row, which has so many others before it; return whether it is."""
+    """Note what is wrong with the row of this index; return whether anything is."""
     empty: list[Mapping[str, Any]] = [{}] * index
     try:
         chain_of_rows([*empty, row])
@@ -190,17 +190,17 @@ def _clean(entry: float) -> float:
     return whole if abs(entry - whole) < 1e-15 else entry
 
 
-# An arm that is given by a model file: its motors, speeds and fingers from the arm file.
+# An arm with a model file: its motors, speeds and fingers come from the arm file.
 #
-# Nothing is known of such an arm beforehand, so that what a preset would say is required here.
-# Angles are in degrees in the file and in rad in what is made of it.
+# There is no preset, so its keys are required here. Angles are in degrees in the file, and in rad
+# in the model.
 
 TABLE_ALONE = Guards(inner_radius_mm=None, outer_radius_mm=None, hand_wrist_radius_mm=None)
-"""The guards of an arm that nothing is known of, unless its file asks for more."""
+"""The default guards of an arm without a preset."""
 
 
 NO_FINGERS = FingerModel((0.0, 1.0), 1.0)
-"""What stands where no motor drives a gripper, so that nothing is ever computed from it."""
+"""A placeholder for an arm without a gripper's motor; nothing is computed from it."""
 
 
 def model_of(table: TomlTable, folder: Path, gripper: GripperSettings) -> ArmModel | None:
@@ -289,7 +289,7 @@ def _fingers(table: TomlTable, transmission: Transmission, gripper: GripperSetti
 
 
 def _limited(chain: Chain, table: TomlTable) -> Chain:
-    """Return the chain with the arm file's limits in the place of the model file's."""
+    """Return the chain with the arm file's limits instead of the model file's."""
     bounds = table.by_name("limits_deg", chain.joint_names, joint_range)
     links = []
     for name, link in zip(chain.joint_names, chain.links, strict=True):
@@ -304,7 +304,7 @@ def _limited(chain: Chain, table: TomlTable) -> Chain:
 
 
 def _transmission(joints: tuple[str, ...], table: TomlTable) -> Transmission | None:
-    """Return the motors of an arm file, None where one of them cannot be read.
+    """Return the motors of an arm file, None if one of them cannot be read.
 
     Raises `KinematicsError` for motors that do not determine the joints.
     """

@@ -1,7 +1,7 @@
-"""A whole arm file with every default in it, from an arm as it is understood.
+"""Writes a whole arm file with every default.
 
-Read back, it gives the same arm to the last bit, so that a remembered position stays valid. The
-comments are those of the schema: what each key means.
+Read back, it gives the same arm to the last bit, so a recorded position stays valid. The comments
+are the meanings of the keys in the schema.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ MEANINGS: Mapping[str, str] = {
     "sees": "joint = share; a negative one where it counts the other way",
     "follows": "whole steps added for each step of an earlier motor",
 } | {key: row.help for key, row in NUMBERS.items()}
-"""What sections and keys mean that no settings class declares."""
+"""The meanings of sections and keys that no settings class declares."""
 
 
 def complete(config: ArmConfig, table: Mapping[str, Any]) -> str:

@@ -1,4 +1,4 @@
-"""Arm files: which there are, and reading one with the sections of the dialects that are known."""
+"""Lists arm files, and reads them with the sections of the dialects in the registry."""
 
 from __future__ import annotations
 
@@ -46,12 +46,12 @@ def arm_path(name: str) -> Path:
 
 
 def sections() -> DialectSections:
-    """Return the dialects that an arm file may name."""
+    """Return the dialects that an arm file can name."""
     return DialectSections(DEFAULT, dialect)
 
 
 def load_arm(path: Path) -> ArmConfig:
-    """Read an arm file. Raises `ArmFileError` that names the file, the key and the mend."""
+    """Read an arm file. Raises `ArmFileError`, which names the file, the key and the remedy."""
     return load(path, sections())
 
 
@@ -61,12 +61,12 @@ def parse_arm(table: Mapping[str, Any], *, name: str, folder: Path = Path()) -> 
 
 
 def arm_problems(table: dict[str, Any], name: str, folder: Path) -> list[str]:
-    """Return a sentence for everything that is wrong with an arm file, as it is found."""
+    """Return a sentence for each problem of an arm file, in the order of the file."""
     return problems_of(table, sections(), name, folder)
 
 
 def preset_arm(key: str, *, name: str, connection: Connection) -> ArmConfig:
-    """Return an arm as it leaves the factory, on the given wire."""
+    """Return the arm of a preset, on the given wire."""
     wire = {"dialect": connection.dialect, "baud": connection.baud}
     config = parse_arm({"model": key, "connection": wire}, name=name)
     return replace(config, connection=connection, source=ConfigSource({"model": key}))
