@@ -22,7 +22,7 @@ SIM = "sim:"
 DEFAULT_SIM = f"{SIM}{DEFAULT}"
 DEFAULT_FILE = "default"
 LONGEST_NAME = 4096
-"""Bytes that are read of the file with the default arm's name."""
+"""The most bytes that are read of the file with the default arm's name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class ArmText:
 
 
 def path_of(name: str) -> Path:
-    """Return the file of an arm's name, or of a path. Raises `ArmFileError` where there is none."""
+    """Return the file of an arm's name, or of a path. Raises `ArmFileError` if there is none."""
     path = arm_path(name)
     if is_there(path) and path.is_file():
         return path
@@ -46,7 +46,7 @@ def path_of(name: str) -> Path:
 
 
 def read(name: str) -> ArmText:
-    """Return an arm file's table. Raises `ArmFileError` for what is no TOML."""
+    """Return an arm file's table. Raises `ArmFileError` if it is no TOML."""
     path = path_of(name)
     return ArmText(path.stem, path, read_arm_table(path))
 
@@ -56,7 +56,7 @@ def _default_path() -> Path:
 
 
 def default_arm() -> str:
-    """Return the arm where none is named: ARMDRIVE_ARM, the chosen one, `default.toml`, or sim."""
+    """Return the default arm: ARMDRIVE_ARM, the chosen one, `default.toml`, or a simulated one."""
     named = os.environ.get("ARMDRIVE_ARM") or chosen_default()
     if named:
         return named
@@ -66,7 +66,7 @@ def default_arm() -> str:
 
 
 def chosen_default() -> str | None:
-    """Return the arm that was chosen as default, None where none was."""
+    """Return the arm that was chosen as default, or None."""
     try:
         text = read_text(
             _default_path(), "the chosen arm", ArmFileError, most_bytes=LONGEST_NAME, own=True

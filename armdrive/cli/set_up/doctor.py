@@ -1,4 +1,4 @@
-"""Find out what a port leads to, and what keeps it from working. Moves nothing."""
+"""Finds out what a port leads to, and what keeps it from working. Moves nothing."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ EXIT_CODES: Mapping[Diagnosis, int] = MappingProxyType(
 )
 
 WARNING = (
-    "Opening {port} can restart the board behind it: its motors lose their current, and an arm "
-    "that is raised sags. Support it, or park it first. Nothing that is sent moves it."
+    "Opening {port} can restart the board behind it: its motors lose their current, and a raised "
+    "arm sags. Support it, or park it first. Nothing that is sent moves it."
 )
 
 
 def doctor(options: argparse.Namespace) -> Result:
-    """Examine the port, and say what was found."""
+    """Survey the port, and report the findings."""
     if options.keyboard:
         return _keyboard(options)
     config = _config(options)
-    # by the option, by the port, or by the arm file's port
+    # a bus is meant by --can, by the port, or by the arm file's port
     if options.can is not None or is_can(
         options.port or (config.connection.port if config else "")
     ):
@@ -59,8 +59,8 @@ def doctor(options: argparse.Namespace) -> Result:
 
 
 def _deeper() -> ModuleType:
-    """Return what surveys a CAN bus, and compares the settings of a controller."""
-    # all that drives an arm, and every protocol of a bus: a silent port needs neither
+    """Return the module that surveys a bus, and compares the settings of a controller."""
+    # it loads everything that drives an arm, which a silent port does not need
     from armdrive.setup import bus_survey
 
     return bus_survey
@@ -104,7 +104,7 @@ def _on_bus(options: argparse.Namespace, config: ArmConfig | None) -> Result:
 
 
 def _mending(options: argparse.Namespace) -> Callable[[DeviceSettings], bool] | None:
-    """Return what agrees to settings being written, None where --mend does not ask for it."""
+    """Return what asks whether to write settings; None without --mend."""
 
     def agree(settings: DeviceSettings) -> bool:
         if options.yes or as_json(options):
@@ -118,7 +118,7 @@ def _mending(options: argparse.Namespace) -> Callable[[DeviceSettings], bool] | 
 
 
 def _config(options: argparse.Namespace) -> ArmConfig | None:
-    """Return the arm that is expected at the port, if one is."""
+    """Return the arm that is expected at the port, or None."""
     if simulation_forced():
         raise PortUnavailable(
             "ARMDRIVE_FORCE_SIM is set, so no port is opened: clear that variable first"
@@ -130,7 +130,7 @@ def _config(options: argparse.Namespace) -> ArmConfig | None:
     if options.arm and options.dialect:
         raise BadRequest("the arm file says which dialect it is: leave out --dialect")
     if options.mend and not (options.arm or options.dialect):
-        raise BadRequest("--mend needs --arm or --dialect: else nobody knows what is expected")
+        raise BadRequest("--mend needs --arm or --dialect, which say what is expected")
     if not (options.arm or options.dialect):
         return None
     target = find(options.arm or options.port, dialect_name=options.dialect, baud=options.baud)
@@ -155,20 +155,20 @@ def _agree(port: str, options: argparse.Namespace) -> None:
         raise OperatorNeeded(f"{port} was not opened, and nothing was sent")
 
 
-# The keyboard of this terminal: hold a key, and hear whether holding will work here.
+# The keyboard of this terminal: whether a held key will jog the arm.
 
 
 def _keyboard(options: argparse.Namespace) -> Result:
-    """Examine the keyboard; touches no port. It ends with 1 where holding does not work."""
+    """Examine the keyboard; opens no port. The exit code is 1 if a held key does not work."""
     if options.port or options.arm:
-        raise BadRequest("--keyboard looks at this terminal, and at no port: leave the port out")
+        raise BadRequest("--keyboard examines this terminal and no port: leave the port out")
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise OperatorNeeded(
-            "somebody has to hold a key at a terminal: run `armdrive doctor --keyboard` there"
+            "you have to hold a key: run `armdrive doctor --keyboard` in a terminal"
         )
 
     def whisper(text: str) -> None:
-        """Tell the person, and leave the output to the document."""
+        """Print on the error output, since standard output gets the JSON."""
         put_error(f"{text}\n")
 
     with raw_terminal() as terminal:
@@ -183,7 +183,7 @@ def _keyboard_lines(found: Examined) -> list[str]:
     where += ["a remote shell"] * found.remote
     place = f" (in {', '.join(where)})" if where else ""
     terminal = (
-        f"Terminal{place}: it {releases} tell that a key is let go; it {focus} tell when its "
+        f"Terminal{place}: it {releases} report that a key is released; it {focus} report that its "
         "window loses the focus."
     )
     return [

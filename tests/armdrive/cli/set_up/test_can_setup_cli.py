@@ -88,7 +88,7 @@ def test_the_file_is_written_once_that_is_agreed_to_and_the_rest_goes_on_later(
     before = path.read_text()
     type_in(monkeypatch)
     called = call("can", "setup", "bench", code=1)  # the port is the file's now
-    assert "says all this already" in called.out
+    assert "contains all this already" in called.out
     assert path.read_text() == before
 
 
@@ -107,16 +107,16 @@ def test_a_file_that_is_there_is_taken_as_it_is_and_its_old_text_kept(call, driv
     assert table["motor_signs"] == {"shoulder": 1}  # it was written the wrong way round
     assert path.with_name("bench.toml.before").read_text() == old
     type_in(monkeypatch)
-    assert "says all this already" in call("can", "setup", "bench", code=1).out
+    assert "contains all this already" in call("can", "setup", "bench", code=1).out
 
 
 @pytest.mark.parametrize(
     ("words", "code", "sentence"),
     [
-        (("bench",), 3, "answer at a terminal, or give --sim"),
+        (("bench",), 3, "run this in a terminal, or give --sim"),
         (("bench", "--yes"), 3, "plug real drives in"),
         (("bench", "--sim", "--yes", "--port", PORT), 2, "--sim needs no --port"),
-        (("../x", "--sim", "--yes"), 2, "no name for a file"),
+        (("../x", "--sim", "--yes"), 2, "cannot name a file"),
     ],
 )
 def test_what_cannot_be_is_said(call, words, code, sentence):
@@ -134,7 +134,7 @@ def test_answers_that_end_leave_what_was_done(call, drives, monkeypatch):
     monkeypatch.setattr("armdrive.setup.dialog_runner.RealClock", DialogClock)
     type_in(monkeypatch, "?", "back", "yes")
     called = call("can", "setup", "bench", "--port", PORT, code=3)
-    assert "`armdrive can setup bench` goes on there" in called.err
+    assert "`armdrive can setup bench` continues there" in called.err
     assert "shipped as id 1" in called.out  # what ? explains
     assert "no way back" in called.out
 
@@ -149,7 +149,7 @@ def test_an_adapter_is_chosen_from_those_that_are_there(call, drives, monkeypatc
     called = call("can", "setup", "bench", code=1)
     lines = called.out.splitlines()
     assert "  can:gs_usb:0?bitrate=500000               the same on Windows and macOS" in lines
-    assert "write the adapter's line" in called.out
+    assert "write the adapter, such as" in called.out
     assert (
         tomllib.loads((places.arm_files() / "bench.toml").read_text())["connection"]["port"] == PORT
     )

@@ -171,4 +171,4 @@ def test_the_directions_of_a_file_are_looked_at_later(call):
     assert "every direction" in call("config", "signs", "bench", "--sim", "--yes", code=0).out
     found = call("config", "signs", "bench", "--sim", "--json", code=0).json
     assert found["reversed_motors"] == found["unclear"] == []
-    assert "somebody has to watch" in call.refused("config", "signs", "bench", "--yes", code=3)
+    assert "you have to watch" in call.refused("config", "signs", "bench", "--yes", code=3)
