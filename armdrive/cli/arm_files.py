@@ -9,17 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from armdrive.config.arm import read_arm_table
-from armdrive.connect.target import Target, find
+from armdrive.connect.target import DEFAULT_TARGET, SIM, Target, find
 from armdrive.errors import ArmFileError, BadRequest
-from armdrive.registry import DEFAULT
 from armdrive.registry.arm_files import arm_path, arm_paths
 from armdrive.storage import files as places
 from armdrive.storage.files import replace_file
 from armdrive.text.reading import is_there, read_text
 from kinematics.errors import suggestion
 
-SIM = "sim:"
-DEFAULT_SIM = f"{SIM}{DEFAULT}"
 DEFAULT_FILE = "default"
 LONGEST_NAME = 4096
 """The most bytes that are read of the file with the default arm's name."""
@@ -62,7 +59,7 @@ def default_arm() -> str:
         return named
     if arm_path(DEFAULT_FILE).is_file():
         return DEFAULT_FILE
-    return DEFAULT_SIM
+    return DEFAULT_TARGET
 
 
 def chosen_default() -> str | None:
@@ -92,5 +89,5 @@ def chosen_target(options: argparse.Namespace) -> Target:
     if options.port:
         return find(options.port, dialect_name=options.dialect, baud=options.baud)
     if options.sim:
-        return find(f"sim:{options.sim}")
+        return find(f"{SIM}{options.sim}")
     return find(options.arm or default_arm())

@@ -7,10 +7,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from armdrive.cli.arm_files import SIM, choose_default, default_arm, path_of, read
+from armdrive.cli.arm_files import choose_default, default_arm, path_of, read
 from armdrive.cli.presenter import Result
 from armdrive.config.check import remarks_on
 from armdrive.config.write import complete
+from armdrive.connect.target import SIM
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import dialect
 from armdrive.registry.arm_files import arm_paths, arm_problems, load_arm, parse_arm
