@@ -32,13 +32,11 @@ from armdrive.errors import ArmFileError, BadRequest
 from armdrive.text.reading import read_toml
 from armdrive.text.toml import (
     FORMAT_KEY,
-    Problems,
     TomlTable,
     require_format,
     require_table,
     text,
 )
-from kinematics.errors import KinematicsError
 from kinematics.five_axis.tool_arm import holding
 from kinematics.frames.user_frame import UserFrame
 from kinematics.geometry import Tool
@@ -130,15 +128,11 @@ class DialectSection(Protocol):
         """Return the device's abilities with an arm's settings. Raises if these do not fit."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class DialectSections:
-    """The dialects that an arm file can name; `default` is the dialect of a file that names none.
+FindDialect = Callable[[str | None], DialectSection]
+"""Returns a dialect by its name, or for None the dialect of a file that names none.
 
-    `find` returns a dialect by its name. It raises `BadRequest`, which suggests the nearest name.
-    """
-
-    default: str
-    find: Callable[[str], DialectSection]
+It raises `BadRequest`, which suggests the nearest name.
+"""
 
 
 def _bursts(dialect: DialectSection, baud: int) -> dict[str, float]:
@@ -156,44 +150,18 @@ def _bursts(dialect: DialectSection, baud: int) -> dict[str, float]:
     return lengths | {"ramp_s": able.ramp_s, "jerk_s": able.jerk_s}
 
 
-def load(path: Path, sections: DialectSections) -> ArmConfig:
-    """Read an arm file. Raises `ArmFileError`, which names the file, the key and the remedy."""
-    table = read_arm_table(path)
-    try:
-        return parse(table, sections, name=path.stem, folder=path.parent)
-    except (ArmFileError, KinematicsError) as error:
-        raise ArmFileError(f"{path}: {error}") from None
-
-
 def read_arm_table(path: Path) -> dict[str, Any]:
     """Return an arm file as its table. Raises `ArmFileError` for what cannot be read as TOML."""
     return read_toml(path, "the arm file", ArmFileError)
 
 
-def parse(
-    table: Mapping[str, Any], sections: DialectSections, *, name: str, folder: Path = Path()
-) -> ArmConfig:
-    """Turn a parsed TOML document into an arm; a model file is looked for from `folder`.
-
-    Raises `ArmFileError` for the first thing that is wrong.
-    """
-    problems = Problems()
-    config = read_arm(TomlTable(table, "", problems), sections, name=name, folder=folder)
-    problems.require_none()
-    if config is None:
-        raise ArmFileError("the arm file describes no arm")
-    return config
-
-
-def read_arm(
-    table: TomlTable, sections: DialectSections, *, name: str, folder: Path
-) -> ArmConfig | None:
+def read_arm(table: TomlTable, find: FindDialect, *, name: str, folder: Path) -> ArmConfig | None:
     """Read the whole file and note every problem; return None if they leave no arm.
 
     If the format, the model's name or the dialect is wrong, nothing else can be judged.
     """
     problems = table.problems
-    known = problems.attempt(lambda: _basics(table, sections), None)
+    known = problems.attempt(lambda: _basics(table, find), None)
     if known is None:
         return None
     preset_model, dialect = known
@@ -244,7 +212,7 @@ def read_arm(
     )
 
 
-def _basics(table: TomlTable, sections: DialectSections) -> tuple[ArmPreset | None, DialectSection]:
+def _basics(table: TomlTable, find: FindDialect) -> tuple[ArmPreset | None, DialectSection]:
     """Return the preset (None for an arm with a model file) and the dialect.
 
     Raises `ArmFileError`, and `KinematicsError` for an unknown preset.
@@ -254,11 +222,11 @@ def _basics(table: TomlTable, sections: DialectSections) -> tuple[ArmPreset | No
     if not isinstance(word, str):
         raise ArmFileError('the key model is missing, for example model = "teachmover"')
     wiring = require_table(table.entries.get("connection", {}), "connection")
-    spoken = wiring.get("dialect", sections.default)
-    if not isinstance(spoken, str):
+    spoken = wiring.get("dialect")
+    if not isinstance(spoken, str | None):
         raise ArmFileError(f"connection.dialect must be text, not {spoken!r}")
     try:
-        dialect = sections.find(spoken)
+        dialect = find(spoken)
     except BadRequest as error:
         raise ArmFileError(f"connection.dialect: {error}") from None
     linked = word not in PRESETS and word.lower().endswith(MODEL_FILE)

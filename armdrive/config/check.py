@@ -1,31 +1,17 @@
-"""Finds every problem of an arm file at once, and remarks on a file without problems."""
+"""Checks the whole arm that a file describes, and remarks on a file without problems."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from pathlib import Path
-from typing import Any
 
-from armdrive.config.arm import ArmConfig, DialectSection, DialectSections, read_arm
+from armdrive.config.arm import ArmConfig, DialectSection
 from armdrive.errors import ArmError
-from armdrive.text.toml import Problems, TomlTable
 from kinematics.errors import KinematicsError
 from kinematics.spaces import Pose
 
 
-def problems_of(
-    table: dict[str, Any], sections: DialectSections, name: str, folder: Path
-) -> list[str]:
-    """Return one sentence for each problem, in the order in which they are found."""
-    problems = Problems()
-    config = read_arm(TomlTable(table, "", problems), sections, name=name, folder=folder)
-    if config is not None:
-        problems.found += _unusable(config, sections.find(config.connection.dialect))
-    return problems.found
-
-
-def _unusable(config: ArmConfig, dialect: DialectSection) -> Iterator[str]:
+def unusable(config: ArmConfig, dialect: DialectSection) -> Iterator[str]:
     """Yield problems of the whole arm whose keys are all valid: motors, postures out of reach."""
     yield from _motors(config, dialect)
     postures = [("park", config.park)]

@@ -7,20 +7,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from armdrive.config.arm import (
-    ArmConfig,
-    ConfigSource,
-    DialectSections,
-    load,
-    parse,
-    read_arm_table,
-)
-from armdrive.config.check import problems_of
+from armdrive.config.arm import ArmConfig, ConfigSource, read_arm, read_arm_table
+from armdrive.config.check import unusable
 from armdrive.config.sections import Connection
+from armdrive.dialects.dialect import Dialect
 from armdrive.errors import ArmFileError
 from armdrive.registry import DEFAULT, dialect
 from armdrive.storage import files as places
-from armdrive.text.toml import require_format
+from armdrive.text.toml import Problems, TomlTable, require_format
+from kinematics.errors import KinematicsError
 
 ENDING = ".toml"
 
@@ -45,24 +40,39 @@ def arm_path(name: str) -> Path:
     return Path(name) if name.endswith(ENDING) else places.arm_files() / f"{name}{ENDING}"
 
 
-def sections() -> DialectSections:
-    """Return the dialects that an arm file can name."""
-    return DialectSections(DEFAULT, dialect)
+def _find(name: str | None) -> Dialect:
+    return dialect(DEFAULT if name is None else name)
 
 
 def load_arm(path: Path) -> ArmConfig:
     """Read an arm file. Raises `ArmFileError`, which names the file, the key and the remedy."""
-    return load(path, sections())
+    table = read_arm_table(path)
+    try:
+        return parse_arm(table, name=path.stem, folder=path.parent)
+    except (ArmFileError, KinematicsError) as error:
+        raise ArmFileError(f"{path}: {error}") from None
 
 
 def parse_arm(table: Mapping[str, Any], *, name: str, folder: Path = Path()) -> ArmConfig:
-    """Turn a parsed TOML document into an arm; a model file is looked for from `folder`."""
-    return parse(table, sections(), name=name, folder=folder)
+    """Turn a parsed TOML document into an arm; a model file is looked for from `folder`.
+
+    Raises `ArmFileError` for the first problem.
+    """
+    problems = Problems()
+    config = read_arm(TomlTable(table, "", problems), _find, name=name, folder=folder)
+    problems.require_none()
+    if config is None:
+        raise ArmFileError("the arm file describes no arm")
+    return config
 
 
 def arm_problems(table: dict[str, Any], name: str, folder: Path) -> list[str]:
-    """Return a sentence for each problem of an arm file, in the order of the file."""
-    return problems_of(table, sections(), name, folder)
+    """Return a sentence for each problem of an arm file, in the order in which they are found."""
+    problems = Problems()
+    config = read_arm(TomlTable(table, "", problems), _find, name=name, folder=folder)
+    if config is not None:
+        problems.found += unusable(config, dialect(config.connection.dialect))
+    return problems.found
 
 
 def preset_arm(key: str, *, name: str, connection: Connection) -> ArmConfig:
