@@ -80,7 +80,7 @@ def compare_settings(config: ArmConfig, report: Report, agree: Agree | None) -> 
                 arm.mend_settings(lines)
                 settings = arm.mend_settings([])
                 report.add([ok(f"{len(lines)} settings were written")])
-            report.add(after.settings_findings(settings))
+            report.add(after.of_settings(settings))
             if settings.differences and report.arm:
                 report.more["next"] = [
                     f"armdrive doctor --arm {report.arm} --mend",

@@ -35,7 +35,7 @@ class Expected:
     spared_reset: bool = False
 
 
-def findings(found: Examination, expected: Expected) -> list[Finding]:
+def of_examination(found: Examination, expected: Expected) -> list[Finding]:
     """Return the findings of an examination."""
     if found.identity is None:
         return [*_unrecognised(found, expected)]
@@ -251,7 +251,7 @@ def of_arm(
 # The settings of a controller, compared with what its arm file expects.
 
 
-def settings_findings(settings: DeviceSettings) -> list[Finding]:
+def of_settings(settings: DeviceSettings) -> list[Finding]:
     """Return the settings that differ; those that keep the arm from moving are problems."""
     listed = [_finding(each) for each in settings.differences]
     of = f" ({settings.firmware})" if settings.firmware else ""
@@ -272,7 +272,7 @@ LATE_S = 5e-3
 """One deadline in a hundred may be this late: a burst lasts about 100 ms."""
 
 
-def measure(deadlines: int = DEADLINES, period_s: float = PERIOD_S) -> SchedulingJitter:
+def measured_jitter(deadlines: int = DEADLINES, period_s: float = PERIOD_S) -> SchedulingJitter:
     """Return how late a thread woke for a series of deadlines."""
     lateness = Lateness()
     due_s = time.perf_counter()
@@ -283,7 +283,7 @@ def measure(deadlines: int = DEADLINES, period_s: float = PERIOD_S) -> Schedulin
     return lateness.view()
 
 
-def finding(scheduling_jitter: SchedulingJitter) -> Finding:
+def of_jitter(scheduling_jitter: SchedulingJitter) -> Finding:
     """Return whether this computer is punctual enough to drive an arm smoothly."""
     what = f"this computer's punctuality: {scheduling_jitter}"
     if scheduling_jitter.p99_s <= LATE_S:

@@ -97,7 +97,7 @@ def survey_port(
         found = prober.examine_port(report.port, only_baud)
     finally:
         holding.release()
-    report.add(after.findings(found, _expected(config, only_baud)))
+    report.add(after.of_examination(found, _expected(config, only_baud)))
     report.more |= _results(report, closed, found, compared=config is not None)
     identity = found.identity
     if identity is None or not identity.dialect:

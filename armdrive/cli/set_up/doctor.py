@@ -49,7 +49,7 @@ def doctor(options: argparse.Namespace) -> Result:
     report.add(closed.findings)
     if not closed.openable:
         return _result(report, Diagnosis.CLOSED)
-    report.add([after.finding(after.measure())])
+    report.add([after.of_jitter(after.measured_jitter())])
     _agree(closed.port, options)
 
     def compare(config: ArmConfig, report: Report) -> None:
