@@ -1,6 +1,6 @@
-"""Asks questions at a terminal, line by line, with `?` for help and `back` for the one before.
+"""Asking at a terminal, line by line: a question, its default, and what `?` and `back` do.
 
-From a pipe each line of the input is an answer, and is printed.
+The same from a pipe, where each line of the input is an answer and is printed as one.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ HELP, BACK = "?", "back"
 
 
 class Back(Exception):
-    """The user wants to answer the previous question again."""
+    """Somebody wants to answer the question before once more."""
 
 
 def ask(question: Question, take: Callable[[str], Any]) -> Any:
@@ -39,10 +39,10 @@ def ask(question: Question, take: Callable[[str], Any]) -> Any:
 
 
 def ask_value(question: Question, *, resumed_by: str = "") -> Any:
-    """Ask a single question, and return its value.
+    """Ask a question that stands by itself, and return its value.
 
-    `resumed_by` is the command that continues after this one is left, if there is one. If the
-    input ends, raises `OperatorNeeded` with that command, or `BadRequest` without one.
+    `resumed_by` is the command that goes on where this one was left, if one does. Raises
+    `BadRequest` where the answers have ended, or `OperatorNeeded` with that command.
     """
 
     def take(line: str) -> Any:
@@ -55,15 +55,15 @@ def ask_value(question: Question, *, resumed_by: str = "") -> Any:
             return ask(question, take)
         except Back:
             leave = (
-                "here; Ctrl-C leaves, and the same command continues" if resumed_by else "from here"
+                "here; Ctrl-C leaves, and the same command goes on" if resumed_by else "from here"
             )
             say(f"  there is no way back {leave}")
         except BadRequest as ended:
             if not resumed_by:
                 raise
             raise OperatorNeeded(
-                f"the answers ended at {question.words!r}: finished steps stay done, and "
-                f"`{resumed_by}` continues there"
+                f"the answers ended at {question.words!r}: what was done stays done, and "
+                f"`{resumed_by}` goes on there"
             ) from ended
 
 
@@ -74,7 +74,7 @@ def agree(words: str, why: str, default: str = "no") -> bool:
 
 @dataclass(frozen=True, slots=True)
 class TerminalPerson:
-    """The user at the terminal, as the person in a dialog."""
+    """The person at the terminal, who is told and asked in a dialog."""
 
     resumed_by: str = ""
 

@@ -59,9 +59,8 @@ def probe(port: str) -> Report:
     if is_can(port):
         BusSurvey(report, None).run()
         bus = DIALECTS[report.dialect].bus if report.dialect else None
-        if bus is not None and bus.commissioning is not None:
-            step = bus.next.format(port=port)
-            report.add([note(f"`{step}` also sets the drives up and tries them one by one")])
+        if bus is not None and bus.hint:
+            report.add([note(bus.hint.format(port=port))])
     else:
         survey_port(report, ClosedPort(port))
     return report

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import GripperSettings
 from armdrive.errors import ArmFileError, Refused
+from armdrive.text.toml import within
 from armdrive.transports.address import is_can
 from kinematics.transmission import MotorSpec, Transmission
 
@@ -32,8 +33,10 @@ def absent_words(drives: Sequence[object], number: str) -> str:
     )
 
 
-def check_ids(section: str, ids: Sequence[int], number: str) -> None:
+def check_ids(section: str, ids: Sequence[int], most: int, number: str) -> None:
     """Raise `ArmFileError` unless the drives of an arm have numbers of their own."""
+    for index, node in enumerate(ids):
+        within(f"{section}.ids[{index}]", node, 1, most)
     if not ids or len(set(ids)) != len(ids):
         raise ArmFileError(f"{section}.ids gives each motor {number} of its own, not {list(ids)}")
 

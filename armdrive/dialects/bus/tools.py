@@ -184,7 +184,7 @@ class BusTools:
     of a master whose heartbeat would be one). `heard` gives who was heard in frames that passed,
     `bit_rates` the rates that such drives have. `connects` tells that connecting to such an arm
     sets nothing, so that its settings may be compared unasked; `next` is the command for drives
-    that no arm file has.
+    that no arm file has, and `hint` what is said of it to who makes such a file otherwise.
     """
 
     name: str
@@ -200,6 +200,7 @@ class BusTools:
     bit_rates: tuple[int, ...] = ()
     connects: bool = False
     next: str = ""
+    hint: str = ""
     commissioning: CommissioningTools | None = None
 
 

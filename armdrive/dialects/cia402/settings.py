@@ -9,86 +9,68 @@ from armdrive.dialects.bus.motors import BusMotors, check_ids
 from armdrive.dialects.bus.observer import Bounds
 from armdrive.dialects.bus.way import trapezoid_s
 from armdrive.errors import ArmFileError
-from armdrive.text.toml import check_settings, setting
+from armdrive.text.toml import check_settings, setting, within
 from firmware_protocol.canopen import NODE_MAX, Service, cob_id
 
 CYCLIC, PROFILE = "cyclic", "profile"
-STRATEGIES = (CYCLIC, PROFILE)
 BEATS = 2
 """So many heartbeats at least fit into the time after which drives miss them: one may be lost."""
 LATE_S = 0.1
 """By so much an order may be late, or a reading, that is nobody's fault: on a busy computer a SYNC
 of every 10 ms was 58 to 69 ms late at worst, and orders of every 40 ms 81 to 160 ms."""
+HOMING_METHODS = (-128, 37)
 
 
 @dataclass(frozen=True, slots=True)
 class Cia402Settings:
     """The drives of an arm, in the order of its motors, and how they are driven.
 
-    With the strategy "cyclic" every drive gets a target each `period_ms` (longer if the bus is too
-    slow for that), smoothed by a moving average over `smoothing_ms`. With "profile" bursts are
-    sent, which the drives drive on ramps of their own: for a drive without a cyclic position mode.
+    With `strategy` "cyclic" every drive gets a target each `period_ms` (or more, if the bus is too
+    slow for that). With "profile" the drives get bursts and use ramps of their own; so do drives
+    without cyclic position mode. A drive faults by itself if its following error is greater than
+    `following_window` for longer than `following_ms`.
     """
 
-    ids: tuple[int, ...] = setting(
-        (1, 2, 3, 4, 5, 6), "the node number of each motor's drive", low=1, high=NODE_MAX
-    )
+    ids: tuple[int, ...] = setting((1, 2, 3, 4, 5, 6), "node numbers, in the order of the motors")
     master_id: int = setting(
-        NODE_MAX, "this program's node number, for its heartbeat", low=1, high=NODE_MAX
+        NODE_MAX, "this program's node number, in its heartbeat", low=1, high=NODE_MAX
     )
     strategy: str = setting(
-        CYCLIC, "cyclic targets, or profile: bursts on the drives' own ramps", words=STRATEGIES
+        CYCLIC, "cyclic: a target each period; profile: bursts", words=(CYCLIC, PROFILE)
     )
-    period_ms: int = setting(10, "the time from one cyclic target to the next", low=4, high=50)
-    smoothing_ms: int = setting(30, "targets are averaged over this long", low=0, high=200)
+    period_ms: int = setting(10, "period of SYNC and of targets", low=4, high=50)
+    smoothing_ms: int = setting(30, "targets are averaged over this time", low=0, high=200)
     heartbeat_ms: int = setting(
-        200, "a drive that misses our heartbeat for this long stops and holds", low=50, high=2000
+        200, "drives stop and hold without this program's heartbeat", low=50, high=2000
     )
-    beat_ms: int = setting(
-        50, "how often our heartbeat is sent while motors are on", low=10, high=500
-    )
-    drive_beat_ms: int = setting(100, "how often each drive sends its heartbeat", low=20, high=2000)
+    beat_ms: int = setting(50, "period of this program's heartbeat", low=10, high=500)
+    drive_beat_ms: int = setting(100, "period of the drives' heartbeats", low=20, high=2000)
     ramp_s: float = setting(
-        0.15, "profile: the time from rest to the arm's full speed", low=0.01, high=5.0
+        0.15, "ramps of bursts, from rest to the arm's full speed", low=0.01, high=5.0
     )
-    quick_stop_s: float = setting(
-        0.1, "the time of a quick stop from full speed", low=0.01, high=1.0
-    )
+    quick_stop_s: float = setting(0.1, "a quick stop from full speed", low=0.01, high=1.0)
     following_window: int = setting(
-        2000,
-        "the following error, in increments, at which a drive faults",
-        low=50,
-        high=10_000_000,
+        2000, "following error at which drives fault", low=50, high=10_000_000
     )
-    following_ms: int = setting(
-        50, "a drive faults after this long beyond following_window", low=0, high=1000
-    )
+    following_ms: int = setting(50, "for how long it may be greater", low=0, high=1000)
     rest_window: int = setting(
-        8, "a standing drive is at most this far from its target", low=1, high=1000
+        8, "a drive that holds is this close to its target", low=1, high=1000
     )
     encoder_increments: int = setting(
-        0,
-        "compared with the drives' increments a turn; 0 leaves them as set",
-        low=0,
-        high=100_000_000,
+        0, "per turn, compared with the drives'; 0 does not compare", low=0, high=100_000_000
     )
-    answer_s: float = setting(
-        0.05, "how long an answer may take before it is asked for again", low=0.01, high=2.0
-    )
+    answer_s: float = setting(0.05, "timeout of an object transfer", low=0.01, high=2.0)
     homing_methods: tuple[int, ...] = setting(
-        (), "object 6098 of each drive; empty leaves them as set", low=-128, high=37
+        (), "object 6098 for each motor; empty leaves them as they are"
     )
     homing_speeds: tuple[int, int] = setting(
-        (0, 0),
-        "increments a second to the switch and off it; 0 leaves them as set",
-        low=0,
-        high=10_000_000,
+        (0, 0), "increments/s towards the switch and away; 0 leaves them as they are"
     )
-    homing_s: float = setting(60.0, "homing takes at most this long", low=1.0, high=290.0)
+    homing_s: float = setting(60.0, "longest homing of one group", low=1.0, high=290.0)
 
     def __post_init__(self) -> None:
+        check_ids("cia402", self.ids, NODE_MAX, "a node number")
         check_settings(self, "cia402")
-        check_ids("cia402", self.ids, "a node number")
         if self.master_id in self.ids:
             raise ArmFileError(
                 f"cia402.master_id is this program's own number, and {self.master_id} is a drive's"
@@ -99,11 +81,7 @@ class Cia402Settings:
                 f"it: with {self.heartbeat_ms} and {self.beat_ms} the drives would stop in "
                 "mid-motion"
             )
-        if self.homing_methods and len(self.homing_methods) != len(self.ids):
-            raise ArmFileError(
-                f"cia402.homing_methods has one for each of the {len(self.ids)} drives, or none, "
-                f"not {len(self.homing_methods)}"
-            )
+        self._check_homing()
 
     @property
     def bounds(self) -> Bounds:
@@ -117,6 +95,17 @@ class Cia402Settings:
         said = (Service.EMCY, Service.TPDO1, Service.SDO_RESPONSE, Service.HEARTBEAT)
         own = tuple(cob_id(service, node) for service in said for node in self.ids)
         return (*own, cob_id(Service.HEARTBEAT, self.master_id))
+
+    def _check_homing(self) -> None:
+        if self.homing_methods and len(self.homing_methods) != len(self.ids):
+            raise ArmFileError(
+                f"cia402.homing_methods has one for each of the {len(self.ids)} drives, or none, "
+                f"not {len(self.homing_methods)}"
+            )
+        for index, method in enumerate(self.homing_methods):
+            within(f"cia402.homing_methods[{index}]", method, *HOMING_METHODS)
+        for index, speed in enumerate(self.homing_speeds):
+            within(f"cia402.homing_speeds[{index}]", speed, 0, 10_000_000)
 
 
 # What follows from it for an arm: how fast its drives turn, and how often they are told where.

@@ -472,6 +472,8 @@ BUS = BusTools(
     bit_rates=tuple(each.bits_s for each in Bitrate),
     connects=True,
     next="armdrive can setup NAME --port '{port}'",
+    hint="`armdrive can setup NAME --port '{port}'` does more: it writes the arm file, and sets "
+    "the drives up and tries them one by one",
     commissioning=CommissioningTools(
         new_id=NODE_DEFAULT,
         counts_per_turn=COUNTS_PER_TURN,

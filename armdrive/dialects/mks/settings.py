@@ -13,7 +13,7 @@ from firmware_protocol.mks import CURRENT_MAX_MA, NODE_MAX
 MICROSTEPS = (16, 32, 64)
 """With these alone the drive's speeds are rpm."""
 FEEDS = 2
-"""The drives' watchdog must outlast this many reads, since one may be lost."""
+"""So many looks the drives' watchdog must outlast: one may be lost."""
 _FIRMWARE = re.compile(r"(\d{1,3})\.(\d{1,3})\.(\d{1,3})")
 
 
@@ -21,51 +21,37 @@ _FIRMWARE = re.compile(r"(\d{1,3})\.(\d{1,3})\.(\d{1,3})")
 class MksSettings:
     """The drives of an arm, in the order of its motors, and how they are driven.
 
-    A position is streamed every `segment_s`. With 0, motions are sent in bursts, which start
-    together if the firmware has the synchronous start.
+    Drives with firmware before 1.0.8 do not report their version. With `segment_s` of 0 a motion is
+    sent in bursts, which start together if the firmware has a synchronous start.
     """
 
-    ids: tuple[int, ...] = setting(
-        (1, 2, 3, 4, 5, 6), "the CAN id of each motor's drive", low=1, high=NODE_MAX
-    )
-    firmware: str = setting("", "1.0.9 say; empty asks the drives, which 1.0.8 and later answer")
+    ids: tuple[int, ...] = setting((1, 2, 3, 4, 5, 6), "CAN ids, in the order of the motors")
+    firmware: str = setting("", "the oldest firmware, such as 1.0.9; empty asks the drives")
     watchdog_s: float = setting(
-        0.5,
-        "a drive stops when the bus is silent for this long; 0 leaves it as set",
-        low=0.0,
-        high=60.0,
+        0.5, "drives stop when the bus is silent this long; 0 changes nothing", low=0.0, high=60.0
     )
     acceleration: int = setting(
-        252, "the drive's own measure of a ramp; 0 for none", low=0, high=255
+        252, "the drive's measure of a ramp, 1 to 255; 0 for none", low=0, high=255
     )
     current_ma: int = setting(
-        0,
-        "compared with the drives' motor current; 0 leaves it as set",
-        low=0,
-        high=CURRENT_MAX_MA,
+        0, "compared with the drives'; 0 does not compare", low=0, high=CURRENT_MAX_MA
     )
     microsteps: int = setting(16, "compared with the drives': 16, 32 or 64")
-    poll_s: float = setting(0.1, "how often a moving drive is read", low=0.02, high=1.0)
-    answer_s: float = setting(
-        0.05, "how long an answer may take before it is asked for again", low=0.01, high=2.0
-    )
+    poll_s: float = setting(0.1, "how often moving drives are polled", low=0.02, high=1.0)
+    answer_s: float = setting(0.05, "timeout of an answer", low=0.01, high=2.0)
     segment_s: float = setting(
-        0.04, "how often a position is streamed; 0 sends bursts instead", low=0.0, high=0.1
+        0.04, "how often a motion is steered, from 0.01; 0 sends bursts", low=0.0, high=0.1
     )
     rest_counts: int = setting(
-        8, "a standing drive is at most this far from its target", low=1, high=1000
+        8, "a drive that holds is this close to its target", low=1, high=1000
     )
     corridor_counts: int = setting(
-        1600,
-        "how far a moving drive may lag, beyond what it turns in 0.1 s",
-        low=50,
-        high=100_000,
+        1600, "following error allowed beyond the distance of 0.1 s", low=50, high=100_000
     )
-    homing_s: float = setting(60.0, "homing takes at most this long", low=1.0, high=290.0)
+    homing_s: float = setting(60.0, "longest homing of one group", low=1.0, high=290.0)
 
     def __post_init__(self) -> None:
-        check_settings(self, "mks")
-        check_ids("mks", self.ids, "an id")
+        check_ids("mks", self.ids, NODE_MAX, "an id")
         if self.firmware and _FIRMWARE.fullmatch(self.firmware) is None:
             raise ArmFileError(f'mks.firmware is written "1.0.9", not {self.firmware!r}')
         if self.microsteps not in MICROSTEPS:
@@ -74,12 +60,13 @@ class MksSettings:
                 f"mks.microsteps is one of {known}, since the drive's speeds are rpm with these "
                 f"alone, not {self.microsteps}"
             )
+        check_settings(self, "mks")
         if 0.0 < self.watchdog_s < FEEDS * self.poll_s - 1e-9:
             raise ArmFileError(
                 f"mks.watchdog_s must be 0, or {FEEDS} times mks.poll_s at least, which feeds it: "
                 f"with {self.watchdog_s:g} and {self.poll_s:g} the drives would stop in mid-motion"
             )
-        if self.segment_s:  # 0 means bursts
+        if self.segment_s:  # 0 is none
             within("mks.segment_s", self.segment_s, 0.01, 0.1)
 
     @property
