@@ -50,6 +50,7 @@ def meanings():
         "connection": armsections.Connection,
         "motion": armsections.MotionSettings,
         "gripper": armsections.GripperSettings,
+        "teachmover": TeachMoverSettings,
     }.items():
         for key in dataclasses.fields(section):
             yield name, key.name, rule_of(key).help

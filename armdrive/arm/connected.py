@@ -46,7 +46,7 @@ class Connection:
             before = reconnector.ask(parts.pace.now_s())
         parts.pace.wake()
         if not await Wait(parts.pace, lambda: reconnector.tries > before, PATIENCE_S):
-            raise NoAnswer("nobody knows whether the wire is back: look for it again")
+            raise NoAnswer("it is not known whether the wire is back: reconnect again")
         if parts.core.state is State.DISCONNECTED and reconnector.trouble is not None:
             raise reconnector.trouble
 

@@ -1,4 +1,4 @@
-"""Arm files on the command line: which there are, reading one, the default, and the chosen arm."""
+"""Arm files on the command line: read one by name, the default arm, and the chosen arm."""
 
 from __future__ import annotations
 
@@ -9,21 +9,17 @@ from pathlib import Path
 from typing import Any
 
 from armdrive.config.arm import read_arm_table
-from armdrive.connect.target import Target, find
+from armdrive.connect.target import DEFAULT_TARGET, SIM, Target, find
 from armdrive.errors import ArmFileError, BadRequest
-from armdrive.registry import DEFAULT
+from armdrive.registry.arm_files import arm_path, arm_paths
 from armdrive.storage import files as places
 from armdrive.storage.files import replace_file
 from armdrive.text.reading import is_there, read_text
-from armdrive.text.toml import require_format
 from kinematics.errors import suggestion
 
-ENDING = ".toml"
-SIM = "sim:"
-DEFAULT_SIM = f"{SIM}{DEFAULT}"
 DEFAULT_FILE = "default"
 LONGEST_NAME = 4096
-"""Bytes that are read of the file with the default arm's name."""
+"""The most bytes that are read of the file with the default arm's name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,19 +31,9 @@ class ArmText:
     table: dict[str, Any]
 
 
-def arm_paths() -> list[Path]:
-    """Return the arm files; a model file that lies among them is none."""
-    return [path for path in sorted(places.arm_files().glob(f"*{ENDING}")) if not _is_model(path)]
-
-
-def file_of(name: str) -> Path:
-    """Return where the file of an arm's name is, or would be; a path is taken as it is."""
-    return Path(name) if name.endswith(ENDING) else places.arm_files() / f"{name}{ENDING}"
-
-
 def path_of(name: str) -> Path:
-    """Return the file of an arm's name, or of a path. Raises `ArmFileError` where there is none."""
-    path = file_of(name)
+    """Return the file of an arm's name, or of a path. Raises `ArmFileError` if there is none."""
+    path = arm_path(name)
     if is_there(path) and path.is_file():
         return path
     known = [each.stem for each in arm_paths()]
@@ -57,19 +43,9 @@ def path_of(name: str) -> Path:
 
 
 def read(name: str) -> ArmText:
-    """Return an arm file's table. Raises `ArmFileError` for what is no TOML."""
+    """Return an arm file's table. Raises `ArmFileError` if it is no TOML."""
     path = path_of(name)
     return ArmText(path.stem, path, read_arm_table(path))
-
-
-def _is_model(path: Path) -> bool:
-    """Tell whether a file is a link table rather than an arm."""
-    try:
-        table = read_arm_table(path)
-        require_format(table)
-    except ArmFileError:
-        return False  # listed with what is wrong with it
-    return "links" in table and "model" not in table
 
 
 def _default_path() -> Path:
@@ -77,17 +53,17 @@ def _default_path() -> Path:
 
 
 def default_arm() -> str:
-    """Return the arm where none is named: ARMDRIVE_ARM, the chosen one, `default.toml`, or sim."""
+    """Return the default arm: ARMDRIVE_ARM, the chosen one, `default.toml`, or a simulated one."""
     named = os.environ.get("ARMDRIVE_ARM") or chosen_default()
     if named:
         return named
-    if file_of(DEFAULT_FILE).is_file():
+    if arm_path(DEFAULT_FILE).is_file():
         return DEFAULT_FILE
-    return DEFAULT_SIM
+    return DEFAULT_TARGET
 
 
 def chosen_default() -> str | None:
-    """Return the arm that was chosen as default, None where none was."""
+    """Return the arm that was chosen as default, or None."""
     try:
         text = read_text(
             _default_path(), "the chosen arm", ArmFileError, most_bytes=LONGEST_NAME, own=True
@@ -113,5 +89,5 @@ def chosen_target(options: argparse.Namespace) -> Target:
     if options.port:
         return find(options.port, dialect_name=options.dialect, baud=options.baud)
     if options.sim:
-        return find(f"sim:{options.sim}")
+        return find(f"{SIM}{options.sim}")
     return find(options.arm or default_arm())

@@ -82,8 +82,8 @@ class TerminalPerson:
         """Print a line."""
         say(text)
 
-    def watch(self, motor: int) -> None:
-        """Do nothing: people have eyes."""
+    def look(self, *, moved: bool) -> None:
+        """Do nothing: the user looks at the arm anyway."""
 
     def answer(self, asked: AskPerson) -> Any:
         """Ask until the answer can be used. Raises as `ask_value` does."""

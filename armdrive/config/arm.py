@@ -1,8 +1,8 @@
-"""The arm file: everything that is particular to one physical arm, one number in one place.
+"""Reads the arm file: everything that is particular to one physical arm, each number stated once.
 
-TOML. `model` names a preset of kinematics; every other key corrects it or describes the wiring.
-Or it names a model file, and the other keys say what its link table does not (link_model.py).
-A file without corrections is two lines long. Unknown keys are refused with the nearest known one.
+In TOML. `model` names a preset of kinematics, and every other key corrects it or describes the
+wiring; or it names a model file, and the other keys add what its link table lacks (link_model.py).
+The shortest file is two lines long. An unknown key is an error that suggests the nearest known one.
 """
 
 from __future__ import annotations
@@ -32,13 +32,11 @@ from armdrive.errors import ArmFileError, BadRequest
 from armdrive.text.reading import read_toml
 from armdrive.text.toml import (
     FORMAT_KEY,
-    Problems,
     TomlTable,
     require_format,
     require_table,
     text,
 )
-from kinematics.errors import KinematicsError
 from kinematics.five_axis.tool_arm import holding
 from kinematics.frames.user_frame import UserFrame
 from kinematics.geometry import Tool
@@ -48,12 +46,12 @@ from kinematics.spaces import Pose
 M = TypeVar("M", bound=ArmModel)
 
 MODEL_FILE = ".toml"
-"""How a `model` ends that is no preset's key but a model file's path."""
+"""The ending of a `model` that is the path of a model file, and not the key of a preset."""
 
 
 @dataclass(frozen=True, slots=True)
 class ConfigSource:
-    """Where an arm comes from: its file as a table, and the folder that the file lies in."""
+    """The table of an arm's file, and the folder of that file."""
 
     table: Mapping[str, Any]
     folder: Path = Path()
@@ -61,11 +59,11 @@ class ConfigSource:
 
 @dataclass(frozen=True, slots=True)
 class ArmConfig:
-    """One physical arm, ready to be driven: its model with every correction applied.
+    """One physical arm: its model with every correction, and all settings.
 
-    `device` holds what the section of the dialect's own name says, checked, as that dialect's
-    settings. `source` is no part of the arm: it lets the arm's file be written again. `untooled`
-    is the model with nothing in its fingers, where `model` holds a tool.
+    `device` has the settings of the dialect's own section. `source` allows the file to be written
+    again, and is no part of the arm. `untooled` is the model with empty fingers if `model` holds a
+    tool.
     """
 
     name: str
@@ -86,15 +84,14 @@ class ArmConfig:
 
     @property
     def bare(self) -> ArmModel:
-        """The model with nothing in its fingers."""
+        """The model with empty fingers."""
         return self.untooled or self.model
 
     @property
     def calibration(self) -> str:
         """A fingerprint of the numbers that give steps their meaning.
 
-        A saved position is worth nothing under another model or transmission, and where a motor
-        is within its backlash nothing under another backlash.
+        A saved position is invalid for another model, transmission or backlash.
         """
         numbers = (self.bare.arm.meaning, self.model.transmission, self.model.reference)
         meaning = repr((*numbers, self.backlash_steps) if self.backlash_steps else numbers)
@@ -102,48 +99,44 @@ class ArmConfig:
 
 
 class DialectSection(Protocol):
-    """What an arm file needs to know of the dialect that its arm speaks."""
+    """The part of a dialect that the arm file needs."""
 
     @property
     def name(self) -> str:
-        """The dialect's name, and that of its own section."""
+        """The name of the dialect and of its own section."""
 
     @property
     def title(self) -> str:
-        """The controller, for people."""
+        """The controller's name in words."""
 
     @property
     def baud(self) -> int:
-        """The rate of its wire where the file gives no other."""
+        """The default baud rate."""
 
     @property
     def raise_dtr(self) -> bool:
-        """How its port is opened where the file does not say."""
+        """The default of `raise_dtr`."""
 
     @property
     def abilities(self) -> Abilities:
-        """What the device can do before an arm's settings are known."""
+        """The device's abilities before an arm's settings are known."""
 
     def settings(self) -> type[Any]:
-        """Return the dataclass that checks its own section."""
+        """Return the dataclass of its own section."""
 
     def abilities_with(self, config: ArmConfig) -> Abilities:
-        """Return what the device can do with an arm's settings; raises where they do not fit."""
+        """Return the device's abilities with an arm's settings. Raises if these do not fit."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class DialectSections:
-    """The dialects that an arm file may name: `default` is the one of a file that names none.
+FindDialect = Callable[[str | None], DialectSection]
+"""Returns a dialect by its name, or for None the dialect of a file that names none.
 
-    `find` looks one up by its name; raises `BadRequest` that suggests the nearest name.
-    """
-
-    default: str
-    find: Callable[[str], DialectSection]
+It raises `BadRequest`, which suggests the nearest name.
+"""
 
 
 def _bursts(dialect: DialectSection, baud: int) -> dict[str, float]:
-    """Return how long a dialect's motions are on this wire, unless an arm file says otherwise."""
+    """Return the default lengths of a dialect's motions on this wire."""
     able = dialect.abilities
     found = budget(
         able.traffic,
@@ -157,44 +150,18 @@ def _bursts(dialect: DialectSection, baud: int) -> dict[str, float]:
     return lengths | {"ramp_s": able.ramp_s, "jerk_s": able.jerk_s}
 
 
-def load(path: Path, sections: DialectSections) -> ArmConfig:
-    """Read an arm file. Raises `ArmFileError` that names the file, the key and the mend."""
-    table = read_arm_table(path)
-    try:
-        return parse(table, sections, name=path.stem, folder=path.parent)
-    except (ArmFileError, KinematicsError) as error:
-        raise ArmFileError(f"{path}: {error}") from None
-
-
 def read_arm_table(path: Path) -> dict[str, Any]:
     """Return an arm file as its table. Raises `ArmFileError` for what cannot be read as TOML."""
     return read_toml(path, "the arm file", ArmFileError)
 
 
-def parse(
-    table: Mapping[str, Any], sections: DialectSections, *, name: str, folder: Path = Path()
-) -> ArmConfig:
-    """Turn a parsed TOML document into an arm; a model file is looked for from `folder`.
+def read_arm(table: TomlTable, find: FindDialect, *, name: str, folder: Path) -> ArmConfig | None:
+    """Read the whole file and note every problem; return None if they leave no arm.
 
-    Raises `ArmFileError` for the first thing that is wrong.
-    """
-    problems = Problems()
-    config = read_arm(TomlTable(table, "", problems), sections, name=name, folder=folder)
-    problems.require_none()
-    if config is None:
-        raise ArmFileError("the arm file describes no arm")
-    return config
-
-
-def read_arm(
-    table: TomlTable, sections: DialectSections, *, name: str, folder: Path
-) -> ArmConfig | None:
-    """Read the whole file, noting everything that is wrong; None where that leaves no arm.
-
-    Where the format, the model or the dialect is wrong, nothing else can be judged.
+    If the format, the model's name or the dialect is wrong, nothing else can be judged.
     """
     problems = table.problems
-    known = problems.attempt(lambda: _basics(table, sections), None)
+    known = problems.attempt(lambda: _basics(table, find), None)
     if known is None:
         return None
     preset_model, dialect = known
@@ -213,15 +180,18 @@ def read_arm(
         model = problems.attempt(lambda: _described(table, folder, gripper), None)
     else:
         model = problems.attempt(lambda: corrected(preset_model, table), None)
-    if model is None or gripper is None or not _is_as_given(gripper, table):
+    if model is None:
+        read_posture(table, "park", has_yaw=True)
         return None
-    fitted = _with_gripper(model, gripper)
+    # an unknown kind of gripper leaves it open how many motors there are: assume all of them
+    kind_known = gripper is not None and _is_as_given(gripper, table)
+    fitted = _with_gripper(model, gripper) if gripper is not None and kind_known else model
     homing = read_homing(table.table("homing"), fitted) if "homing" in table.entries else None
     park = read_posture(table, "park", fitted.arm.has_yaw)
     accelerations = read_accelerations(table, fitted.arm.joint_names)
     backlash = read_backlash(table, fitted.transmission)
     held = problems.attempt(lambda: _holding(fitted, tool), fitted) if tool else fitted
-    if problems.found or motion is None or tool is None:
+    if problems.found or gripper is None or motion is None or tool is None:
         return None
     return ArmConfig(
         name=name,
@@ -242,21 +212,21 @@ def read_arm(
     )
 
 
-def _basics(table: TomlTable, sections: DialectSections) -> tuple[ArmPreset | None, DialectSection]:
-    """Return the preset, None of an arm of a model file, and the dialect.
+def _basics(table: TomlTable, find: FindDialect) -> tuple[ArmPreset | None, DialectSection]:
+    """Return the preset (None for an arm with a model file) and the dialect.
 
-    Raises `ArmFileError`, and `KinematicsError` for a preset that there is not.
+    Raises `ArmFileError`, and `KinematicsError` for an unknown preset.
     """
     require_format(table.entries)
     word = table.entries.get("model")
     if not isinstance(word, str):
         raise ArmFileError('the key model is missing, for example model = "teachmover"')
     wiring = require_table(table.entries.get("connection", {}), "connection")
-    spoken = wiring.get("dialect", sections.default)
-    if not isinstance(spoken, str):
+    spoken = wiring.get("dialect")
+    if not isinstance(spoken, str | None):
         raise ArmFileError(f"connection.dialect must be text, not {spoken!r}")
     try:
-        dialect = sections.find(spoken)
+        dialect = find(spoken)
     except BadRequest as error:
         raise ArmFileError(f"connection.dialect: {error}") from None
     linked = word not in PRESETS and word.lower().endswith(MODEL_FILE)
@@ -264,19 +234,19 @@ def _basics(table: TomlTable, sections: DialectSections) -> tuple[ArmPreset | No
 
 
 def _is_as_given(gripper: GripperSettings, table: TomlTable) -> bool:
-    """Tell whether the kind of the gripper is the file's: how many motors there are hangs on it."""
+    """Return whether the kind of the gripper is the one that the file gives, and not a default."""
     return bool(gripper.kind == table.table("gripper").entries.get("kind", gripper.kind))
 
 
 def _with_gripper(model: M, gripper: GripperSettings) -> M:
-    """Return the model without a gripper's motor where something else moves the fingers."""
+    """Return the model, without the gripper's motor if something else moves the fingers."""
     if gripper.kind == "stepper" or model.transmission is None:
         return model
     return replace(model, transmission=model.transmission.without_gripper())
 
 
 def _holding(model: M, tool: Tool) -> ArmModel:
-    """Return the model with a tool in its fingers, as thick as the guards of links have to know."""
+    """Return the model with a tool in its fingers, and the tool's thickness in its guards."""
     arm = holding(model.arm, tool)
     guards, links = model.guards, len(arm.moving_points)
     if guards.radii_mm and len(guards.radii_mm) + 1 == links:
@@ -298,6 +268,6 @@ COMMON_KEYS = (
     "frames", "accelerations_deg_s2", "reference", "limits_deg", "speeds_deg_s", "guards",
 )  # fmt: skip
 LINKED_KEYS = (*COMMON_KEYS, "motors", "fingers")
-"""The keys of an arm that is described by a link table."""
+"""The keys of an arm with a link table."""
 PRESET_KEYS = (*COMMON_KEYS, "lengths", *MOTOR_KEYS, TURNING, SLIDING)
 """The keys of an arm of the Mini-mover's build."""

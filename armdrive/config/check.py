@@ -1,32 +1,18 @@
-"""Everything that is wrong with an arm file at once, and what is worth knowing of a right one."""
+"""Checks the whole arm that a file describes, and remarks on a file without problems."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from pathlib import Path
-from typing import Any
 
-from armdrive.config.arm import ArmConfig, DialectSection, DialectSections, read_arm
+from armdrive.config.arm import ArmConfig, DialectSection
 from armdrive.errors import ArmError
-from armdrive.text.toml import Problems, TomlTable
 from kinematics.errors import KinematicsError
 from kinematics.spaces import Pose
 
 
-def problems_of(
-    table: dict[str, Any], sections: DialectSections, name: str, folder: Path
-) -> list[str]:
-    """Return one sentence for each thing that is wrong, in the order in which they are found."""
-    problems = Problems()
-    config = read_arm(TomlTable(table, "", problems), sections, name=name, folder=folder)
-    if config is not None:
-        problems.found += _unusable(config, sections.find(config.connection.dialect))
-    return problems.found
-
-
-def _unusable(config: ArmConfig, dialect: DialectSection) -> Iterator[str]:
-    """Give what every key allows and the arm does not: motors, postures out of reach."""
+def unusable(config: ArmConfig, dialect: DialectSection) -> Iterator[str]:
+    """Yield problems of the whole arm whose keys are all valid: motors, postures out of reach."""
     yield from _motors(config, dialect)
     postures = [("park", config.park)]
     if config.model.reference is not None:
@@ -77,9 +63,9 @@ def _posture(config: ArmConfig, section: str, pose: Pose) -> Iterator[str]:
 
 
 def remarks_on(config: ArmConfig) -> Iterator[str]:
-    """Give what is no error but worth knowing before the arm is driven."""
+    """Yield remarks that are no errors, but good to know before the arm is driven."""
     if not config.connection.port:
-        yield "no port is named, so that the arm is only simulated: write connection.port"
+        yield "no port is named, so the arm can only be simulated: write connection.port"
     if not config.model.verified:
         yield (
             "its numbers are a template: Cartesian motion is refused until every key of [lengths] "

@@ -1,23 +1,25 @@
-"""The [guards] of an arm file: numbers, keep-out boxes, how thick the links are, sums of joints.
+"""The [guards] of an arm file: numbers, keep-out boxes, thickness of the links, sums of joints.
 
-Angles are in degrees in the file and in rad in what is made of it.
+Angles are in degrees in the file and in rad in the guards.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
 from armdrive.errors import ArmFileError
 from armdrive.text.toml import (
+    Rule,
     TomlTable,
     between,
     joint_range,
     named,
     number,
+    number_by,
     require_list,
     text,
 )
@@ -27,34 +29,29 @@ from kinematics.guards.guards import AngleSum, Guards
 from kinematics.guards.links import link_names
 from kinematics.guards.shapes import Box
 
-
-@dataclass(frozen=True, slots=True)
-class GuardNumber:
-    """The bounds of a guard that is a number, and what the number means."""
-
-    low: float
-    high: float
-    help: str
-
-
-NUMBERS: Mapping[str, GuardNumber] = MappingProxyType(
+NUMBERS: Mapping[str, Rule] = MappingProxyType(
     {
-        "tolerance_mm": GuardNumber(0.0, 50.0, "how far below the table rounding may put the tip"),
-        "inner_radius_mm": GuardNumber(
-            0.0, 5000.0, "the tip keeps this far from the base axis ..."
-        ),
-        "inner_height_mm": GuardNumber(-5000.0, 5000.0, "... while it is lower than this"),
-        "outer_radius_mm": GuardNumber(0.0, 5000.0, "the tip goes no further out"),
-        "hand_wrist_radius_mm": GuardNumber(
-            0.0, 5000.0, "a hand pointing backwards keeps its wrist this far away ..."
-        ),
-        "hand_tip_radius_mm": GuardNumber(0.0, 5000.0, "... while its tip is nearer than this"),
-        "hand_height_mm": GuardNumber(-5000.0, 5000.0, "... and lower than this"),
-        "base_radius_mm": GuardNumber(0.0, 5000.0, "the links keep out of a column this thick ..."),
-        "base_top_mm": GuardNumber(-5000.0, 5000.0, "... up to this height"),
+        key: Rule(low, high, help=means)
+        for key, low, high, means in (
+            ("tolerance_mm", 0.0, 50.0, "how far below the table rounding may put the tip"),
+            ("inner_radius_mm", 0.0, 5000.0, "the tip keeps this far from the base axis ..."),
+            ("inner_height_mm", -5000.0, 5000.0, "... while it is lower than this"),
+            ("outer_radius_mm", 0.0, 5000.0, "the tip goes no further out"),
+            (
+                "hand_wrist_radius_mm", 0.0, 5000.0,
+                "a hand pointing backwards keeps its wrist this far away ...",
+            ),
+            ("hand_tip_radius_mm", 0.0, 5000.0, "... while its tip is nearer than this"),
+            ("hand_height_mm", -5000.0, 5000.0, "... and lower than this"),
+            (
+                "base_radius_mm", 0.0, 5000.0,
+                "the links keep out of a column this thick ...",
+            ),
+            ("base_top_mm", -5000.0, 5000.0, "... up to this height"),
+        )
     }
-)
-"""Keys that are a number."""
+)  # fmt: skip
+"""The keys that are a number."""
 
 RADIUS = between(0.0, 1000.0)
 
@@ -66,12 +63,11 @@ FOREARM_SHARES = (("shoulder", 1.0), ("elbow", 1.0))
 
 
 def guards_of(table: TomlTable, arm: ArmGeometry, known: Guards) -> Guards:
-    """Return the known guards of an arm with what the file says of them put in their place."""
+    """Return the known guards of an arm with the file's corrections."""
     before = table.problems.count
     table.allow([*NUMBERS, "radii_mm", FOREARM, "boxes", "sums"])
     changed: dict[str, Any] = {
-        key: table.value(key, between(row.low, row.high), getattr(known, key))
-        for key, row in NUMBERS.items()
+        key: table.value(key, number_by(row), getattr(known, key)) for key, row in NUMBERS.items()
     }
     changed["radii_mm"] = table.value("radii_mm", _radii, known.radii_mm)
     if "boxes" in table.entries:
@@ -90,7 +86,7 @@ def guards_of(table: TomlTable, arm: ArmGeometry, known: Guards) -> Guards:
 def guard_table(
     guards: Guards, degrees: Callable[[float], float] = math.degrees
 ) -> dict[str, object]:
-    """Return the keys that mean these guards, with values that TOML can write."""
+    """Return the keys and values of these guards as a file states them."""
     known: dict[str, object] = {key: getattr(guards, key) for key in NUMBERS}
     table = {key: value for key, value in known.items() if value is not None}
     if guards.radii_mm:
@@ -118,7 +114,7 @@ def _require_different(table: TomlTable, what: str, names: list[str]) -> None:
 
 
 def _fitting(guards: Guards, arm: ArmGeometry) -> Guards:
-    """Return the guards, or say what of the links is missing or does not fit the arm."""
+    """Return the guards. Raises if the links' thickness is missing or does not fit the arm."""
     names = link_names(arm)
     if not guards.radii_mm and (guards.boxes or guards.base_radius_mm is not None):
         example = ", ".join("30" for _ in names)

@@ -17,6 +17,7 @@ from armdrive.config.sections import (
     OPENING,
     SLIDING,
     TURNING,
+    FingerModel,
     GripperSettings,
     read_posture,
 )
@@ -32,8 +33,6 @@ from armdrive.text.toml import (
     named,
     number,
     require_format,
-    require_table,
-    setting,
     text,
     whole,
 )
@@ -51,7 +50,7 @@ from kinematics.transmission import MotorSpec, Transmission
 ENDING = ".toml"
 
 MOST_LINKS = 100
-"""No arm has so many; what is worked out of a chain takes time with their number squared."""
+"""No arm has more links; the time of computations grows with the square of their number."""
 
 _TOP_KEYS = (
     FORMAT_KEY, "name", "title", "source", "verified", "convention", "base", "tool", "links",
@@ -60,9 +59,9 @@ _TOP_KEYS = (
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """A model as its file describes it: name, title, where its numbers come from, links.
+    """A model as its file describes it; `source` says where its numbers come from.
 
-    `verified` is False where the file says that nobody has measured them on an arm yet.
+    `verified` is False if the file says that they are not measured on an arm.
     """
 
     name: str
@@ -84,7 +83,7 @@ class Placement:
     psi_deg: float = 0.0
 
     def frame(self) -> Transform:
-        """Return it as a transform, exact at whole quarter turns."""
+        """Return the transform, exact at whole quarter turns."""
         angles = map(math.radians, (self.phi_deg, self.theta_deg, self.psi_deg))
         turned = RPY(*angles).rotation()
         clean = tuple(tuple(_clean(entry) for entry in row) for row in turned)
@@ -102,18 +101,30 @@ def read_model(path: str | Path) -> Model:
     document = read_toml(place, "the model file", ArmFileError)
     try:
         return parse_model(document, name=place.stem)
-    except (ArmFileError, KinematicsError) as error:
+    except ArmFileError as error:
         raise ArmFileError(f"{place}: {error}") from None
 
 
 def parse_model(document: Mapping[str, Any], *, name: str = "model") -> Model:
-    """Return the model of a parsed file; `name` is used where it gives none.
+    """Return the model of a parsed file; `name` is used if it gives none.
 
-    Raises `ArmFileError` for a wrong key or value of the file, `KinematicsError` for links that
-    make no chain.
+    Raises `ArmFileError` for the first problem.
     """
+    problems = Problems()
+    model = _model(TomlTable(document, "", problems), name)
+    problems.require_none()
+    if model is None:
+        raise ArmFileError("the model file describes no arm")
+    return model
+
+
+def _model(table: TomlTable, name: str) -> Model | None:
+    """Read the whole file and note every problem; return None if they leave no model.
+
+    Raises `ArmFileError` for a format of which nothing else can be judged.
+    """
+    document = table.entries
     require_format(document)
-    table = TomlTable(document, "", Problems())
     table.allow(_TOP_KEYS)
     called = table.value("name", text, name)
     rows = document.get("links", [])
@@ -126,15 +137,43 @@ def parse_model(document: Mapping[str, Any], *, name: str = "model") -> Model:
     base, tool = (table.table(key).section(Placement) for key in ("base", "tool"))
     verified = table.value("verified", boolean, True)
     title, source = table.value("title", text, called), table.value("source", text, "")
-    table.problems.require_none()
-    chain = chain_of_rows(
-        [require_table(row, "links") for row in rows],
-        convention=convention,
-        base=(base or Placement()).frame(),
-        tool=(tool or Placement()).frame(),
-        name=called,
+    tables = [row.entries for row in table.rows("links")] if rows else []
+    _note_links(tables, table.problems)
+    if table.problems.found:
+        return None
+    chain = table.problems.attempt(
+        lambda: chain_of_rows(
+            tables,
+            convention=convention,
+            base=(base or Placement()).frame(),
+            tool=(tool or Placement()).frame(),
+            name=called,
+        ),
+        None,
     )
-    return Model(called, title, source, chain, verified)
+    return None if chain is None else Model(called, title, source, chain, verified)
+
+
+def _note_links(rows: list[Mapping[str, Any]], problems: Problems) -> None:
+    """Note every key of a link that is wrong: each is read alone, and then its whole row."""
+    for index, row in enumerate(rows[:MOST_LINKS]):
+        kind = {"kind": row["kind"]} if "kind" in row else {}
+        keys = [kind, *(kind | {key: row[key]} for key in row if key != "kind")]
+        wrong = [each for each in keys if _noted(index, each, problems)]
+        if not wrong:
+            _noted(index, row, problems)
+
+
+def _noted(index: int, row: Mapping[str, Any], problems: Problems) -> bool:
+    """Note what is wrong with the row of this index; return whether anything is."""
+    empty: list[Mapping[str, Any]] = [{}] * index
+    try:
+        chain_of_rows([*empty, row])
+    except KinematicsError as error:
+        place = "" if str(error).startswith("row ") else f"row {index + 1}: "
+        problems.note(f"{place}{error}")
+        return True
+    return False
 
 
 def _convention(value: object, where: str) -> Convention:
@@ -151,39 +190,25 @@ def _clean(entry: float) -> float:
     return whole if abs(entry - whole) < 1e-15 else entry
 
 
-# An arm that is given by a model file: its motors, speeds and fingers from the arm file.
+# An arm with a model file: its motors, speeds and fingers come from the arm file.
 #
-# Nothing is known of such an arm beforehand, so that what a preset would say is required here.
-# Angles are in degrees in the file and in rad in what is made of it.
+# There is no preset, so its keys are required here. Angles are in degrees in the file, and in rad
+# in the model.
 
 TABLE_ALONE = Guards(inner_radius_mm=None, outer_radius_mm=None, hand_wrist_radius_mm=None)
-"""The guards of an arm that nothing is known of, unless its file asks for more."""
-
-
-@dataclass(frozen=True, slots=True)
-class FingerModel:
-    """The gripper that a motor drives: its range and speed, and steps per N once it touches."""
-
-    range_mm: tuple[float, float]
-    speed_mm_s: float = setting(low=0.01, high=10_000.0)
-    steps_per_n: float | None = setting(None, low=1e-3, high=1e6)
-
-    def __post_init__(self) -> None:
-        low, high = self.range_mm
-        if low >= high:
-            raise ArmFileError("fingers.range_mm: the first number must be below the second")
+"""The default guards of an arm without a preset."""
 
 
 NO_FINGERS = FingerModel((0.0, 1.0), 1.0)
-"""What stands where no motor drives a gripper, so that nothing is ever computed from it."""
+"""A placeholder for an arm without a gripper's motor; nothing is computed from it."""
 
 
 def model_of(table: TomlTable, folder: Path, gripper: GripperSettings) -> ArmModel | None:
-    """Return the model that an arm file describes together with its model file, if it does.
-
-    Raises `ArmFileError` for a model file that cannot be used: nothing else can be judged then.
-    """
-    described = read_model(folder / table.entries["model"])
+    """Return the model that an arm file describes together with its model file, if it does."""
+    described = _described(folder / table.entries["model"], table.problems)
+    if described is None:
+        _judge_without_joints(table)
+        return None
     names = described.chain.joint_names
     _check_names(names)
     before = table.problems.count
@@ -213,6 +238,30 @@ def model_of(table: TomlTable, folder: Path, gripper: GripperSettings) -> ArmMod
     )
 
 
+def _described(place: Path, problems: Problems) -> Model | None:
+    """Read the model file of an arm file, and note each of its problems with its path."""
+    document = problems.attempt(lambda: read_toml(place, "the model file", ArmFileError), None)
+    if document is None:
+        return None
+    own = Problems()
+    found = own.attempt(lambda: _model(TomlTable(document, "", own), place.stem), None)
+    for sentence in own.found:
+        problems.note(f"{place}: {sentence}")
+    return found
+
+
+def _judge_without_joints(table: TomlTable) -> None:
+    """Note what is wrong with the arm file whatever joints its model has."""
+    for key, read in (("speeds_deg_s", SPEED), ("limits_deg", joint_range)):
+        table.by_name(key, table.table(key).entries, read)
+    for row in table.rows("motors"):
+        seen, earlier = (list(row.table(key).entries) for key in ("sees", "follows"))
+        _motor(row, tuple(seen) or ("base",), earlier)
+    if "fingers" in table.entries:
+        table.table("fingers").section(FingerModel)
+    read_posture(table, "reference", has_yaw=True)
+
+
 def _check_names(names: tuple[str, ...]) -> None:
     """Refuse names that calls could not use, as `wrist_pitch_deg=10`, or that mean the gripper."""
     for name in names:
@@ -240,7 +289,7 @@ def _fingers(table: TomlTable, transmission: Transmission, gripper: GripperSetti
 
 
 def _limited(chain: Chain, table: TomlTable) -> Chain:
-    """Return the chain with the arm file's limits in the place of the model file's."""
+    """Return the chain with the arm file's limits instead of the model file's."""
     bounds = table.by_name("limits_deg", chain.joint_names, joint_range)
     links = []
     for name, link in zip(chain.joint_names, chain.links, strict=True):
@@ -255,7 +304,7 @@ def _limited(chain: Chain, table: TomlTable) -> Chain:
 
 
 def _transmission(joints: tuple[str, ...], table: TomlTable) -> Transmission | None:
-    """Return the motors of an arm file, None where one of them cannot be read.
+    """Return the motors of an arm file, None if one of them cannot be read.
 
     Raises `KinematicsError` for motors that do not determine the joints.
     """

@@ -18,7 +18,7 @@ from kinematics.transmission import Transmission
 LENGTHS = ("base_height_mm", "upper_arm_mm", "forearm_mm", "hand_mm")
 """The keys of [lengths], fields of the preset's arm."""
 LONGEST_MM = 10_000.0
-"""No link of an arm is longer; guarding a longer one would take for ever."""
+"""No link of an arm is longer; guarding a longer one would take too long."""
 SPEED = between(0.01, 3600.0)
 """Degrees a second of a joint."""
 MOST_STEPS = 10_000_000.0
@@ -52,9 +52,9 @@ def corrected(model: ArmPreset, table: TomlTable) -> ArmPreset:
 
 
 def _filled_in(model: ArmPreset, table: Mapping[str, Any]) -> bool:
-    """Tell whether a file gives every number that a template only stands in for.
+    """Return whether a file replaces every number of an unverified preset by a measured one.
 
-    The template's own numbers, all written out, are still nobody's measurement.
+    The preset's own numbers do not count as measured, even if all are written out.
     """
     turning = [] if model.transmission is None else model.transmission.motors[:5]
     whole = (
@@ -67,14 +67,14 @@ def _filled_in(model: ArmPreset, table: Mapping[str, Any]) -> bool:
 
 
 MOTOR_KEYS = ("steps_per_turn", "steps_per_mm", "motor_signs", "joint_signs")
-"""What an arm file says of a preset's motors."""
+"""The keys about a preset's motors."""
 
 
 def _transmission(model: ArmPreset, table: TomlTable) -> Transmission | None:
     """Apply steps per turn (or per mm) and signs to the preset's transmission."""
     if model.transmission is None and not any(key in table.entries for key in MOTOR_KEYS):
         return None
-    # where nothing is known but the mechanics, every number has to be the file's
+    # without a known transmission, every number has to come from the file
     known = model.transmission or cable_transmission(1.0, 1.0, 1.0, 1.0, 1.0)
     names = [motor.name for motor in known.motors]
     turns = table.by_name("steps_per_turn", names[: len(known.joint_names)], STEPS)

@@ -1,4 +1,4 @@
-"""The sections of an arm file as values: its wire, motion, gripper, frames, homing and parking."""
+"""The sections of an arm file: its wire, motion, gripper, fingers, postures, frames, homing."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Connection:
 
 
 _POLL_LEAST_S = 0.05
-"""A look at the arm takes its time on the wire."""
+"""More frequent status requests would fill the wire."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,52 +128,68 @@ class GripperSettings:
 
 
 @dataclass(frozen=True, slots=True)
-class PostureSettings:
-    """A posture that a person can find again, in mm and degrees."""
+class FingerModel:
+    """The gripper that a motor drives: its range and speed, and steps per N once it touches."""
 
-    x_mm: float
-    y_mm: float
-    z_mm: float
-    pitch_deg: float
-    roll_deg: float = 0.0
+    range_mm: tuple[float, float] = setting(means="between the tips, closed and widest")
+    speed_mm_s: float = setting(means="how fast they open", low=0.01, high=10_000.0)
+    steps_per_n: float | None = setting(
+        None, "closing steps for each newton; without it nothing is grasped", low=1e-3, high=1e6
+    )
+
+    def __post_init__(self) -> None:
+        low, high = self.range_mm
+        if low >= high:
+            raise ArmFileError("fingers.range_mm: the first number must be below the second")
+
+
+@dataclass(frozen=True, slots=True)
+class PostureSettings:
+    """A posture in mm and degrees."""
+
+    x_mm: float = setting(means="the finger tips, forward from the base axis")
+    y_mm: float = setting(means="to the left")
+    z_mm: float = setting(means="above the table")
+    pitch_deg: float = setting(means="of the hand; -90 points straight down")
+    roll_deg: float = setting(0.0, "of the hand about its own axis")
 
     def pose(self) -> Pose:
-        """Return it as a pose."""
+        """Return the pose."""
         return Pose.of(**{each.name: getattr(self, each.name) for each in fields(self)})
 
 
 @dataclass(frozen=True, slots=True)
 class YawedPostureSettings(PostureSettings):
-    """The same of an arm of six joints, whose hand has a heading of its own."""
+    """A posture of an arm with six joints, whose hand has a heading of its own."""
 
-    yaw_deg: float = 0.0
+    yaw_deg: float = setting(0.0, "the hand's heading, of an arm of six joints")
 
 
 @dataclass(frozen=True, slots=True)
 class FrameSettings:
-    """A frame of the user's own, as the base sees it: its origin, and how it is turned.
+    """A frame of the user's own: its origin in the base frame, and its orientation.
 
-    By yaw about z, then by pitch about its y, then by roll about its x.
+    It is turned by yaw about z, then by pitch about its y, then by roll about its x.
     """
 
-    x_mm: float = 0.0
-    y_mm: float = 0.0
-    z_mm: float = 0.0
-    yaw_deg: float = 0.0
-    pitch_deg: float = 0.0
-    roll_deg: float = 0.0
+    x_mm: float = setting(0.0, "the origin, seen from the base")
+    y_mm: float = setting(0.0, "to the left")
+    z_mm: float = setting(0.0, "above the table")
+    yaw_deg: float = setting(0.0, "turned about z first")
+    pitch_deg: float = setting(0.0, "then about its own y")
+    roll_deg: float = setting(0.0, "then about its own x")
 
     def frame(self) -> UserFrame:
-        """Return it as a frame."""
+        """Return the frame."""
         yaw, pitch, roll = map(math.radians, (self.yaw_deg, self.pitch_deg, self.roll_deg))
         return UserFrame.turned((self.x_mm, self.y_mm, self.z_mm), yaw, pitch, roll)
 
 
 @dataclass(frozen=True, slots=True)
 class HomingSettings:
-    """The device's own homing: the joints where it ends, and which motors home after which.
+    """The device's own homing: the joints where it ends, and the order of the motors.
 
-    `groups` lists motor numbers from 1; without it the device homes all of them by its own order.
+    `groups` lists motor numbers from 1; without it the device homes all motors in its own order.
     """
 
     joints: Joints
@@ -182,7 +198,7 @@ class HomingSettings:
 
 
 def read_frames(table: TomlTable) -> Mapping[str, UserFrame]:
-    """Read the frames of an arm file; a name that means another frame is a fault."""
+    """Read the frames of an arm file; a reserved name is a problem."""
     found = {}
     for name in table.entries:
         if name in RESERVED_FRAMES or not name.isidentifier():
@@ -196,7 +212,7 @@ def read_frames(table: TomlTable) -> Mapping[str, UserFrame]:
 
 
 def read_posture(table: TomlTable, key: str, has_yaw: bool) -> Pose | None:
-    """Read a posture of an arm file, None where it says nothing of it or nothing that can be."""
+    """Read a posture of an arm file; None if it is missing or wrong."""
     if key not in table.entries:
         return None
     kind = YawedPostureSettings if has_yaw else PostureSettings
@@ -205,14 +221,14 @@ def read_posture(table: TomlTable, key: str, has_yaw: bool) -> Pose | None:
 
 
 def read_accelerations(table: TomlTable, names: tuple[str, ...]) -> tuple[float | None, ...]:
-    """Return the accelerations that the file gives, None for a joint that it says nothing of."""
+    """Return the accelerations of the file, None for a joint that it leaves out."""
     found = table.by_name("accelerations_deg_s2", names, between(0.1, 1e6))
     each = (math.radians(found[name]) if name in found else None for name in names)
     return tuple(each) if found else ()
 
 
 def read_homing(table: TomlTable, model: ArmModel) -> HomingSettings | None:
-    """Return the device's own homing: where every joint stands afterwards, and the order."""
+    """Read the section of the device's own homing; None if joints are missing."""
     table.allow(["joints_deg", "opening_mm", "groups"])
     names = model.arm.joint_names
     why = ": where every joint stands once the device has homed"
@@ -241,20 +257,20 @@ def _groups(value: object, motors: int) -> tuple[tuple[int, ...], ...]:
     return tuple(map(tuple, require_list(value, "homing.groups", "[[3], [2]]")))
 
 
-# The backlash in an arm file, as whole motor steps: what a motor turns before the arm follows.
+# Backlash in whole motor steps: how far a motor turns after a reversal before the arm follows.
 
 OPENING = "opening"
-"""What a gripper's motor sees beside the joints."""
+"""The coordinate of a gripper's motor, in addition to the joints."""
 
 TURNING, SLIDING = "backlash_deg", "backlash_mm"
 """The keys, of an arm file or of one of its [[motors]]; the second of a gripper's motor."""
 
 WIDTHS = {TURNING: between(0.0, 10.0), SLIDING: between(0.0, 5.0)}
-"""More than that is a loose screw: no arithmetic mends it."""
+"""More backlash is a loose screw, which arithmetic cannot compensate."""
 
 
 def read_backlash(table: TomlTable, transmission: Transmission | None) -> tuple[int, ...]:
-    """Return the steps of each motor, nothing where no motor has any."""
+    """Return the steps of each motor; empty if no motor has any."""
     if transmission is None:
         return ()
     given = _of_rows if "motors" in table.entries else _of_sections
@@ -267,7 +283,7 @@ def read_backlash(table: TomlTable, transmission: Transmission | None) -> tuple[
 def backlash_keys(
     widths: tuple[int, ...], transmission: Transmission | None
 ) -> Iterator[tuple[str, str, float]]:
-    """Give motor, key and value: what a file has to say so that its backlash is read as it is."""
+    """Yield motor, key and value for each motor with backlash, as a file has to state them."""
     for index, width in enumerate(widths):
         if transmission is not None and width:
             name = transmission.motors[index].name

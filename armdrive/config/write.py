@@ -1,7 +1,7 @@
-"""A whole arm file with every default in it, from an arm as it is understood.
+"""Writes a whole arm file with every default.
 
-Read back, it gives the same arm to the last bit, so that a remembered position stays valid. The
-comments are those of the schema: what each key means.
+Read back, it gives the same arm to the last bit, so a recorded position stays valid. The comments
+are the meanings of the keys in the schema.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 from armdrive.config.arm import ArmConfig
 from armdrive.config.guards import NUMBERS, guard_table
 from armdrive.config.preset import LENGTHS
-from armdrive.config.sections import OPENING, SLIDING, TURNING, backlash_keys
+from armdrive.config.sections import OPENING, SLIDING, TURNING, FingerModel, backlash_keys
 from armdrive.text.toml import require_table, rule_of
 from armdrive.text.toml_document import FORMAT_ENTRY, TomlEntry, TomlSection, document
 from kinematics.presets import ArmPreset
@@ -37,11 +37,10 @@ MEANINGS: Mapping[str, str] = {
     TURNING: "lost motion at reversals, of what the motor turns; see backlash.md",
     "motor_signs": "-1 where a motor counts the other way",
     "joint_signs": "-1 where a joint's positive direction is the other one",
-    "steps_per_n": "closing steps for each newton; without it nothing is grasped",
     "sees": "joint = share; a negative one where it counts the other way",
     "follows": "whole steps added for each step of an earlier motor",
 } | {key: row.help for key, row in NUMBERS.items()}
-"""What sections and keys mean that no settings class declares."""
+"""The meanings of sections and keys that no settings class declares."""
 
 
 def complete(config: ArmConfig, table: Mapping[str, Any]) -> str:
@@ -93,11 +92,8 @@ def _sections(config: ArmConfig, table: Mapping[str, Any]) -> Iterator[TomlSecti
     elif transmission is not None:
         yield from _motors(transmission, backlash)
         if transmission.has_gripper or config.gripper.kind in ("servo", "output"):
-            fingers = [
-                ("range_mm", model.gripper_range_mm),
-                ("speed_mm_s", model.gripper_speed_mm_s),
-            ]
-            yield _section("fingers", [*fingers, ("steps_per_n", model.grip_steps_per_n)])
+            range_mm, speed_mm_s = model.gripper_range_mm, model.gripper_speed_mm_s
+            yield _settings("fingers", FingerModel(range_mm, speed_mm_s, model.grip_steps_per_n))
     limits = [[_deg(each.low_rad), _deg(each.high_rad)] for each in model.arm.limits]
     yield _section("limits_deg", zip(names, limits, strict=True))
     speeds = map(_deg, model.joint_speeds_rad_s)

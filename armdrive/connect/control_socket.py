@@ -1,9 +1,8 @@
-"""What other programs of the same user may ask of the holder of an arm: one table of requests.
+"""The requests that other programs of the same user may send to the program that holds an arm.
 
-Each is one JSON object, `{"request": NAME}` with the request's own words beside it, and is answered
-by one; `watch` and `wire` by one a moment, until either side ends. Only a stop reaches further than
-the next burst: nobody moves an arm from outside. Who is served when stands in
-storage/arm_lock.py.
+A request is one JSON object, `{"request": NAME}` and the request's own keys, and gets one object in
+reply; `watch` and `wire` get one after another until either side ends. No request moves an arm, and
+only a stop acts before the next burst. storage/arm_lock.py decides which caller is served when.
 """
 
 from __future__ import annotations
@@ -22,14 +21,14 @@ from armdrive.runtime.clock import Pace
 from armdrive.status import Status, status_view
 from armdrive.storage.arm_lock import Answering, ArmLock, Json
 from armdrive.storage.lock_client import WATCH_EVERY_S
+from armdrive.trace import wire_tap
 from armdrive.trace.calls import Tracer
 from armdrive.trace.entries import TraceEntry
-from armdrive.trace.wire_tap import tap_messages
 from kinematics.errors import KinematicsError
 
 
 class ControlledArm(Protocol):
-    """What other programs may see and do of an arm that this one holds."""
+    """The part of a held arm that other programs may see and use."""
 
     core: Core
     pace: Pace
@@ -37,10 +36,10 @@ class ControlledArm(Protocol):
 
     @property
     def closed(self) -> bool:
-        """Whether the connection was given back."""
+        """Whether the connection is closed."""
 
     program: Callable[[], Json] | None
-    """Tells what program the arm is at work on; None of none."""
+    """Returns the progress of the program that the arm runs; None if it runs none."""
     speed_override: float
 
     @property
@@ -51,31 +50,31 @@ class ControlledArm(Protocol):
         """Ask for a stop, and return at once."""
 
     def pause(self) -> None:
-        """Have the arm wait after its next burst or segment."""
+        """Pause the arm after its next burst or segment."""
 
     def resume(self) -> None:
         """Let a paused arm go on."""
 
     def save_recording(self) -> Path:
-        """Write what the flight recorder holds, and return the file."""
+        """Write the flight recorder's memory to a file, and return its path."""
 
     def close(self) -> None:
-        """Stop, and give the port back."""
+        """Stop, and close the port."""
 
 
 Stream = Callable[[ControlledArm, float], Iterator[Json]]
 
 WATCH_RANGE_S = (0.02, 3600.0)
 PASSING = ("trust_for_s", "percent", "left_s")
-"""What changes by itself as time passes is nothing that has happened."""
+"""These keys change by themselves as time passes, so that a change of them is no news."""
 
 PERCENT_RANGE = (1, 100)
 
 
 def serve(lock: ArmLock, arm: ControlledArm) -> None:
-    """Have a lock's socket answer other programs about its arm.
+    """Answer other programs about an arm, over the socket of its lock.
 
-    Raises `StateFileError` where nobody could find it; the arm is given back then.
+    Raises `StateFileError`, and closes the arm, if no program could find the socket.
     """
     arm.core.speed_override.others = True  # `armdrive resume` reaches it from now on
     try:
@@ -89,10 +88,10 @@ def serve(lock: ArmLock, arm: ControlledArm) -> None:
 def _watched(
     arm: ControlledArm, every_s: float, seen: Callable[[Json], Json] | None = None
 ) -> Iterator[Json]:
-    """Give the status whenever it has changed, and at last when the arm has been closed.
+    """Give the status whenever it has changed, and once more when the arm is closed.
 
-    What has not changed is said with nothing, which shows whether anybody still listens. `seen`
-    returns what of a status is compared.
+    An empty object says that nothing has changed; sending it shows whether the caller still reads.
+    `seen` returns the part of a status that is compared.
     """
     last: Json = {}
     while True:
@@ -107,7 +106,7 @@ def _watched(
 
 
 def _lasting(view: Json) -> Json:
-    """Return what of a status does not change by itself as time passes."""
+    """Return the part of a status that does not change by itself as time passes."""
     program = view.get("program")
     lasting = {key: value for key, value in view.items() if key not in PASSING}
     if isinstance(program, dict):
@@ -116,12 +115,12 @@ def _lasting(view: Json) -> Json:
 
 
 def _followed(arm: ControlledArm, every_s: float) -> Iterator[Json]:
-    """Give the status as `_watched` does, and whenever a program has come further as well."""
+    """Give the status as `_watched` does, and also whenever a program has made progress."""
     return _watched(arm, every_s, _shown)
 
 
 def _shown(view: Json) -> Json:
-    """Return what of a status a person sees change: of a program, whole percents and seconds."""
+    """Return the part of a status that a person sees, with progress in percent and seconds."""
     program = view.get("program")
     further = program if isinstance(program, dict) else {}
     return {**_lasting(view), "further": [_whole(further.get(word)) for word in PASSING]}
@@ -132,7 +131,7 @@ def _whole(value: object) -> int | None:
 
 
 def _every_s(words: Mapping[str, Any]) -> float | None:
-    """Return how often to look, within `WATCH_RANGE_S`; None for what is no number."""
+    """Return how often to look, within `WATCH_RANGE_S`; None if it is no number."""
     asked = words.get("every_s", WATCH_EVERY_S)
     if isinstance(asked, bool) or not isinstance(asked, int | float) or asked != asked:
         return None
@@ -140,14 +139,14 @@ def _every_s(words: Mapping[str, Any]) -> float | None:
     return low_s if asked < low_s else high_s if asked > high_s else float(asked)
 
 
-def _overheard(arm: ControlledArm, every_s: float) -> Iterator[Json]:
-    """Give what passes on the arm's wire, as wire_tap.py says."""
+def _wire(arm: ControlledArm, every_s: float) -> Iterator[Json]:
+    """Give the bytes on the arm's wire, in the form of wire_tap.py."""
 
     def since(number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:
         with arm.pace.lock:
             return arm.tracer.since(number, most, back)
 
-    return tap_messages(since, arm.pace.now_s, lambda: arm.closed, every_s)
+    return wire_tap.tap_messages(since, arm.pace.now_s, lambda: arm.closed, every_s)
 
 
 def _status(arm: ControlledArm, _: Json) -> Json:
@@ -184,23 +183,23 @@ def _slow(arm: ControlledArm, words: Json) -> Json:
 
 
 def _record(arm: ControlledArm, _: Json) -> Json:
-    """Have the flight recorder write into its own folder: no caller says where."""
+    """Have the flight recorder write into its own folder, which no caller can change."""
     return {"recording": str(arm.save_recording())}
 
 
-# Who answers what: the table of requests.
+# The table of requests.
 
 
 @dataclass(frozen=True, slots=True)
 class ControlRequest:
-    """What answers a request: one object, or a stream of them until either side ends."""
+    """A request and its reply: one object, or a stream of them until either side ends."""
 
     one: Callable[[ControlledArm, Json], Json] | None = None
     stream: Stream | None = None
     way: Answering = Answering.IN_TURN
 
     def answers(self, arm: ControlledArm, words: Json) -> Iterator[Json]:
-        """Yield the answers. A flaw of ours is told to the caller, and the arm drives on."""
+        """Yield the answers. A fault in this code goes to the caller, and the arm drives on."""
         if self.stream is not None:
             every_s = _every_s(words)
             if every_s is None:
@@ -222,21 +221,21 @@ WIRE = "wire"
 REQUESTS: Mapping[str, ControlRequest] = MappingProxyType(
     {
         "status": ControlRequest(_status),
-        "stop": ControlRequest(_stop, way=Answering.AT_ONCE),  # it waits for nobody
+        "stop": ControlRequest(_stop, way=Answering.AT_ONCE),  # before any other request
         "pause": ControlRequest(_pause),
         "resume": ControlRequest(_resume),
         "slow": ControlRequest(_slow),
         "record": ControlRequest(_record),
         "watch": ControlRequest(stream=_watched, way=Answering.WATCHING),
         "follow": ControlRequest(stream=_followed, way=Answering.WATCHING),
-        WIRE: ControlRequest(stream=_overheard, way=Answering.WATCHING),
+        WIRE: ControlRequest(stream=_wire, way=Answering.WATCHING),
     }
 )
 """Every request by its name."""
 
 
 def answered(arm: ControlledArm, words: Json) -> tuple[Answering, Iterator[Json]]:
-    """Return how a request about an arm is answered, and the answers."""
+    """Return in which order a request is answered, and the answers."""
     name = words.get("request")
     request = REQUESTS.get(name) if isinstance(name, str) else None
     if request is None:

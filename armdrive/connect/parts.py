@@ -1,8 +1,7 @@
-"""The parts of a connected arm: its state, engine and clock, and what runs tasks on them.
+"""The parts of a connected arm: its state, engine and clock, and the runner of its tasks.
 
-`connect` opens the wire to an arm or to its simulated twin; `assemble` puts the parts together over
-an open link and connects. `Parts` knows nothing of the calls
-that a program makes: `Arm(parts)` adds those.
+`connect` opens the wire to an arm or to its simulated twin. `assemble` puts the parts together over
+an open link, and connects. `Arm(parts)` adds the calls that a program makes.
 """
 
 from __future__ import annotations
@@ -45,16 +44,16 @@ if TYPE_CHECKING:  # a real arm loads no simulation
     from armdrive.sim.simulated_arm import SimulatedArm
 
 PATIENCE_S = 60.0
-"""Whatever should take no time at all is given up after this long."""
+"""A call that should take no time fails after this long."""
 
 CLOSING_S = 10.0
-"""A disk that takes longer to remember where the arm was left is not waited for."""
+"""Closing waits at most this long for the disk to record the arm's position."""
 
 T = TypeVar("T")
 
 
 class TaskRunner:
-    """Hands tasks to one arm's engine, waits for their end, and stops what is at work.
+    """Hands tasks to one arm's engine, waits for their end, and stops them.
 
     The methods that wait are coroutines of `Wait`: see blocking.py.
     """
@@ -64,7 +63,7 @@ class TaskRunner:
         self.engine = engine
         self.pace = pace
         self.stops = 0
-        """How often a stop was asked for."""
+        """The number of stop requests."""
 
     # -- stopping -----------------------------------------------------------------------------
 
@@ -77,14 +76,14 @@ class TaskRunner:
         self.pace.wake()
 
     async def stop(self) -> None:
-        """Stop, and wait until the arm stands. Raises `NoAnswer` where that is not seen."""
+        """Stop, and wait until the arm stands. Raises `NoAnswer` if it does not confirm that."""
         if not await self.stand_still():
             raise NoAnswer("the arm did not confirm that it stands; look at it")
 
     async def stand_still(self) -> bool:
-        """Stop, and tell whether the arm was seen to stand."""
+        """Stop; return whether the arm confirms that it stands."""
         self.request_stop()
-        # a stop that the engine has not seen yet would be taken for one of the next motion
+        # a stop that the engine has not handled yet would stop the next motion
         return await Wait(self.pace, lambda: self.engine.at_rest, PATIENCE_S)
 
     # -- running ------------------------------------------------------------------------------
@@ -92,10 +91,10 @@ class TaskRunner:
     def submit(
         self, body: TaskBody[T], *, alone: bool = False, within_s: float = math.inf
     ) -> Task[T]:
-        """Hand a task to the engine. Raises `WrongState` while another is waiting there.
+        """Hand a task to the engine. Raises `WrongState` while another task waits there.
 
-        With `alone` also while one is at work: what moves the arm never waits for its turn. The
-        engine ends a task that takes longer than `within_s`, with `NoAnswer`.
+        With `alone` it raises also while a task runs: a motion never waits for its turn. The engine
+        ends a task that takes longer than `within_s`, with `NoAnswer`.
         """
         with self.pace.lock:
             task = self.engine.start(body, alone=alone, within_s=within_s)
@@ -103,7 +102,7 @@ class TaskRunner:
         return task
 
     async def finish(self, task: Task[T], timeout_s: float) -> T:
-        """Wait for a task; whatever interrupts the wait stops the arm."""
+        """Wait for a task; an exception during the wait stops the arm."""
         try:
             ended = await self._waited(task, timeout_s)
         except BaseException:
@@ -117,14 +116,14 @@ class TaskRunner:
     async def perform(self, body: TaskBody[T], within_s: float | None = None) -> T:
         """Hand a task that moves nothing to the engine and wait for its end.
 
-        It ends within `call_limit_s`, or `within_s` where that is given. A motion that is under
-        way is waited for before that, for a minute at most.
+        It takes at most `within_s`, by default `call_limit_s`, after the end of a motion that is
+        under way, for which it waits up to a minute.
         """
         limit_s = self.engine.call_limit_s if within_s is None else within_s
         return await self.finish(self.submit(body, within_s=limit_s), limit_s + PATIENCE_S)
 
     async def _waited(self, task: Task[Any], timeout_s: float) -> bool:
-        """Wait for a task, and for as much longer as it is paused or slowed down."""
+        """Wait for a task, longer by the time for which it is paused or slowed down."""
         speed_override = self.core.speed_override
         simulated, delay_s = not isinstance(self.pace, RealPace), speed_override.delay_s
         waited_s = -speed_override.waited_s
@@ -148,7 +147,7 @@ class TaskRunner:
             return self.engine.suspend_count
 
     def require_present(self, absences: int) -> None:
-        """Raise `Stopped` where this program has stood still since that count was taken."""
+        """Raise `Stopped` if this program was suspended since that count was taken."""
         if self.absences() != absences:
             raise Stopped(
                 "the wait was ended: this program or its computer had been suspended, and nothing "
@@ -158,7 +157,7 @@ class TaskRunner:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Parts:
-    """A connected arm in parts. Whoever takes them calls `release` at the end."""
+    """The parts of a connected arm. Call `release` at the end."""
 
     config: ArmConfig
     pace: Pace
@@ -173,9 +172,9 @@ class Parts:
     twin: SimulatedArm | None = None
     """The simulated device; None of a real arm."""
     logbook: Path | None = None
-    """Where verifications are written down; None of a simulated arm that nobody remembers."""
+    """The file of verifications; None for a simulated arm that is not recorded."""
     lock: ArmLock | None = None
-    """Keeps other programs off the arm, and answers them; None where none can reach it."""
+    """Keeps other programs off the arm, and answers them; None if no program can reach it."""
     closers: tuple[Callable[[], None], ...] = ()
     """Called in this order once the arm is closed."""
 
@@ -242,9 +241,9 @@ async def assemble(
     tracer: Tracer = NO_TRACER,
     rewiring: NewLink | None = None,
 ) -> Parts:
-    """Connect over an open link. Raises `NoAnswer` where no such arm answers; moves nothing."""
+    """Connect over an open link. Raises `NoAnswer` if no such arm answers; moves nothing."""
     controller = dialect(config.connection.dialect).controller(config)
-    # on simulated time a disk takes no time: what has to be written is written at once
+    # in simulated time a disk takes no time: the record is written at once
     wake = pace.wake if isinstance(pace, RealPace) else None
     core = Core(config, controller, recorder, wake)
     core.allow_restored = allow_restored
@@ -270,7 +269,7 @@ async def assemble(
 
 
 class _Driven:
-    """The engine of one arm, and what it calls: the state hears of stops, losses and alerts."""
+    """The engine of one arm, which reports stops, losses and alerts to the arm's state."""
 
     def __init__(self, core: Core, link: Link, rewiring: NewLink | None) -> None:
         self._core = core
@@ -311,7 +310,7 @@ class _Driven:
             self.reconnector.lost(self.engine.now_s)
 
 
-# From an arm to its parts, over the wire that leads there.
+# Opens the wire to an arm, and connects.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -326,7 +325,7 @@ class ConnectOptions:
     twin: SimulatedArm | None = None
     reconnect: bool | None = None
     clock: SimulatedClock | None = None
-    """The time that a simulated arm lives in where `pace` is None. None: a clock of its own."""
+    """The clock of a simulated arm if `pace` is None; None: a clock of its own."""
 
     @property
     def simulated_pace(self) -> PaceChoice:
@@ -395,10 +394,10 @@ async def connect_real(
 ) -> Parts:
     """Open the arm's port and connect; one program holds an arm at a time.
 
-    With `reconnect` (by default as the arm file says) a lost wire is looked for until it is back.
-    Where another dialect answers, the `DeviceFault` says which.
+    With `reconnect` (by default as the arm file says) a lost wire is opened again as soon as it can
+    be. If another dialect answers, the `DeviceFault` says which.
     """
-    from armdrive.connect.port import PortOpening, overheard  # a simulated arm has no port
+    from armdrive.connect.port import PortOpening, explaining  # a simulated arm has no port
 
     if simulation_forced():
         raise PortUnavailable(
@@ -407,18 +406,19 @@ async def connect_real(
         )
     wiring = PortOpening(config)
     lock = hold(config.name, wiring.find())
+    recorder = FlightRecorder(places.recordings())
     try:
-        with overheard(wiring.open(), config.connection) as ears:
+        with explaining(recorder.ring.entries, config.connection):
             parts = await coroutine_of(assemble)(
                 config,
-                ears,
+                wiring.open(),
                 RealPace(),
                 simulated=False,
                 recorder=FileRecorder(state_file(config.name)),
                 allow_restored=allow_restored,
                 operator=operator,
-                tracer=FlightRecorder(places.recordings()),
-                rewiring=NewLink(wiring.open, automatic=_wanted(reconnect, config), beside=True),
+                tracer=recorder,
+                rewiring=NewLink(wiring.open, automatic=_wanted(reconnect, config), in_thread=True),
             )
     except BaseException:
         lock.release()
@@ -427,10 +427,10 @@ async def connect_real(
 
 
 def _rewiring(twin: SimulatedArm, *, automatic: bool) -> NewLink | None:
-    """Return how a twin's wire is taken up again; None where somebody has put another there."""
+    """Return how a twin's wire is opened again; None if a test has replaced that wire."""
     return NewLink(twin.link.reopen, automatic) if isinstance(twin.link, MemoryLink) else None
 
 
 def _wanted(reconnect: bool | None, config: ArmConfig) -> bool:
-    """Tell whether a lost wire is looked for: as the caller says, else as the arm file does."""
+    """Return whether to reconnect: as the caller says, else as the arm file does."""
     return config.connection.reconnect if reconnect is None else reconnect

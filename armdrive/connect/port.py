@@ -1,9 +1,9 @@
-"""How the wire of a real arm is found and opened, the first time and after it was lost."""
+"""Finds and opens the wire of a real arm, and explains a connection that fails."""
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache
 from types import MappingProxyType
@@ -14,6 +14,7 @@ from armdrive.dialects.recognition import Recogniser, comes_back, says_something
 from armdrive.errors import DeviceFault, LinkLost, PortUnavailable
 from armdrive.registry import DIALECTS
 from armdrive.runtime.engine import NOT_THE_ANSWER, excerpt
+from armdrive.trace.entries import EntryKind, TraceEntry
 from armdrive.transports import opening, ports
 from armdrive.transports.address import PREFIX, is_can, scheme
 from armdrive.transports.can_address import CanAddress
@@ -21,10 +22,10 @@ from armdrive.transports.link import Link
 
 
 class PortOpening:
-    """The way to one arm: by the USB serial number of its adapter, else by the port's name.
+    """Opens the wire to one arm, found by its adapter's USB serial number or else by its name.
 
-    An adapter that tells a number is remembered by it from the first opening on, since plugged in
-    again it may have another name, and its name may be another adapter's.
+    If the adapter has a number, later openings go by it: plugged in again, the adapter may have
+    another name, and its old name may belong to another adapter.
     """
 
     def __init__(self, config: ArmConfig) -> None:
@@ -49,7 +50,7 @@ class PortOpening:
         """Open the wire, wherever it is now. Raises `PortUnavailable`; sends nothing."""
         port = self.find()
         link = opening.open_link(
-            self._heard(port),
+            self._filtered(port),
             self._wire.baud,
             raise_dtr=self._wire.raise_dtr,
             keep_dtr_on_close=self._wire.keep_dtr_on_close,
@@ -58,20 +59,20 @@ class PortOpening:
             self._serial_number = ports.serial_number_of(port)
         return link
 
-    def _heard(self, port: str) -> str:
-        """Return a port; of a CAN bus, with the ids of what the drives say: no more is heard."""
+    def _filtered(self, port: str) -> str:
+        """Return a port; a CAN bus with the ids of the drives, so that it reads no other frames."""
         if not (self._ids and is_can(port)):
             return port
         address = CanAddress.parse(port)
         return port if address.ids else str(replace(address, ids=frozenset(self._ids)))
 
 
-# A connection that failed: what was heard instead of the dialect that was asked for.
+# A connection that failed: which device answered instead of the expected one.
 
 MOST_BYTES = 4096
-"""So much is remembered of what came in."""
+"""A failed connection is explained by at most this many received bytes ..."""
 MOST_WRITES = 64
-"""So much of what was sent."""
+"""... and by the first writes, which tell an echo."""
 
 
 @cache
@@ -81,79 +82,36 @@ def recogniser() -> Recogniser:
     return Recogniser(MappingProxyType({name: each for name, each in found.items() if each}))
 
 
-class Ears:
-    """A link that remembers the first bytes that came in over it."""
-
-    def __init__(self, link: Link) -> None:
-        self.link = link
-        self.heard = bytearray()
-        self.sent: list[bytes] = []
-        self.remembers = True
-
-    @property
-    def description(self) -> str:
-        """Name the wire for people."""
-        return self.link.description
-
-    def write(self, data: bytes, now_s: float) -> None:
-        """Send bytes, and remember the first ones."""
-        if self.remembers and len(self.sent) < MOST_WRITES:
-            self.sent.append(data)
-        self.link.write(data, now_s)
-
-    def read(self, now_s: float) -> bytes:
-        """Return what has arrived, and remember it."""
-        data = self.link.read(now_s)
-        if self.remembers:
-            self.heard += data
-            self.remembers = len(self.heard) < MOST_BYTES
-        return data
-
-    def next_s(self) -> float:
-        """Tell when the wire next has something."""
-        return self.link.next_s()
-
-    def wait(self, timeout_s: float) -> None:
-        """Sleep on the wire."""
-        self.link.wait(timeout_s)
-
-    def wake(self) -> None:
-        """End a `wait` early."""
-        self.link.wake()
-
-    def close(self) -> None:
-        """Give the wire back."""
-        self.link.close()
-
-
 @contextlib.contextmanager
-def overheard(link: Link, wire: Connection) -> Iterator[Ears]:
-    """Give a link to connect over; a `DeviceFault` on the way out tells what was heard instead.
+def explaining(recorded: Callable[[], Iterable[TraceEntry]], wire: Connection) -> Iterator[None]:
+    """Add to the error of a failed connection what was received, and how to find out more.
 
-    A bus that was lost at once is one on which nobody acknowledges: who is there can be found out.
+    `recorded` returns what the recorder of the connection has. A bus that is lost at once is one
+    on which no node acknowledges: `armdrive doctor` finds out which nodes are there.
     """
-    ears = Ears(link)
     try:
-        yield ears
+        yield
     except DeviceFault as fault:
-        raise explained(fault, bytes(ears.heard), wire, ears.sent) from None
+        entries = tuple(recorded())
+        sent, received = (
+            [each.what for each in entries if each.kind is kind and isinstance(each.what, bytes)]
+            for kind in (EntryKind.SENT, EntryKind.RECEIVED)
+        )
+        heard = b"".join(received)[:MOST_BYTES]
+        raise explained(fault, heard, wire, sent[:MOST_WRITES]) from None
     except LinkLost as lost:
         if not is_can(wire.port):
             raise
         raise LinkLost(f"{str(lost).rstrip('.')}. {_doctor(wire.port)}") from None
-    finally:
-        ears.remembers = False
-        ears.heard.clear()
-        ears.sent.clear()
 
 
 def explained(
-    fault: DeviceFault, heard: bytes, wire: Connection, sent: Sequence[bytes] = ()
+    fault: DeviceFault, received: bytes, wire: Connection, sent: Sequence[bytes] = ()
 ) -> DeviceFault:
-    """Return the fault of a failed connection with what was heard, and who finds out more."""
-    instead = "" if is_can(wire.port) else _instead(heard, wire.dialect, sent, str(fault))
-    told = [str(fault).rstrip(".") + ".", instead, _doctor(wire.port)]
-    return type(fault)(" ".join(part for part in told if part))
+    """Return the fault of a failed connection with what was received, and how to find out more."""
+    instead = "" if is_can(wire.port) else _instead(received, wire.dialect, sent, str(fault))
+    sentences = [str(fault).rstrip(".") + ".", instead, _doctor(wire.port)]
+    return type(fault)(" ".join(each for each in sentences if each))
 
 
 def bare(fault: BaseException, wire: Connection) -> str:
@@ -161,21 +119,21 @@ def bare(fault: BaseException, wire: Connection) -> str:
     return str(fault).removesuffix(_doctor(wire.port)).rstrip(" .")
 
 
-def _instead(heard: bytes, dialect: str, sent: Sequence[bytes], told: str) -> str:
-    if comes_back(sent, heard):
+def _instead(received: bytes, dialect: str, sent: Sequence[bytes], fault: str) -> str:
+    if comes_back(sent, received):
         return (
             "What is sent comes straight back: transmit and receive are joined somewhere, or the "
             "adapter or the board echoes. Switch the echo off, and check the wiring."
         )
-    identity = recogniser().recognise(heard)
+    identity = recogniser().recognise(received)
     if identity is not None and identity.dialect != dialect:
         choice = f"say dialect {identity.dialect}" if identity.dialect else identity.remedy
         chosen = f": {choice}" if choice else ""
         return f"What answered is no {dialect}, but {identity.firmware}{chosen}."
-    if not heard or identity is not None:
+    if not received or identity is not None:
         return ""
-    came = "" if NOT_THE_ANSWER in told else f": {excerpt(heard)}"
-    if says_something_readable(heard):
+    came = "" if NOT_THE_ANSWER in fault else f": {excerpt(received)}"
+    if says_something_readable(received):
         return f"What came is no {dialect}'s{came}."
     return f"What came cannot be read{came}; is the baud rate right?"
 
@@ -183,6 +141,8 @@ def _instead(heard: bytes, dialect: str, sent: Sequence[bytes], told: str) -> st
 def _doctor(port: str) -> str:
     if is_can(port):
         bus = port.removeprefix(PREFIX)
-        return f"`armdrive doctor --can '{bus}'` finds out who is there, and moves nothing."
+        return (
+            f"`armdrive doctor --can '{bus}'` finds out which drives are there, and moves nothing."
+        )
     where, which = (port, "") if port else ("PORT", ", for the port that `armdrive ports` shows,")
-    return f"`armdrive doctor {where}`{which} finds out who is there, and moves nothing."
+    return f"`armdrive doctor {where}`{which} finds out what is there, and moves nothing."

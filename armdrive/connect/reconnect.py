@@ -1,7 +1,7 @@
-"""Getting a lost wire back: looks for it with longer and longer pauses, and hands it to the engine.
+"""Reconnects a lost wire: tries to open it, with longer and longer pauses between the tries.
 
-Nothing that was asked of the old wire is asked of the new one: the controller is a fresh one, and
-the arm ends in a state in which nothing moves (motion/idle.py).
+The engine then gets the new wire and a new controller, which repeats no request of the old one. The
+arm ends in a state in which nothing moves (motion/idle.py).
 """
 
 from __future__ import annotations
@@ -20,29 +20,30 @@ from armdrive.tasks import TaskBody
 from armdrive.transports.link import AbsentLink, Link
 
 PAUSES_S = (0.2, 0.3, 0.5, 1.0, 2.0, 5.0)
-"""Before each try; the last holds for all further ones. Opening a port can reset a board."""
+"""The pauses before each try; the last one repeats. Opening a port can reset a board."""
 LET_GO_S = 3.0
-"""So long the old wire is waited for, which has the port yet: a bus is still told a stop, say."""
+"""A new wire waits this long until the old one has closed: it may still send a stop, and it holds
+the port."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NewLink:
     """How a lost wire is opened again: `open_again` raises `PortUnavailable` until it is there.
 
-    `automatic` begins by itself. With `beside` it is done in a thread of its own, since a network
-    can take seconds to say no.
+    With `automatic` the tries begin by themselves. With `in_thread` each runs in a thread of its
+    own, since a network can take seconds to refuse.
     """
 
     open_again: Callable[[], Link]
     automatic: bool = False
-    beside: bool = False
+    in_thread: bool = False
 
 
 class Opening:
-    """One attempt to open a wire, at once or beside the caller's thread.
+    """One attempt to open a wire, in the caller's thread or one of its own.
 
-    A thread in which the old one is closed comes first: else it would be this program's own hold
-    of the port that is found in the way.
+    It waits for the thread `after`, which closes the old wire: this program still holds the port
+    until then.
     """
 
     def __init__(
@@ -57,19 +58,19 @@ class Opening:
         self._lock = threading.Lock()
         self._outcome: Link | ArmError | None = None
         self._given_up = False
-        if rewiring.beside:
+        if rewiring.in_thread:
             threading.Thread(target=self._run, name="armdrive-opening", daemon=True).start()
         else:
             self._run()
 
     @property
     def outcome(self) -> Link | ArmError | None:
-        """The wire, or why there is none; None while nobody knows."""
+        """The wire, or why there is none; None while the attempt runs."""
         with self._lock:
             return self._outcome
 
     def give_up(self) -> None:
-        """Close the wire, also where it is only there later."""
+        """Close the wire, even if it opens later."""
         with self._lock:
             self._given_up = True
             outcome = self._outcome
@@ -85,7 +86,7 @@ class Opening:
         except ArmError as error:
             outcome = error
         except OSError as error:
-            outcome = LinkLost(f"the wire cannot be looked for ({error})")
+            outcome = LinkLost(f"the wire cannot be opened ({error})")
         with self._lock:
             self._outcome = outcome
             unwanted = self._given_up
@@ -95,13 +96,13 @@ class Opening:
 
 
 class Reconnector:
-    """Looks for the wire of one arm. Called by the engine while it is broken, under its lock."""
+    """Reconnects one arm. The engine calls it, under its lock, while the wire is broken."""
 
     def __init__(self, wire: MotionContext, rewiring: NewLink) -> None:
         self.tries = 0
-        """How many attempts have ended, well or not."""
+        """How many attempts have ended, successful or not."""
         self.trouble: ArmError | None = None
-        """Why the last one failed."""
+        """Why the last attempt failed."""
         self._wire = wire
         self._rewiring = rewiring
         self._opening: Opening | None = None
@@ -113,7 +114,7 @@ class Reconnector:
 
     @property
     def automatic(self) -> bool:
-        """Whether a lost wire is looked for without anybody asking."""
+        """Whether the tries begin by themselves."""
         return self._rewiring.automatic
 
     @property
@@ -121,15 +122,15 @@ class Reconnector:
         return self._wire.engine
 
     def lost(self, now_s: float) -> None:
-        """Give the broken wire back, so that its port is free, and look for it where that is asked.
+        """Close the broken wire, so that its port is free, and begin the tries if automatic.
 
-        Called for a wire that was lost, and for one that was found and has not proved itself.
+        Called for a wire that was lost, and for a new one behind which the arm did not answer.
         """
         self._lost_s = now_s
         old = self._engine.link
         self._lost_link = self._lost_link or old.description
         self._engine.link = AbsentLink(old.description)
-        if self._rewiring.beside:  # closing a socket can take a moment
+        if self._rewiring.in_thread:  # closing a socket can take a moment
             self._closing = threading.Thread(target=old.close, name="armdrive-closing", daemon=True)
             self._closing.start()
         else:
@@ -138,12 +139,12 @@ class Reconnector:
             self._due_s = now_s + self._pause_s()
 
     def ask(self, now_s: float) -> int:
-        """Have the wire looked for now; return how many attempts had ended before."""
+        """Try at once; return how many attempts had ended before."""
         self._due_s = now_s
         return self.tries
 
     def close(self) -> None:
-        """Look no more."""
+        """Try no more."""
         self._due_s = math.inf
         opening, self._opening = self._opening, None
         if opening is not None:
@@ -167,25 +168,25 @@ class Reconnector:
         return self._due_s
 
     def _take(self, link: Link) -> None:
-        """Go on over a wire, with a controller that knows nothing of the last one's talk."""
+        """Go on over a new wire, with a controller that remembers nothing of the old one."""
         core, absent = self._wire.core, self._engine.link
         core.controller = dialect(core.config.connection.dialect).controller(core.config)
         self._engine.take(link, core.controller)
         absent.close()
-        core.diagnostics.notice = f"found {link.description}: asking whether the arm answers"
-        # what was sent before the loss may still be running: that is waited for first
+        core.diagnostics.notice = f"found {link.description}: checking whether the arm answers"
+        # a motion that was sent before the loss may still run: wait for its end first
         runs_s = max(self._lost_s + core.stop_bound().silent_time_s - self._engine.now_s, 0.0)
         self._engine.start(self._resume(), within_s=runs_s + self._engine.call_limit_s)
 
     def _resume(self) -> TaskBody[None]:
-        """Take up the arm again; whoever does not answer as it did is no wire to it."""
+        """Check that the same arm answers on the new wire, and take up its state."""
         try:
             yield from resume(self._wire, self._lost_s, self._lost_link)
         except ArmError as error:
             self._failed(error, self._wire.now_s)
             raise LinkLost(
-                f"the wire is back, but not the arm: {without_reset(error)}. Nothing moves; look "
-                "for it again"
+                f"the wire is back, but not the arm: {without_reset(error)}. Nothing moves; "
+                "reconnect again"
             ) from None
         self.tries += 1
         self._lost_link = ""
@@ -196,9 +197,7 @@ class Reconnector:
         self.tries += 1
         self._failures += 1
         self.trouble = error
-        self._wire.core.diagnostics.notify(
-            f"looked for the wire in vain: {without_reset(error)}", error
-        )
+        self._wire.core.diagnostics.notify(f"could not reconnect: {without_reset(error)}", error)
         if self._rewiring.automatic:
             self._due_s = now_s + self._pause_s()
 

@@ -1,4 +1,4 @@
-"""From what a person calls an arm to the arm that is meant: names, files, ports, twins."""
+"""Finds the arm that a name means: an arm file, a port, or a simulated arm."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import DEFAULT, DIALECTS, dialect
-from armdrive.registry.arm_files import load_arm, preset_arm
+from armdrive.registry.arm_files import ENDING, arm_path, arm_paths, load_arm, preset_arm
 from armdrive.storage import files as places
 from armdrive.transports.address import is_can
 from kinematics.errors import suggestion
 
 SIM = "sim:"
 DEFAULT_TARGET = f"{SIM}{DEFAULT}"
-"""What a program connects to that names nothing."""
+"""What a program connects to if it names no arm."""
 SIM_PLANNED_BURST_S = 0.5
-"""A simulated arm harms nobody: its planned bursts are longer than an unconfigured real arm's."""
+"""A simulated arm can do no harm, so its planned bursts are longer than a real arm's default."""
 
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """What is to be connected: an arm, and whether its simulated twin stands in for it."""
+    """The arm to connect to, and whether a simulated one stands in for it."""
 
     config: ArmConfig
     simulated: bool
@@ -34,7 +34,7 @@ def find(name: str, *, dialect_name: str | None = None, baud: int | None = None)
     """Turn a name into an arm: `sim:DIALECT`, an arm file's name or path, or a port.
 
     A port needs a dialect, since nothing is sent to find it out. Raises `BadRequest` or
-    `ArmFileError` with what is known.
+    `ArmFileError`, which names the known arms.
     """
     if name.startswith(SIM):
         return Target(simulated_config(name.removeprefix(SIM)), simulated=True)
@@ -54,14 +54,14 @@ def find(name: str, *, dialect_name: str | None = None, baud: int | None = None)
 
 
 def simulation_forced() -> bool:
-    """Tell whether the environment turns every arm into its simulated twin."""
+    """Return whether the environment replaces every arm by a simulated one."""
     return os.environ.get("ARMDRIVE_FORCE_SIM", "") not in ("", "0")
 
 
 def _real_unless_forced(config: ArmConfig) -> Target:
-    """Return an arm, or its twin under a name of its own.
+    """Return an arm, or if simulation is forced its twin, under a name of its own.
 
-    The name keeps the real arm's record, lock and socket out of the twin's hands.
+    By that name the twin has its own record, lock and socket, and not the real arm's.
     """
     if simulation_forced():
         return Target(replace(config, name=f"{SIM}{config.name}"), simulated=True)
@@ -69,7 +69,7 @@ def _real_unless_forced(config: ArmConfig) -> Target:
 
 
 def simulated_config(name: str) -> ArmConfig:
-    """Return the arm that speaks a dialect, as a simulated one."""
+    """Return the simulated arm of a dialect."""
     row = dialect(name)
     wire = Connection(dialect=row.name, port="", baud=row.baud)
     config = preset_arm(row.preset, name=f"{SIM}{row.name}", connection=wire)
@@ -77,15 +77,15 @@ def simulated_config(name: str) -> ArmConfig:
 
 
 def state_file(arm: str) -> Path:
-    """Return the file in which an arm's position is remembered."""
+    """Return the file that records an arm's position."""
     return places.states() / f"{places.file_name(arm)}.json"
 
 
 def _arm_file(name: str) -> Path | None:
-    if name.endswith(".toml"):
-        return Path(name)
-    path = places.arm_files() / f"{name}.toml"
-    return path if path.parent == places.arm_files() and path.is_file() else None
+    path = arm_path(name)
+    named_by_path = name.endswith(ENDING)
+    in_folder = path.parent == places.arm_files() and path.is_file()
+    return path if named_by_path or in_folder else None
 
 
 def _looks_like_port(name: str) -> bool:
@@ -96,7 +96,7 @@ def _looks_like_port(name: str) -> bool:
 def _unknown(name: str) -> str:
     folder = places.arm_files()
     known = [
-        *(path.stem for path in sorted(folder.glob("*.toml"))),
+        *(path.stem for path in arm_paths()),
         *(f"{SIM}{each}" for each in DIALECTS),
     ]
     hint = suggestion(name, known)

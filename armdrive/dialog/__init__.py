@@ -1,1 +1,1 @@
-"""What people are asked: an operator who looks at the arm, and whoever sets one up."""
+"""Dialogs with the user: the operator who watches an arm, and the questions of a set-up."""

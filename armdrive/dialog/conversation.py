@@ -1,7 +1,7 @@
-"""What a conversation with a person about a device is made of, one act at a time.
+"""The acts of a dialog with a person about a device: questions, lines to tell, and findings.
 
-A talk is a generator: it yields an act and is sent what came of it. Nothing here touches a wire, a
-terminal or a clock, so that a test answers as it likes.
+A dialog is a generator (`Talk`): it yields an act, and is sent its result. Nothing here touches a
+wire, a terminal or a clock, so a test can give any answer.
 """
 
 from __future__ import annotations
@@ -15,16 +15,14 @@ from typing import Any, TypeAlias, TypeVar
 from armdrive.errors import BadRequest
 from kinematics.errors import suggestion
 
-# Reading one typed answer: each reader takes a line and returns a value, or says what is wrong.
-#
-# A reader is a plain function from text to a value; those with bounds or choices are made by one.
+# A reader turns a typed line into a value, or raises `WrongAnswer`.
 
 Reader = Callable[[str], Any]
 
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """One question, ready to be asked. `default` is what an empty line stands for."""
+    """One question. `default` is the answer that an empty line gives."""
 
     key: str
     words: str
@@ -44,7 +42,7 @@ class WrongAnswer(BadRequest):
 
 
 def text(line: str) -> str:
-    """Return the line as it is."""
+    """Return the line unchanged."""
     return line
 
 
@@ -57,7 +55,7 @@ def yes_or_no(line: str) -> bool:
 
 
 def choice(words: Sequence[str]) -> Reader:
-    """Return a reader of one of these words, or of its number in the list."""
+    """Return a reader for one of these words, or its number in the list."""
 
     def read(line: str) -> str:
         if line in words:
@@ -71,7 +69,7 @@ def choice(words: Sequence[str]) -> Reader:
 
 
 def several(words: Sequence[str]) -> Reader:
-    """Return a reader of any of these words, separated by commas; "none" is none of them."""
+    """Return a reader for some of these words, separated by commas; "none" for none of them."""
 
     def read(line: str) -> tuple[str, ...]:
         parts = [part.strip() for part in line.split(",") if part.strip()]
@@ -83,7 +81,7 @@ def several(words: Sequence[str]) -> Reader:
 
 
 def number(low: float, high: float, unit: str = "") -> Reader:
-    """Return a reader of a number between these bounds, both included."""
+    """Return a reader for a number between these bounds, both included."""
 
     def read(line: str) -> float:
         value = plain_number(line.removesuffix(unit).strip() if unit else line)
@@ -95,7 +93,7 @@ def number(low: float, high: float, unit: str = "") -> Reader:
 
 
 def whole(low: int, high: int, unit: str = "") -> Reader:
-    """Return a reader of a whole number between these bounds, both included."""
+    """Return a reader for a whole number between these bounds, both included."""
 
     def read(line: str) -> int:
         value = number(low, high, unit)(line)
@@ -107,7 +105,7 @@ def whole(low: int, high: int, unit: str = "") -> Reader:
 
 
 def numbers(names: Sequence[str]) -> Reader:
-    """Return a reader of as many numbers as there are names, in their order."""
+    """Return a reader for one number per name, in their order."""
 
     def read(line: str) -> tuple[float, ...]:
         words = line.replace(",", " ").split()
@@ -129,7 +127,7 @@ def bounds(line: str) -> tuple[float, float]:
 
 
 def groups(motors: int) -> Reader:
-    """Return a reader of motor numbers: "3; 2; 1 4 5" homes 3, then 2, then the others."""
+    """Return a reader for motor numbers: "3; 2; 1 4 5" homes 3, then 2, then the others."""
 
     def read(line: str) -> tuple[tuple[int, ...], ...]:
         if line in ("", "own"):
@@ -156,10 +154,11 @@ def plain_number(line: str) -> float:
 
 
 T = TypeVar("T")
+ByEye: TypeAlias = Callable[[Any], str]
 
 
 class About(Enum):
-    """What a question is about, for whoever answers in the place of a person."""
+    """The subject of a question: the simulated person does what it asks for, before answering."""
 
     AGREEMENT = auto()
     CONNECT = auto()
@@ -170,6 +169,8 @@ class About(Enum):
     ROLL = auto()
     AMOUNT = auto()
     NUMBER = auto()
+    PRESS = auto()
+    RELEASE = auto()
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,23 +182,27 @@ class Announce:
 
 @dataclass(frozen=True, slots=True)
 class AskPerson:
-    """Ask the person; `motor` is the index of the motor that it is about."""
+    """Ask the person about the motor of this index.
+
+    `by_eye` returns the answer that a simulated person sees in a motion of the arm.
+    """
 
     question: Question
     about: About = About.AGREEMENT
     motor: int = 0
+    by_eye: ByEye | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class NotePosture:
-    """Remember how the arm stands: something is going to move. For eyes that are no person's."""
+class Look:
+    """Look at the arm before a motor turns, and again when it has. A real person needs no hint."""
 
-    motor: int
+    moved: bool
 
 
 @dataclass(frozen=True, slots=True)
 class Keep:
-    """Write down what is known so far."""
+    """Save the notes so far."""
 
     notes: Mapping[str, Any]
 
@@ -212,25 +217,25 @@ def say(*lines: str) -> Talk[None]:
         yield Announce(line)
 
 
-def ask(question: Question, about: About, motor: int = 0) -> Talk[Any]:
+def ask(question: Question, about: About, motor: int = 0, by_eye: ByEye | None = None) -> Talk[Any]:
     """Ask the person; return the value of the answer."""
-    answer = yield AskPerson(question, about, motor)
+    answer = yield AskPerson(question, about, motor, by_eye)
     return answer
 
 
 def agreed(
     words: str, why: str, about: About = About.AGREEMENT, motor: int = 0, default: str | None = None
 ) -> Talk[bool]:
-    """Ask a question whose answer is yes or no. What moves or writes has no default."""
+    """Ask a question whose answer is yes or no. Give no default if a yes moves or writes."""
     answer = yield from ask(Question("", words, why, yes_or_no, default), about, motor)
     return bool(answer)
 
 
-# One finding: how grave it is, what was found, and what mends it.
+# A finding: its severity, what was found, and the remedy.
 
 
 class Grade(Enum):
-    """How grave a finding is."""
+    """The severity of a finding."""
 
     OK = "ok"
     NOTE = "note"
@@ -239,7 +244,7 @@ class Grade(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What was found, as a sentence, and what mends it: a line to type, or a sentence."""
+    """A sentence that says what was found, and its remedy: a line to type, or a sentence."""
 
     grade: Grade
     what: str
@@ -251,20 +256,20 @@ class Finding:
 
 
 def ok(what: str) -> Finding:
-    """Return a finding that is as it should be."""
+    """Return a finding that everything is right."""
     return Finding(Grade.OK, what)
 
 
 def note(what: str, mend: str = "") -> Finding:
-    """Return a finding that is worth knowing."""
+    """Return a finding that is good to know."""
     return Finding(Grade.NOTE, what, mend)
 
 
 def problem(what: str, mend: str) -> Finding:
-    """Return a finding that has to be mended."""
+    """Return a finding that needs a remedy."""
     return Finding(Grade.PROBLEM, what, mend)
 
 
 def any_problem(findings: Iterable[Finding]) -> bool:
-    """Tell whether something has to be mended."""
+    """Return whether a finding needs a remedy."""
     return any(each.grade is Grade.PROBLEM for each in findings)

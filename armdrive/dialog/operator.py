@@ -1,4 +1,4 @@
-"""What `home` and `verify` ask of whoever looks at the arm, and how an operator meets the arm."""
+"""The requests of `home` and `verify` to an operator, and the arm as an operator sees it."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from kinematics.spaces import Joints, Pose
 
 
 class JogResult(Protocol):
-    """What came of a jog."""
+    """The result of a jog."""
 
     @property
     def note(self) -> str:
-        """What was clipped or left out; empty where nothing was."""
+        """What was clipped or left out; empty if nothing was."""
 
 
 class JoggedArm(Protocol):
-    """An arm as an operator meets it: watched, jogged and stopped, and nothing else."""
+    """An arm that can be watched, jogged and stopped, and nothing else."""
 
     @property
     def status(self) -> Status:
-        """What is known of the arm now."""
+        """The arm's present status."""
 
     @property
     def model(self) -> ArmModel:
@@ -54,7 +54,7 @@ class JoggedArm(Protocol):
         """Jog the tip by increments, or for a time."""
 
     def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
-        """Jog for a time, and no longer unless called again; does not wait."""
+        """Jog for a time, unless called again before its end; do not wait."""
 
     def move_motors(self, *steps: int, speed: float = 0.25) -> object:
         """Move each motor by whole steps from where it is."""
@@ -67,9 +67,9 @@ class JoggedArm(Protocol):
 
 
 class PostureRequest:
-    """What `home` asks of an operator: bring the arm to this posture, and say whether it is there.
+    """Asks an operator to bring the arm to a posture and to say whether it is there.
 
-    While the operator is at work, `arm` may be jogged; nothing else is allowed.
+    The operator may jog `arm`, and do nothing else with it.
     """
 
     def __init__(self, arm: JoggedArm, pose: Pose, joints: Joints, opening_mm: float) -> None:
@@ -87,7 +87,7 @@ class PostureRequest:
 
 
 class MarkRequest(PostureRequest):
-    """What `verify` asks: the same posture, brought about by small jogs, as exactly as can be."""
+    """Asks for the same posture, reached by small jogs, as exactly as possible."""
 
     def __str__(self) -> str:
         return (
@@ -98,4 +98,4 @@ class MarkRequest(PostureRequest):
 
 
 Operator = Callable[[PostureRequest], bool]
-"""Somebody who looks at the arm: returns True when it stands in the posture asked for."""
+"""Returns True when the arm stands in the requested posture."""

@@ -54,8 +54,7 @@ class Phrase:
 PHRASES = (
     Phrase(
         "call `confirm_restored()`, or connect with `allow_restored=True`",
-        "answer the command's question in a terminal, add `--allow-restored`, or run "
-        "`armdrive home`",
+        "run the command in a terminal and answer its question, or add `--allow-restored`",
         "type `home`, or start the shell with `--allow-restored`",
         "press {confirm}",
     ),

@@ -1,10 +1,10 @@
-"""The dialects: a row for each, which is what it states about itself.
+"""The table of dialects: one row for each, with what the dialect states about itself.
 
-No other file names a dialect: where it matters what a device can do, its row is asked. To add one,
-write its subpackages and add its row to `_ROWS` (docs/adding-a-controller.md).
+No other file names a dialect; code that depends on a device's abilities asks its row. To add a
+dialect, write its subpackages and add its row to `_ROWS` (docs/adding-a-controller.md).
 
-Every command of the command line reads this table, most of them for the names alone. What a
-dialect needs to be driven, simulated or read from a file is imported when a row is asked for it.
+Every command reads this table, usually for the names alone. The code that drives or simulates a
+dialect, or reads its section of a file, is imported when its row is asked for it.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from firmware_protocol.frames import Frame
 
 
-# Simulated devices are imported when one is made: an arm on a real wire needs none.
+# A simulated device is imported when it is made: a real arm needs none.
 
 
 def _teachmover() -> SimDeviceKind:
@@ -78,7 +78,7 @@ _ROWS: tuple[tuple[Dialect, Callable[[], SimDeviceKind]], ...] = (
     (MKS, _mks),
     (CIA402, _cia402),
 )
-"""Each dialect: what it states about itself, and what returns how its simulated device is made."""
+"""Each dialect's statement about itself, and the import of its simulated device."""
 
 DIALECTS: Mapping[str, Dialect] = MappingProxyType({entry.name: entry for entry, _ in _ROWS})
 """What each dialect states about itself, by its name."""
@@ -89,7 +89,7 @@ DEFAULT = TEACHMOVER.name
 
 
 def dialect(name: str) -> Dialect:
-    """Return a row of the table; raises `BadRequest` that suggests the nearest name."""
+    """Return a row of the table. Raises `BadRequest`, which suggests the nearest name."""
     try:
         return DIALECTS[name]
     except KeyError:
@@ -100,39 +100,39 @@ def dialect(name: str) -> Dialect:
 
 
 def simulated_kind(name: str) -> SimDeviceKind:
-    """Return how the simulated device of a dialect is made; raises as `dialect` does."""
+    """Return the kind of a dialect's simulated device. Raises as `dialect` does."""
     return _SIMULATED[dialect(name).name]()
 
 
 def pendant_of(config: ArmConfig) -> PendantTools[PendantProgram]:
-    """Return how an arm's own program is read and written; raises `Refused` where it has none."""
+    """Return the tools for an arm's own program. Raises `Refused` if the arm keeps none."""
     tools = dialect(config.connection.dialect).pendant
     if tools is None:
         raise Refused(f"the {config.title} keeps no program in a memory of its own")
     return tools
 
 
-# What drives on a CAN bus speak.
+# The languages of drives on a CAN bus.
 
 LANGUAGES: Mapping[str, Language] = MappingProxyType(
     {row.language.name: row.language for row in DIALECTS.values() if row.language is not None}
 )
 """Every language by its name."""
 USUAL = next(iter(LANGUAGES.values()))
-"""Taken where nobody says otherwise: that of the first row that is spoken on a bus."""
+"""The default language on a bus: that of the first such row."""
 
 
 def language_of(name: str) -> Language:
-    """Return the language of a dialect that is spoken on a bus, the usual one of any other."""
+    """Return the language of a dialect on a bus; the default one for any other dialect."""
     return DIALECTS[name].language or USUAL
 
 
 def likely(frames: Iterable[Frame]) -> Language:
-    """Return the language in which the most of some frames can be read."""
-    heard = tuple(frames)
+    """Return the language in which most of these frames can be read."""
+    seen = tuple(frames)
 
     def foreign(language: Language) -> int:
         ear = language.ear()
-        return sum(ear.hear(frame).foreign for frame in heard)
+        return sum(ear.hear(frame).foreign for frame in seen)
 
     return min(LANGUAGES.values(), key=foreign)

@@ -1,4 +1,4 @@
-"""Arm files, read with the sections of the dialects that the registry knows."""
+"""Lists arm files, and reads them with the sections of the dialects in the registry."""
 
 from __future__ import annotations
 
@@ -7,34 +7,76 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from armdrive.config.arm import ArmConfig, ConfigSource, DialectSections, load, parse
-from armdrive.config.check import problems_of
+from armdrive.config.arm import ArmConfig, ConfigSource, read_arm, read_arm_table
+from armdrive.config.check import unusable
 from armdrive.config.sections import Connection
+from armdrive.dialects.dialect import Dialect
+from armdrive.errors import ArmFileError
 from armdrive.registry import DEFAULT, dialect
+from armdrive.storage import files as places
+from armdrive.text.toml import Problems, TomlTable, require_format
+from kinematics.errors import KinematicsError
+
+ENDING = ".toml"
 
 
-def sections() -> DialectSections:
-    """Return the dialects that an arm file may name."""
-    return DialectSections(DEFAULT, dialect)
+def arm_paths() -> list[Path]:
+    """Return the user's arm files, sorted by name, without the model files that lie among them."""
+    return [path for path in sorted(places.arm_files().glob(f"*{ENDING}")) if not _is_model(path)]
+
+
+def _is_model(path: Path) -> bool:
+    """Return whether a file describes a link table rather than an arm."""
+    try:
+        table = read_arm_table(path)
+        require_format(table)
+    except ArmFileError:
+        return False  # listed, so that the user sees what is wrong with it
+    return "links" in table and "model" not in table
+
+
+def arm_path(name: str) -> Path:
+    """Return where an arm's file is, or would be written; a path is returned unchanged."""
+    return Path(name) if name.endswith(ENDING) else places.arm_files() / f"{name}{ENDING}"
+
+
+def _find(name: str | None) -> Dialect:
+    return dialect(DEFAULT if name is None else name)
 
 
 def load_arm(path: Path) -> ArmConfig:
-    """Read an arm file. Raises `ArmFileError` that names the file, the key and the mend."""
-    return load(path, sections())
+    """Read an arm file. Raises `ArmFileError`, which names the file, the key and the remedy."""
+    table = read_arm_table(path)
+    try:
+        return parse_arm(table, name=path.stem, folder=path.parent)
+    except (ArmFileError, KinematicsError) as error:
+        raise ArmFileError(f"{path}: {error}") from None
 
 
 def parse_arm(table: Mapping[str, Any], *, name: str, folder: Path = Path()) -> ArmConfig:
-    """Turn a parsed TOML document into an arm; a model file is looked for from `folder`."""
-    return parse(table, sections(), name=name, folder=folder)
+    """Turn a parsed TOML document into an arm; a model file is looked for from `folder`.
+
+    Raises `ArmFileError` for the first problem.
+    """
+    problems = Problems()
+    config = read_arm(TomlTable(table, "", problems), _find, name=name, folder=folder)
+    problems.require_none()
+    if config is None:
+        raise ArmFileError("the arm file describes no arm")
+    return config
 
 
 def arm_problems(table: dict[str, Any], name: str, folder: Path) -> list[str]:
-    """Return a sentence for everything that is wrong with an arm file, as it is found."""
-    return problems_of(table, sections(), name, folder)
+    """Return a sentence for each problem of an arm file, in the order in which they are found."""
+    problems = Problems()
+    config = read_arm(TomlTable(table, "", problems), _find, name=name, folder=folder)
+    if config is not None:
+        problems.found += unusable(config, dialect(config.connection.dialect))
+    return problems.found
 
 
 def preset_arm(key: str, *, name: str, connection: Connection) -> ArmConfig:
-    """Return an arm as it leaves the factory, on the given wire."""
+    """Return the arm of a preset, on the given wire."""
     wire = {"dialect": connection.dialect, "baud": connection.baud}
     config = parse_arm({"model": key, "connection": wire}, name=name)
     return replace(config, connection=connection, source=ConfigSource({"model": key}))

@@ -1,8 +1,8 @@
-"""From the answers to an arm file's text, and to that of its model file where it has one.
+"""Writes the text of an arm file, and of its model file if it has one, from the answers.
 
-Answers stand where their questions say (setup/questions.py); what is worked out of several of them
-is added here: the model, motors with their steps and directions. Only what differs from the preset
-is written for an arm of the Mini-mover's build; an arm of a link table has everything written out.
+Each answer goes to the place that its question names (setup/questions.py). This module adds what
+follows from several answers: the model, and the motors with their steps and directions. For an arm
+of the Mini-mover's build it writes only what differs from the preset, for a link table everything.
 Comments say where a number comes from.
 """
 
@@ -19,12 +19,12 @@ from armdrive.setup.templates import COUPLED, model_text, typed_text
 from armdrive.text.toml_document import FORMAT_ENTRY, TomlEntry, TomlSection, document
 
 MODELS = "models"
-"""The folder of model files, beside the arm files."""
+"""The folder of model files, in the folder of arm files."""
 
 
 @dataclass(frozen=True, slots=True)
 class ArmFiles:
-    """What an interview comes to: texts, and the path of the model file from the arm file."""
+    """The texts that an interview makes, and the path of the model file from the arm file."""
 
     arm: str
     model: str | None
@@ -32,7 +32,7 @@ class ArmFiles:
 
     @property
     def shown(self) -> str:
-        """Both texts, as one shows them to a person."""
+        """Both texts in one."""
         if self.model is None:
             return self.arm
         return f"{self.arm}\n# --- and {self.model_path}:\n\n{self.model}"
@@ -73,13 +73,13 @@ ORDER = (
     "speeds_deg_s", "gripper", "fingers", "homing", "homing.joints_deg", "reference", "park",
     "guards",
 )  # fmt: skip
-"""The sections in the order of the file; that of the controller comes behind its connection."""
+"""The order of the sections; the controller's own follows its connection."""
 
 
 def _sections(draft: Draft, model_path: str) -> Iterator[TomlSection]:
     linked, dialect = draft.preset is None, draft.dialect.name
     model = (
-        TomlEntry("model", model_path, "the link table, beside this file")
+        TomlEntry("model", model_path, "the link table")
         if linked
         else TomlEntry("model", draft.template.preset)
     )
@@ -92,9 +92,9 @@ def _sections(draft: Draft, model_path: str) -> Iterator[TomlSection]:
         found["gripper"].append(TomlEntry("kind", draft.gripper))
     if linked:
         for name, known in (("limits_deg", draft.limits_deg), ("speeds_deg_s", draft.speed_deg_s)):
-            said = {entry.key: entry for entry in found[name]}
+            answered = {entry.key: entry for entry in found[name]}
             found[name] = [
-                said.get(joint) or TomlEntry(joint, known(joint)) for joint in draft.joints
+                answered.get(joint) or TomlEntry(joint, known(joint)) for joint in draft.joints
             ]
     else:
         found[""] += _gripper_steps(draft)
@@ -109,21 +109,21 @@ def _sections(draft: Draft, model_path: str) -> Iterator[TomlSection]:
                 yield from _array_of_motors(draft)
 
 
-# The motors of an arm file: steps per turn as a sum, and which joints a motor sees which way.
+# The motors of an arm file: steps per turn, and the joints that each motor moves.
 
 
 def _presets_own(draft: Draft) -> bool:
-    """Tell whether the steps of a Mini-mover's build are those of its preset."""
+    """Return whether the steps of an arm of the Mini-mover's build are those of its preset."""
     return not draft.measured or (draft.published_motors and not draft.template.half_steps)
 
 
 def _steps(draft: Draft) -> list[TomlEntry]:
-    """Return what [steps_per_turn] of a Mini-mover's build says; nothing of the preset's own."""
+    """Return the entries of [steps_per_turn]; none if they are the preset's own."""
     return [] if _presets_own(draft) else [_turning(draft, motor) for motor in draft.motors]
 
 
 def _gripper_steps(draft: Draft) -> list[TomlEntry]:
-    """Return `steps_per_mm` of the gripper's motor; nothing of the preset's own."""
+    """Return the gripper's `steps_per_mm`; nothing if it is the preset's own."""
     if _presets_own(draft) or not draft.stepped:
         return []
     if draft.published_motors:
@@ -133,7 +133,7 @@ def _gripper_steps(draft: Draft) -> list[TomlEntry]:
 
 
 def _array_of_motors(draft: Draft) -> Iterator[TomlSection]:
-    """Give [[motors]] of an arm of a link table, each with the joint that it sees."""
+    """Yield the [[motors]] of an arm with a link table, each with the joint that it moves."""
     reversed_motors = draft.get("reversed.motors", ())
     reversed_joints = draft.get("reversed.joints", ())
     for motor in draft.motors:
@@ -188,5 +188,5 @@ def _pulling(draft: Draft) -> TomlEntry:
 
 
 def _short(steps: float) -> float:
-    """Return the number without digits that no arm has."""
+    """Return the number with as many digits as an arm needs."""
     return float(f"{steps:.9g}")

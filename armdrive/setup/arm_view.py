@@ -1,4 +1,4 @@
-"""An arm as its file is understood: lengths, steps, directions, limits, bursts, stopping."""
+"""Shows an arm as armdrive reads its file: lengths, steps, directions, limits, stopping."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def _motor(motor: MotorSpec, seen: list[str], transmission: Transmission) -> dic
 
 
 def _wire(config: ArmConfig) -> dict[str, float]:
-    """Return what a piece of motion costs on this wire, and what share of the time is left."""
+    """Return the time of an exchange on this wire, and the share of time left for motion."""
     able, baud = dialect(config.connection.dialect).abilities, config.connection.baud
     lengths = Budget(config.motion.jog_burst_s, config.motion.planned_burst_s)
     share = lengths.moving_share(able.traffic, baud, able.queued_segments)
@@ -87,7 +87,7 @@ def _wire(config: ArmConfig) -> dict[str, float]:
 
 
 def _stopping(config: ArmConfig) -> dict[str, dict[str, float]]:
-    """Return the announced bounds while jogging and while moving as planned, arm stretched out."""
+    """Return the stop bounds, with the arm stretched out, while jogging and in planned motion."""
     controller = dialect(config.connection.dialect).controller(config)
     found = {}
     motion = config.motion
@@ -103,7 +103,7 @@ def _stopping(config: ArmConfig) -> dict[str, dict[str, float]]:
 
 
 def arm_lines(view: dict[str, Any]) -> list[str]:
-    """Return the same for people."""
+    """Return the view as lines of text."""
     port = view["port"] or "(no port: only simulated)"
     lines = [
         f"{view['arm']}: {view['title']}, model {view['model']}"
@@ -117,7 +117,7 @@ def arm_lines(view: dict[str, Any]) -> list[str]:
     for name, (low, high) in view["limits_deg"].items():
         speed = view["speeds_deg_s"][name]
         lines.append(f"  {name:<14} {low:8g} to {high:<6g} deg, {speed:g} deg/s")
-    lines += [_motor_line(motor) for motor in view["motors"]] or ["no motor steps are known"]
+    lines += [_motor_line(motor) for motor in view["motors"]] or ["the motor steps are unknown"]
     lines.append(f"gripper: {view['gripper']}; homes by itself: {_yes(view['homes_by_itself'])}")
     for what, bound in view["stopping"].items():
         lines.append(

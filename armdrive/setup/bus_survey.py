@@ -1,7 +1,7 @@
-"""Deeper examinations: the drives on a CAN bus, and the settings of a recognised controller.
+"""Surveys that load a driver: the drives on a CAN bus, and the settings of a known controller.
 
-A bus is listened to before it is asked; it is asked by readings alone, and not at all while another
-program commands drives. Nothing is set unless that is agreed to.
+A bus is listened to first. Then its drives are asked by readings alone, and not at all while
+another program commands them. Nothing is set without the user's consent.
 """
 
 from __future__ import annotations
@@ -9,38 +9,68 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TypeVar
 
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
 from armdrive.connect import parts as connecting
 from armdrive.connect.port import bare
-from armdrive.dialects.bus.tools import IDS, LISTEN_S, Answers, BusTools, Heard, of_nobody
+from armdrive.connect.target import simulation_forced
+from armdrive.dialects.bus import tools
+from armdrive.dialects.bus.tools import (
+    IDS,
+    LISTEN_S,
+    Answers,
+    BusTools,
+    Heard,
+    Listened,
+    frame_scripts,
+    of_nobody,
+)
 from armdrive.dialog.conversation import Finding, note, ok, problem
 from armdrive.errors import ArmError, BadRequest, LinkLost, PortUnavailable
-from armdrive.setup import findings as can_findings
-from armdrive.setup.diagnosis import Diagnosis, Report
-from armdrive.setup.dialog_runner import RealClock
-from armdrive.setup.finding import PROTOCOLS, ask_bus, listened, nodes_heard
-from armdrive.setup.findings import settings_findings
+from armdrive.registry import DIALECTS
+from armdrive.setup import dialog_runner
+from armdrive.setup import findings as after
+from armdrive.setup.dialog_runner import carry_out
 from armdrive.setup.limits import limit_remarks
+from armdrive.setup.ports import ClosedPort
+from armdrive.setup.prober import ask_bus, is_command, nodes_seen, protocols
+from armdrive.setup.survey import Diagnosis, Report, survey_port
 from armdrive.storage.arm_lock import hold
 from armdrive.tasks import DeviceSettings
-from armdrive.transports import ports
+from armdrive.transports import can_link, ports
+from armdrive.transports.address import is_can
 from armdrive.transports.can_address import CanAddress
 from armdrive.transports.can_health import BusHealth
-from armdrive.transports.can_link import open_can_link
 
 T = TypeVar("T")
 
 Agree = Callable[[DeviceSettings], bool]
 """Returns whether the settings that differ may be written."""
 
+
+def probe(port: str) -> Report:
+    """Open any port and report what it leads to; moves nothing. Raises `LinkError`."""
+    if simulation_forced():
+        raise PortUnavailable("ARMDRIVE_FORCE_SIM is set, so that no real port is opened")
+    report = Report(port)
+    if is_can(port):
+        BusSurvey(report, None).run()
+        bus = DIALECTS[report.dialect].bus if report.dialect else None
+        if bus is not None and bus.hint:
+            report.add([note(bus.hint.format(port=port))])
+    else:
+        survey_port(report, ClosedPort(port))
+    return report
+
+
 # The settings of a controller that was recognised, whatever wire leads to it.
 
 
 def compare_settings(config: ArmConfig, report: Report, agree: Agree | None) -> None:
-    """Connect as every command does, and compare the settings; mend them where that is agreed."""
+    """Connect as every command does, and compare the settings; write them if `agree` allows it."""
     try:
         with closing(Arm(connecting.connect_real(config))) as arm:  # `with arm` would enable it
             settings = arm.mend_settings([])
@@ -49,7 +79,7 @@ def compare_settings(config: ArmConfig, report: Report, agree: Agree | None) -> 
                 arm.mend_settings(lines)
                 settings = arm.mend_settings([])
                 report.add([ok(f"{len(lines)} settings were written")])
-            report.add(settings_findings(settings))
+            report.add(after.of_settings(settings))
             if settings.differences and report.arm:
                 report.more["next"] = [
                     f"armdrive doctor --arm {report.arm} --mend",
@@ -62,15 +92,12 @@ def compare_settings(config: ArmConfig, report: Report, agree: Agree | None) -> 
 
 
 def _unconnected(error: ArmError, config: ArmConfig) -> Finding:
-    """Say why an arm did not connect that was recognised, and what helps, as its error has it."""
+    """Say why an arm that was recognised did not connect, with the remedy of its error."""
     what, _, mend = bare(error, config.connection).partition(": ")
-    return problem(
-        f"it was recognised, but did not connect: {what}",
-        mend or "try once more",
-    )
+    return problem(f"it was recognised, but did not connect: {what}", mend or "try once more")
 
 
-# Who is on a CAN bus, how the bus is, and what differs from the arm file.
+# The drives on a CAN bus, the state of the bus, and what differs from the arm file.
 
 
 def ids_of(text: str) -> tuple[int, ...]:
@@ -81,14 +108,14 @@ def ids_of(text: str) -> tuple[int, ...]:
         if not first.isdecimal() or (dash and not last.isdecimal()):
             raise BadRequest(f"ids are written 1-16,20, not {text!r}")
         found |= set(range(int(first), int(last or first) + 1))
-    most = max(row.most for row in PROTOCOLS.values())
+    most = max(row.most for row in protocols().values())
     if not found or not 1 <= min(found) <= max(found) <= most:
         raise BadRequest(f"ids of drives are 1 to {most}, not {text!r}")
     return tuple(sorted(found))
 
 
 def only_bus() -> str:
-    """Return the one CAN bus that the system knows. Raises `PortUnavailable` for none, or more."""
+    """Return the only CAN bus that the system knows. Raises `PortUnavailable` for none or more."""
     there = [each.port for each in ports.list_can_ports(ports.list_ports()) if not each.todo]
     if len(there) == 1:
         return there[0]
@@ -101,11 +128,11 @@ def only_bus() -> str:
 
 @dataclass(frozen=True, slots=True)
 class BusSurvey:
-    """A survey of a CAN bus: who is there, how the bus is, what differs from an arm file.
+    """A survey of a CAN bus; its findings go to the report.
 
-    `ids` are asked; where none are given, the usual ones and those of the arm file. With
-    `every_rate`, other bit rates are tried where nobody answers. With `agree`, settings that differ
-    are written where that returns True.
+    `ids` are asked; if empty, the usual ones and those of the arm file. With `every_rate`, other
+    bit rates are tried if no drive answers. With `agree`, settings that differ are written if it
+    returns True.
     """
 
     report: Report
@@ -115,32 +142,28 @@ class BusSurvey:
     agree: Agree | None = None
 
     def run(self) -> Diagnosis:
-        """Survey the bus; what is found goes to the report."""
+        """Survey the bus."""
         report, config = self.report, self.config
         address = CanAddress.parse(report.port)
         master = getattr(config.device, "master_id", None) if config is not None else None
-        heard = self._alone(lambda: listened(address, master))
-        report.add(can_findings.of_listening(heard, LISTEN_S, _bits_s(address)))
-        if heard.commands:
-            return Diagnosis.MENDING
+        traffic = self._locked(lambda: listened(address, master))
+        report.add(after.of_listening(traffic, LISTEN_S, _bits_s(address)))
+        if traffic.commands:
+            return Diagnosis.PROBLEM
         if config is not None and self.agree is not None:
-            # first, so that what is told then is as it is now
+            # before the drives are asked, so that their settings are reported as written
             compare_settings(config, report, self.agree)
-        there = nodes_heard(heard.passing)
-        found = self._alone(lambda: self._told(address, there))
+        seen = nodes_seen(traffic.passing)
+        found = self._locked(lambda: self._asked(address, seen))
         report.more["drives"] = [view for each in found for view in each.views]
         if config is not None:
             self._weigh(config, found)
-        answering = [each for each in found if each.there]
-        if not answering:
-            return Diagnosis.NOBODY
-        if config is None:
-            steps = (PROTOCOLS[each.protocol].next for each in answering if each.drives)
-            report.more["next"] = [step.format(port=report.port) for step in steps]
-        return report.diagnosis
+        else:
+            self._advise(found)
+        return report.diagnosis if any(each.there for each in found) else Diagnosis.NO_ARM
 
-    def _alone(self, look: Callable[[], T]) -> T:
-        """Look at the bus while no other armdrive has it."""
+    def _locked(self, look: Callable[[], T]) -> T:
+        """Look at the bus while no other armdrive program has it."""
         port = self.report.port
         holding = hold(self.config.name if self.config is not None else port, port)
         try:
@@ -148,43 +171,63 @@ class BusSurvey:
         finally:
             holding.release()
 
-    def _told(self, address: CanAddress, heard: Heard) -> tuple[Answers, ...]:
-        """Ask the ids, at other bit rates too where nobody answers; add findings to the report."""
+    def _asked(self, address: CanAddress, seen: Heard) -> tuple[Answers, ...]:
+        """Ask the ids and report the answers; try other bit rates if no drive answers."""
         report, config = self.report, self.config
         known = config.device.ids if config is not None else ()
         ids = self.ids or tuple(sorted({*IDS, *known}))
         dialect = config.connection.dialect if config is not None else ""
-        found, health, lost = _asked(address, ids, heard, dialect)
-        report.add(can_findings.of_health(health, lost))
+        found, health, lost = _answers(address, ids, seen, dialect)
+        report.add(after.of_health(health, lost))
         for each in found:
             report.add(each.findings(health, config.name if config else "NAME"))
-        anybody = any(each.there for each in found)
-        if not anybody:
+        answered = any(each.there for each in found)
+        if not answered:
             report.add([of_nobody(ids, health)])
         report.more["bus"] = {"state": health.state.value, **_counters(health)}
-        if self.every_rate and not anybody:
-            _every_rate(address, ids, report)
+        if self.every_rate and not answered:
+            _try_every_rate(address, ids, report)
         return found
 
     def _weigh(self, config: ArmConfig, found: Sequence[Answers]) -> None:
-        """Say how what answers differs from the arm file; compare settings where that is safe."""
+        """Compare the answers with the arm file, and the settings if connecting sets nothing."""
         dialect, ids = config.connection.dialect, config.device.ids
         for each in found:
-            row = PROTOCOLS[each.protocol]
+            row = protocols()[each.protocol]
             if row.dialect != dialect:
                 if each.there:
                     self.report.add([_other(row, dialect)])
                 continue
-            self.report.add(can_findings.of_arm(ids, each.there, config.name, dialect))
+            self.report.add(after.of_arm(ids, each.there, config.name, dialect))
             self.report.add(each.of_arm(ids))
             if set(ids) <= set(each.there) and row.connects and self.agree is None:
                 compare_settings(config, self.report, None)
 
+    def _advise(self, found: Sequence[Answers]) -> None:
+        """Report what drives these are that no arm file names, and the command for them."""
+        rows = [protocols()[each.protocol] for each in found if each.drives]
+        self.report.more["dialect"] = rows[0].dialect if rows else ""
+        if any(each.there for each in found):
+            self.report.more["next"] = [row.next.format(port=self.report.port) for row in rows]
+
+
+def listened(address: CanAddress, master: int | None = None) -> Listened:
+    """Return the frames that pass by themselves.
+
+    The adapter does not even acknowledge them if it has a listen-only mode. The heartbeat of the
+    node `master` counts as a command.
+    """
+    frames = frame_scripts()
+    look = partial(tools.listen, frames.io, partial(is_command, master=master))
+    with closing(can_link.open_can_link(str(address.listening()))) as link:
+        traffic: Listened = carry_out(frames, look, link, dialog_runner.RealClock())
+    return traffic
+
 
 def _other(row: BusTools, dialect: str) -> Finding:
     return problem(
-        f"what answers speaks {row.name}, and the arm file says {dialect}",
-        f'dialect = "{row.dialect}" under [connection], if these are its drives',
+        f"these drives speak {row.name}, and the arm file says {dialect}",
+        f'dialect = "{row.dialect}" under [connection], if they are this arm\'s drives',
     )
 
 
@@ -193,13 +236,13 @@ def _counters(health: BusHealth) -> dict[str, int]:
     return {name: getattr(health, name) for name in names}
 
 
-def _asked(
-    address: CanAddress, ids: tuple[int, ...], heard: Heard, dialect: str = ""
+def _answers(
+    address: CanAddress, ids: tuple[int, ...], seen: Heard, dialect: str = ""
 ) -> tuple[tuple[Answers, ...], BusHealth, str]:
-    """Ask the ids; return what was found, how the adapter was then, and why the bus was lost."""
-    link = open_can_link(str(address))
+    """Return the answers, the adapter's state after them, and why the bus was lost if it was."""
+    link = can_link.open_can_link(str(address))
     try:
-        found = ask_bus(link, RealClock(), ids, heard, dialect)
+        found = ask_bus(link, dialog_runner.RealClock(), ids, seen, dialect)
     except LinkLost as error:
         return (), link.health, str(error).partition("was lost: ")[2]
     else:
@@ -208,18 +251,18 @@ def _asked(
         link.close()
 
 
-def _every_rate(address: CanAddress, ids: tuple[int, ...], report: Report) -> None:
+def _try_every_rate(address: CanAddress, ids: tuple[int, ...], report: Report) -> None:
     """Ask at every other bit rate that drives have."""
     if address.interface == "socketcan":
         report.add([note("the bit rate of a kernel's interface is set by `ip link`, one by one")])
         return
     known = _bits_s(address)
-    for bits_s in dict.fromkeys(rate for row in PROTOCOLS.values() for rate in row.bit_rates):
+    for bits_s in dict.fromkeys(rate for row in protocols().values() for rate in row.bit_rates):
         if bits_s == known:
             continue
         options = dict(address.options) | {"bitrate": str(bits_s)}
         other = replace(address, options=tuple(options.items()))
-        found, _, _ = _asked(other, ids, {})
+        found, _, _ = _answers(other, ids, {})
         report.add([_at_rate(found, bits_s, other)])
 
 
@@ -227,13 +270,13 @@ def _at_rate(found: Sequence[Answers], bits_s: int, address: CanAddress) -> Find
     kbit = bits_s // 1000
     named = ", ".join(str(node) for each in found for node in each.there)
     if not named:
-        return ok(f"nobody answers at {kbit} kbit/s")
+        return ok(f"no drive answers at {kbit} kbit/s")
     return problem(
-        f"at {kbit} kbit/s there answer: {named}", f'in the arm file: port = "{address}"'
+        f"at {kbit} kbit/s these answer: {named}", f'in the arm file: port = "{address}"'
     )
 
 
 def _bits_s(address: CanAddress) -> int:
-    """Return the bit rate, 0 where the address does not tell it."""
+    """Return the bit rate, or 0 if the address does not say it."""
     text = address.option("bitrate")
     return int(text) if text.isdecimal() else 0

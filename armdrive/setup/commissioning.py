@@ -1,12 +1,11 @@
-"""The whole walk-through: every drive of an arm, one after the other, left and taken up at will."""
+"""Commissions the drives of an arm, one after the other; the user may stop and go on later."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 from armdrive.dialects.bus.tools import (
     CarryOut,
@@ -20,9 +19,8 @@ from armdrive.dialects.bus.tools import (
 from armdrive.dialects.controller import Controller
 from armdrive.dialog.conversation import (
     About,
-    AskPerson,
     Keep,
-    NotePosture,
+    Look,
     Question,
     Talk,
     agreed,
@@ -31,12 +29,10 @@ from armdrive.dialog.conversation import (
     number,
     say,
 )
-from armdrive.setup.directions import AGAIN, NOTHING, OTHER, WAYS, Sight, sight
+from armdrive.setup.directions import AGAIN, NOTHING, OTHER, ArmMotion, ask_way
 from armdrive.setup.draft import ratio
-from armdrive.setup.finding import is_command
-from armdrive.setup.plan import MM, CommissioningPlan, Notes, Planned
-from armdrive.sim.device import DrivesOnBus
-from armdrive.sim.simulated_arm import SimulatedArm
+from armdrive.setup.plan import CommissioningPlan, Notes, Planned
+from armdrive.setup.prober import is_command
 from armdrive.tasks import (
     Done,
     MoveBy,
@@ -50,56 +46,57 @@ from armdrive.tasks import (
 )
 from kinematics.spaces import Motors
 
-# Trying one motor out in the arm: by a little motion its direction and its gear are found.
+# One motor is tried out in the arm: a small motion shows its direction and its gear.
 #
-# The first motion is an eighth of the second, since a gear that is believed wrongly would turn the
-# joint as many times too far. The controller of the dialect turns the motor, as that of an arm
-# that
-# is this motor alone, in pieces that each end by themselves within a quarter of a second.
+# The first motion is an eighth of the second, since a wrong gear would turn the joint that many
+# times too far. The dialect's controller turns the motor as if it were a whole arm, in pieces that
+# each end by themselves within a quarter of a second.
 
 NUDGE = 8
 """The first motion is this part of the second."""
 LIKE = 0.2
-"""A gear is taken as it was told where what was seen differs by no more than this share."""
+"""The user's gear is kept if the motion seen differs from the expected by at most this share."""
 AS_SAID, MORE = "as announced", "more"
+MUCH = 2.5
+"""A motion this many times as far as announced is "more"."""
 MOST = 10_000.0
 
 PIECE_S = 0.25
 """No motion is commanded further ahead."""
 WHOLE_S = 1.6
-"""A trial takes about so long."""
+"""A trial motion takes about this long."""
 RUN_S = 0.8
-"""A run of the watchdog's trial would take so long, were it not stopped."""
+"""The motion of the watchdog's trial takes this long if the watchdog does not stop it."""
 LED_S = 0.1
-"""So long it is led like any other; then nothing more is said."""
+"""That motion is sent like any other for this long; then nothing more is sent."""
 MOST_RPM = 60
 GIVE = 32
-"""No motor is sent back by more than it was sent, and this part of a turn."""
+"""A motor is sent back at most as far as it was sent, plus one turn divided by this."""
 
 
 @dataclass(frozen=True, slots=True)
 class TriedMotor:
-    """One motor and the controller that turns it; a turn of its shaft has so many counts."""
+    """One motor and the controller that turns it; `turn` is the counts of a turn of its shaft."""
 
     controller: Controller
     turn: int
 
     def switch_on(self) -> Talk[bool]:
-        """Have it hold; return whether it does, and say so where it does not."""
+        """Have the motor hold; return whether it does, and tell the user if not."""
         reply = yield from self._ask(SwitchOn())
         if not isinstance(reply, Done):
             yield from say(f"The drive did not switch its motor on: {_why(reply)}.")
         return isinstance(reply, Done)
 
     def where(self) -> Talk[int | None]:
-        """Read where it stands."""
+        """Return the motor's position; None if the drive does not tell it."""
         reply = yield from self._ask(ReadPosition())
         return reply.positions[0] if isinstance(reply, Registers) else None
 
     def turn_to(self, target: int, counts: int) -> Talk[str]:
-        """Turn to a count, as slowly as a motion of so many counts is to be watched; no farther.
+        """Turn to `target`, no further than `counts`, slowly enough to be watched.
 
-        Return what is wrong; empty where it is there.
+        Return what went wrong; empty if the motor is there.
         """
         reply = yield from self._ask(ReadPosition())
         if not isinstance(reply, Registers):
@@ -119,9 +116,9 @@ class TriedMotor:
         return ""
 
     def run_unled(self, counts: int) -> Talk[tuple[int, int | None]]:
-        """Begin a run of about so many counts, and fall silent in its midst as a dead program does.
+        """Begin to turn by about `counts`, and fall silent halfway as a program that dies does.
 
-        Return how far it was to go, and where it was found to stand.
+        Return how far the motor was to turn, and its position afterwards.
         """
         least = self.turn / 60.0 * RUN_S  # at one rpm
         way = round(min(max(counts, least), MOST_RPM * least))
@@ -136,7 +133,7 @@ class TriedMotor:
         return f"{stands}: {_why(reply)}"
 
     def _rate_hz(self, counts: int, seconds: float) -> float:
-        """Return the rate at which so many counts take about so long: whole rpm, never fast."""
+        """Return the rate at which `counts` take about `seconds`: whole rpm, never fast."""
         rpm = round(abs(counts) / self.turn * 60.0 / seconds)
         return max(1, min(rpm, MOST_RPM)) * self.turn / 60.0
 
@@ -146,14 +143,14 @@ class TriedMotor:
 
 
 def _why(reply: Reply) -> str:
-    """Say why something was not carried out."""
+    """Return why a request was not carried out."""
     if isinstance(reply, Timeout):
         return "it does not answer"
     return reply.reason if isinstance(reply, RequestRejected) else str(reply)
 
 
 def try_out(plan: CommissioningPlan, drive: Planned, motor: TriedMotor, notes: Notes) -> Talk[bool]:
-    """Find direction and gear of a motor; return whether that was done. Moves after each yes."""
+    """Find a motor's direction and gear; return whether that worked. Asks before each motion."""
     mounted = yield from agreed(
         f"Is the {drive.name} motor built into the arm, with space for a small motion? Then its "
         "direction and gear can be found now.",
@@ -197,17 +194,17 @@ def _gear(drive: Planned, default: float) -> Talk[float]:
     question = Question(
         "",
         f"How many turns of the motor are {drive.gear_words}?",
-        "20:1, teeth 60/16, a product of such, or a number. If you do not know, take what stands "
-        "in brackets: the first motion is very small, and shows whether it is about right.",
+        "20:1, teeth 60/16, a product of such, or a number. If you do not know, press Enter: the "
+        "first motion is very small, and shows whether the default is about right.",
         lambda line: ratio(line).turns,
         f"{default:.6g}",
     )
-    told = float((yield from ask(question, About.NUMBER, drive.motor)))
-    return default if math.isclose(told, default, rel_tol=1e-5) else told  # brackets round
+    gear = float((yield from ask(question, About.NUMBER, drive.motor)))
+    return default if math.isclose(gear, default, rel_tol=1e-5) else gear  # it is shown rounded
 
 
 def _nudged(drive: Planned, motor: TriedMotor, start: int, gear: float) -> Talk[float]:
-    """Move a very little and back; return the gear that is right so far, 0 to leave it."""
+    """Move very little and back; return a gear that fits, or 0 to leave the motor out."""
     while True:
         counts = max(counts_of(drive, gear) // NUDGE, 1)
         about = drive.amount / NUDGE
@@ -220,8 +217,9 @@ def _nudged(drive: Planned, motor: TriedMotor, start: int, gear: float) -> Talk[
             )
         ):
             return 0.0
-        yield NotePosture(drive.motor)
+        yield Look(moved=False)
         trouble = yield from motor.turn_to(start + counts, counts)
+        yield Look(moved=True)
         seen = "" if trouble else (yield from _compared(drive, about))
         if (yield from _brought_back(drive, motor, start, counts, trouble)):
             return 0.0
@@ -235,28 +233,33 @@ def _compared(drive: Planned, about: float) -> Talk[str]:
     question = Question(
         "",
         f"Was that about {drive.shown(about)}? {', '.join(words)}:",
-        f"{MORE}: much more than that, so that the gear is another. {NOTHING}: too little to see, "
-        "which is no harm; a larger motion follows after your yes.",
+        f"{MORE}: much more than that, so the gear is wrong. {NOTHING}: too little to see, which "
+        "is fine; a larger motion follows after your yes.",
         choice(words),
         None,
     )
-    return str((yield from ask(question, About.SEEN, drive.motor)))
+
+    def by_eye(motion: ArmMotion) -> str:
+        return MORE if drive.moved(motion) > MUCH * about else AS_SAID
+
+    return str((yield from ask(question, About.SEEN, drive.motor, by_eye)))
 
 
 def _shown(drive: Planned, motor: TriedMotor, start: int, gear: float, notes: Notes) -> Talk[str]:
-    """Make the whole trial; note what was seen of it, and return the word for it."""
+    """Make the whole trial motion; note what the user saw, and return the word for it."""
     counts = counts_of(drive, gear)
     if not (
         yield from agreed(
-            f"Now by about {drive.shown(drive.amount)}; it waits there for your answers, then "
-            "goes back. Go?",
+            f"Now by about {drive.shown(drive.amount)}; the motor waits there for your answers, "
+            "then goes back. Go?",
             "Stand behind the arm: left and right are yours as you look along it.",
             motor=drive.motor,
         )
     ):
         return ""
-    yield NotePosture(drive.motor)
+    yield Look(moved=False)
     trouble = yield from motor.turn_to(start + counts, counts)
+    yield Look(moved=True)
     word, roll, measured = "", "", 0.0
     if not trouble:
         word, roll, measured = yield from _asked(drive)
@@ -273,49 +276,30 @@ def _shown(drive: Planned, motor: TriedMotor, start: int, gear: float, notes: No
 
 
 def _asked(drive: Planned) -> Talk[tuple[str, str, float]]:
-    words = (*drive.trial.words(), NOTHING, OTHER, AGAIN)
-    question = Question(
-        "",
-        f"Which way did it go? {', '.join(words)}:",
-        f"{OTHER}: something else moved, so this drive sits on another motor. {AGAIN}: show me "
-        "again.",
-        choice(words),
-        None,
-    )
-    word = str((yield from ask(question, About.WAY, drive.motor)))
+    word, roll = yield from ask_way(drive.trial)
     if word in (NOTHING, OTHER, AGAIN):
         return word, "", 0.0
-    roll = ""
-    if drive.trial.turns_hand:
-        rolls = (*WAYS["roll"], NOTHING)
-        turning = Question(
-            "",
-            f"And the hand turned about its own axis? {', '.join(rolls)}:",
-            "Seen from behind the hand, looking towards the finger tips.",
-            choice(rolls),
-            None,
-        )
-        roll = str((yield from ask(turning, About.ROLL, drive.motor)))
     about = drive.amount
     far = Question(
         "",
         f"How far did the {drive.moves} move, in {drive.unit}?",
-        "Measure it, or judge it by eye: a share of a fifth is near enough to find a wrong gear.",
+        "Measure it, or judge it by eye: to within a fifth is good enough to find a wrong gear.",
         number(0.001, MOST, drive.unit),
         f"{about:.2g}",
     )
-    return word, roll, float((yield from ask(far, About.AMOUNT, drive.motor)))
+    by_eye = lambda motion: f"{drive.moved(motion):.3g}"  # noqa: E731
+    return word, roll, float((yield from ask(far, About.AMOUNT, drive.motor, by_eye)))
 
 
 def _concluded(drive: Planned, gear: float, measured: float) -> Talk[float]:
-    """Return the gear: as it was told, where what was seen is about that."""
+    """Return the gear: the user's if the motion agrees with it, else ask for it again."""
     about = drive.amount
     if abs(measured / about - 1.0) <= LIKE:
         return gear
     by_sight = gear * about / measured
     yield from say(
-        f"It moved {drive.shown(measured)}, and {drive.shown(about)} were expected: by that the "
-        f"gear is about {by_sight:.3g}, not {gear:.6g}."
+        f"It moved {drive.shown(measured)} instead of {drive.shown(about)}, so the gear is about "
+        f"{by_sight:.3g}, not {gear:.6g}."
     )
     return (yield from _gear(drive, float(f"{by_sight:.3g}")))
 
@@ -323,7 +307,7 @@ def _concluded(drive: Planned, gear: float, measured: float) -> Talk[float]:
 def _brought_back(
     drive: Planned, motor: TriedMotor, start: int, counts: int, trouble: str
 ) -> Talk[bool]:
-    """Turn back to the start; tell whether that, or what came before, went wrong, and say so."""
+    """Turn back to the start; return whether this or the last motion failed, and tell the user."""
     back = yield from motor.turn_to(start, counts)
     if trouble or back:
         yield from say(f"The {drive.name} motor {trouble or back}.")
@@ -331,39 +315,39 @@ def _brought_back(
 
 
 _UNCLEAR = {
-    NOTHING: "Nothing moved that you could see: look at the gear's or belt's seat on the {name} "
-    "motor's shaft, or tell a smaller number of turns, and try again.",
-    OTHER: "Another motor moved: this drive does not sit on the {name}. Exchange the cables, or "
-    "the ids in the arm file's [mks], and begin this drive again.",
+    NOTHING: "You saw nothing move: check that the gear or belt sits firmly on the {name} motor's "
+    "shaft, or give a smaller number of turns, and try again.",
+    OTHER: "Another motor moved: this drive is not connected to the {name} motor. Exchange the "
+    "cables, or the ids in the arm file's [mks], and begin this drive again.",
 }
 
 
-# Whether a drive stops by itself when its bus falls silent: its motor runs, and nobody says a word.
+# The watchdog is tried: does a drive stop by itself if its bus falls silent while it moves?
 
 TRIAL_S = 0.1
-"""What the watchdog is set to while it is tried."""
+"""The watchdog's time while it is tried."""
 STILL_SHARE = 0.01
-"""One that has come no farther did not run at all."""
+"""A motor that came no further than this share of its way did not run at all."""
 STOPPED_SHARE = 0.7
-"""It was stopped where it has come no farther than this share of its way."""
+"""A motor that came no further than this share of its way was stopped."""
 
 
 def try_watchdog(
     drive: Planned, at_hand: DriveAtHand, motor: TriedMotor, counts: int
 ) -> Talk[bool | None]:
-    """Try by a run of so many counts whether a drive stops by itself when its bus is silent.
+    """Try whether a drive stops by itself when its bus is silent, by a motion of some `counts`.
 
-    Return whether it stopped the motor, None where that was not tried.
+    Return whether the drive stopped; None if that was not tried.
     """
     if not at_hand.watchdog_s:
         return None
     if not (
         yield from agreed(
-            f"Try the watchdog? The {drive.name} runs as far as before, and the bus is "
-            f"silent: it should stop early by itself. For {RUN_S:g} s only the supply's switch "
-            "could stop it otherwise. Now?",
-            f"The watchdog is set to {TRIAL_S * 1000:.0f} ms meanwhile, and back to "
-            f"{at_hand.watchdog_s:g} s afterwards. no trusts it untried.",
+            f"Try the watchdog? The {drive.name} runs as far as before, and the bus falls silent: "
+            f"the drive should stop early by itself. If it does not, only the supply's switch "
+            f"stops it for {RUN_S:g} s. Now?",
+            f"The watchdog is set to {TRIAL_S * 1000:.0f} ms for the trial, and back to "
+            f"{at_hand.watchdog_s:g} s afterwards. no leaves it untried.",
             motor=drive.motor,
         )
     ):
@@ -372,34 +356,31 @@ def try_watchdog(
         return None
     start = yield from motor.where()
     if start is None or not (yield from at_hand.set_watchdog(TRIAL_S)):
-        yield from say("The drive does not take the watchdog.")
+        yield from say("The drive refuses the watchdog's time.")
         return False
     way, at = yield from motor.run_unled(counts)
     kept = yield from at_hand.set_watchdog(at_hand.watchdog_s)
     yield from motor.turn_to(start, counts)
     if at is None or not kept:
-        yield from say(f"Drive {drive.node} stopped answering: look at its supply and cable.")
+        yield from say(f"Drive {drive.node} stopped answering: check its supply and cable.")
         return False
     share = abs(at - start) / way
     if share < STILL_SHARE:
-        yield from say("The motor did not move at all, so that this tells nothing.")
+        yield from say("The motor did not move at all, so the trial shows nothing.")
         return None
     works = share <= STOPPED_SHARE
     yield from say(
         f"The watchdog works: it stopped after {share:.0%} of the way."
         if works
-        else "The watchdog did not stop it. The drive ends at its last target when the "
-        "computer dies, which armdrive keeps no further ahead than 0.3 s."
+        else "The watchdog did not stop it. If this computer dies, the drive goes on to its last "
+        "target, which armdrive keeps at most 0.3 s ahead."
     )
     return works
 
 
 @dataclass(frozen=True, slots=True)
 class CommissioningOutcome:
-    """What came of it: notes by motor, the motors that were left out, and who is missing at last.
-
-    `finished` says whether every drive has been met and settled.
-    """
+    """The result: notes by motor, the motors left out, and the drives missing at the end."""
 
     notes: Mapping[str, Notes]
     left_out: tuple[str, ...]
@@ -407,16 +388,16 @@ class CommissioningOutcome:
 
     @property
     def finished(self) -> bool:
-        """Whether nothing is left to be done."""
+        """Whether every drive is set up and answers."""
         return not self.left_out and not self.missing
 
 
 def walk(
     plan: CommissioningPlan, notes: dict[str, Notes], *, again: bool = False
 ) -> Talk[CommissioningOutcome]:
-    """Commission every drive of an arm; what was noted before is not asked again, unless `again`.
+    """Commission every drive of an arm; steps noted earlier are skipped, unless `again`.
 
-    Ended at any question, it goes on there with the notes that were kept by then.
+    The user can leave at any question; the next run goes on there with the notes kept so far.
     """
     yield from _introduce(plan, notes, again=again)
     if (yield from _others_command()):
@@ -437,31 +418,31 @@ def _introduce(plan: CommissioningPlan, notes: Mapping[str, Notes], *, again: bo
         "For each of them:",
         *(f"  {number}  {step}" for number, step in enumerate(plan.tools.steps, 1)),
         "Nothing is written and nothing turns without your yes, and each question says what will "
-        "happen. Ctrl-C leaves at any time: what is done stays done, and the same command goes on "
-        "there.",
+        "happen. Ctrl-C leaves at any time: finished steps stay done, and the same command "
+        "continues from there.",
         plan.tools.caution,
     )
     done = [each.name for each in plan.drives if notes.get(each.name, Notes()).done]
     if done and not again:
-        yield from say(f"Done in an earlier run: {', '.join(done)}; --again does them once more.")
+        yield from say(f"Done in an earlier run: {', '.join(done)}; --again repeats them.")
 
 
 def _others_command() -> Talk[bool]:
-    """Tell whether another program is heard to command drives: two would set and move the same."""
+    """Return whether another program commands drives on this bus, and tell the user."""
     frames = frame_scripts()
-    heard: Listened = yield CarryOut(frames, partial(listen, frames.io, is_command))
-    if heard.commands:
+    traffic: Listened = yield CarryOut(frames, partial(listen, frames.io, is_command))
+    if traffic.commands:
         yield from say(
             "Another program commands drives on this bus: end it first, then begin again. "
-            "`armdrive can monitor` shows what it says. Nothing was asked or set."
+            "`armdrive can monitor` shows what it sends. Nothing was asked or set."
         )
-    return bool(heard.commands)
+    return bool(traffic.commands)
 
 
 def one(
     plan: CommissioningPlan, drive: Planned, notes: dict[str, Notes], *, again: bool
 ) -> Talk[bool]:
-    """Take one drive through its steps, keeping notes after each; return whether it is ready."""
+    """Take one drive through its steps and keep notes after each; return whether it is ready."""
     others = len(plan.drives) > 1
     place = DrivePlace(drive.motor, drive.name, drive.node)
     at_hand = yield from plan.tools.arrive(plan.config, place, others)
@@ -470,7 +451,7 @@ def one(
     noted = notes.setdefault(drive.name, Notes())
     noted.firmware = at_hand.firmware or noted.firmware
     if noted.done and not again and at_hand.keeps_settings:
-        yield from say("It has its id and its settings: nothing is to be done.")
+        yield from say("It has its id and its settings: nothing to do.")
         return True
     noted.current_ma = yield from at_hand.settle()
     yield Keep(notes)
@@ -489,14 +470,14 @@ def one(
 
 
 def together(plan: CommissioningPlan) -> Talk[tuple[str, ...]]:
-    """Ask all drives, once all are plugged in; return who does not answer alone."""
+    """Ask all drives once they are plugged in; return the names of those that do not answer."""
     yield from say("", "--- all together")
     while True:
         if not (
             yield from agreed(
-                f"Are all {len(plan.drives)} drives plugged in, to be asked together? Nothing "
-                "turns.",
-                "no ends here: the arm file can be written all the same.",
+                f"Are all {len(plan.drives)} drives plugged in? Then they are asked together; "
+                "nothing turns.",
+                "no ends here; the arm file can still be written.",
             )
         ):
             return tuple(each.name for each in plan.drives)
@@ -505,88 +486,10 @@ def together(plan: CommissioningPlan) -> Talk[tuple[str, ...]]:
             if not (yield from on_wire(plan.tools.alone, drive.node)):
                 wrong.append(drive)  # noqa: PERF401 - a talk cannot be held in a comprehension
         if not wrong:
-            yield from say(f"All {len(plan.drives)} answer, each alone.")
+            yield from say(f"All {len(plan.drives)} drives answer, each under its own id.")
             return ()
         named = ", ".join(each.title for each in wrong)
         yield from say(
-            f"Not there, or two of one id: {named}. With all of them on it the bus needs its "
-            "resistors of 120 ohm at the two ends, and nowhere else."
+            f"Not there, or two drives with one id: {named}. The whole bus needs a resistor of 120 "
+            "ohm at each of its two ends, and nowhere else."
         )
-
-
-# Commissioning practised on a simulated arm: hands that plug in, eyes that see.
-
-MUCH = 2.5
-"""So many times as far as announced is "more"."""
-_SEEN = frozenset({About.SEEN, About.WAY, About.ROLL, About.AMOUNT})
-
-
-class Practice:
-    """A person beside a simulated arm, who does and sees what one would beside a real one.
-
-    Without `ask` he answers everything himself; with it a person does, and is told what was seen.
-    """
-
-    def __init__(
-        self,
-        twin: SimulatedArm,
-        plan: CommissioningPlan,
-        tell: Callable[[str], None],
-        ask: Callable[[AskPerson], Any] | None = None,
-    ) -> None:
-        """Begin with every drive's CAN cable pulled."""
-        self.tell = tell
-        self._ask = ask
-        self._twin = twin
-        self._plan = plan
-        self._before = (twin.world.joints, twin.world.opening_mm)
-        for motor in range(len(plan.drives)):
-            self._plug(motor, on=False)
-
-    def watch(self, motor: int) -> None:  # noqa: ARG002 - the eyes are on the whole arm
-        """Look how the arm stands."""
-        self._before = (self._twin.world.joints, self._twin.world.opening_mm)
-
-    def answer(self, asked: AskPerson) -> Any:
-        """Do what a question is about, then answer it or have it answered."""
-        if asked.about is About.CONNECT:
-            self._plug(asked.motor, on=True)
-        seen = self._seen(asked) if asked.about in _SEEN else ""
-        if self._ask is None:
-            word = seen or asked.question.default or "yes"
-            self.tell(f"{asked.question.words} {word}")
-            return asked.question.read(word)
-        if seen:
-            self.tell(f"  (seen on the simulated arm: {seen})")
-            asked = replace(asked, question=replace(asked.question, default=seen))
-        return self._ask(asked)
-
-    def _plug(self, motor: int, *, on: bool) -> None:
-        board: Any = self._twin.board
-        if isinstance(board, DrivesOnBus):
-            board.drives().plug(motor, on)
-
-    def _seen(self, asked: AskPerson) -> str:
-        drive = self._plan.drives[asked.motor]
-        if asked.about is About.AMOUNT:
-            return f"{self._moved(drive):.3g}"
-        if asked.about is About.SEEN:
-            return MORE if self._moved(drive) > MUCH * drive.amount / NUDGE else AS_SAID
-        seen = self._sight()
-        if asked.about is About.ROLL:
-            return seen.word("roll") if "roll" in seen.visible() else NOTHING
-        ways = [way for way in seen.visible() if way in drive.trial.ways]
-        if ways:
-            return seen.word(ways[0])
-        return OTHER if seen.visible() else NOTHING
-
-    def _sight(self) -> Sight:
-        world, (joints, opening_mm) = self._twin.world, self._before
-        return sight(world.body.arm, joints, world.joints, world.opening_mm - opening_mm)
-
-    def _moved(self, drive: Planned) -> float:
-        world, (joints, opening_mm) = self._twin.world, self._before
-        if drive.unit == MM:
-            return abs(world.opening_mm - opening_mm)
-        at = joints.names.index(drive.moves.replace(" ", "_"))
-        return abs(math.degrees(world.joints[at] - joints[at]))

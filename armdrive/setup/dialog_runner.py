@@ -1,6 +1,6 @@
-"""Carries out work on a link, and talks about it: what is done on the wire, what a person is asked.
+"""Holds dialogs: tells and asks a person, and carries out work on a link in between.
 
-Drives are moved by nothing but their controller, and stopped by it too.
+Only a drive's controller moves it, and the same controller stops it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any, Protocol, TypeVar
 
 from armdrive.dialects.bus.tools import CarryOut, Executor, OnWire
 from armdrive.dialects.exchange import ScriptLoop
-from armdrive.dialog.conversation import Announce, AskPerson, Keep, NotePosture, Talk
+from armdrive.dialog.conversation import Announce, AskPerson, Keep, Look, Talk
 from armdrive.errors import LinkError
 from armdrive.runtime.clock import SignalsBetweenSteps
 from armdrive.tasks import Alert, Progress, ProtocolWarning, RequestRejected
@@ -23,13 +23,13 @@ from armdrive.transports.link import Link
 T = TypeVar("T")
 
 STOP_S = 3.0
-"""What is at work is given so long to end once a stop was asked for."""
+"""A stopped request has this long to end."""
 SILENCE_S = 1.2
-"""Whoever falls silent on purpose is silent for so long: longer than what it began goes on."""
+"""The length of a deliberate silence: the motion that was begun ends within it."""
 
 
 class Clock(Protocol):
-    """Time that passes while somebody listens."""
+    """The time that passes while a link is read."""
 
     def now_s(self) -> float:
         """Return the time."""
@@ -39,7 +39,7 @@ class Clock(Protocol):
 
 
 class RealClock:
-    """The computer's own."""
+    """The computer's monotonic clock."""
 
     def now_s(self) -> float:
         """Return the monotonic time."""
@@ -51,7 +51,7 @@ class RealClock:
 
 
 class DialogClock:
-    """Time on a simulated bus: it passes when somebody waits."""
+    """The time of a simulated bus, which passes only while the dialog waits."""
 
     def __init__(self) -> None:
         self._now_s = 0.0
@@ -61,7 +61,7 @@ class DialogClock:
         return self._now_s
 
     def sleep(self, link: Link, until_s: float) -> None:
-        """Jump to when something may have come, or to a moment."""
+        """Jump to the moment when something may have come, or to `until_s`."""
         self._now_s = min(max(link.next_s(), self._now_s), until_s)
 
 
@@ -72,10 +72,10 @@ def carry_out(
     clock: Clock,
     silent_after_s: float = math.inf,
 ) -> Any:
-    """Have a request carried out over a link; return its reply.
+    """Carry out a request over a link; return its reply. Raises `LinkLost`.
 
-    Whatever ends it early stops what it has set in motion. With `silent_after_s` nothing is said or
-    heard from then on for `SILENCE_S`; then it is stopped. Raises `LinkLost`.
+    An exception stops the motion that the request has begun. With `silent_after_s` nothing is sent
+    or read from then on for `SILENCE_S`; then the motion is stopped.
     """
     began_s = clock.now_s()
     executor.begin(request, began_s)
@@ -109,17 +109,17 @@ def _stopped(executor: Executor, link: Link, clock: Clock, *, hard: bool) -> Any
 
 
 def _led(executor: Executor, link: Link, clock: Clock, until_s: float) -> Any:
-    """Let an executor work until it has answered, or until a time; return its answer.
+    """Let an executor work until it has a reply, or until a time; return the reply.
 
-    An alert meanwhile is the answer: nothing else that was told is to be trusted then.
+    An alert takes the reply's place, since no reply can be trusted after it.
     """
     reply, alert = None, None
     while True:
         now_s = clock.now_s()
-        with SignalsBetweenSteps():  # a script that Ctrl-C tears apart could stop nothing
+        with SignalsBetweenSteps():  # Ctrl-C inside a script would leave the motion unstopped
             executor.receive(link.read(now_s), now_s)
-            if said := executor.advance(now_s):
-                link.write(said, now_s)
+            if data := executor.advance(now_s):
+                link.write(data, now_s)
         while (event := executor.next_event()) is not None:
             if isinstance(event, Alert):
                 alert = RequestRejected(event.text)
@@ -131,20 +131,46 @@ def _led(executor: Executor, link: Link, clock: Clock, until_s: float) -> Any:
 
 
 class DialogPerson(Protocol):
-    """Who is told, is asked, and looks at the arm."""
+    """The person in a dialog, who is told and asked, and looks at the arm."""
 
     def tell(self, text: str) -> None:
-        """Hear a line."""
+        """Tell the person a line."""
 
     def answer(self, asked: AskPerson) -> Any:
-        """Answer a question, by its reader's value."""
+        """Ask the person; return the answer as its reader gives it."""
 
-    def watch(self, motor: int) -> None:
-        """Look how the arm stands, before a motor turns."""
+    def look(self, *, moved: bool) -> None:
+        """Have the person look at the arm before a motor turns, and again when it has."""
+
+
+def _refuse(act: object) -> Any:
+    raise TypeError(f"this dialog has no wire for {act!r}")
+
+
+def converse(talk: Talk[T], person: DialogPerson, perform: Callable[[object], Any] = _refuse) -> T:
+    """Hold a dialog with a person to its end; `perform` carries out every other act."""
+    result: Any = None
+    try:
+        while True:
+            result = _done(talk.send(result), person, perform)
+    except StopIteration as end:
+        found: T = end.value
+        return found
+
+
+def _done(act: object, person: DialogPerson, perform: Callable[[object], Any]) -> Any:
+    match act:
+        case Announce(text):
+            return person.tell(text)
+        case AskPerson():
+            return person.answer(act)
+        case Look(moved):
+            return person.look(moved=moved)
+    return perform(act)
 
 
 class DialogRunner:
-    """One link, the scripts of the protocol spoken on it, one clock, one person."""
+    """Holds dialogs beside a link, which scripts of its protocol and controllers speak on."""
 
     def __init__(
         self,
@@ -161,32 +187,20 @@ class DialogRunner:
         self._keep = keep
 
     def run(self, talk: Talk[T]) -> T:
-        """Carry out a talk to its end."""
-        result: Any = None
-        try:
-            while True:
-                result = self._do(talk.send(result))
-        except StopIteration as end:
-            found: T = end.value
-            return found
+        """Hold a dialog to its end."""
+        return converse(talk, self._person, self._perform)
 
-    def _do(self, act: object) -> Any:
+    def _perform(self, act: object) -> Any:
         match act:
-            case Announce(text):
-                self._person.tell(text)
-            case AskPerson():
-                return self._person.answer(act)
-            case NotePosture(motor):
-                self._person.watch(motor)
             case Keep(notes):
-                self._keep(notes)
+                return self._keep(notes)
             case OnWire(script):
                 return self._carry_out(self._scripts, partial(script, self._scripts.io))
             case CarryOut(executor, request, silent_after_s):
                 return self._carry_out(executor, request, silent_after_s)
-        return None
+        return _refuse(act)
 
     def _carry_out(self, executor: Executor, request: Any, silent_after_s: float = math.inf) -> Any:
         now_s = self._clock.now_s()
-        executor.receive(self._link.read(now_s), now_s)  # what came before answers nothing of this
+        executor.receive(self._link.read(now_s), now_s)  # older bytes answer no new request
         return carry_out(executor, request, self._link, self._clock, silent_after_s)

@@ -1,8 +1,8 @@
-"""What a person sees of a small motion: the finger tips go left, up or out, the hand turns.
+"""Finds the directions of motors from small motions: what should be seen, and what was seen.
 
-Everything is in mm at the tip, so that one direction can be compared with another; turning of the
-hand about its own axis counts as `ROLL_LEVER_MM` a radian. Directions are seen from behind the
-arm: left is counter-clockwise about the base axis from above, and clockwise is seen along the hand.
+A motion is described in mm at the finger tips, so that its directions can be compared; a turn of
+the hand about its own axis counts as `ROLL_LEVER_MM` a radian. The user stands behind the arm: left
+is counter-clockwise about the base axis from above, and clockwise is seen along the hand.
 """
 
 from __future__ import annotations
@@ -11,11 +11,12 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
+from functools import partial
 from types import MappingProxyType
 from typing import Any
 
 from armdrive.config.arm import ArmConfig
-from armdrive.dialog.conversation import WrongAnswer
+from armdrive.dialog.conversation import About, Question, Talk, WrongAnswer, ask, choice
 from armdrive.errors import BadRequest, Refused
 from armdrive.sim.world.body import found_posture
 from armdrive.text.toml_amend import Change
@@ -25,7 +26,7 @@ from kinematics.transmission import Transmission
 
 ROLL_LEVER_MM = 40.0
 SEEN_SHARE = 0.15
-"""A direction with less than this share of the strongest one escapes the eye."""
+"""A direction with less than this share of the strongest one is not noticed."""
 LEAST_MM = 0.05
 
 WAYS: Mapping[str, tuple[str, str]] = MappingProxyType(
@@ -42,23 +43,23 @@ WAYS: Mapping[str, tuple[str, str]] = MappingProxyType(
 
 @dataclass(frozen=True, slots=True)
 class Sight:
-    """A motion as it is seen: mm in each direction of `WAYS`, signed."""
+    """A motion as it looks: signed mm in each direction of `WAYS`."""
 
     way_mm: Mapping[str, float]
 
     @property
     def strongest_mm(self) -> float:
-        """The most that is seen in any direction."""
+        """The motion in the strongest direction."""
         return max(map(abs, self.way_mm.values()))
 
     def visible(self) -> tuple[str, ...]:
-        """Return the directions that catch the eye, the strongest first."""
+        """Return the directions that are noticed, the strongest first."""
         least = max(SEEN_SHARE * self.strongest_mm, LEAST_MM)
         seen = [way for way, mm in self.way_mm.items() if abs(mm) >= least]
         return tuple(sorted(seen, key=lambda way: -abs(self.way_mm[way])))
 
     def word(self, way: str) -> str:
-        """Return the word for what happens in one direction."""
+        """Return the word for the motion in one direction."""
         positive, negative = WAYS[way]
         return positive if self.way_mm[way] > 0.0 else negative
 
@@ -67,8 +68,34 @@ class Sight:
         return ", ".join(seen) or "nothing"
 
 
+@dataclass(frozen=True, slots=True)
+class ArmMotion:
+    """A motion of an arm: its joints and the opening of its fingers before and after."""
+
+    arm: ArmGeometry
+    before: Joints
+    after: Joints
+    opened_from_mm: float
+    opened_to_mm: float
+
+    @property
+    def sight(self) -> Sight:
+        """The motion as it looks."""
+        return sight(self.arm, self.before, self.after, self.opened_mm)
+
+    @property
+    def opened_mm(self) -> float:
+        """How far the fingers have opened."""
+        return self.opened_to_mm - self.opened_from_mm
+
+    def turned_deg(self, joint: str) -> float:
+        """Return how far a joint has turned."""
+        at = self.after.names.index(joint)
+        return math.degrees(self.after[at] - self.before[at])
+
+
 def sight(arm: ArmGeometry, before: Joints, after: Joints, opened_mm: float = 0.0) -> Sight:
-    """Return what is seen when an arm goes from one posture to another."""
+    """Return how the motion from one posture to another looks."""
     (x0, y0, z0), (x1, y1, z1) = arm.points(before)[-1], arm.points(after)[-1]
     radius = math.hypot(x0, y0)
     turned = _wrapped(math.atan2(y1, x1) - math.atan2(y0, x0)) if radius > LEAST_MM else 0.0
@@ -88,18 +115,17 @@ def _wrapped(angle_rad: float) -> float:
     return math.remainder(angle_rad, math.tau)
 
 
-# Directions of motors and joints from what a person saw: trials, answers, and their conclusion.
+# Trials, answers, and the conclusion about the directions of motors and joints.
 #
 # Each motor is turned alone, since the cables of a Mini-mover make one motor move several joints.
-# What ought to be seen follows from the model; where the other way was seen, the motor counts the
-# other way. The hand's turning tells of the two wrist motors together: where both turn it the
-# other
-# way than their pitch says, it is the roll joint that is reversed.
+# The model says what should be seen; if the user saw the opposite, the motor counts the other way.
+# The hand's turn tells about the two wrist motors together: if both turn it the other way than
+# their pitch says, the roll joint is reversed.
 
 TRIAL_MM = 10.0
 TRIAL_RAD = math.radians(5.0)
 TRIAL_OPENING_MM = 3.0
-"""A trial is the shorter of these: what is seen at the tip, any joint's turn, the fingers' way."""
+"""A trial ends at the first of these: the motion of the tip, of a joint, and of the fingers."""
 
 TRIAL_SPEED = 0.1
 """The share of the motors' speed at which they are tried."""
@@ -109,7 +135,7 @@ NOTHING, OTHER, AGAIN = "nothing", "other", "again"
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """One motor turned alone by some steps, and what ought to be seen of it."""
+    """One motor turned alone by some steps, and what should be seen of it."""
 
     motor: int
     name: str
@@ -118,26 +144,67 @@ class Trial:
 
     @property
     def ways(self) -> tuple[str, ...]:
-        """The directions to ask for; the hand's turning only where nothing else is seen."""
+        """The directions to ask about; the hand's turn only if nothing else is visible."""
         seen = self.expected.visible()
         return tuple(way for way in seen if way != "roll") or seen
 
     @property
     def turns_hand(self) -> bool:
-        """Whether the hand's turning has to be asked for beside another direction."""
+        """Whether the hand's turn has to be asked about in addition to another direction."""
         return "roll" in self.expected.visible() and self.ways != ("roll",)
 
     def words(self) -> tuple[str, ...]:
-        """Return the words that an answer may be."""
+        """Return the words that are valid answers."""
         return tuple(word for way in self.ways for word in WAYS[way])
+
+
+def ask_way(trial: Trial) -> Talk[tuple[str, str]]:
+    """Ask which way a motor moved the arm, and which way the hand turned if it should turn.
+
+    Return the words for both; the second is empty if it was not asked.
+    """
+    words = (*trial.words(), NOTHING, OTHER, AGAIN)
+    way = Question(
+        trial.name,
+        f"Which way did it go? {', '.join(words)}:",
+        f"{OTHER}: something else moved, so this motor is wired in another one's place. {AGAIN}: "
+        "show me again.",
+        choice(words),
+        None,
+    )
+    word = str((yield from ask(way, About.WAY, trial.motor, partial(_seen_word, trial))))
+    if word in (NOTHING, OTHER, AGAIN) or not trial.turns_hand:
+        return word, ""
+    rolls = (*WAYS["roll"], NOTHING)
+    roll = Question(
+        "roll",
+        f"And the hand turned about its own axis? {', '.join(rolls)}:",
+        "Seen from behind the hand, looking towards the finger tips.",
+        choice(rolls),
+        None,
+    )
+    return word, str((yield from ask(roll, About.ROLL, trial.motor, _seen_roll)))
+
+
+def _seen_word(trial: Trial, motion: ArmMotion) -> str:
+    seen = motion.sight
+    ways = [way for way in seen.visible() if way in trial.ways]
+    if ways:
+        return seen.word(ways[0])
+    return OTHER if seen.visible() else NOTHING
+
+
+def _seen_roll(motion: ArmMotion) -> str:
+    seen = motion.sight
+    return seen.word("roll") if "roll" in seen.visible() else NOTHING
 
 
 @dataclass(frozen=True, slots=True)
 class SeenMotion:
-    """What somebody saw of a trial: a word, and which way the hand turned where that was asked.
+    """What the user saw of a trial: a word, and which way the hand turned if that was asked.
 
-    `instead` names the motor whose part moved, and `farther` is how far the motor went as a share
-    of what was shown.
+    `instead` names the motor whose part moved, and `farther` is the distance as a share of the
+    expected one.
     """
 
     trial: Trial
@@ -149,10 +216,10 @@ class SeenMotion:
 
 @dataclass(frozen=True, slots=True)
 class Signs:
-    """What is reversed, what could not be told, and what else was seen that is wrong.
+    """The motors and joints that are reversed or unclear, and other mistakes that were seen.
 
-    `farther` is by motor; `order` has the motor that was seen, by the one that was meant. Both
-    leave out those that are right.
+    `farther` has the share of the expected distance by motor; `order` has the motor that moved, by
+    the motor that was turned. Both leave out the motors that are right.
     """
 
     motors: tuple[str, ...] = ()
@@ -163,17 +230,17 @@ class Signs:
 
     @property
     def right(self) -> bool:
-        """Whether nothing has to be changed in the arm file."""
+        """Whether the arm file is right as it is."""
         return not any((self.motors, self.joints, self.farther, self.order))
 
     @property
     def swapped(self) -> bool:
-        """Whether those that changed places are the same as those in whose place they are."""
+        """Whether motors have changed places among themselves."""
         return bool(self.order) and set(self.order) == set(self.order.values())
 
 
 def trials(arm: ArmGeometry, transmission: Transmission, posture: Joints) -> tuple[Trial, ...]:
-    """Return a trial of each motor, the gripper's first: it makes room for the fingers."""
+    """Return a trial of each motor, the gripper's first, which makes room for the fingers."""
     order = list(range(len(transmission.motors)))
     if transmission.has_gripper:
         order = [order[-1], *order[:-1]]
@@ -198,7 +265,7 @@ def _trial(arm: ArmGeometry, transmission: Transmission, posture: Joints, motor:
 
 
 def _own_pull(turning: list[float], pulling: float) -> float:
-    """Return the fingers' way of the gripper's own motor: what follows another one is not asked."""
+    """Return the fingers' motion by the gripper's own motor alone, without what follows a joint."""
     return pulling if max(map(abs, turning)) == 0.0 else 0.0
 
 
@@ -210,7 +277,7 @@ def _seen(
 
 
 def check_word(trial: Trial, word: str) -> None:
-    """Raise `WrongAnswer` for a direction in which this motor does not move anything."""
+    """Raise `WrongAnswer` for a direction in which this motor moves nothing."""
     if word not in trial.words():
         raise WrongAnswer(
             f"the {trial.name} motor should move the arm {' or '.join(trial.words())}; if "
@@ -219,9 +286,9 @@ def check_word(trial: Trial, word: str) -> None:
 
 
 def conclude(seen: Iterable[SeenMotion], roll_joint: str) -> Signs:
-    """Return what is wrong; `roll_joint` is the one that two wrist motors turn together.
+    """Return what is wrong; `roll_joint` is the joint that the two wrist motors turn together.
 
-    A motor that was another one's tells nothing of directions.
+    A motor that moved another one's part shows nothing about directions.
     """
     motors, unclear, rolls = [], [], []
     farther, order = {}, {}
@@ -253,7 +320,7 @@ def _agreement(trial: Trial, word: str) -> int:
 
 
 def roll_joint(arm: ArmGeometry, posture: Joints) -> str:
-    """Return the joint whose turning is seen as the hand's turning alone, the last such one."""
+    """Return the last joint whose turn looks like a turn of the hand alone."""
     found = posture.names[-1]
     for index, name in enumerate(posture.names):
         angles = [angle + (0.01 if at == index else 0.0) for at, angle in enumerate(posture)]
@@ -263,13 +330,13 @@ def roll_joint(arm: ArmGeometry, posture: Joints) -> str:
     return found
 
 
-# From what was found out of an arm's motors to the keys of its file that have to say it.
+# The keys of an arm file that have to change.
 
 DIGITS = 9
 
 
 def known_steps(table: Mapping[str, Any], transmission: Transmission | None) -> dict[str, float]:
-    """Return the steps of each motor, of a turn or a mm, as a file or its preset has them."""
+    """Return each motor's steps for a turn or a mm, from an arm file or its preset."""
     if "motors" in table:
         return {each["name"]: each[_steps_key(each)] for each in table["motors"]}
     known: dict[str, float] = {}
@@ -292,9 +359,9 @@ def changes(
     signs: Signs,
     steps: Mapping[str, float],
 ) -> tuple[Change, ...]:
-    """Return the keys of an arm file's table that have to say something else.
+    """Return the changes to an arm file's keys. `steps` are new steps for a turn or a mm, by motor.
 
-    `steps` are those of a turn or a mm that were found, by motor. The order of motors is no key.
+    The order of the motors is not a key, and is changed elsewhere.
     """
     known = known_steps(table, transmission)
     found = {name: float(f"{each:.{DIGITS}g}") for name, each in steps.items()}
@@ -305,7 +372,7 @@ def changes(
 
 
 def _far(share: float) -> str:
-    return "" if share == 1.0 else f"it went {share:g} times as far as this said before"
+    return "" if share == 1.0 else f"it moved {share:g} times as far as it should have"
 
 
 def _of_preset(
@@ -331,7 +398,7 @@ def _of_motors(
     steps: Mapping[str, float],
     why: Mapping[str, str],
 ) -> Iterator[Change]:
-    """Give the changes of a list of motors: what follows a motor follows its direction as well."""
+    """Give the changes to [[motors]]; a motor that follows another follows its direction too."""
     turned = dict.fromkeys(signs.motors, -1)
     joints = dict.fromkeys(signs.joints, -1)
     known = known_steps({"motors": motors}, None)
@@ -341,7 +408,7 @@ def _of_motors(
         own = turned.get(name, 1)
         sees = {key: one * own * joints.get(key, 1) for key, one in motor.get("sees", {}).items()}
         if "sees" not in motor and own < 0:
-            sees = {"opening": -1}  # what a motor of fingers sees that says nothing
+            sees = {"opening": -1}  # the default of a gripper's motor
         if sees and sees != motor.get("sees"):
             yield Change(("motors", index, "sees"), sees, SawMotion.OTHER_WAY.value)
         if name in steps:
@@ -356,14 +423,14 @@ def _of_motors(
             yield Change(("motors", index, "follows"), now, "its motors were corrected")
 
 
-# Going through the motors of an arm, one after the other: turn it, say what was seen, go on.
+# The check goes through the motors of an arm: turn one, answer what was seen, turn the next.
 #
-# It moves nothing by itself: `steps` says what the next turn would be, and `turned` that it was
-# made. A motor is brought back before the next one's turn.
+# It moves nothing itself: `steps` returns the next motion, and the caller reports it by `turned`.
+# Each motor is brought back before the next one turns.
 
 
 class SawMotion(Enum):
-    """What was seen of one motor, beside what ought to be seen."""
+    """What was seen of one motor, compared with what should be seen."""
 
     AS_SHOWN = "it moved as shown"
     OTHER_WAY = "it moved the other way"
@@ -374,11 +441,11 @@ class SawMotion(Enum):
 
 
 FARTHER: Mapping[SawMotion, float] = {SawMotion.TWICE: 2.0, SawMotion.HALF: 0.5}
-"""How far it went, as a share of what the arm file says."""
+"""How far the motor moved, as a share of what the arm file says."""
 
 
 class DirectionCheck:
-    """Which motor's turn it is, and what was seen so far."""
+    """The motor whose turn it is, and the answers so far."""
 
     def __init__(self, arm: ArmGeometry, transmission: Transmission, posture: Joints) -> None:
         self.posture = posture
@@ -386,9 +453,9 @@ class DirectionCheck:
         self.trials = trials(arm, transmission, posture)
         self.looks: tuple[SeenMotion, ...] = ()
         self.away = False
-        """Whether the motor stands where it was turned to, and not yet where it was."""
+        """Whether the motor has been turned and not yet brought back."""
         self.shown = False
-        """Whether the motor was turned at all since its turn came."""
+        """Whether the motor has been turned since its turn came."""
         self._roll = roll_joint(arm, posture)
         self._half: SeenMotion | None = None
 
@@ -402,17 +469,17 @@ class DirectionCheck:
 
     @property
     def answered(self) -> bool:
-        """Whether a motor that is still away has been answered for: it only has to come back."""
+        """Whether the motor has its answer, and only has to be brought back."""
         return self.away and not self.shown
 
     @property
     def asks_hand(self) -> bool:
-        """Whether it is asked which way the hand turned about its own axis."""
+        """Whether the next answer is which way the hand turned about its own axis."""
         return self._half is not None
 
     @property
     def after(self) -> Joints | None:
-        """The posture that the motor's turn would lead to, as the arm file has it."""
+        """The posture after the motor's turn, according to the arm file."""
         trial = self.trial
         if trial is None:
             return None
@@ -422,7 +489,7 @@ class DirectionCheck:
         return Joints(tuple(angle + trial.steps * one for angle, one in turning), names)
 
     def steps(self, motors: int) -> tuple[int, ...]:
-        """Return the steps of all motors of the next turn: there, or back."""
+        """Return the steps of all motors for the next motion, there or back."""
         trial = self.trial
         counts = [0] * motors
         if trial is not None:
@@ -430,21 +497,21 @@ class DirectionCheck:
         return tuple(counts)
 
     def turned(self) -> None:
-        """Note that the turn was made."""
+        """Note that the motion was made."""
         if self.away:
             self.away = False
         else:
             self.away = self.shown = True
 
     def saw(self, what: SawMotion, instead: str = "") -> None:
-        """Take what was seen. Raises `BadRequest` where nothing was turned yet."""
+        """Take what was seen. Raises `BadRequest` if the motor has not been turned yet."""
         trial = self.trial
         if trial is None:
-            raise BadRequest("every motor has been answered for")
+            raise BadRequest("every motor has its answer")
         if self.answered:
-            raise BadRequest("it was answered already: bring it back first")
+            raise BadRequest("this motor has its answer: bring it back first")
         if not self.shown and what is not SawMotion.NOT_AT_ALL:
-            raise BadRequest("turn it first: nothing has been seen of it yet")
+            raise BadRequest("turn it first: it has not moved yet")
         way = trial.ways[0]
         shown = trial.expected.word(way)
         other = next(each for each in WAYS[way] if each != shown)
@@ -453,16 +520,21 @@ class DirectionCheck:
         }  # fmt: skip
         farther = FARTHER.get(what, 1.0)
         seen = SeenMotion(trial, words.get(what, shown), instead=instead, farther=farther)
-        told = what in (SawMotion.AS_SHOWN, SawMotion.OTHER_WAY)
-        if told and trial.turns_hand and self._half is None:
+        directed = what in (SawMotion.AS_SHOWN, SawMotion.OTHER_WAY)
+        if directed and trial.turns_hand and self._half is None:
             self._half = seen
         else:
             self._note(seen)
 
+    def answer(self, word: str, roll: str = "") -> None:
+        """Take the words of `ask_way` for a motor that was turned there and back."""
+        if self.trial is not None:
+            self._note(SeenMotion(self.trial, word, roll))
+
     def hand(self, word: str) -> None:
-        """Take which way the hand turned about its own axis: a word, or "" for not seen."""
+        """Take which way the hand turned about its own axis; "" if that was not seen."""
         if self._half is None:
-            raise BadRequest("the hand's turning is not asked for now")
+            raise BadRequest("the question is not which way the hand turned")
         self._note(replace(self._half, roll=word))
 
     def _note(self, look: SeenMotion) -> None:
@@ -470,19 +542,19 @@ class DirectionCheck:
         self.shown, self._half = False, None
 
     def others(self) -> tuple[str, ...]:
-        """Return the names of the other motors, any of which may be behind this one's number."""
+        """Return the names of the other motors, any of which may have moved instead."""
         now = self.trial
         return tuple(m.name for m in self.transmission.motors if now is None or m.name != now.name)
 
     def signs(self) -> Signs:
-        """Return what all the looks so far say together."""
+        """Return the conclusion from all answers so far."""
         return conclude(self.looks, self._roll)
 
 
 def check_of(config: ArmConfig, joints: Joints | None) -> DirectionCheck:
-    """Return the check of an arm that stands so, or, with None, as it is asked to be put.
+    """Return the check of an arm with these joints; with None, in the posture that users are shown.
 
-    Raises `Refused` where nothing is known of its motors.
+    Raises `Refused` if the arm's motor steps are unknown.
     """
     transmission = config.model.transmission
     if transmission is None:

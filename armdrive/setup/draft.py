@@ -1,6 +1,6 @@
-"""The answers so far, and what follows from them: the arm that an interview is about to describe.
+"""The answers of an interview so far, and the arm that they describe.
 
-`Surroundings` holds what the interview may know of the computer; it reads nothing by itself.
+`Surroundings` holds what the interview knows of the computer; nothing here reads a file.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from armdrive.setup.templates import COUPLED, NOTHING, OUTPUT, OWN_MOTOR, SERVO,
 from kinematics.chains.chain import Chain
 from kinematics.presets import PRESETS, ArmPreset
 
-# From a motor to its joint: full steps, microsteps and a gear or belt, as a sum for people.
+# From a motor to its joint: full steps, microsteps, and a gear or belt.
 
 MOST = 100_000.0
-"""No gear of an arm turns its motor as often for one turn of the joint."""
+"""No arm has a gear with a higher ratio."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ratio:
-    """Turns of the motor for one turn of its joint; `written` as somebody typed it."""
+    """Turns of the motor for one turn of its joint; `written` as the user typed them."""
 
     turns: float
     written: str
@@ -45,7 +45,7 @@ def ratio(line: str) -> Ratio:
     for part in line.replace("x", "*").split("*"):
         turns *= _part(part.strip(), line)
     if not 1.0 / MOST <= turns <= MOST:
-        raise WrongAnswer(f"a ratio of {turns:g} is none that an arm has: write it like 20:1")
+        raise WrongAnswer(f"no arm has a ratio of {turns:g}: write it like 20:1")
     return Ratio(turns, " ".join(line.split()))
 
 
@@ -67,7 +67,7 @@ def _part(part: str, line: str) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Gearing:
-    """How a motor turns a joint, or (`per` in mm) pulls the fingers."""
+    """How a motor turns a joint."""
 
     full_steps: int
     microsteps: int
@@ -75,7 +75,7 @@ class Gearing:
 
     @property
     def steps_per_turn(self) -> float:
-        """Motor steps as the controller counts them, for one turn of the joint."""
+        """The steps that the controller counts for one turn of the joint."""
         return self.full_steps * self.microsteps * self.ratio.turns
 
     def __str__(self) -> str:
@@ -88,7 +88,7 @@ class Gearing:
 
 
 def steps_per_mm(full_steps: int, microsteps: int, mm_per_turn: float) -> float:
-    """Return the steps of a gripper's motor for each mm that the fingers open."""
+    """Return the steps of a gripper's motor for each mm of opening."""
     return full_steps * microsteps / mm_per_turn
 
 
@@ -96,12 +96,12 @@ CABLE_MOTORS = ("base", "shoulder", "elbow", "right wrist", "left wrist")
 GRIPPER_MOTOR = "gripper"
 HALF_STEP = 2
 ENCODERS: Mapping[str, int] = MappingProxyType({"rest_counts": 16384, "rest_window": 10_000})
-"""Keys of a section whose drives count by an encoder, and how many counts a turn usually has."""
+"""The keys that show that drives count by an encoder, and the usual counts for a turn."""
 
 
 @dataclass(frozen=True, slots=True)
 class LinkFile:
-    """A model file that was named: its text, and the chain that it describes."""
+    """A model file that the user named: its text, and the chain that it describes."""
 
     path: str
     text: str
@@ -114,56 +114,56 @@ def _no_file(path: str) -> LinkFile:
 
 @dataclass(frozen=True, slots=True)
 class Surroundings:
-    """What is around an interview: the arms that exist, the ports, and how a file is read."""
+    """What an interview knows of the computer: arms and ports, and how to read a model file."""
 
     arms: tuple[str, ...] = ()
     ports: tuple[str, ...] = ()
     read_links: Callable[[str], LinkFile] = _no_file
     given: Mapping[str, str] = field(default_factory=dict)
-    """What is answered beforehand, by the keys of the questions."""
+    """Answers that are given beforehand, by the keys of the questions."""
     buses: tuple[str, ...] = ()
-    """The CAN adapters that are there, each as the port that opens it."""
+    """The CAN adapters, each as the port that opens it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Draft:
-    """Answers by key, in the order in which they were given."""
+    """Answers by key, in the order of the questions."""
 
     answers: Mapping[str, Any]
     around: Surroundings
 
     def get(self, key: str, otherwise: Any = None) -> Any:
-        """Return an answer, or something else where it was not asked for."""
+        """Return an answer, or `otherwise` if the question was not asked."""
         return self.answers.get(key, otherwise)
 
     @property
     def name(self) -> str:
-        """What the arm is called."""
+        """The arm's name."""
         return str(self.answers["name"])
 
     @property
     def template(self) -> Template:
-        """The row that was chosen."""
+        """The template that was chosen."""
         return TEMPLATES[self.answers["template"]]
 
     @property
     def dialect(self) -> Dialect:
-        """What the arm speaks."""
+        """The dialect of the arm's controller."""
         return DIALECTS[self.get("dialect", self.template.dialect)]
 
     @property
     def preset(self) -> ArmPreset | None:
-        """The preset, of an arm of the Mini-mover's build."""
+        """The preset; None for an arm with a link table."""
         return PRESETS[self.template.preset] if self.template.preset else None
 
     @property
     def measured(self) -> bool:
-        """Whether the arm's numbers may be used: published, or measured by its owner."""
+        """Whether the arm's numbers are reliable: published, or measured by its owner."""
         return self.preset is None or self.preset.verified or bool(self.get("measured"))
 
     @property
     def device_fields(self) -> dict[str, Any]:
-        """What the dialect's own section may say, with the values that stand where it does not.
+        """The keys of the dialect's own section, with their defaults.
 
         A dialect whose section names its axes drives as many motors as are named there.
         """
@@ -171,20 +171,20 @@ class Draft:
 
     @property
     def encoder_counts(self) -> int | None:
-        """The usual counts a turn, where a motor step is a count of its drive's encoder."""
+        """The usual counts for a turn; None if a motor step is no count of an encoder."""
         known = self.device_fields
         return next((counts for key, counts in ENCODERS.items() if key in known), None)
 
     @property
     def by_encoder(self) -> bool:
-        """Whether a motor step is a count of its drive's encoder, whatever the microsteps."""
+        """Whether a motor step is a count of the drive's encoder, whatever the microsteps."""
         return self.encoder_counts is not None
 
     # -- joints ------------------------------------------------------------------------------
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """The joints from the table to the hand; none before they are known."""
+        """The joints from the table to the hand; empty until they are known."""
         if self.preset is not None:
             return self.preset.arm.joint_names
         if self.template.links is not None:
@@ -194,7 +194,7 @@ class Draft:
         return tuple(self.get("links.joints", ()))
 
     def limits_deg(self, joint: str) -> tuple[float, float] | None:
-        """Return a joint's range as far as it is known before anybody is asked."""
+        """Return a joint's range if it is known without asking."""
         index = self.joints.index(joint)
         if self.preset is not None:
             known = self.preset.arm.limits[index]
@@ -208,7 +208,7 @@ class Draft:
         return None
 
     def speed_deg_s(self, joint: str) -> float | None:
-        """Return a joint's speed as far as it is known before anybody is asked."""
+        """Return a joint's speed if it is known without asking."""
         index = self.joints.index(joint)
         if self.preset is not None:
             return math.degrees(self.preset.joint_speeds_rad_s[index])
@@ -216,12 +216,12 @@ class Draft:
         return None if links is None else links.joints[index].speed_deg_s
 
     def direction(self, motor: str) -> int:
-        """Return 1 or -1: which way a motor of a link table counts before anybody has looked."""
+        """Return 1 or -1: which way a motor of a link table counts according to its template."""
         links = self.template.links
         return 1 if links is None else links.joints[self.joints.index(motor)].sees
 
     def range_of(self, joint: str) -> tuple[float, float]:
-        """Return a joint's range, as answered or as known."""
+        """Return a joint's range, from the answers or the template."""
         found = self.get(f"limits.{joint}") or self.limits_deg(joint)
         return found or (-180.0, 180.0)
 
@@ -242,7 +242,7 @@ class Draft:
 
     @property
     def grippers(self) -> tuple[str, ...]:
-        """The kinds of grippers that this controller can move beside the arm's own motors."""
+        """The kinds of grippers that this controller can move in addition to the arm's joints."""
         known = self.device_fields
         spare = self.dialect.abilities.motors - len(self.motors)
         others = spare == 0 or "axes" in known
@@ -266,12 +266,12 @@ class Draft:
         return str(self.get("motors", "own")) == "published"
 
     def gearing(self, motor: str) -> Gearing:
-        """Return how a motor turns its joint, from the answers."""
+        """Return how a motor turns its joint."""
         answers = self.answers
         return Gearing(answers["full_steps"], self.get("microsteps", 1), answers[f"gear.{motor}"])
 
     def published_steps(self, motor: str) -> float:
-        """Return a motor's published steps per turn (gripper: per mm), as the controller counts."""
+        """Return a motor's published steps for a turn (gripper: a mm), as the controller counts."""
         assert self.preset is not None  # noqa: S101 - asked of presets alone
         assert self.preset.transmission is not None  # noqa: S101
         motors = {each.name: each for each in self.preset.transmission.motors}
@@ -288,11 +288,11 @@ class Draft:
         )
 
 
-# Answers that are given beforehand: a TOML table, flattened to the keys of the questions.
+# Answers from a file: a TOML table, flattened to the keys of the questions.
 
 
 def flattened(table: Mapping[str, Any], before: str = "") -> dict[str, str]:
-    """Return every answer by its key, `[gear] base = "20:1"` as gear.base, as one would type it."""
+    """Return every answer as text by its key: `[gear] base = "20:1"` becomes gear.base."""
     found: dict[str, str] = {}
     for key, value in table.items():
         if isinstance(value, Mapping):

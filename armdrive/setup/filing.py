@@ -1,4 +1,4 @@
-"""Arm files that are written: a new one read back first, a present one as a difference."""
+"""Writes arm files: a new one after reading it back, a present one as a difference to confirm."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from kinematics.transmission import Transmission
 
 
 def checked(files: ArmFiles, name: str) -> ArmConfig:
-    """Read the texts back as they would be read; nothing stays on the disk."""
+    """Return the arm that the texts describe, read back from a temporary folder."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"{name}.toml"
         write(files, path)
@@ -39,7 +39,7 @@ def write(files: ArmFiles, path: Path) -> None:
 
 @dataclass(frozen=True, slots=True)
 class FileProposal:
-    """An arm file as it stands and as it should be; `remarks` are what no file can mend."""
+    """An arm file before and after a change; `remarks` are faults that no file can mend."""
 
     path: Path
     before: str
@@ -53,15 +53,15 @@ class FileProposal:
 
     @property
     def difference(self) -> tuple[str, ...]:
-        """The lines that go and come, with what stands around them."""
+        """The lines that go and come, with a line of context."""
         lines = (self.before.splitlines(), self.after.splitlines())
         return tuple(difflib.unified_diff(*lines, "as it is", "as proposed", lineterm="", n=1))
 
     def write(self) -> None:
-        """Write it. Raises `ArmFileError` if the file is no longer the one that was compared."""
+        """Write the file. Raises `ArmFileError` if it has changed since it was read."""
         if _text(self.path) != self.before:
             raise ArmFileError(
-                f"{self.path} was changed meanwhile and is left as it is: begin the check anew"
+                f"{self.path} has changed in the meantime and was not written: repeat the check"
             )
         replace_file(self.path, self.after.rstrip("\n"))
 
@@ -89,17 +89,17 @@ def propose(path: Path, transmission: Transmission, signs: Signs) -> FileProposa
 
 
 def signs_of(plan: CommissioningPlan, notes: Mapping[str, Notes]) -> Signs:
-    """Return which directions are reversed, of the motors that were tried."""
+    """Return the reversed directions of the motors that were tried."""
     tried = [(each, notes[each.name]) for each in plan.drives if each.name in notes]
     seen = [SeenMotion(drive.trial, noted.way, noted.roll) for drive, noted in tried if noted.way]
     return conclude(seen, plan.roll_joint)
 
 
 def new_text(config: ArmConfig, left_out: tuple[str, ...] = ()) -> str:
-    """Return the file of a preset's arm before anything has been found out of its drives."""
+    """Return the file of a preset's arm without anything about its drives."""
     heading = f"{config.name}: its drives were commissioned by `armdrive can setup {config.name}`."
     if left_out:
-        heading += f"\nDirections and gears are not tried yet: {', '.join(left_out)}."
+        heading += f"\nDirections and gears not tried yet: {', '.join(left_out)}."
     table = config.source.table if config.source else {}
     return document((TomlSection("", (FORMAT_ENTRY, TomlEntry("model", table["model"]))),), heading)
 
@@ -107,7 +107,7 @@ def new_text(config: ArmConfig, left_out: tuple[str, ...] = ()) -> str:
 def commissioned(
     text: str, config: ArmConfig, plan: CommissioningPlan, notes: Mapping[str, Notes], port: str
 ) -> str:
-    """Return the text of an arm file with everything that was found of its drives."""
+    """Return the text of an arm file with all that commissioning found out."""
     table, spoken = tomllib.loads(text), config.connection.dialect
     wire = {"dialect": spoken, "port": port} if port else {"dialect": spoken}
     currents = {each.current_ma for each in notes.values() if each.current_ma}
@@ -116,13 +116,13 @@ def commissioned(
     device = plan.tools.section(config.device, ids, currents.pop() if alike else 0)
     gears = {each.name: notes[each.name].gear for each in plan.drives if each.name in notes}
     steps = {name: plan.tools.counts_per_turn * gear for name, gear in gears.items() if gear}
-    found = changes(table, config.model.transmission, signs_of(plan, notes), steps)
-    said = [
+    directions = changes(table, config.model.transmission, signs_of(plan, notes), steps)
+    found = [
         *(Change(("connection", key), each) for key, each in wire.items()),
         *(Change((spoken, key), each) for key, each in device.items()),
-        *found,
+        *directions,
     ]
-    return amended(text, said)
+    return amended(text, found)
 
 
 def propose_drives(
@@ -133,14 +133,14 @@ def propose_drives(
     port: str,
     left_out: tuple[str, ...] = (),
 ) -> FileProposal:
-    """Return the arm file with everything that was found; one that is not there is a new one."""
+    """Return the arm file, or a new one, with all that commissioning found out."""
     before = _text(path) if path.is_file() else ""
     begun = before or new_text(config, left_out)
     return FileProposal(path, before, commissioned(begun, config, plan, notes, port))
 
 
 def file_of(config: ArmConfig) -> Path | None:
-    """Return the file that an arm was read from, None where it is a preset's or was changed."""
+    """Return the file that an arm was read from; None if there is none or it has changed."""
     if config.source is None:
         return None
     path = config.source.folder / f"{config.name}.toml"
@@ -151,16 +151,16 @@ def file_of(config: ArmConfig) -> Path | None:
 
 
 def _remarks(signs: Signs, order: dict[str, str]) -> list[str]:
-    said = []
+    remarks = []
     if signs.order and not order:
         pairs = ", ".join(f"{seen} moved for {meant}" for meant, seen in signs.order.items())
-        said.append(f"{pairs}: swap their plugs at the controller, then check once more")
+        remarks.append(f"{pairs}: swap their plugs at the controller, then check again")
     if order:
-        said.append("motors have changed places: check their directions once more")
+        remarks.append("motors have changed places: check their directions again")
     if signs.unclear:
         names = ", ".join(signs.unclear)
-        said.append(f"not told: {names}. Look at plugs and drivers, then check once more")
-    return said
+        remarks.append(f"unclear: {names}. Check plugs and drivers, then check again")
+    return remarks
 
 
 def _text(path: Path) -> str:

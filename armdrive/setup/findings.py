@@ -1,4 +1,4 @@
-"""From an examination to findings, and to what to do next."""
+"""Findings in words: of a port, of a bus, of settings and of this computer, and what to do next."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ NEVER_RESET = "in the arm file, under [connection]: raise_dtr = true and keep_dt
 
 @dataclass(frozen=True, slots=True)
 class Expected:
-    """What an arm file or the command line says of the port; None and empty where nothing."""
+    """What an arm file or the command line says of the port; None and empty if nothing."""
 
     dialect: str = ""
     baud: int | None = None
     spared_reset: bool = False
 
 
-def findings(found: Examination, expected: Expected) -> list[Finding]:
-    """Say what an examination has found."""
+def of_examination(found: Examination, expected: Expected) -> list[Finding]:
+    """Return the findings of an examination."""
     if found.identity is None:
         return [*_unrecognised(found, expected)]
     listed = [_identified(found.identity, found.baud)]
@@ -56,9 +56,7 @@ def findings(found: Examination, expected: Expected) -> list[Finding]:
 
 def _identified(identity: Identity, baud: int | None) -> Finding:
     if not identity.dialect:
-        return problem(
-            f"{identity.firmware} answers, which armdrive does not speak with", identity.remedy
-        )
+        return problem(f"{identity.firmware} answers, which armdrive cannot drive", identity.remedy)
     at = f" at {baud} baud" if baud else ""
     return ok(f"it speaks {identity.dialect}: {identity.firmware}{at}")
 
@@ -79,8 +77,8 @@ def _differing(found: Examination, expected: Expected) -> list[Finding]:
 def _restarted(found: Examination, expected: Expected) -> Finding:
     if found.baud is None:
         return note(
-            "it greeted when the connection was opened: a board behind a serial server has "
-            "restarted then, and its arm may have sagged"
+            "the board greeted when the connection was opened: if it is behind a serial server, it "
+            "has restarted, and its arm may have sagged"
         )
     what = (
         "the board restarted when its port was opened: motors lose their current, and an arm sags"
@@ -91,8 +89,8 @@ def _restarted(found: Examination, expected: Expected) -> Finding:
 
 
 def _unrecognised(found: Examination, expected: Expected) -> list[Finding]:
-    heard = found.everything
-    tried = sorted({each.baud for each in found.heard})
+    received = found.everything
+    tried = sorted({each.baud for each in found.replies})
     at = "" if len(tried) < 2 else f" at {' and '.join(map(str, tried))} baud"
     if found.echoes:
         return [
@@ -101,21 +99,23 @@ def _unrecognised(found: Examination, expected: Expected) -> list[Finding]:
                 "transmit and receive are joined somewhere, or a terminal echoes: check the wiring",
             )
         ]
-    if not heard:
+    if not received:
         if expected.baud is None:
-            return [problem(f"nobody answers{at}", f"{CHECK_WIRING}; try another rate with --baud")]
-        return [problem(f"nobody answers at {expected.baud} baud", f"{CHECK_WIRING}, and the rate")]
-    if says_something_readable(heard):
+            return [problem(f"no device answers{at}", f"{CHECK_WIRING}; try another --baud")]
+        return [
+            problem(f"no device answers at {expected.baud} baud", f"{CHECK_WIRING}, and the rate")
+        ]
+    if says_something_readable(received):
         return [
             problem(
-                f"somebody speaks, but no dialect that is known here: {excerpt(heard)}",
-                "if that is half a line, look at the cable; else the firmware is no arm's",
+                f"a device answers, in no dialect that armdrive knows: {excerpt(received)}",
+                "if that is half a line, check the cable; otherwise the firmware is not an arm's",
             )
         ]
     return [
         problem(
-            f"bytes come that nobody can read{at}: {excerpt(heard)}",
-            "another baud rate (--baud N) or a bad contact, a missing ground say",
+            f"the bytes that come cannot be read{at}: {excerpt(received)}",
+            "try another baud rate (--baud N); check the contacts and the ground wire",
         )
     ]
 
@@ -128,10 +128,10 @@ def next_steps(
     owners: Sequence[str] = (),
     compared: bool = False,
 ) -> list[str]:
-    """Return the lines to type next; none where no arm was found.
+    """Return the commands to type next; none if no arm was found.
 
-    `arm` is the arm file's that was looked at, `owners` are those that the port belongs to, and
-    `compared` says that settings have been looked at already.
+    `arm` is the arm file that was examined, `owners` are those that the port belongs to, and
+    `compared` says that the settings have been compared already.
     """
     identity = found.identity
     if identity is None or identity.dialect not in DIALECTS:
@@ -148,9 +148,9 @@ def next_steps(
 
 
 def arm_file_lines(port: str, found: Examination, usb_serial: str = "") -> list[str]:
-    """Return an arm file's lines for what was found; none where no arm was found.
+    """Return an arm file's lines for the arm that was found; none if there is none.
 
-    The adapter's number, where it has one, finds the arm under any name of its port.
+    The adapter's number, if it has one, finds the arm under any name of its port.
     """
     identity = found.identity
     if identity is None or identity.dialect not in DIALECTS:
@@ -168,45 +168,45 @@ def arm_file_lines(port: str, found: Examination, usb_serial: str = "") -> list[
 
 
 def quoted(port: str) -> str:
-    """Return a port's name as a shell takes it."""
+    """Return a port's name, quoted for a shell."""
     return shlex.quote(port) if os.name == "posix" else port
 
 
-# From a survey of a CAN bus and the state of its adapter to findings, as far as evidence goes.
+# A CAN bus: its traffic, its adapter, and the drives that answer.
 
 BUSY = 0.7
-"""A bus that is loaded more than this makes its nodes wait."""
+"""A bus with a higher load makes its nodes wait."""
 MOST_SHOWN = 3
 
 
-def of_listening(heard: Listened, seconds: float, bits_s: int) -> list[Finding]:
-    """Say what passed while nothing was sent."""
-    count = len(heard.passing)
+def of_listening(traffic: Listened, seconds: float, bits_s: int) -> list[Finding]:
+    """Return the findings of the traffic on a bus on which nothing was sent."""
+    count = len(traffic.passing)
     if not count:
-        return [ok(f"nothing passed in {seconds:g} s, so nobody is disturbed by questions")]
-    bits = sum(map(frame_bits, heard.passing))
+        return [ok(f"nothing passed in {seconds:g} s, so questions disturb no other program")]
+    bits = sum(map(frame_bits, traffic.passing))
     load = f", a load of {bits / seconds / bits_s:.1%}" if bits_s else ""
     what = f"{count} frames passed in {seconds:g} s{load}"
-    if heard.commands:
-        ear = likely(heard.commands).ear()
-        shown = "; ".join(ear.hear(each).words for each in heard.commands[:MOST_SHOWN])
+    if traffic.commands:
+        ear = likely(traffic.commands).ear()
+        shown = "; ".join(ear.hear(each).words for each in traffic.commands[:MOST_SHOWN])
         return [
             problem(
                 f"{what}, and another program commands drives ({shown})",
-                "nothing was asked meanwhile: end that program, then ask again; `armdrive can "
-                "monitor` shows what it says",
+                "so no drive was asked: end that program, then ask again; `armdrive can monitor` "
+                "shows what it sends",
             )
         ]
-    found = [ok(f"{what}; nobody commands drives")]
+    found = [ok(f"{what}; no other program commands drives")]
     if bits_s and bits / seconds / bits_s > BUSY:
         found.append(note("the bus is very busy: answers come late", "use a higher bit rate"))
     return found
 
 
 def of_health(health: BusHealth, lost: str = "") -> list[Finding]:
-    """Say how the adapter gets on with the bus."""
+    """Return the findings of the state of the bus's adapter."""
     counters = (
-        f"sent {health.sent}, heard {health.heard}, refused {health.refused}, error frames "
+        f"sent {health.sent}, received {health.heard}, refused {health.refused}, error frames "
         f"{health.error_frames}"
     )
     state = f"the adapter is {health.state.value} ({counters})"
@@ -214,8 +214,8 @@ def of_health(health: BusHealth, lost: str = "") -> list[Finding]:
         return [
             problem(
                 f"the adapter has left the bus: {state}",
-                "the bit rate is another than that of the other nodes, or CAN H and L are shorted "
-                "or swapped; with nobody at all on the bus an adapter stays error-passive",
+                "the other nodes have another bit rate, or CAN H and L are shorted or swapped; an "
+                "adapter that is alone on the bus stays error-passive",
             )
         ]
     if health.state is not BusState.ACTIVE:
@@ -227,7 +227,7 @@ def of_health(health: BusHealth, lost: str = "") -> list[Finding]:
 def of_arm(
     ids: Sequence[int], answering: Iterable[int], arm: str, section: str = "mks"
 ) -> list[Finding]:
-    """Compare who answers with the ids of an arm file."""
+    """Compare the ids that answer with those of an arm file."""
     there = set(answering)
     bus = DIALECTS[section].bus
     commissioning = bus.commissioning if bus is not None else None
@@ -235,10 +235,10 @@ def of_arm(
     more = sorted(there - set(ids))
     found = []
     if missing:
-        mend = "see its supply and plug"
+        mend = "check their supply and plugs"
         if commissioning is not None and commissioning.new_id in there:
             mend += (
-                f"; a new drive is id {commissioning.new_id} whatever it turns: "
+                f"; a new drive has the id {commissioning.new_id}, whichever motor it turns: "
                 f"`armdrive can setup {arm}`"
             )
         found.append(problem(f"the arm file's drives {numbers(missing)} do not answer", mend))
@@ -248,14 +248,14 @@ def of_arm(
     return found or [ok("every drive of the arm file answers, and no other")]
 
 
-# The settings of a device that is known, compared with what its arm file expects.
+# The settings of a controller, compared with what its arm file expects.
 
 
-def settings_findings(settings: DeviceSettings) -> list[Finding]:
-    """Say which settings differ; those that keep the arm from moving are problems."""
+def of_settings(settings: DeviceSettings) -> list[Finding]:
+    """Return the settings that differ; those that keep the arm from moving are problems."""
     listed = [_finding(each) for each in settings.differences]
-    told = f" ({settings.firmware})" if settings.firmware else ""
-    return listed or [ok(f"the controller's settings{told} are what the arm file expects")]
+    of = f" ({settings.firmware})" if settings.firmware else ""
+    return listed or [ok(f"the controller's settings{of} are what the arm file expects")]
 
 
 def _finding(difference: Difference) -> Finding:
@@ -263,17 +263,17 @@ def _finding(difference: Difference) -> Finding:
     return (problem if difference.must else note)(what, difference.mend)
 
 
-# How punctually this computer wakes a thread: measured, while nothing is opened or moved.
+# How punctually this computer wakes a thread, measured while nothing is opened or moved.
 
 PERIOD_S = 0.01
 DEADLINES = 60
 
 LATE_S = 5e-3
-"""Later than this now and then is worth a word: a burst is some 100 ms long."""
+"""One deadline in a hundred may be this late: a burst lasts about 100 ms."""
 
 
-def measure(deadlines: int = DEADLINES, period_s: float = PERIOD_S) -> SchedulingJitter:
-    """Return how late a thread woke for so many deadlines that were set beforehand."""
+def measured_jitter(deadlines: int = DEADLINES, period_s: float = PERIOD_S) -> SchedulingJitter:
+    """Return how late a thread woke for a series of deadlines."""
     lateness = Lateness()
     due_s = time.perf_counter()
     for _ in range(deadlines):
@@ -283,13 +283,13 @@ def measure(deadlines: int = DEADLINES, period_s: float = PERIOD_S) -> Schedulin
     return lateness.view()
 
 
-def finding(scheduling_jitter: SchedulingJitter) -> Finding:
-    """Say whether it is punctual enough to drive an arm smoothly."""
+def of_jitter(scheduling_jitter: SchedulingJitter) -> Finding:
+    """Return whether this computer is punctual enough to drive an arm smoothly."""
     what = f"this computer's punctuality: {scheduling_jitter}"
     if scheduling_jitter.p99_s <= LATE_S:
         return ok(what)
     return note(
         what,
-        "other programs keep it busy: bursts then come late and motion stutters, though nothing "
-        "runs away. Close some, or set a longer motion.planned_burst_s",
+        "other programs keep it busy, so that bursts come late and motion stutters; the arm still "
+        "stops in time. Close some, or set a longer motion.planned_burst_s",
     )

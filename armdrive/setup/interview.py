@@ -1,6 +1,6 @@
-"""The interview as it is held on a screen: what is typed, which choice is marked, a way back.
+"""The interview that makes an arm file: the next question, an answer, a step back.
 
-It opens nothing and writes nothing. What was found before (a port, a dialect) is not asked again.
+It opens no port and writes no file. `Describing` adds what a screen needs.
 """
 
 from __future__ import annotations
@@ -9,27 +9,24 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from armdrive.config.link_model import read_model
 from armdrive.dialog.conversation import Question, WrongAnswer
-from armdrive.errors import BadRequest
+from armdrive.errors import ArmError, ArmFileError, BadRequest
+from armdrive.registry.arm_files import arm_path, arm_paths
 from armdrive.setup.arm_text import ArmFiles, files_of
-from armdrive.setup.draft import Draft, Surroundings
+from armdrive.setup.draft import Draft, LinkFile, Surroundings
 from armdrive.setup.filing import checked
-from armdrive.setup.finding import surroundings
 from armdrive.setup.questions import ROWS
 from armdrive.setup.templates import TEMPLATES
-from armdrive.storage import files as places
-
-# An interview under way: the next question, an answer, a step back. It prints and reads nothing.
-#
-# `question` is the next one or None at the end; `answer` takes a line for it, and raises
-# `WrongAnswer` without having changed anything.
+from armdrive.text.reading import read_text
+from armdrive.transports import ports as system
 
 
 class Interview:
-    """Questions of the table, in its order, as earlier answers open them.
+    """Asks the questions of the table; earlier answers decide which ones come.
 
-    What was given beforehand is answered without being asked, and skipped on the way back. A given
-    answer that cannot be used is a `BadRequest`; unless `strict`, its question is asked after all.
+    A question whose answer is given beforehand is skipped, also on the way back. A given answer
+    that is wrong raises `BadRequest`; unless `strict`, its question is asked after all.
     """
 
     def __init__(self, around: Surroundings, *, strict: bool = True) -> None:
@@ -46,11 +43,11 @@ class Interview:
 
     @property
     def question(self) -> Question | None:
-        """The next question, None when all have been answered."""
+        """The next question; None when all are answered."""
         return next((each for each in self._all() if each.key not in self._answers), None)
 
     def answer(self, line: str) -> None:
-        """Take a line as the answer to the next question; an empty one is its default."""
+        """Take a line as the answer; an empty line is the default. Raises `WrongAnswer`."""
         question = self.question
         if question is None:
             raise WrongAnswer("there is nothing left to answer")
@@ -75,7 +72,7 @@ class Interview:
                 del self._given[question.key]
 
     def back(self) -> str | None:
-        """Take the last answer back that was asked for; None where there is none."""
+        """Take back the last answer that was not given beforehand; return its key, or None."""
         while self._answers:
             key, _ = self._answers.popitem()
             if key not in self._given:
@@ -91,11 +88,11 @@ class Interview:
         for row in ROWS:
             yield from row.questions(self.draft)
             if any(question.key not in self._answers for question in row.questions(self.draft)):
-                return  # what follows may depend on what is open
+                return  # later rows may depend on the open answer
 
 
 LATER: Mapping[str, str] = {"signs": "skip"}
-"""Directions are found on the arm itself, once it is connected."""
+"""The directions are found on the arm itself, once it is connected."""
 
 
 ANY = "own"
@@ -103,7 +100,7 @@ ANY = "own"
 
 
 class Describing:
-    """One question at a time, with what is typed for it."""
+    """An interview on a screen: the open question, the text typed for it, the marked choice."""
 
     def __init__(self, found: Mapping[str, str]) -> None:
         self._dialect = found.get("dialect", "")
@@ -114,12 +111,12 @@ class Describing:
 
     @property
     def question(self) -> Question | None:
-        """The question that is open, None when all have been answered."""
+        """The open question; None when all are answered."""
         return self._interview.question
 
     @property
     def answered(self) -> int:
-        """How many questions have been answered."""
+        """The number of answers."""
         return len(self._interview.draft.answers)
 
     @property
@@ -144,7 +141,7 @@ class Describing:
 
     @property
     def line(self) -> str:
-        """What would be answered: what is typed, the marked choice, or else the default."""
+        """The answer that `enter` would give: the typed text, the marked choice, or the default."""
         question = self.question
         if question is None or self.typed:
             return self.typed
@@ -156,19 +153,21 @@ class Describing:
         """Answer the question. Raises `WrongAnswer` without having changed anything."""
         question = self.question
         line = self.line
-        if question is not None and question.key == "name" and path_of(line).exists():
-            raise WrongAnswer(f"an arm file of this name exists, and is not overwritten: {line}")
+        if question is not None and question.key == "name" and arm_path(line).exists():
+            raise WrongAnswer(
+                f"an arm file named {line} exists and is not overwritten: choose another name"
+            )
         self._interview.answer(line)
         self._mark_default()
 
     def back(self) -> bool:
-        """Go back to the question before; tell whether there was one."""
+        """Go back to the previous question; return whether there was one."""
         was_asked = self._interview.back() is not None
         self._mark_default()
         return was_asked
 
     def files(self) -> ArmFiles:
-        """Return the texts that the answers make, read back. Raises `ArmFileError`."""
+        """Return the texts that the answers make, once read back. Raises `ArmFileError`."""
         files = files_of(self._interview.draft)
         checked(files, self.name)
         return files
@@ -190,9 +189,24 @@ class Describing:
 
 
 _SEVERAL = ("reversed.motors", "reversed.joints")
-"""Asked for names with commas, so that none of them is marked."""
+"""The questions whose answer is several names, so that no choice is marked."""
 
 
-def path_of(name: str) -> Path:
-    """Return where the file of an arm of this name belongs."""
-    return places.arm_files() / f"{name}.toml"
+def surroundings(given: dict[str, str]) -> Surroundings:
+    """Return what an interview knows of this computer. Opens nothing."""
+    found = system.list_ports()
+    ports = tuple(each.stable_name or each.device for each in found)
+    buses = tuple(each.port for each in system.list_can_ports(found))
+    arms = tuple(path.stem for path in arm_paths())
+    return Surroundings(arms, ports, read_links, given, buses)
+
+
+def read_links(path: str) -> LinkFile:
+    """Read the model file at a path that was typed. Raises `WrongAnswer`."""
+    place = Path(path).expanduser()
+    try:
+        return LinkFile(
+            path, read_text(place, "the model file", ArmFileError), read_model(place).chain
+        )
+    except (ArmError, RuntimeError) as error:
+        raise WrongAnswer(str(error)) from None

@@ -39,9 +39,9 @@ else:
 ASK_FOCUS = b"\x1b[?1004$p"
 """Asks whether focus events are known (DECRQM); the answer ends in a number of `_KNOWN`."""
 ASK_RELEASES = b"\x1b[?u"
-"""Asks whether key releases can be told (the kitty keyboard protocol); others stay silent."""
+"""Asks whether key releases are reported (the kitty keyboard protocol); others stay silent."""
 ASK_END = b"\x1b[c"
-"""Every terminal answers this one: whatever has not been answered by then will not be."""
+"""Every terminal answers this; an earlier question without an answer will not get one."""
 
 _FOCUS = re.compile(rb"\x1b\[\?1004;(\d)\$y")
 _RELEASES = re.compile(rb"\x1b\[\?\d+u")
@@ -52,12 +52,12 @@ _KNOWN = {b"1", b"2", b"3"}
 
 
 class TerminalAnswer(Enum):
-    """What a terminal can say of itself."""
+    """An answer of a terminal about itself."""
 
-    FOCUS = "it tells when its window gains or loses the focus"
-    NO_FOCUS = "it does not tell when its window loses the focus"
-    RELEASES = "it can tell when a key is let go"
-    END = "it has answered everything that it will"
+    FOCUS = "it reports when its window gains or loses the focus"
+    NO_FOCUS = "it does not report when its window loses the focus"
+    RELEASES = "it can report when a key is released"
+    END = "it gives no further answers"
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,13 +69,13 @@ class KeyArrival:
 
 
 class Arrivals:
-    """Takes bytes apart; a sequence that is cut in two by a read is put together again."""
+    """Splits bytes into key events and answers, also if a read cuts one in two."""
 
     def __init__(self) -> None:
         self._rest = b""
 
     def feed(self, data: bytes, now_s: float) -> list[KeyArrival | TerminalAnswer]:
-        """Return what these bytes complete, in order."""
+        """Return the events and answers that these bytes complete, in order."""
         data, self._rest = self._rest + data, b""
         found: list[KeyArrival | TerminalAnswer] = []
         place = 0
@@ -97,17 +97,16 @@ def _answer(sequence: bytes) -> TerminalAnswer | None:
     return TerminalAnswer.END if _END.fullmatch(sequence) else None
 
 
-# Whether a key that is held can hold an arm: what the desk's dead-man would make of its repeats.
+# Whether a held key can keep an arm moving: how the desk's dead-man switch treats its repeats.
 #
-# The times at which a held key's events arrived come in; delay, rate, jitter and a verdict go out.
-# The dead-man itself (motion/dead_man.py) is played the very same events, so that the verdict is
-# not a guess.
+# From the times of the events follow the delay, the rate, the jitter and a verdict. The verdict is
+# no guess: the dead-man switch itself (motion/dead_man.py) gets the same events.
 
 TOGETHER_S = 0.004
-"""Events nearer than this came in one piece: something on the way has kept them back."""
+"""Events closer together than this came in one piece: the link has held them back."""
 
 _FEWEST = 5
-"""So many repeats are needed before anything can be said of their rate."""
+"""The fewest repeats from which a rate can be measured."""
 
 NO_REPEAT = (
     "the key did not repeat: switch key repeat on (X11: xset r on; macOS, for letters: defaults "
@@ -121,12 +120,13 @@ _HELD_KEY = "held"
 
 @dataclass(frozen=True, slots=True)
 class Held:
-    """What was measured of one long press. Times in s; None where too few repeats came.
+    """The measurements of one long press; None if too few repeats came.
 
-    `jitter_s` is how much longer than usual one repeat in twenty took, `longest_s` the longest
-    silence between two, `together` the share of repeats that came in one piece with another.
+    `jitter_s` is how much longer than usual one repeat in twenty took, `longest_s` the longest gap
+    between two, and `together` the share of repeats that came in one piece with another.
     `released_s` is how long after the last repeat the jog would end, `breaks` how often it would
-    have ended although the key was held, and `dropped` whether it was taken for backlog.
+    have ended while the key was held, and `dropped` whether the dead-man switch took the repeats
+    for a backlog.
     """
 
     events: int
@@ -141,12 +141,12 @@ class Held:
 
     @property
     def rate_hz(self) -> float | None:
-        """Repeats a second."""
+        """The repeats per second."""
         return None if not self.interval_s else 1.0 / self.interval_s
 
     @property
     def works(self) -> bool:
-        """Whether holding a key moves an arm smoothly here, and not longer than it is held."""
+        """Whether holding a key moves an arm smoothly, and only while the key is held."""
         return self.interval_s is not None and not self.breaks and not self.dropped
 
 
@@ -175,18 +175,18 @@ def held(times_s: Sequence[float]) -> Held:
 
 
 def _played(times_s: Sequence[float]) -> tuple[float | None, int, bool]:
-    """Play the events to the dead-man: how long it holds on, how often it breaks, if it disarms."""
+    """Feed the events to the dead-man switch; return its release time, breaks, and disarming."""
     man = DeadMan()
     man.arm(times_s[0] - _QUIET_S)
     ends: list[float] = []
     dropped = False
     for time_s in (*times_s, math.inf):
-        heard: list[tuple[float, tuple[Action, ...]]] = []
+        acted: list[tuple[float, tuple[Action, ...]]] = []
         while (due_s := man.next_s()) < time_s:
-            heard.append((due_s, man.tick(due_s)))
+            acted.append((due_s, man.tick(due_s)))
         if math.isfinite(time_s):
-            heard.append((time_s, man.press(_HELD_KEY, time_s)))
-        for now_s, actions in heard:
+            acted.append((time_s, man.press(_HELD_KEY, time_s)))
+        for now_s, actions in acted:
             ends += [now_s for action in actions if isinstance(action, Release)]
             dropped = dropped or any(isinstance(action, Disarm) for action in actions)
     after = [end_s for end_s in ends if end_s >= times_s[-1]]
@@ -194,74 +194,74 @@ def _played(times_s: Sequence[float]) -> tuple[float | None, int, bool]:
 
 
 def advice(found: Held) -> list[str]:
-    """Say what keeps holding from working, in sentences, the worst first; none where it works."""
+    """Return what keeps a held key from working, the worst first; nothing if it works."""
     if found.delay_s is None:
         return [NO_REPEAT]
-    said = []
+    faults = []
     if found.delay_s > REPEAT_WITHIN_S:
-        said.append(
+        faults.append(
             f"the first repeat came after {found.delay_s * 1e3:.0f} ms; a hold is recognised "
             f"within {REPEAT_WITHIN_S * 1e3:.0f} ms: set a shorter delay (X11: xset r rate 300 30; "
             "Windows, macOS and Wayland: in the keyboard settings)"
         )
     if found.interval_s is None:
-        said.append("too few repeats came to measure their rate: hold the key longer")
-        return said
+        faults.append("too few repeats came to measure their rate: hold the key longer")
+        return faults
     slowest_s = HOLD_LONGEST_S / HOLD_INTERVALS
     if found.interval_s > slowest_s * _ABOUT:
-        said.append(
+        faults.append(
             f"{1.0 / found.interval_s:.0f} repeats a second are few: below {1.0 / slowest_s:.0f} a "
             "late one already ends the jog. Set a faster repeat, 20 to 30 a second"
         )
     if found.dropped:
-        said.append(
-            "repeats came in heaps, as those of a link that stalls, and the dead-man dropped them: "
-            "use a quicker link, or jog by single increments"
+        faults.append(
+            "repeats came in bursts, as over a link that stalls, and the dead-man switch dropped "
+            "them: use a faster link, or jog by single increments"
         )
     elif found.breaks:
-        said.append(
+        faults.append(
             f"the jog would have ended {found.breaks} time(s) while the key was held, since "
-            f"repeats came up to {found.longest_s * 1e3:.0f} ms apart: a faster repeat, or a "
-            "quicker link"
+            f"repeats came up to {found.longest_s * 1e3:.0f} ms apart: set a faster repeat, or use "
+            "a faster link"
         )
-    return said
+    return faults
 
 
 def sentence(found: Held) -> str:
-    """Say in one line what was measured."""
+    """Return the measurements in one line."""
     if found.delay_s is None or found.interval_s is None:
         return f"{found.events} event(s) of the held key came"
     hold_s = min(max(HOLD_INTERVALS * found.interval_s, HOLD_SHORTEST_S), HOLD_LONGEST_S)
     return (
         f"first repeat after {found.delay_s * 1e3:.0f} ms, then {1.0 / found.interval_s:.0f} a "
         f"second; one in twenty {found.jitter_s * 1e3:.0f} ms late, the longest gap "
-        f"{found.longest_s * 1e3:.0f} ms, {found.together:.0%} together with another. Letting go "
+        f"{found.longest_s * 1e3:.0f} ms, {found.together:.0%} together with another. A release "
         f"is noticed after {(found.released_s or hold_s) * 1e3:.0f} ms"
     )
 
 
-# A terminal that hands over every byte as it comes, and is left as it was found.
+# A terminal that passes on every byte at once, and is restored afterwards.
 
 
 class RawTerminal(Protocol):
-    """A terminal whose keys are neither echoed nor gathered into lines."""
+    """A terminal that neither echoes keys nor collects them into lines."""
 
     def write(self, data: bytes) -> None:
-        """Send bytes to it."""
+        """Send bytes to the terminal."""
         ...
 
     def read(self, timeout_s: float) -> bytes:
-        """Return what has come, after at most so long; b"" where nothing has."""
+        """Return the bytes that have come, waiting for at most `timeout_s`."""
         ...
 
     def now_s(self) -> float:
-        """Return the time on a clock that never goes back."""
+        """Return the time of a monotonic clock."""
         ...
 
 
 @contextlib.contextmanager
 def raw_terminal() -> Iterator[RawTerminal]:
-    """Take over the terminal of this process, and give it back however this ends."""
+    """Take over the terminal of this process, and restore it at the end."""
     if sys.platform == "win32":
         yield _Console()
         return
@@ -291,7 +291,7 @@ class _Tty:
 
 
 class _Console:
-    """Windows: keys come one by one, and a short sleep between looks loses no precision needed."""
+    """Windows: keys come one by one; a short sleep between looks is precise enough."""
 
     LOOK_S = 0.002
 
@@ -311,25 +311,25 @@ class _Console:
         return time.perf_counter()
 
 
-# The examination of a keyboard: ask the terminal what it knows, then watch a key being held.
+# The examination: ask the terminal what it supports, then watch a held key.
 
 ANSWERS_S = 1.0
-"""How long a terminal is waited for that does not answer at all: over a slow link it takes long."""
+"""A terminal has this long to answer: over a slow link it needs it."""
 
 PATIENCE_S = 20.0
-"""How long the first press is waited for."""
+"""The user has this long for the first press."""
 
 OVER_S = 1.5
-"""So long a silence is the end of a press: longer than any delay before the first repeat."""
+"""A gap of this length ends a press: it is longer than any delay before the first repeat."""
 
 LONGEST_S = 15.0
 UNEVEN_S = 0.06
-"""A repeat in twenty that is later than this makes a link uneven."""
+"""A link is uneven if one repeat in twenty is later than this."""
 
 
 @dataclass(frozen=True, slots=True)
 class Examined:
-    """What was found. `focus` is None where the terminal did not answer."""
+    """The results. `focus` is None if the terminal did not answer."""
 
     press: Held
     focus: bool | None
@@ -340,38 +340,36 @@ class Examined:
 
     @property
     def works(self) -> bool:
-        """Whether jogging by holding a key will work here."""
+        """Whether jogging by a held key will work here."""
         return self.press.works
 
     @property
     def remedies(self) -> list[str]:
-        """What a person can do, the worst first."""
-        said = advice(self.press)
+        """The remedies, that of the worst problem first."""
+        remedies = advice(self.press)
         if not self.focus and self.tmux:
-            said.append(
-                "tmux keeps focus events to itself, or does not say: put `set -g focus-events "
-                "on` into ~/.tmux.conf, so that a jog ends when you click elsewhere"
+            remedies.append(
+                "tmux does not pass focus events on, or does not say: put `set -g focus-events on` "
+                "into ~/.tmux.conf, so that a jog ends when you click elsewhere"
             )
         elif not self.focus:
-            said.append(
-                "this terminal does not say whether it tells when its window loses the focus: a "
-                "held jog then ends by its dead-man alone"
-                + (" (screen never tells; tmux does)" if self.screen else "")
+            remedies.append(
+                "this terminal may not report when its window loses the focus: then only the "
+                "dead-man switch ends a held jog"
+                + (" (screen never reports it; tmux does)" if self.screen else "")
             )
         if self.tmux:
-            said.append(
-                "in tmux, Esc is held back for half a second unless ~/.tmux.conf has `set -s "
+            remedies.append(
+                "tmux delays Esc by half a second unless ~/.tmux.conf has `set -s "
                 "escape-time 10`; Space stops at once either way"
             )
         if self.remote and self.press.jitter_s > UNEVEN_S:
-            said.append(
-                "over this link repeats come unevenly: single increments are the safer mode"
-            )
-        return said
+            remedies.append("repeats come unevenly over this link: single increments are safer")
+        return remedies
 
     @property
     def verdict(self) -> str:
-        """The answer in one sentence."""
+        """The verdict in one sentence."""
         if self.works:
             return "holding a key to jog will work here"
         return "holding a key will not work here: jog by single increments, one press each"
@@ -380,9 +378,9 @@ class Examined:
 def examine(
     terminal: RawTerminal, environment: Mapping[str, str], tell: Callable[[str], None]
 ) -> Examined:
-    """Examine the keyboard of whoever sits at this terminal; `tell` says what to do."""
+    """Examine the keyboard of this terminal; `tell` shows the user what to do."""
     answers = _ask(terminal)
-    tell("Now hold the right arrow key for three seconds, then let go.")
+    tell("Now hold the right arrow key for three seconds, then release it.")
     press = held(_press(terminal))
     focus = (
         True
@@ -402,7 +400,7 @@ def examine(
 
 
 def _ask(terminal: RawTerminal) -> set[TerminalAnswer]:
-    """Ask the terminal what it knows; one that knows nothing says nothing."""
+    """Return the terminal's answers, an empty set if it gives none."""
     arrivals, found = Arrivals(), set[TerminalAnswer]()
     terminal.write(ASK_FOCUS + ASK_RELEASES + ASK_END)
     until_s = terminal.now_s() + ANSWERS_S
@@ -417,7 +415,7 @@ def _ask(terminal: RawTerminal) -> set[TerminalAnswer]:
 
 
 def _press(terminal: RawTerminal) -> list[float]:
-    """Return when the events of one long press came: those of its first key, until it is quiet."""
+    """Return the times of one long press: the events of its first key until a gap."""
     arrivals = Arrivals()
     times_s: list[float] = []
     first = b""

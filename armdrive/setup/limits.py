@@ -1,13 +1,13 @@
-"""Limit switches that are seen to work: each is pressed by hand while the arm stands.
+"""Checks the limit switches: the user presses each by hand while the arm stands.
 
-A board may accept that hard limits are on, and do nothing: the default build of grbl-Mega-5X for
-RAMPS boards is such a one. So its word is not taken for it. A switch works where the board shows
+A board may accept that hard limits are on and still ignore its switches: the default build of
+grbl-Mega-5X for RAMPS boards does. So the setting proves nothing. A switch works if the board shows
 its pin and raises an alarm. The day on which all of them did is written into the arm file.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
 from enum import Enum
@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from armdrive.config.arm import ArmConfig
+from armdrive.dialog.conversation import About, Question, Talk, ask, choice
 from armdrive.errors import ArmFileError, DeviceFault, Refused, SettingsDiffer
 from armdrive.errors.table import named
 from armdrive.setup.filing import FileProposal
@@ -95,9 +96,48 @@ def make_ready(arm: Arm) -> None:
     arm.reset()
 
 
-def look(arm: Arm, switch: WiredSwitch, switches: tuple[WiredSwitch, ...]) -> SawSwitch:
-    """Return what the board makes of a switch that is pressed now. An alarm is reset."""
-    alarmed = clear(arm)
+def check_switches(arm: Arm, switches: Sequence[WiredSwitch]) -> Talk[dict[str, SawSwitch]]:
+    """Have each switch pressed and released; return what the board made of it, by motor.
+
+    No motor moves, and none is switched on or off. After an alarm the position is suspect.
+    """
+    seen = {}
+    for switch in switches:
+        if (yield from _ask_for_press(switch)):
+            seen[switch.motor] = _reaction(arm, switch, switches)
+            yield from _ask_for_release(switch)
+            _clear(arm)  # the release of a switch is a change too, and raises an alarm
+        else:
+            seen[switch.motor] = SawSwitch.NONE
+    return seen
+
+
+PRESSED, NONE, RELEASED = "pressed", "none", "released"
+
+
+def _ask_for_press(switch: WiredSwitch) -> Talk[bool]:
+    """Ask for a switch to be pressed; return False if the motor has none."""
+    question = Question(
+        switch.motor,
+        f"Press the limit switch of {switch.motor} ({switch.axis}) by hand, and hold it. Type "
+        f"{PRESSED}, or {NONE} if it has none:",
+        "The arm stands still throughout. The board should raise an alarm.",
+        choice((PRESSED, NONE)),
+        None,
+    )
+    answer = yield from ask(question, About.PRESS, switch.index)
+    return bool(answer == PRESSED)
+
+
+def _ask_for_release(switch: WiredSwitch) -> Talk[None]:
+    words = f"Let go of it. Type {RELEASED}:"
+    question = Question(switch.motor, words, "The next switch follows.", choice((RELEASED,)), None)
+    yield from ask(question, About.RELEASE, switch.index)
+
+
+def _reaction(arm: Arm, switch: WiredSwitch, switches: Sequence[WiredSwitch]) -> SawSwitch:
+    """Return what the board makes of a switch that is pressed now; an alarm is reset."""
+    alarmed = _clear(arm)
     inputs = arm.read_inputs()
     if not inputs >> switch.bit & 1:
         others = any(inputs >> each.bit & 1 for each in switches)
@@ -105,8 +145,8 @@ def look(arm: Arm, switch: WiredSwitch, switches: tuple[WiredSwitch, ...]) -> Sa
     return SawSwitch.ALARM if alarmed else SawSwitch.PIN_ALONE
 
 
-def clear(arm: Arm) -> bool:
-    """Reset an alarm, and tell whether there was one. Raises what else is wrong with the arm."""
+def _clear(arm: Arm) -> bool:
+    """Reset an alarm; return whether there was one. Raises `DeviceFault` for any other error."""
     arm.sleep(SETTLE_S)
     status = arm.status
     if status.state is not State.ERROR_STOP:

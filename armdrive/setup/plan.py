@@ -1,4 +1,4 @@
-"""Which drives an arm has, what each should do, and in which order they are met."""
+"""The drives of an arm, the trial motion of each, and the notes kept about them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from armdrive.dialects.dialect import Dialect
 from armdrive.dialects.exchange import ScriptLoop
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.registry import DIALECTS, language_of
-from armdrive.setup.directions import Trial, roll_joint, trials
+from armdrive.setup.directions import ArmMotion, Trial, roll_joint, trials
 from armdrive.sim.world.body import found_posture
 from armdrive.storage import files as places
 from armdrive.storage.files import replace_file
@@ -29,9 +29,9 @@ DEGREES, MM = "°", "mm"
 class Planned:
     """One motor and its drive.
 
-    `trial` is a small motion of it and what ought to be seen; `moves` names the joint (or the
-    fingers) that it moves most, by `amount` degrees (or mm) where the gear is as it is said to be.
-    `gear` is the arm file's: turns of the motor for a turn of what its gear drives, or for a mm.
+    `trial` is a small motion and what should be seen of it. `moves` names the joint, or the
+    fingers, that the motor moves most, by `amount` degrees or mm if the gear is right. `gear` is
+    the arm file's: turns of the motor for a turn of what its gear drives, or for a mm.
     """
 
     motor: int
@@ -45,22 +45,28 @@ class Planned:
 
     @property
     def gear_words(self) -> str:
-        """What the gear counts."""
+        """What one unit of the gear is."""
         return "a mm of the fingers" if self.unit == MM else "one turn of what its gear drives"
 
     def shown(self, amount: float) -> str:
-        """Return degrees or mm for people."""
+        """Return an amount with its unit."""
         return f"{amount:.2g}{'' if self.unit == DEGREES else ' '}{self.unit}"
+
+    def moved(self, motion: ArmMotion) -> float:
+        """Return how far this motor's joint or the fingers moved, in `unit`."""
+        if self.unit == MM:
+            return abs(motion.opened_mm)
+        return abs(motion.turned_deg(self.moves.replace(" ", "_")))
 
     @property
     def title(self) -> str:
-        """Name it for people."""
+        """The motor's name with its drive's id."""
         return f"{self.name} (drive {self.node})"
 
 
 @dataclass(frozen=True, slots=True)
 class CommissioningPlan:
-    """The arm as its file, or its preset, says; `controller` makes one that drives an arm."""
+    """An arm and its drives; `controller` makes the controller of an arm."""
 
     config: ArmConfig
     drives: tuple[Planned, ...]
@@ -75,15 +81,15 @@ class CommissioningPlan:
         return self.config.name
 
     def scripts(self) -> ScriptLoop[Any]:
-        """Make what carries scripts out over the wire to these drives, and to a new one."""
+        """Return a loop of scripts that reaches these drives, and a new one."""
         ids = {self.tools.new_id, *(each.node for each in self.drives)}
         return self.bus.scripts(sorted(ids))
 
     @property
     def order(self) -> tuple[Planned, ...]:
-        """The drives as they are met: the one that keeps the id of a new drive comes last.
+        """The drives in the order of commissioning: the one with the id of a new drive comes last.
 
-        So each new one can be plugged in beside those that have their ids already.
+        So each new drive can be plugged in while those with their own ids stay on the bus.
         """
         return tuple(sorted(self.drives, key=lambda each: each.node == self.tools.new_id))
 
@@ -102,10 +108,10 @@ def plan_of(config: ArmConfig) -> CommissioningPlan:
     if transmission is None or bus is None or tools is None:
         known = commissionable()
         titles = " or ".join(language_of(each.name).title for each in known)
-        said = " or ".join(f'dialect = "{each.name}"' for each in known)
+        lines = " or ".join(f'dialect = "{each.name}"' for each in known)
         raise BadRequest(
             f"{config.name} has no {titles}: `armdrive can setup` is for arm files that say "
-            f"{said} under [connection]"
+            f"{lines} under [connection]"
         )
     if len(device.ids) < len(transmission.motors):
         raise BadRequest(
@@ -134,21 +140,20 @@ def plan_of(config: ArmConfig) -> CommissioningPlan:
     )
 
 
-# What has been found out of an arm's drives so far, kept between programs.
+# The notes about an arm's drives, kept between runs.
 #
-# The drives keep their ids and settings themselves; directions, gears and what was tried stand
-# here.
+# The drives keep their ids and settings themselves; the notes hold directions, gears and trials.
 
 ENDING = "can-setup.json"
 FORMAT = 1
-"""Of the notes; those that do not say have this one too."""
+"""The format of the notes; a file without the key has it too."""
 
 
 @dataclass(slots=True)
 class Notes:
-    """Of one motor. `way` and `roll` are the words for what was seen; gears are turns of the motor.
+    """The notes about one motor: `way` and `roll` are the words for the motion that was seen.
 
-    `watchdog` is whether it was seen to stop the motor; None where that was not tried.
+    `watchdog` is whether it stopped the motor; None if that was not tried.
     """
 
     firmware: str = ""
@@ -167,10 +172,10 @@ def path_of(arm: str) -> Path:
 
 
 def read(arm: str, calibration: str) -> dict[str, Notes]:
-    """Return the notes of an arm by its motors' names, empty where there are none.
+    """Return the notes of an arm by its motors' names, empty if there are none.
 
-    What was seen of motions counts only where the arm file gives steps the same meaning still.
-    Raises `StateFileError`.
+    The motions seen count only as long as the arm file gives steps the same meaning. Raises
+    `StateFileError`.
     """
     path = path_of(arm)
     try:
@@ -195,7 +200,7 @@ def _require_format(known: Mapping[str, Any]) -> None:
 
 
 def absorbed(notes: Notes) -> Notes:
-    """Return notes without what was seen of motions: the arm file has that, or means another."""
+    """Return notes without the motions seen: the arm file contains them, or has changed."""
     return replace(notes, way="", roll="", gear=0.0)
 
 

@@ -1,30 +1,32 @@
-"""What can be said of a port while it is still closed."""
+"""What is known of a port while it is closed: asked of the system, arm files and local sockets."""
 
 from __future__ import annotations
 
 import contextlib
 import errno
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from armdrive.dialog.conversation import Finding, note, ok, problem
-from armdrive.errors import ArmError, NoSuchPort
-from armdrive.registry.arm_files import load_arm
-from armdrive.storage import files as places
+from armdrive.config.arm import ArmConfig
+from armdrive.connect.port import PortOpening
+from armdrive.dialog.conversation import Finding, Grade, note, ok, problem
+from armdrive.errors import ArmError, NoSuchPort, PortUnavailable
+from armdrive.registry.arm_files import arm_paths, load_arm
 from armdrive.storage.lock_client import ask_holder
 from armdrive.text.toml import value as toml
-from armdrive.transports.address import scheme
+from armdrive.transports import ports as system
+from armdrive.transports.address import is_can, scheme
 from armdrive.transports.open_errors import holder, owning_group, refusal
-from armdrive.transports.ports import PortInfo, device_names, device_of, list_ports
+from armdrive.transports.ports import PortInfo
 
-# Who has a port, and which arm files it belongs to: asked of files and local sockets alone.
+# Which arm files a port belongs to, and which armdrive program has it open.
 
 
 @dataclass(frozen=True, slots=True)
 class PortNaming:
-    """Which port an arm file names, by a USB serial number if it gives one, else by its name.
+    """How an arm file names its port: by its adapter's USB serial number if given, else by name.
 
     `error` says why a file cannot be used.
     """
@@ -36,15 +38,7 @@ class PortNaming:
 
     def find(self) -> str:
         """Return the present name of the arm's port. Raises `NoSuchPort` as connecting would."""
-        return device_of(self.usb_serial, self.port) if self.usb_serial else self.port
-
-
-@dataclass(frozen=True, slots=True)
-class PortOwner:
-    """An arm file that a port belongs to, and by what: a name, or the number of its adapter."""
-
-    arm: str
-    usb_serial: str = ""
+        return system.device_of(self.usb_serial, self.port) if self.usb_serial else self.port
 
     def __str__(self) -> str:
         by = f" (by the USB serial number {self.usb_serial})" if self.usb_serial else ""
@@ -52,8 +46,8 @@ class PortOwner:
 
 
 def arm_files() -> tuple[PortNaming, ...]:
-    """Return the ports that the arm files name, and the files that cannot be read."""
-    return tuple(map(_naming, sorted(places.arm_files().glob("*.toml"))))
+    """Return how each arm file names its port, with the files that cannot be read."""
+    return tuple(map(_naming, arm_paths()))
 
 
 def _naming(path: Path) -> PortNaming:
@@ -64,107 +58,143 @@ def _naming(path: Path) -> PortNaming:
     return PortNaming(path.stem, wire.port, wire.usb_serial)
 
 
-def owners_of(port: str, namings: Iterable[PortNaming]) -> tuple[PortOwner, ...]:
+def owners_of(port: str, namings: Iterable[PortNaming]) -> tuple[PortNaming, ...]:
     """Return the arm files that a port belongs to, under whichever of its names."""
     found = []
     for each in namings:
         with contextlib.suppress(NoSuchPort):
             name = each.find()
             if name and same_port(name, port):
-                found.append(PortOwner(each.arm, each.usb_serial))
+                found.append(each)
     return tuple(found)
 
 
 def strangers_to(port: str, namings: Iterable[PortNaming]) -> tuple[PortNaming, ...]:
-    """Return the arm files that have a port's name, but want an adapter that it is not."""
+    """Return the arm files that name this port, but want an adapter with another serial number."""
     namings = [each for each in namings if each.usb_serial and each.port]
-    owners = [owner.arm for owner in owners_of(port, namings)]
-    return tuple(each for each in namings if same_port(each.port, port) and each.arm not in owners)
+    owners = owners_of(port, namings)
+    return tuple(each for each in namings if same_port(each.port, port) and each not in owners)
 
 
 def same_port(one: str, other: str) -> bool:
-    """Tell whether two names lead to one port."""
+    """Return whether two names lead to the same port."""
     if "://" in one or "://" in other:
         return one == other
     return os.path.realpath(one) == os.path.realpath(other)
 
 
 def held_by_armdrive(port: str, arms: Iterable[str] = ()) -> str:
-    """Return the arm as which an armdrive program holds a port; empty where none does."""
+    """Return the name of the arm for which an armdrive program holds a port, or an empty text."""
     for name in (port, os.path.realpath(port), *arms):
         with contextlib.suppress(ArmError):
-            told = ask_holder(name, "status")
-            return str(told.get("arm") or name)
+            status = ask_holder(name, "status")
+            return str(status.get("arm") or name)
     return ""
 
+
+# A port that is looked at, and not opened.
 
 SYSFS = Path("/sys/bus/usb-serial/devices")
 PSEUDO = "/dev/pts/"
 LATENCY_MS = 1
-"""What an FTDI adapter should wait at most before it hands bytes on; it comes with 16."""
+"""How long an FTDI adapter may hold bytes back; new ones are set to 16."""
 
 
 @dataclass(frozen=True, slots=True)
-class Before:
-    """The findings, and whether there is any use in opening the port.
+class ClosedPort:
+    """A port or a CAN interface, what is known of it, and whether opening it can succeed.
 
-    `owners` are the arms whose files the port belongs to, and `usb_serial` its adapter's number.
+    `owners` are the arms whose files the port belongs to; `usb_serial` is its adapter's number.
     """
 
-    findings: tuple[Finding, ...]
-    openable: bool
+    port: str
+    findings: tuple[Finding, ...] = ()
+    openable: bool = True
     owners: tuple[str, ...] = ()
     usb_serial: str = ""
 
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """The findings as text."""
+        return lines_of(self.findings)
 
-def look_at(port: str, files: Iterable[PortNaming] = ()) -> Before:
+
+def lines_of(findings: Sequence[Finding]) -> tuple[str, ...]:
+    """Return findings as text, each with its remedy."""
+    return tuple(
+        f"{'' if each.grade is Grade.OK else each.grade.value + ': '}{each.what}"
+        + (f" - {each.mend}" if each.mend else "")
+        for each in findings
+    )
+
+
+def closed_ports() -> tuple[ClosedPort, ...]:
+    """Return every port and interface that an arm may be connected to. Opens none."""
+    listed = system.list_ports()
+    serial = tuple(look_at(each.stable_name or each.device) for each in listed)
+    buses = system.list_can_ports(listed)
+    return (*serial, *(_closed_bus(each.port, each.description, each.todo) for each in buses))
+
+
+def _closed_bus(port: str, description: str, todo: str = "") -> ClosedPort:
+    findings = (ok(description), *([note(todo)] if todo else []))
+    return ClosedPort(port, findings, openable=not todo)
+
+
+def port_of(config: ArmConfig) -> ClosedPort:
+    """Return the port of an arm file, under its present name; an empty name if it is not there."""
+    try:
+        port = PortOpening(config).find()
+    except PortUnavailable as error:
+        what, _, mend = str(error).partition(": ")
+        return ClosedPort("", (problem(what, mend),), openable=False)
+    wire = config.connection
+    own = PortNaming(config.name, wire.port, wire.usb_serial)  # its file may lie elsewhere
+    return look_at(port, (own, *(each for each in arm_files() if each.arm != own.arm)))
+
+
+def look_at(port: str, namings: Sequence[PortNaming] | None = None) -> ClosedPort:
     """Look at a port without opening it; of a network address only its arm files are known."""
-    files = tuple(files)
-    belongs, owners = _belongs(port, files)
+    if is_can(port):
+        return _closed_bus(port, "a CAN bus")
+    namings = arm_files() if namings is None else namings
+    owning = owners_of(port, namings)
+    owners = tuple(each.arm for each in owning)
+    belongs = [*_belonging(port, owning, namings)]
     if scheme(port):
-        return Before(tuple(belongs), True, owners)
+        return ClosedPort(port, tuple(belongs), owners=owners)
     if not Path(port).exists() and os.name == "posix":
         absent = FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
-        return Before((_sentence(port, absent),), openable=False)
+        return ClosedPort(port, (_refused(port, absent),), openable=False)
     info = info_of(port)
     if not info.readable:
-        return Before((forbidden(port),), openable=False)
+        return ClosedPort(port, (forbidden(port),), openable=False)
     if info.holder is not None:
-        return Before((in_use(port, owners), *belongs), openable=False)
+        return ClosedPort(port, (in_use(port, owners), *belongs), openable=False)
     made_here = os.path.realpath(port).startswith(PSEUDO)
-    free = "" if made_here else " nobody has it open,"
-    found = [ok(f"{port} is there{_described(info)},{free} and you may open it")]
-    found += belongs
-    by_number = any(each.arm in owners and each.usb_serial for each in files)
-    if not by_number:
-        found += _name_that_stays(port, info)
+    free = "" if made_here else " no program has it open,"
+    found = [ok(f"{port} is there{_described(info)},{free} and you may open it"), *belongs]
+    if not any(each.usb_serial for each in owning):
+        found += _lasting_name(port, info)
     found += latency(port)
-    return Before(tuple(found), True, owners, info.serial_number or "")
+    return ClosedPort(port, tuple(found), owners=owners, usb_serial=info.serial_number or "")
 
 
-def unfound(error: ArmError) -> Before:
-    """Return what is to be said where the port of an arm file is not to be found."""
-    what, _, mend = str(error).partition(": ")
-    return Before((problem(what, mend),), openable=False)
-
-
-def _belongs(port: str, files: tuple[PortNaming, ...]) -> tuple[list[Finding], tuple[str, ...]]:
-    """Say which arm files a port belongs to, and which only name it."""
-    owners = owners_of(port, files)
-    found = [ok(f"it belongs to the arm file {each}") for each in owners]
-    found += [
-        note(
+def _belonging(
+    port: str, owning: Iterable[PortNaming], namings: Iterable[PortNaming]
+) -> Iterable[Finding]:
+    """Give the arm files that a port belongs to, and those that only name it."""
+    yield from (ok(f"it belongs to the arm file {each}") for each in owning)
+    for each in strangers_to(port, namings):
+        yield note(
             f"the arm file {each.arm} names {port}, but wants the adapter with the USB serial "
             f"number {each.usb_serial}, which this is not",
             f"`armdrive doctor --arm {each.arm}` looks for that adapter",
         )
-        for each in strangers_to(port, files)
-    ]
-    return found, tuple(each.arm for each in owners)
 
 
-def _name_that_stays(port: str, info: PortInfo) -> list[Finding]:
-    """Say how an arm file finds the port again, where that is surer than by its name."""
+def _lasting_name(port: str, info: PortInfo) -> list[Finding]:
+    """Say how an arm file finds the port again, if there is a surer way than by its name."""
     if info.serial_number:
         mend = f"in an arm file write usb_serial = {toml(info.serial_number)}"
     elif info.stable_name and info.stable_name != port:
@@ -175,13 +205,13 @@ def _name_that_stays(port: str, info: PortInfo) -> list[Finding]:
 
 
 def info_of(port: str) -> PortInfo:
-    """Return what is known of a port: of one that no list names, little.
+    """Return what the system knows of a port; little of a port that it does not list.
 
-    A pseudo-terminal is always held by the program that made it; who else has it is seen when it
-    is opened.
+    A pseudo-terminal is always held by the program that made it. Whether another program has it
+    too shows only when it is opened.
     """
     real = os.path.realpath(port)
-    for info in list_ports():
+    for info in system.list_ports():
         if os.path.realpath(info.device) == real:
             return info
     readable = os.name != "posix" or os.access(port, os.R_OK | os.W_OK)
@@ -190,23 +220,23 @@ def info_of(port: str) -> PortInfo:
 
 
 def forbidden(port: str) -> Finding:
-    """Return the finding of a port that this user may not open."""
-    return _sentence(port, PermissionError(errno.EACCES, os.strerror(errno.EACCES)))
+    """Return the finding for a port that this user may not open."""
+    return _refused(port, PermissionError(errno.EACCES, os.strerror(errno.EACCES)))
 
 
 def in_use(port: str, owners: Iterable[str] = ()) -> Finding:
-    """Return the finding of a port that a program has open, perhaps for one of these arms."""
+    """Return the finding for a port that a program has open, perhaps for one of these arms."""
     arm = held_by_armdrive(port, owners)
     if arm:
         return problem(
             f"{port} is in use: an armdrive program drives {arm} on it",
             f"end that program; `armdrive status --arm {arm}` asks it, `armdrive stop` stops it",
         )
-    return _sentence(port, OSError(errno.EBUSY, os.strerror(errno.EBUSY)))
+    return _refused(port, OSError(errno.EBUSY, os.strerror(errno.EBUSY)))
 
 
 def latency(port: str, sysfs: Path = SYSFS) -> list[Finding]:
-    """Look at how long a USB adapter may hold bytes back, where it says so (FTDI on Linux)."""
+    """Report how long a USB adapter may hold bytes back, if the system says so (FTDI on Linux)."""
     path = sysfs / Path(os.path.realpath(port)).name / "latency_timer"
     try:
         found_ms = int(path.read_text(encoding="ascii"))
@@ -228,7 +258,7 @@ def _described(info: PortInfo) -> str:
     return f" ({words})" if words else ""
 
 
-def _sentence(port: str, error: OSError) -> Finding:
-    """Return what opening would be refused with: what is wrong, and what to do about it."""
-    what, colon, mend = str(refusal(port, error, device_names)).partition(": ")
-    return problem(what, mend) if colon else problem(what, "name another port")
+def _refused(port: str, error: OSError) -> Finding:
+    """Return the finding for an error that opening the port would raise, with its remedy."""
+    what, colon, mend = str(refusal(port, error, system.device_names)).partition(": ")
+    return problem(what, mend if colon else "name another port")

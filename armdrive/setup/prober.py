@@ -1,38 +1,47 @@
-"""Goes through the table of probes until somebody is recognised: a script, at any baud rate."""
+"""Finds out who answers on an open wire: a device on a serial port, or the drives of a CAN bus.
+
+Nothing that is sent here moves an arm of any dialect (docs/finding-the-arm.md).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cache, partial
+from types import MappingProxyType
 from typing import Protocol, TypeAlias
 
 from armdrive.connect.port import recogniser
+from armdrive.dialects.bus.tools import Answers, BusTools, Heard
 from armdrive.dialects.exchange import Received, ScriptIO, ScriptLoop
 from armdrive.dialects.recognition import Identity, Probe
 from armdrive.errors import PortUnavailable
+from armdrive.registry import DIALECTS
 from armdrive.setup import dialog_runner
 from armdrive.setup.dialog_runner import Clock, carry_out
 from armdrive.transports.address import host_and_port, scheme
 from armdrive.transports.link import Link
 from armdrive.transports.serial_port import SerialLink
 from armdrive.transports.udp import UdpLink
+from firmware_protocol.frames import Frame
+
+# A serial port: a script goes through the table of probes until a device is recognised.
 
 LISTEN_S = 2.5
-"""How long is only listened at first: a board that restarts says so within this time, and its
-boot loader, which would take probes for its own commands, has ended."""
+"""The prober listens this long before its first probe. A board that restarts greets within this
+time, and its boot loader, which would take probes for its own commands, has ended."""
 SETTLE_S = 0.3
-"""How long is only listened after the baud rate was changed."""
+"""The prober listens this long after it changes the baud rate."""
 QUICK_BAUD = 115_200
-"""The rate at which boards say their first words. Slow bytes are harmless at it, since one slow
-bit fills a whole quick byte: nothing is heard but 0x00, and bytes from 0x80 up whose ones are all
-on top."""
+"""The rate at which boards greet. Slower bytes are harmless at this rate, since one slow bit fills
+a whole fast byte: a device receives nothing but 0x00, and bytes from 0x80 up whose ones are all on
+top."""
 QUIET_S = 0.1
-"""A device that was recognised may have something to add for this long."""
+"""The prober waits this long for more from a device that it has recognised."""
 
 
 class ProbeWire(ScriptIO[bytes]):
-    """Says bytes at a baud rate, and listens. `tune` changes the rate."""
+    """Sends bytes at a baud rate, and collects the reply. `tune` changes the rate."""
 
     def __init__(self, tune: Callable[[int], None]) -> None:
         super().__init__(lambda _data: None)
@@ -41,64 +50,64 @@ class ProbeWire(ScriptIO[bytes]):
     def turn(
         self, probe: Probe, enough: Callable[[bytes], bool]
     ) -> Generator[float, bytes | None, bytes]:
-        """Say a probe, then listen for its time, or until it is enough and a while longer."""
+        """Send a probe; return its reply: what comes until it is `enough`, or the time is up."""
         self._tune(probe.baud)
         self.say(probe.data)
-        told = yield from self.collect(probe.wait_s, lambda heard: enough(b"".join(heard)), QUIET_S)
-        return b"".join(told)
+        parts = yield from self.collect(probe.wait_s, lambda got: enough(b"".join(got)), QUIET_S)
+        return b"".join(parts)
 
 
 @dataclass(frozen=True, slots=True)
-class Heard:
-    """What was heard after a probe was said, or (with an empty name) while only listening."""
+class ProbeReply:
+    """The bytes received after a probe, or, with an empty name, while only listening."""
 
     probe: str
     baud: int
-    said: bytes
+    sent: bytes
     data: bytes
 
     @property
     def answer(self) -> bytes:
-        """What was heard beside an echo of what was said."""
-        return _without_echo(self.said, self.data)
+        """The reply without an echo of the probe."""
+        return _without_echo(self.sent, self.data)
 
 
-def _without_echo(said: bytes, heard: bytes) -> bytes:
-    """Return what was heard without a copy of what was said: it would be taken for an answer."""
-    return heard.removeprefix(said) if len(said) > 1 else heard
+def _without_echo(sent: bytes, received: bytes) -> bytes:
+    """Return a reply without a copy of the probe, which would be taken for an answer."""
+    return received.removeprefix(sent) if len(sent) > 1 else received
 
 
 @dataclass(frozen=True, slots=True)
 class Examination:
-    """What came of it: who it is and at which baud rate, and all that was heard on the way.
+    """The device at a port, its baud rate, and every reply on the way to them.
 
-    `baud` is None where the connection has none.
+    `baud` is None if the connection has no baud rate.
     """
 
     identity: Identity | None = None
     baud: int | None = None
-    heard: tuple[Heard, ...] = field(default=(), repr=False)
+    replies: tuple[ProbeReply, ...] = field(default=(), repr=False)
 
     @property
     def everything(self) -> bytes:
-        """All that was heard."""
-        return b"".join(each.data for each in self.heard)
+        """All received bytes."""
+        return b"".join(each.data for each in self.replies)
 
     @property
     def echoes(self) -> bool:
-        """Tell whether what was said came back, which no dialect does."""
-        said = [each for each in self.heard if len(each.said) > 1]
-        return any(each.data.startswith(each.said) for each in said)
+        """Whether the line returned a probe, which no dialect does."""
+        sent = [each for each in self.replies if len(each.sent) > 1]
+        return any(each.data.startswith(each.sent) for each in sent)
 
     @property
     def restarted(self) -> bool:
-        """Tell whether the device was heard to begin anew when its port was opened.
+        """Whether the device restarted when its port was opened.
 
-        First words at another baud rate than its own cannot be read, but were heard.
+        A greeting at another baud rate than its own cannot be read, but shows that it restarted.
         """
         if self.identity is None:
             return False
-        first = self.heard[:1] if self.baud is not None else ()
+        first = self.replies[:1] if self.baud is not None else ()
         elsewhere = any(each.data and each.baud != self.baud for each in first)
         return self.identity.restarted or elsewhere
 
@@ -107,9 +116,9 @@ Script: TypeAlias = Generator[float, bytes | None, Examination]
 
 
 def examination(wire: ProbeWire, given_baud: int | None, datagrams: bool) -> Script:
-    """Find out what a port leads to; with `given_baud` at that baud rate alone."""
+    """Identify the device at a port; with `given_baud` at that baud rate alone."""
     probes = recogniser().sequence(given_baud, datagrams=datagrams)
-    first_baud = given_baud or QUICK_BAUD  # whoever has something to say at the start says it so
+    first_baud = given_baud or QUICK_BAUD
     found = yield from _listen(wire, Examination(), first_baud, 0.0 if datagrams else LISTEN_S)
     for probe in probes:
         if found.identity is not None:
@@ -135,39 +144,39 @@ def _listen(wire: ProbeWire, found: Examination, baud: int, wait_s: float) -> Sc
 
 
 def _turn(wire: ProbeWire, found: Examination, probe: Probe) -> Script:
-    """Say a probe, and weigh all that was heard at this baud rate so far."""
-    before = b"".join(each.answer for each in found.heard if each.baud == probe.baud)
+    """Send a probe; judge all replies at this baud rate so far."""
+    before = b"".join(each.answer for each in found.replies if each.baud == probe.baud)
 
     def known(data: bytes) -> bool:
         return recogniser().recognise(before + _without_echo(probe.data, data)) is not None
 
     data = yield from wire.turn(probe, known)
-    heard = Heard(probe.name, probe.baud, probe.data, data)
-    identity = _better(found.identity, recogniser().recognise(before + heard.answer))
-    return replace(found, identity=identity, heard=(*found.heard, heard))
+    reply = ProbeReply(probe.name, probe.baud, probe.data, data)
+    identity = _better(found.identity, recogniser().recognise(before + reply.answer))
+    return replace(found, identity=identity, replies=(*found.replies, reply))
 
 
-def _better(known: Identity | None, told: Identity | None) -> Identity | None:
-    """Return what is known now; that it restarted stays true."""
-    if known is None or told is None:
-        return told or known
-    return replace(told, restarted=told.restarted or known.restarted)
+def _better(known: Identity | None, new: Identity | None) -> Identity | None:
+    """Return the newer identity; a restart that was seen once stays true."""
+    if known is None or new is None:
+        return new or known
+    return replace(new, restarted=new.restarted or known.restarted)
 
 
 def _at_usual_rate(wire: ProbeWire, found: Examination) -> Script:
-    """Ask once more at the usual rate where another was heard: native USB hears at any."""
+    """Ask again at the dialect's usual rate if another one worked: native USB works at any rate."""
     identity = found.identity
     probe = recogniser().own_probe(identity.dialect) if identity is not None else None
     if identity is None or probe is None or probe.baud == found.baud:
         return found
-    heard_at = found.baud
+    worked_at = found.baud
     found = yield from _turn(wire, found, probe)
-    answered = recogniser().recognise(found.heard[-1].answer) is not None
-    return replace(found, baud=probe.baud if answered else heard_at)
+    answered = recogniser().recognise(found.replies[-1].answer) is not None
+    return replace(found, baud=probe.baud if answered else worked_at)
 
 
 def _details(wire: ProbeWire, found: Examination, given_baud: int | None) -> Script:
-    """Ask a board that has just said its first words which version it is."""
+    """Ask a board that has just greeted for its version."""
     identity = found.identity
     probe = recogniser().details(identity.dialect) if identity is not None else None
     if identity is None or probe is None or not identity.restarted:
@@ -177,11 +186,11 @@ def _details(wire: ProbeWire, found: Examination, given_baud: int | None) -> Scr
     return found
 
 
-# Gives the probing a wire and a clock.
+# The wire of a serial probe.
 
 
 class TunableLink(Link, Protocol):
-    """A wire whose baud rate can be changed while it is open."""
+    """A link whose baud rate can be changed while it is open."""
 
     def tune(self, baud: int) -> None:
         """Change the baud rate."""
@@ -211,10 +220,10 @@ class TunableUdpLink(UdpLink):
 
 
 def examine_port(port: str, baud: int | None) -> Examination:
-    """Open a port and find out what it leads to; moves nothing. Raises `LinkError`.
+    """Open a port and identify its device. Raises `LinkError`.
 
-    DTR is raised, since boards with native USB are mute without, and left up where the system can
-    leave it, so that the next opening restarts no board. Windows cannot leave it.
+    DTR is raised, since boards with native USB stay mute without it. It stays up after closing, so
+    that the next opening does not restart the board; Windows cannot do that.
     """
     kind = scheme(port)
     network = kind in ("socket", "udp")
@@ -234,7 +243,7 @@ def _opened(port: str, baud: int) -> TunableLink:
 def examine(
     link: TunableLink, clock: Clock, given_baud: int | None, *, datagrams: bool = False
 ) -> Examination:
-    """Find out what a link leads to, and close it."""
+    """Identify the device on a link, and close the link."""
     wire = ProbeWire(link.tune)
     loop = ScriptLoop(Received(lambda data: (data,) if data else ()), wire)
     try:
@@ -244,3 +253,73 @@ def examine(
     finally:
         link.close()
     return found
+
+
+# A CAN bus: the protocols are tried in an order, and with ids, that harm no drive of another one.
+#
+# A protocol goes first if its questions do nothing to drives of any other: reading CANopen's
+# objects by SDO does nothing to MKS drives, whatever their ids. A question to an MKS drive is a
+# frame whose id is the drive's, and from 128 on those ids are CANopen's: SYNC, process data, orders
+# to drives. So once a node of a protocol is seen, other protocols are limited to the ids that it
+# leaves free.
+
+
+@cache
+def protocols() -> Mapping[str, BusTools]:
+    """Return every protocol by its name, in the order in which an unknown bus is asked."""
+    buses = (row.bus for row in DIALECTS.values())
+    known = sorted((bus for bus in buses if bus is not None), key=lambda bus: not bus.harmless)
+    return MappingProxyType({bus.name: bus for bus in known})
+
+
+def is_command(frame: Frame, master: int | None = None) -> bool:
+    """Return whether a frame must be another program's request to a drive, in any protocol.
+
+    The heartbeat of the node `master` counts as one.
+    """
+    rows = protocols().values()
+    if any(row.reads_answer(frame) for row in rows):
+        return False
+    return any(row.reads_command(frame, master) for row in rows)
+
+
+def nodes_seen(frames: Sequence[Frame]) -> Heard:
+    """Return the nodes that sent these frames, with the state that each reported."""
+    return {
+        node: state for row in protocols().values() for node, state in row.heard(frames).items()
+    }
+
+
+def ask_bus(
+    link: Link,
+    clock: Clock,
+    ids: Sequence[int],
+    seen: Heard = MappingProxyType({}),
+    dialect: str = "",
+) -> tuple[Answers, ...]:
+    """Return the answers of each protocol's drives. Raises `LinkLost`.
+
+    With `dialect` its protocol is asked first, and another one only if no drive answers.
+    """
+    rows = sorted(protocols().values(), key=lambda row: row.dialect != dialect)
+    answers: list[Answers] = []
+    for row in rows:
+        if dialect and any(each.there for each in answers):
+            break
+        chosen = [each for each in harmless_ids(ids, answers, seen) if each <= row.most]
+        if chosen or seen:
+            scripts = row.scripts(chosen)
+            ask = partial(row.ask, scripts.io, chosen, seen)
+            answers.append(carry_out(scripts, ask, link, clock))
+    return tuple(answers)
+
+
+def harmless_ids(ids: Sequence[int], answers: Sequence[Answers], seen: Heard) -> list[int]:
+    """Return the ids without those that mean something to a node seen on the bus."""
+    there = {each.protocol for each in answers if each.there}
+    free = [
+        row.leaves_free
+        for row in protocols().values()
+        if row.leaves_free is not None and (seen or row.name in there)
+    ]
+    return [each for each in ids if all(each <= most for most in free)]

@@ -1,16 +1,20 @@
 """The questions that make an arm file, each declared once: words, check, place in the file.
 
-Rows are asked in their order. A row is asked for every name of its `each`, where its `when` holds
-after the answers so far.
+They are asked in the order of the table. A row is asked once for every name of its `each`, if its
+`when` holds after the answers so far.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from types import MappingProxyType
+from typing import Any, get_type_hints
 
+from armdrive.config.guards import NUMBERS as GUARDS
 from armdrive.config.preset import LENGTHS
+from armdrive.config.sections import Connection, FingerModel
 from armdrive.config.write import MEANINGS
 from armdrive.dialog.conversation import (
     Question,
@@ -21,24 +25,33 @@ from armdrive.dialog.conversation import (
     groups,
     number,
     numbers,
+    plain_number,
     several,
     text,
     whole,
     yes_or_no,
 )
-from armdrive.errors import BadRequest
+from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import DIALECTS
 from armdrive.setup.draft import GRIPPER_MOTOR, Draft, ratio
 from armdrive.setup.templates import COUPLED, GRIPPERS, OUTPUT, SERVO, available
 from armdrive.storage.files import file_name
+from armdrive.text.toml import rule_of
 from armdrive.text.toml_document import TomlEntry
 from armdrive.transports.address import is_can
 from armdrive.transports.can_address import CanAddress
 
 Fill = Callable[[Draft, str], str | None]
-"""Makes a default, as somebody would type it, from the answers and the row's own `each`."""
+"""Returns a default, as the user would type it, from the answers and a name of the row's `each`."""
 
 Entries = tuple[TomlEntry, ...]
+
+DIALECT = "{dialect}"
+"""Stands for the section of the controller in the place of a row."""
+READERS: Mapping[type[Any], Reader] = MappingProxyType(
+    {bool: yes_or_no, float: plain_number, str: text}
+)
+"""What reads an answer of each type; of a whole number, `whole` does."""
 
 
 def _always(_draft: Draft) -> bool:
@@ -55,17 +68,18 @@ def _no_choices(_draft: Draft) -> tuple[tuple[str, str], ...]:
 
 @dataclass(frozen=True, slots=True)
 class ArmRow:
-    """One row of the table: `{one}` in its key, words and place stands for each name of `each`.
+    """One row of the table; `{one}` in its key, words and place stands for a name of `each`.
 
-    `read` makes the check from the answers before; `when` says whether the question is asked.
-    `place` is the key of the arm file that the answer is written under; `{dialect}` in it is the
-    section of the controller. `put` makes the section's entries where the answer is not the value.
+    `read` makes the check from the answers before; without it, the schema of the arm file checks
+    the answer for the key at `place`. `when` says whether the question is asked. `{dialect}` in
+    `place` is the section of the controller. `put` makes the section's entries if the answer is not
+    the value itself.
     """
 
     key: str
     words: str
     why: str
-    read: Callable[[Draft], Reader]
+    read: Callable[[Draft], Reader] | None = None
     default: Fill | str | None = None
     when: Callable[[Draft], bool] = _always
     each: Callable[[Draft], Sequence[str]] = _once
@@ -74,49 +88,76 @@ class ArmRow:
     put: Callable[[Draft, Any], Entries] | None = None
 
     def questions(self, draft: Draft) -> Iterator[Question]:
-        """Give the questions that this row asks after these answers."""
+        """Yield the questions of this row after these answers."""
         for one in self.each(draft) if self.when(draft) else ():
             default = self.default
             yield Question(
                 self.key.replace("{one}", one),
                 self.words.replace("{one}", one.replace("_", " ")),
                 self.why,
-                self.read(draft),
+                schema_reader(draft, self.place) if self.read is None else self.read(draft),
                 default(draft, one) if callable(default) else default,
                 self.choices(draft),
             )
 
     def entries(self, draft: Draft) -> Iterator[tuple[str, Entries]]:
-        """Give what the answers to this row come to: a section of the file, and its entries."""
+        """Yield the sections, and their entries, that the answers to this row make."""
         for one in self.each(draft) if self.place and self.when(draft) else ():
             answer = draft.get(self.key.replace("{one}", one), ())
-            place = self.place.replace("{one}", one).replace("{dialect}", draft.dialect.name)
+            place = self.place.replace("{one}", one).replace(DIALECT, draft.dialect.name)
             section, _, key = place.rpartition(".")
-            if answer == ():  # nothing was asked, or nothing was answered
+            if answer == ():  # not asked, or answered by none
                 continue
             entry = TomlEntry(key, answer, MEANINGS.get(key, ""))
             yield section, (entry,) if self.put is None else self.put(draft, answer)
 
 
+SECTIONS: Mapping[str, type[Any]] = MappingProxyType(
+    {"connection": Connection, "fingers": FingerModel}
+)
+
+
+def schema_reader(draft: Draft, place: str) -> Reader:
+    """Return what reads an answer as the schema of the arm file allows it at a place."""
+    name, _, key = place.rpartition(".")
+    kind = draft.dialect.settings() if name == DIALECT else SECTIONS[name]
+    wanted, rule = (
+        get_type_hints(kind)[key],
+        rule_of(next(f for f in fields(kind) if f.name == key)),
+    )
+    plain: Reader = whole(-sys.maxsize, sys.maxsize) if wanted is int else READERS[wanted]
+    where = place.replace(DIALECT, draft.dialect.name)
+
+    def read(line: str) -> Any:
+        value = choice(rule.words)(line) if rule.words else plain(line)
+        try:
+            rule.check(value, where)
+        except ArmFileError as error:
+            raise WrongAnswer(str(error)) from None
+        return value
+
+    return read
+
+
 def fixed(reader: Reader) -> Callable[[Draft], Reader]:
-    """Return what makes the same check whatever was answered."""
+    """Return a check that does not depend on earlier answers."""
     return lambda _draft: reader
 
 
 def gate(opens: str) -> Fill:
-    """Return the default of "keep these?": yes, unless an answer behind the gate is given."""
+    """Return the default of "keep these?": yes, unless a value for one of them is given."""
     return lambda draft, _one: (
         "no" if any(k.startswith(opens) for k in draft.around.given) else "yes"
     )
 
 
 def typed(values: Sequence[float]) -> str:
-    """Return numbers as somebody would type them on one line."""
+    """Return numbers as text on one line."""
     return " ".join(f"{value:.6g}" for value in values)
 
 
 def _names(names: Sequence[str]) -> tuple[tuple[str, str], ...]:
-    """Return choices that need no explanation."""
+    """Return choices without explanations."""
     return tuple((name, "") for name in names)
 
 
@@ -157,7 +198,7 @@ def _types_links(draft: Draft) -> bool:
 
 
 def _typed_rows(draft: Draft) -> bool:
-    """Tell whether rows of links are given beforehand."""
+    """Return whether rows of the link table are given beforehand."""
     return any(
         k.startswith("links.") for k in draft.around.given.keys() - {"links.how", "links.file"}
     )
@@ -211,8 +252,8 @@ def _speed(draft: Draft, one: str) -> str:
 
 
 _MOTORS = (
-    ("published", "the arm's own, with the numbers that are published"),
-    ("own", "other motors or gears: asked for one by one"),
+    ("published", "the original ones, with their published numbers"),
+    ("own", "other motors or gears: the numbers are asked one by one"),
 )
 
 
@@ -222,7 +263,7 @@ _MOTORS = (
 def _name(line: str) -> str:
     if not line or file_name(line) != line:
         raise WrongAnswer(
-            f"{line!r} is no name for a file: use letters, digits, dots, dashes and underscores"
+            f"{line!r} cannot name a file: use letters, digits, dots, dashes and underscores"
         )
     if line.endswith(".toml"):
         raise WrongAnswer(f"the name without its ending: {line.removesuffix('.toml')}")
@@ -261,7 +302,7 @@ def _adapter(line: str) -> str:
         return str(CanAddress.parse(line))
     except BadRequest:
         raise WrongAnswer(
-            f"{line!r} names no CAN adapter, and these drives are on a CAN bus: write it as "
+            f"{line!r} is no CAN adapter, and these drives are on a CAN bus: write it as "
             "can:slcan:/dev/ttyACM0?bitrate=500000 or can:socketcan:can0, or none for now"
         ) from None
 
@@ -288,7 +329,7 @@ def _on_line(draft: Draft) -> bool:
 
 
 def _has_baud(draft: Draft) -> bool:
-    """Tell whether it has a rate of its own: a bus's is told with its port."""
+    """Return whether the line has a baud rate of its own: a bus has it in its port."""
     return _on_line(draft) or "connection.baud" in draft.around.given
 
 
@@ -299,7 +340,7 @@ def _resets(draft: Draft) -> bool:
 # The gripper, homing, postures, guards, and the directions of the motors.
 
 PULLED_OFF_DEG = 2.0
-"""How far inside its limits an arm is taken to stand after homing."""
+"""The default distance from a limit at which a joint stands after homing."""
 
 POSTURE = ("x", "y", "z", "pitch", "roll")
 
@@ -359,7 +400,7 @@ def _tolerance(draft: Draft, tolerance_mm: float) -> Entries:
 
 
 _DIRECTIONS = (
-    ("skip", "later: `armdrive config signs NAME` finds them"),
+    ("skip", "later, by `armdrive config signs NAME`"),
     ("find", "now: each motor turns a little, and you say what you saw"),
     ("known", "I know which ones count the other way"),
 )
@@ -373,7 +414,28 @@ def _has(key: str, gripper: str = "") -> Callable[[Draft], bool]:
 
 
 def _usual(key: str) -> Fill:
-    return lambda draft, _one: f"{draft.device_fields[key]}"
+    def default(draft: Draft, _one: str) -> str:
+        value = draft.device_fields[key]
+        return ("yes" if value else "no") if isinstance(value, bool) else f"{value}"
+
+    return default
+
+
+def device_row(
+    key: str,
+    words: str,
+    why: str,
+    gripper: str = "",
+    choices: tuple[tuple[str, str], ...] = (),
+) -> ArmRow:
+    """Return the row for a key of the controller's section, asked of a board that has it.
+
+    With `gripper` it is asked for that kind of gripper alone.
+    """
+    return ArmRow(
+        f"device.{key}", words, why, default=_usual(key), when=_has(key, gripper),
+        choices=lambda _draft: choices, place=f"{DIALECT}.{key}",
+    )  # fmt: skip
 
 
 def _axes(draft: Draft) -> Reader:
@@ -408,7 +470,7 @@ def _nodes(draft: Draft) -> Reader:
 ROWS = (
     ArmRow(
         "name", "What is the arm called?",
-        "The arm file is named so, and every command takes this name: armdrive status --arm NAME.",
+        "The arm file gets this name, and every command takes it: armdrive status --arm NAME.",
         fixed(_name),
     ),
     ArmRow(
@@ -418,49 +480,48 @@ ROWS = (
         choices=lambda _draft: tuple((key, row.title) for key, row in available().items()),
     ),
     ArmRow(
-        "title", "A title for people?", "Shown wherever the arm is named.",
+        "title", "A title?", "Shown wherever the arm is named.",
         fixed(text),
         lambda draft, _one: draft.preset.title if draft.preset else draft.name, place="title",
     ),
     ArmRow(
         "dialect", "Which dialect does its controller speak?",
-        "The language of the controller's firmware. Nothing is sent to find out.",
+        "The language of the controller's firmware. This interview sends nothing to find out.",
         lambda _draft: choice(tuple(DIALECTS)),
         lambda draft, _one: draft.template.dialect,
         choices=lambda _draft: tuple((row.name, row.title) for row in DIALECTS.values()),
     ),
     ArmRow(
         "connection.port", "Which port leads to it? (none: only simulated for now)",
-        "A serial port, or any pyserial URL such as socket://HOST:PORT. None is opened to look. "
-        "Unplug the arm and ask `armdrive ports` again to see which one is its.",
+        "A serial port, or any pyserial URL such as socket://HOST:PORT. This interview opens no "
+        "port. To see which one is the arm's, unplug it and run `armdrive ports` again.",
         _port, "none",
         choices=lambda draft: _names(_ports(draft)), when=_on_line,
         place="connection.port", put=_port_entry,
     ),
     ArmRow(
         "connection.port", "Which CAN adapter leads to its drives? (none: only simulated for now)",
-        "Written can:INTERFACE:CHANNEL, with the bus's bit rate behind it where the adapter is to "
-        "be told: can:slcan:/dev/ttyACM0?bitrate=500000, or can:socketcan:can0 of the kernel. None "
-        "is opened to look. `armdrive ports` lists them.",
+        "Written can:INTERFACE:CHANNEL, followed by the bit rate if the adapter sets it: "
+        "can:slcan:/dev/ttyACM0?bitrate=500000, or can:socketcan:can0. This interview opens none. "
+        "`armdrive ports` lists them.",
         _port, "none", choices=lambda draft: _names(_ports(draft)), when=_on_bus,
         place="connection.port", put=_port_entry,
     ),
     ArmRow(
         "connection.baud", "At how many baud?", "The dialect's own rate, unless you changed it.",
-        fixed(whole(50, 4_000_000)),
-        lambda draft, _one: str(draft.dialect.baud),
+        default=lambda draft, _one: str(draft.dialect.baud),
         when=_has_baud, place="connection.baud",
     ),
     ArmRow(
         "connection.keep_dtr", "Keep the board from resetting when its port is opened again?",
-        "Such a board resets when DTR rises, which loses the position and drops the motors. Kept "
-        "up between programs, it resets at the first opening alone.",
+        "Such a board resets when DTR rises; it then loses the position and lets the motors go. If "
+        "DTR stays up between programs, only the first opening resets it.",
         fixed(yes_or_no), "yes", when=_resets, place="connection.", put=_kept_dtr,
     ),
     ArmRow(
         "measured", "Have you measured this arm's lengths and steps?",
-        "Nobody has published them. Without your numbers joints can be jogged, and Cartesian "
-        "motion is refused.",
+        "They are not published. Without your numbers joints can be jogged, but Cartesian motion "
+        "is refused.",
         fixed(yes_or_no), "no",
         when=lambda draft: draft.preset is not None and not draft.preset.verified,
     ),
@@ -478,7 +539,7 @@ ROWS = (
     ),
     ArmRow(
         "lengths.{one}", "Length {one}, in mm?",
-        "Measured on your arm, between axes: docs/config.md shows from where to where.",
+        "Measured on your arm, between axes: docs/config.md shows the end points.",
         LENGTH, _length, each=_lengths,
     ),
     ArmRow(
@@ -494,45 +555,45 @@ ROWS = (
     ),
     ArmRow(
         "links.joints", "The joints' names, from the table to the hand?",
-        "Five or six single words; they are used as in `armdrive move --joint shoulder=40`.",
+        "Five or six single words, used as in `armdrive move --joint shoulder=40`.",
         fixed(_joint_names), "base shoulder elbow wrist_pitch wrist_roll",
         when=_types_links,
     ),
     ArmRow(
         "links.{one}", "Row of {one}: theta/deg d/mm a/mm alpha/deg?",
-        "Standard Denavit-Hartenberg: theta is what the table's zero lies beyond the joint's.",
+        "Standard Denavit-Hartenberg: theta is the table's angle where the joint reads zero.",
         fixed(numbers(("theta", "d", "a", "alpha"))),
         when=_types_links, each=lambda draft: draft.get("links.joints", ()),
     ),
     ArmRow(
         "motors", "Which motors does it have?",
-        "Steps per turn of a joint are what turns angles into motor steps.",
+        "Steps per turn of a joint convert angles into motor steps.",
         fixed(choice(("published", "own"))),
         lambda draft, _one: "own" if "full_steps" in draft.around.given else "published",
         when=_published, choices=lambda _draft: _MOTORS,
     ),
     ArmRow(
         "full_steps", "Full steps of a motor for one turn of its shaft?",
-        "200 for motors of 1.8 degrees, 400 for 0.9, 48 for 7.5. Of closed-loop drives that count "
-        "by their encoder: its counts, 16384 of the MKS drives; of CiA 402 drives the increments "
-        "that they are set to (object 608F), 10000 of many.",
+        "200 for motors of 1.8 degrees, 400 for 0.9, 48 for 7.5. For drives that count by an "
+        "encoder, its counts: 16384 for MKS drives; for CiA 402 drives the increments that they "
+        "are set to (object 608F), often 10000.",
         fixed(whole(4, 1 << 20)),
         lambda draft, _one: str(draft.encoder_counts or 200), when=_asks_gears,
     ),
     ArmRow(
         "microsteps", "Microsteps for one full step?",
-        "As the drivers' switches or registers are set; 2 for half-steps.",
+        "As set by the drivers' switches or registers; 2 for half-steps.",
         fixed(whole(1, 1024)),
         lambda draft, _one: "2" if draft.published_motors else "16", when=_asks_microsteps,
     ),
     ArmRow(
         "gear.{one}", "Gear of the {one} motor, turns of the motor for one of the joint?",
-        "20:1 of a gearbox, teeth as 60/16 (joint over motor), or both: 60/16 * 5.18:1.",
+        "A gearbox as 20:1, teeth as 60/16 (joint over motor), or both: 60/16 * 5.18:1.",
         fixed(ratio), _gear, when=_asks_gears, each=lambda draft: draft.motors,
     ),
     ArmRow(
         "limits.keep", "Keep the known limits of the joints?",
-        "Where the arm itself stops; nothing is planned beyond.", fixed(yes_or_no),
+        "The mechanical range; no motion is planned beyond it.", fixed(yes_or_no),
         gate("limits."), when=lambda draft: bool(draft.joints) and _known_limits(draft),
     ),
     ArmRow(
@@ -548,7 +609,7 @@ ROWS = (
     ),
     ArmRow(
         "speeds.{one}", "Highest speed of {one}, in degrees a second?",
-        "Begin low: a stepper that loses steps does not say so.",
+        "Begin low: a stepper that loses steps gives no sign of it.",
         fixed(number(0.01, 3600.0)), _speed,
         when=lambda draft: draft.get("speeds.keep", False) is False,
         each=lambda draft: draft.joints, place="speeds_deg_s.{one}",
@@ -571,7 +632,7 @@ ROWS = (
     ),
     ArmRow(
         "fingers.mm_per_turn", "How many mm do the fingers open for one turn of their motor?",
-        "Of the motor's shaft. Turn it ten times and measure.",
+        "One turn of the motor's shaft. Turn it ten times and measure.",
         fixed(number(0.01, 1000.0, "mm")), when=_asks_fingers,
     ),
     ArmRow(
@@ -580,7 +641,7 @@ ROWS = (
     ),
     ArmRow(
         "fingers.speed", "How fast do the fingers open, in mm a second?", "Begin low.",
-        fixed(number(0.01, 1000.0)), "10", when=_has_fingers, place="fingers.speed_mm_s",
+        default="10", when=_has_fingers, place="fingers.speed_mm_s",
     ),
     ArmRow(
         "homing.own", "Does the arm home by its own switches?",
@@ -611,25 +672,25 @@ ROWS = (
     ArmRow(
         "reference", "A posture that you can find again? x y z/mm pitch roll/deg (or none)",
         "An arm without switches counts its steps from there: finger tips on a mark, hand straight "
-        "down. A sixth number is the yaw of an arm of six joints.",
+        "down. A sixth number is the yaw of an arm with six joints.",
         _posture, "none", when=lambda draft: draft.preset is None,
         place="reference.", put=_posture_entries,
     ),
     ArmRow(
         "park", "Where does it park? x y z/mm pitch roll/deg (none: above the reference)",
-        "Where `armdrive move --park` goes. A sixth number is the yaw of an arm of six joints.",
+        "Where `armdrive move --park` goes. A sixth number is the yaw of an arm with six joints.",
         _posture, "none", place="park.", put=_posture_entries,
     ),
     ArmRow(
         "guards.tolerance_mm", "How far below the table may rounding put the tip, in mm?",
         "No point of the arm is planned to go further below the table than this.",
-        fixed(number(0.0, 1000.0, "mm")),
+        fixed(number(GUARDS["tolerance_mm"].low, GUARDS["tolerance_mm"].high, "mm")),
         lambda draft, _one: typed((draft.preset.guards.tolerance_mm if draft.preset else 1.0,)),
         place="guards.", put=_tolerance,
     ),
     ArmRow(
         "signs", "Which way do the motors turn?",
-        "Programs for these arms disagree on directions, so they are found on each arm.",
+        "Programs for these arms disagree on directions, so each arm has to be tried.",
         fixed(choice(("skip", "find", "known"))),
         lambda draft, _one: "known" if "reversed.motors" in draft.around.given else "skip",
         choices=lambda _draft: _DIRECTIONS,
@@ -643,14 +704,14 @@ ROWS = (
     ),
     ArmRow(
         "reversed.joints", "Which joints are reversed as a whole? (names with commas, or none)",
-        "The wrist's roll, where its two motors are the other way round.",
+        "The wrist's roll, if its two motors are exchanged.",
         lambda draft: several(draft.joints), "none",
         when=lambda draft: draft.get("signs") == "known",
         choices=lambda draft: _names(draft.joints),
     ),
     ArmRow(
         "device.axes", "Which axis of the board drives each motor, in the arm's order?",
-        "One letter a motor. Where a plug sits on another socket, change the letters' order.",
+        "One letter for each motor. If a plug is in another socket, change the letters' order.",
         _axes,
         lambda draft, _one: str(draft.device_fields["axes"])[: len(draft.motors) + draft.stepped],
         when=_has("axes"),
@@ -659,51 +720,36 @@ ROWS = (
     ArmRow(
         "device.ids", "Which node is the drive of each motor, in the arm's order?",
         "Node numbers, 1 to 127, as the drives' own program or switches set them. `armdrive doctor "
-        "--can` shows who is on the bus.",
+        "--can` lists the nodes on the bus.",
         _nodes,
         lambda draft, _one: " ".join(str(1 + each) for each in range(_count(draft))),
         when=_has("master_id"),
         place="{dialect}.ids",
     ),
-    ArmRow(
-        "device.unit", "What is the board's mm: one motor step, or one degree?",
-        "Steps need no rounding: $100 and its fellows are then 1.",
-        fixed(choice(("steps", "degrees"))), "steps", when=_has("unit"),
-        choices=lambda _draft: (("steps", "one motor step"), ("degrees", "one degree")),
-        place="{dialect}.unit",
+    device_row(
+        "unit", "What is the board's mm: one motor step, or one degree?",
+        "Steps need no rounding: $100 to $105 are then 1.",
+        choices=(("steps", "one motor step"), ("degrees", "one degree")),
     ),
-    ArmRow(
-        "device.servo", "Which word sets the gripper's servo?",
-        "M3 with a number S, or M67E0 for an analogue output of grblHAL.",
-        fixed(text), _usual("servo"), when=_has("servo", SERVO),
-        place="{dialect}.servo",
+    device_row(
+        "servo", "Which word sets the gripper's servo?",
+        "M3 with a number S, or M67E0 for an analogue output of grblHAL.", SERVO,
     ),
-    ArmRow(
-        "device.servo_closed", "The servo's number with the fingers closed?",
-        "The S or Q of that word. Begin near the middle and go outwards in small steps.",
-        fixed(number(0.0, 100_000.0)), _usual("servo_closed"),
-        when=_has("servo_closed", SERVO),
-        place="{dialect}.servo_closed",
+    device_row(
+        "servo_closed", "The servo's number with the fingers closed?",
+        "The S or Q of that word. Begin near the middle and go outwards in small steps.", SERVO,
     ),
-    ArmRow(
-        "device.servo_open", "The servo's number with the fingers open?",
-        "It may be below the one for closed fingers.",
-        fixed(number(0.0, 100_000.0)), _usual("servo_open"),
-        when=_has("servo_open", SERVO),
-        place="{dialect}.servo_open",
+    device_row(
+        "servo_open", "The servo's number with the fingers open?",
+        "It may be below the number for closed fingers.", SERVO,
     ),
-    ArmRow(
-        "device.gripper_output", "Which output bit switches the gripper?",
-        "0 is the first word of the section's outputs, flood by default.",
-        fixed(whole(0, 7)), _usual("gripper_output"),
-        when=_has("gripper_output", OUTPUT),
-        place="{dialect}.gripper_output",
+    device_row(
+        "gripper_output", "Which output bit switches the gripper?",
+        "0 is the first word of the section's outputs, flood by default.", OUTPUT,
     ),
-    ArmRow(
-        "device.gripper_closes", "Does the gripper close when that output is on?",
-        "no: it opens then, and closes when the power fails.",
-        fixed(yes_or_no), "yes", when=_has("gripper_closes", OUTPUT),
-        place="{dialect}.gripper_closes",
+    device_row(
+        "gripper_closes", "Does the gripper close when that output is on?",
+        "no: it opens then, and closes when the power fails.", OUTPUT,
     ),
 )  # fmt: skip
 """All questions, in the order in which they are asked."""

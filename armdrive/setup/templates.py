@@ -1,4 +1,4 @@
-"""The table of templates: what an interview begins from, each with the defaults that it offers."""
+"""The templates from which an interview begins, each with its defaults."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ class Length:
 class Joint:
     """One row, limits in degrees and speed in degrees a second; `d` and `a` name lengths.
 
-    `sees` is 1, or -1 where the motor counts up as the joint goes down. Homing is taken to end at
-    the motor's upper end, as GRBL does it unless it is told otherwise.
+    `sees` is 1, or -1 if the motor counts up as the joint goes down. Homing is assumed to end at
+    the motor's upper end, as GRBL does by default.
     """
 
     name: str
@@ -54,7 +54,7 @@ class LinkTable:
 def model_text(table: LinkTable, lengths_mm: Mapping[str, float], name: str, title: str) -> str:
     """Return the model file of a template with these lengths.
 
-    With the template's own lengths it says that nobody has measured them.
+    It says `verified = false` if they are the template's own.
     """
     measured = any(lengths_mm[length.key] != length.mm for length in table.lengths)
     top = TomlSection(
@@ -105,12 +105,10 @@ def _words(table: LinkTable, key: str) -> str:
     return next(length.words for length in table.lengths if length.key == key)
 
 
-# The link table of a printed six-axis arm: what the common printed arms with NEMA motors have.
+# The link table of a printed six-axis arm, as the common printed arms with NEMA motors have it.
 #
-# A starting template. The numbers are those that public programs give for the AR3 and AR4
-# (modified
-# link table: 169.77, 64.2, 305, 222.63, 36.25 mm); every printed arm has its own, and the
-# interview asks for each.
+# The numbers are those that public programs give for the AR3 and AR4 (modified link table: 169.77,
+# 64.2, 305, 222.63, 36.25 mm). Every printed arm has its own, and the interview asks for each.
 
 PRINTED_SIX = LinkTable(
     convention="craig",
@@ -148,16 +146,16 @@ GRIPPERS: Mapping[str, str] = MappingProxyType(
         NOTHING: "no gripper",
     }
 )
-"""Kinds of grippers, as the interview calls them."""
+"""The kinds of grippers in the interview."""
 
 
 @dataclass(frozen=True, slots=True)
 class Template:
     """One row. Its arm is a preset, a link table, or (with neither) the reader's own links.
 
-    `grippers` are the kinds to choose from, the usual one first. `half_steps` tells that the
-    preset counts half-steps while the controller may count microsteps. `homes` tells that such
-    arms usually have switches.
+    `grippers` are the kinds to choose from, the usual one first. With `half_steps` the preset
+    counts half-steps, while the controller may count microsteps. With `homes` such arms usually
+    have switches.
     """
 
     key: str
@@ -213,8 +211,8 @@ TEMPLATES: Mapping[str, Template] = MappingProxyType(
             Template(
                 "printed-six", "a printed six-axis arm on a six-axis GRBL board", "grbl",
                 links=PRINTED_SIX, grippers=(SERVO, OUTPUT, NOTHING), homes=True,
-                note="A starting template: lengths, gears, limits and homing are not your arm's "
-                "until you have measured and entered them.",
+                note="A starting template: measure the lengths, gears, limits and homing of your "
+                "arm, and enter them.",
             ),
             Template(
                 "own", "any other arm of five or six turning joints, by its link table",

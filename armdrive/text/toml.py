@@ -78,22 +78,28 @@ class Problems:
 class Rule:
     """What a key of a section may be, and what it means."""
 
-    low: float
-    high: float
-    words: tuple[str, ...]
-    hint: str
-    help: str
+    low: float = -math.inf
+    high: float = math.inf
+    words: tuple[str, ...] = ()
+    hint: str = ""
+    help: str = ""
 
     def check(self, value: object, where: str) -> None:
-        """Raise `ArmFileError` for a value that the key cannot have; None is always allowed."""
-        if self.words and value not in self.words:
+        """Raise `ArmFileError` for a value that the key cannot have; None is always allowed.
+
+        Of a list, every entry is checked.
+        """
+        if isinstance(value, tuple):
+            for index, entry in enumerate(value):
+                self.check(entry, f"{where}[{index}]")
+        elif self.words and value not in self.words:
             raise ArmFileError(f"{where} is one of {', '.join(self.words)}, not {value!r}")
-        if isinstance(value, int | float):
+        elif isinstance(value, int | float):
             within(where, value, self.low, self.high, self.hint)
 
 
 _RULE = "rule"
-_NO_RULE = Rule(-math.inf, math.inf, (), "", "")
+_NO_RULE = Rule()
 
 
 def setting(
@@ -342,12 +348,17 @@ def within(where: str, value: float, low: float, high: float, hint: str = "") ->
     """Raise `ArmFileError` for a number out of its bounds."""
     if not low <= value <= high:
         why = f": {hint}" if hint else ""
-        raise ArmFileError(f"{where} must be from {low:g} to {high:g}, not {value:g}{why}")
+        raise ArmFileError(f"{where} must be from {low:.12g} to {high:.12g}, not {value:.12g}{why}")
 
 
 def between(low: float, high: float, hint: str = "") -> Read[float]:
     """Return what reads a number between these bounds, both included."""
-    return lambda value, where: float(_checked(float, Rule(low, high, (), hint, ""))(value, where))
+    return number_by(Rule(low, high, hint=hint))
+
+
+def number_by(rule: Rule) -> Read[float]:
+    """Return what reads a number that a rule allows."""
+    return _checked(float, rule)
 
 
 def joint_range(value: object, where: str) -> JointRange:

@@ -16,10 +16,11 @@ from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.survey import Survey, ask_round
 from armdrive.dialog.conversation import About, AskPerson
 from armdrive.registry.simulate import simulate, simulate_device
-from armdrive.setup.commissioning import CommissioningOutcome, Practice, one, walk
+from armdrive.setup.commissioning import CommissioningOutcome, one, walk
 from armdrive.setup.dialog_runner import DialogClock, DialogRunner, carry_out
-from armdrive.setup.finding import is_command
 from armdrive.setup.plan import CommissioningPlan, plan_of
+from armdrive.setup.prober import is_command
+from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.sim.mks.kind import MksBoard
 from armdrive.sim.serving.loop import make_server
 from firmware_protocol.errors import ProtocolError
@@ -59,11 +60,12 @@ def really(signs: tuple[int, ...] = (1,) * 6, gears: tuple[float, ...] = (1.0,) 
     return replace(MODEL, transmission=replace(transmission, motors=tuple(motors)))
 
 
-class Person(Practice):
+class Person(SimulatedPerson):
     """Sees what there is to see; `says` has the answers that are another's, by words or by kind."""
 
     def __init__(self, twin: Any, plan: CommissioningPlan) -> None:
-        super().__init__(twin, plan, self._told)
+        super().__init__(twin, self._told)
+        self.unplug_all(len(plan.drives))
         self.heard: list[str] = []
         self.asked: list[AskPerson] = []
         self.says: dict[str | About, str | Callable[[], str]] = {}

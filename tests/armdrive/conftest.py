@@ -53,7 +53,7 @@ def own(tmp_path):
 @pytest.fixture
 def _punctual(monkeypatch):
     """Have the doctor find the computer punctual at once, however busy it is with tests."""
-    monkeypatch.setattr(timing, "measure", lambda: SchedulingJitter(60, 1e-4, 2e-4, 3e-4))
+    monkeypatch.setattr(timing, "measured_jitter", lambda: SchedulingJitter(60, 1e-4, 2e-4, 3e-4))
 
 
 @pytest.fixture

@@ -105,7 +105,7 @@ async def test_a_link_that_is_looked_for_by_itself_says_so_and_what_it_ended_in(
 async def test_a_link_that_is_not_back_says_why_once():
     class GoneArm(FakeArm):
         def reconnect(self):
-            self.set(notice="looked for the wire in vain: no port is there")
+            self.set(notice="could not reconnect: no port is there")
             raise Refused("no port is there")
 
     async with Session(GoneArm(simulated=False)) as session:
@@ -113,7 +113,7 @@ async def test_a_link_that_is_not_back_says_why_once():
         await session.poll()
         await session.press("L")
         await session.settle()
-        assert session.text("remarks") == "! looked for the wire in vain: no port is there"
+        assert session.text("remarks") == "! could not reconnect: no port is there"
 
 
 async def test_a_reset_that_ends_disabled_says_how_to_go_on():

@@ -5,10 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 from armdrive.errors import ArmError, BadRequest
+from armdrive.registry.arm_files import arm_path
 from armdrive.setup.arm_text import ArmFiles
+from armdrive.setup.bus_survey import probe
 from armdrive.setup.filing import FileProposal, write
-from armdrive.setup.finding import Candidate, Found, candidates, looked_at, probe
-from armdrive.setup.interview import Describing, path_of
+from armdrive.setup.interview import Describing
+from armdrive.setup.ports import ClosedPort, closed_ports, look_at
+from armdrive.setup.survey import Report
 from kinematics.errors import KinematicsError
 from tui.screens import ScreenHost
 from tui.setup.stage import WARNING, Go, SetupStage, first_of, listed
@@ -27,7 +30,7 @@ class NewFile(SetupStage):
 
     def text(self) -> str:
         """Show the file."""
-        path = path_of(self.name)
+        path = arm_path(self.name)
         return "\n".join([self.again(f"writes {path}"), "", self.files.shown])
 
     def enter(self) -> None:
@@ -43,7 +46,7 @@ class NewFile(SetupStage):
         """Write it, unless somebody else has meanwhile written one of that name."""
         if not self.twice.due():
             return
-        path = path_of(self.name)
+        path = arm_path(self.name)
         if path.exists():
             raise BadRequest(f"{path} exists by now, and is not overwritten")
         write(self.files, path)
@@ -154,16 +157,16 @@ class Ports(SetupStage):
 
     def __init__(self, desk: ScreenHost, go: Go, before: SetupStage) -> None:
         super().__init__(desk, go, before)
-        self.candidates: tuple[Candidate, ...] = ()
+        self.candidates: tuple[ClosedPort, ...] = ()
         self.typed = ""
         self._looking = True
-        self.found: Found | None = None
+        self.found: Report | None = None
         self._asked = ""
         desk.call(self._look, None)  # who holds a port is not found in a moment
 
     def _look(self) -> None:
         try:
-            found = candidates()
+            found = closed_ports()
         finally:
             self._looking = False
         self.marked = len(found) if self.typed else 0
@@ -240,8 +243,10 @@ class Ports(SetupStage):
 
     def _ask(self, port: str) -> None:
         try:
-            known = looked_at(port)
-            self.found = probe(port) if known.openable else Found(port, known.lines)
+            closed = look_at(port)
+            self.found = (
+                probe(port) if closed.openable else Report(port, findings=[*closed.findings])
+            )
         finally:
             self._asked = ""
 

@@ -86,7 +86,7 @@ class MotorsStage(SetupStage):
             ("reversed as a whole", signs.joints),
             ("moved another motor's part", signs.order),
             ("went too far, or not far enough", signs.farther),
-            ("not told", signs.unclear),
+            ("unclear", signs.unclear),
         )
         said = [f"  {what}: {', '.join(names)}" for what, names in words if names]
         enter = self.desk.keys.label("setup-enter")

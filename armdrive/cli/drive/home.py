@@ -22,6 +22,11 @@ from armdrive.status import State, status_view
 from kinematics.spaces import Joints
 
 PARK = "park"
+NEXT = (
+    "Each later command first asks whether the arm still stands as it was left; in a script, add "
+    "--allow-restored."
+)
+"""Said of a real arm: another program cannot know whether it was moved by hand meanwhile."""
 WAY_CLEAR = "Is its way clear, and a hand at its switch? Type yes: "
 
 
@@ -29,7 +34,10 @@ def home(options: argparse.Namespace) -> Result:
     """Reference the arm and say where it is."""
     with opened_arm(options) as arm:
         _reference(arm, options)
-        return Result(status_view(arm.status), f"referenced: tip {arm.pose}")
+        lines = [f"referenced: tip {arm.pose}"]
+        if not arm.simulated:
+            lines.append(NEXT)
+        return Result(status_view(arm.status), lines)
 
 
 def _reference(arm: Arm, options: argparse.Namespace) -> None:

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 import tui
-from armdrive.cli.arm_files import DEFAULT_SIM, arm_paths, chosen_target, default_arm
+from armdrive.cli.arm_files import chosen_target, default_arm
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.drive.web_desk import jog_web
 from armdrive.cli.look.status import watch_on_screen
@@ -14,7 +14,9 @@ from armdrive.cli.presenter import Outcome, Result, say
 from armdrive.cli.screens import agreed, require_screen
 from armdrive.cli.terminal_person import confirm_simulated
 from armdrive.config.link_model import is_model_file, read_model
+from armdrive.connect.target import DEFAULT_TARGET
 from armdrive.errors import ArmInUse, BadRequest
+from armdrive.registry.arm_files import arm_paths
 from armdrive.status import State, coded
 from armdrive.storage import files as places
 from kinematics.errors import suggestion
@@ -81,7 +83,7 @@ def _on_file(options: argparse.Namespace, path: Path) -> argparse.Namespace:
 
 def _hint(options: argparse.Namespace, keys: Keyboard) -> str:
     """Offer to set an arm up where none was named and no arm file is there."""
-    if options.arm or options.sim or options.port or default_arm() != DEFAULT_SIM:
+    if options.arm or options.sim or options.port or default_arm() != DEFAULT_TARGET:
         return ""
     if arm_paths():
         return ""

@@ -14,14 +14,14 @@ import time
 from collections.abc import Iterator
 
 from armdrive.arm import Arm
-from armdrive.cli.arm_files import DEFAULT_SIM, chosen_target, default_arm
+from armdrive.cli.arm_files import chosen_target, default_arm
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.presenter import Result, as_json, draw_over, put, say, show, tell
 from armdrive.cli.screens import agreed
 from armdrive.cli.terminal_person import ask_operator, settle_trust
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import connect_simulated
-from armdrive.connect.target import simulated_config
+from armdrive.connect.target import DEFAULT_TARGET, simulated_config
 from armdrive.errors import BadRequest, OperatorNeeded
 from armdrive.programs.attended import between_steps, time_s
 from armdrive.programs.demo import JOBS, CarriedBlock, Job, blocks_of, misplaced, perform
@@ -193,7 +193,7 @@ def _end(
 
 def _simulated() -> str:
     """Return what keeps the next commands on the simulated arm, where another is the default."""
-    return "" if default_arm() == DEFAULT_SIM else f" --sim {DIALECT}"
+    return "" if default_arm() == DEFAULT_TARGET else f" --sim {DIALECT}"
 
 
 def _program() -> str:

@@ -29,7 +29,7 @@ def _config_check(parser: argparse.ArgumentParser) -> None:
 
 def _config_default(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("name", nargs="?", help="an arm file's name, or sim:DIALECT")
-    parser.add_argument("--none", action="store_true", help="instead: no default any more")
+    parser.add_argument("--none", action="store_true", help="instead: remove the default")
     add_json_option(parser)
 
 
@@ -62,10 +62,10 @@ def _of_arm_file(switches: Mapping[str, str]) -> Declare:
 
 _config_show = _of_arm_file({"--toml": "as an arm file with every default"})
 _config_signs = _of_arm_file(
-    {"--sim": "on its simulated twin", "--yes": "a simulated arm: look by itself"}
+    {"--sim": "on its simulated twin", "--yes": "a simulated arm: no questions"}
 )
 _config_limits = _of_arm_file(
-    {"--sim": "on its simulated twin; writes nothing", "--yes": "a simulated arm: press by itself"}
+    {"--sim": "on its simulated twin; writes nothing", "--yes": "a simulated arm: no questions"}
 )
 
 
@@ -73,24 +73,24 @@ CONFIG_ACTIONS: Mapping[str, Action] = MappingProxyType(
     {
         "new": Action("ask questions and write an arm file", "set_up.config_new:new", _config_new),
         "signs": Action(
-            "turn each motor a little to find which way it counts",
+            "turn each motor a little to find its direction",
             "set_up.config_new:signs",
             _config_signs,
         ),
         "limits": Action(
-            "press each limit switch, and see that it raises an alarm",
+            "check that each limit switch raises an alarm",
             "set_up.config_new:limits",
             _config_limits,
         ),
         "list": Action("list the arm files", "set_up.config:list_arms", add_json_option),
         "show": Action(
-            "show an arm as armdrive understands its file", "set_up.config:show", _config_show
+            "show an arm as armdrive reads its file", "set_up.config:show", _config_show
         ),
         "check": Action(
-            "say everything that is wrong with an arm file", "set_up.config:check", _config_check
+            "report every problem of an arm file", "set_up.config:check", _config_check
         ),
         "set-default": Action(
-            "choose the arm that is used where none is named",
+            "choose the arm that is used if none is named",
             "set_up.config:set_default",
             _config_default,
         ),
@@ -123,19 +123,19 @@ def _config(parser: argparse.ArgumentParser) -> None:
 def _can_monitor(parser: argparse.ArgumentParser) -> None:
     """Declare what `can monitor` takes.
 
-    Each line has the time in seconds, the frame as candump writes it, > for a request, < for an
-    answer and ? for what is none of this protocol; a check byte that is wrong is said. Frames of
-    other devices are shown as they are.
+    Each line has the time in seconds, the frame as candump writes it, and > for a request, < for an
+    answer or ? for a frame of another protocol. A wrong check byte is marked. Frames of other
+    devices are shown unchanged.
 
-    What the drives speak is what the arm file says; of a bus that is named, --protocol: mks where
-    it is left out, or canopen. Of CANopen, --id is the number of a node: all of its services are
-    shown.
+    The arm file says which protocol the drives speak. For a bus that is named, --protocol does:
+    mks (the default) or canopen. With CANopen, --id is the number of a node, and all of its
+    services are shown.
 
-    On socketcan any number of programs listen beside the one that drives. An slcan adapter is a
-    serial port, which one program alone can have. Where that is one of yours that drives the arm,
-    it is asked what it says and hears, by the arm's name or the port as the arm file has it: these
-    are the frames of its own drives. To hear all, put a second adapter on the bus, or listen while
-    nobody drives. `armdrive record --arm NAME` writes down what has passed so far.
+    On socketcan any number of programs can listen at the same time. An slcan adapter is a serial
+    port, which only one program can open. If that program is an armdrive of yours, this command
+    asks it for the frames of its own drives, by the arm's name or by the port as the arm file has
+    it. To see all frames, put a second adapter on the bus, or listen while no program drives the
+    arm. `armdrive record --arm NAME` saves the frames so far.
 
       armdrive can monitor can:socketcan:can0 --id 3
       armdrive can monitor can:socketcan:can0 --protocol canopen
@@ -151,8 +151,8 @@ def _can_monitor(parser: argparse.ArgumentParser) -> None:
         choices=list(LANGUAGES),
         help=f"what the drives speak (as the arm file says, else {USUAL.name})",
     )
-    parser.add_argument("--seconds", type=number, metavar="S", help="end after so long")
-    parser.add_argument("--count", type=count, metavar="N", help="end after so many frames")
+    parser.add_argument("--seconds", type=number, metavar="S", help="end after this time")
+    parser.add_argument("--count", type=count, metavar="N", help="end after N frames")
     add_json_option(parser)
 
 
@@ -168,17 +168,17 @@ def _node(word: str) -> int:
 
 ADAPTERS = """\
   can:slcan:/dev/ttyACM0?bitrate=500000     a CANable with slcan firmware: it is a serial port
-  can:socketcan:can0                        with candleLight firmware: it is none, but a CAN
-                                            interface of Linux, once it was brought up
+  can:socketcan:can0                        with candleLight firmware: a CAN interface of Linux,
+                                            once it is up
   can:gs_usb:0?bitrate=500000               the same on Windows and macOS
 `armdrive ports` lists the adapters that are there, each with its line."""
-"""How the adapter of a CAN bus is named: printed wherever one is missing."""
+"""How to name the adapter of a CAN bus: printed wherever one is missing."""
 
 _CAN_SETUP_EPILOG = f"""\
-Each question says what will happen; nothing is written and nothing turns without a yes, `?`
-explains, and Ctrl-C leaves: the same command goes on there. At the end the arm file is written.
-An arm file of that name is taken as it is (its model, its ids); without one, the Mini-mover on
-MKS drives is.
+Each question says what will happen; nothing is written and nothing turns without a yes. `?`
+explains, and Ctrl-C leaves: the same command continues from there. At the end it writes the arm
+file. If there is an arm file of that name, its model and ids are used; otherwise the arm is taken
+for a Mini-mover on MKS drives.
 
 The adapter, exactly:
 {ADAPTERS}
@@ -191,9 +191,9 @@ def _can_setup(parser: argparse.ArgumentParser) -> None:
     add_switches(
         parser,
         {
-            "--again": "do every step once more",
+            "--again": "repeat every step",
             "--sim": "practise on simulated new drives",
-            "--yes": "with --sim: every answer by itself",
+            "--yes": "with --sim: no questions",
         },
     )
     add_json_option(parser)
@@ -226,8 +226,8 @@ def _can(parser: argparse.ArgumentParser) -> None:
       armdrive can monitor can:socketcan:can0             what passes, in words; sends nothing
       armdrive can monitor --arm bench --seconds 5 --json
 
-    `armdrive doctor --can` asks who is on a bus, and how the bus is. The page docs/can-setup.md
-    goes from the box to the first motion.
+    `armdrive doctor --can` lists the drives on a bus, and checks the bus. The page
+    docs/can-setup.md goes from the box to the first motion.
 
     """
     add_actions(parser, CAN_ACTIONS)
@@ -239,12 +239,11 @@ def _can(parser: argparse.ArgumentParser) -> None:
 def _doctor(parser: argparse.ArgumentParser) -> None:
     """Declare what `doctor` takes.
 
-    Opening a port can restart the board behind it: motors then lose their current, and an arm that
-    is raised sags. So this asks first, unless --yes is given.
+    Opening a port can restart the board behind it: motors then lose their current, and a raised
+    arm sags. So this command asks first, unless --yes is given.
 
-    With --arm or --dialect it connects as every other command does, once the dialect is seen to be
-    the right one, and compares the controller's settings; --mend asks, and writes the lines that
-    mend them.
+    With --arm or --dialect it connects, once the right dialect has answered, and compares the
+    controller's settings with the arm file; --mend writes those that differ, after asking.
 
       armdrive doctor /dev/ttyUSB0
       armdrive doctor --arm bench --mend
@@ -252,8 +251,8 @@ def _doctor(parser: argparse.ArgumentParser) -> None:
       armdrive doctor --can                 who is on a CAN bus, and how the bus is; only reads
       armdrive doctor --keyboard            will holding a key jog the arm here? touches no port
 
-    It ends with 0 where nothing has to be mended, 1 where something has to be, 3 where nobody
-    agreed to the opening, 4 where the port cannot be opened, and 6 where no arm was recognised.
+    Exit codes: 0 all is well, 1 there is a problem, 3 you did not agree to open the port, 4 the
+    port cannot be opened, 6 no arm was recognised.
     """
     parser.add_argument("port", nargs="?", metavar="PORT", help="a serial port or a pyserial URL")
     parser.add_argument("--arm", metavar="NAME", help="instead: the port of an arm file")
@@ -268,7 +267,7 @@ def _doctor(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--ids", metavar="1-16,20", help="with --can: ask these ids")
     parser.add_argument("--every-rate", action="store_true", help="with --can: try all bit rates")
     parser.add_argument("--mend", action="store_true", help="write the settings that differ")
-    parser.add_argument("--yes", action="store_true", help="open the port (and mend) unasked")
+    parser.add_argument("--yes", action="store_true", help="do not ask before that")
     add_json_option(parser)
 
 
@@ -278,11 +277,11 @@ def _doctor(parser: argparse.ArgumentParser) -> None:
 def _ports(parser: argparse.ArgumentParser) -> None:
     """Declare what `ports` takes.
 
-    Nothing is opened to find that out: `armdrive doctor PORT` does that, and asks first.
+    No port is opened: `armdrive doctor PORT` does that, and asks first.
     """
     add_json_option(parser)
     parser.add_argument(
-        "--can", action="store_true", help="ask every CAN driver of python-can too: takes seconds"
+        "--can", action="store_true", help="ask every CAN driver of python-can too (takes seconds)"
     )
 
 
@@ -299,8 +298,8 @@ def _sim(parser: argparse.ArgumentParser) -> None:
       armdrive sim mks --slcan /tmp/can0             then: armdrive jog --port 'can:slcan:/tmp/can0'
       armdrive sim --list                            every dialect, its settings and its faults
 
-    One-line commands on standard input steer it (`help` lists them); the end of input does not end
-    it, Ctrl-C does.
+    Commands on standard input control the device, one per line (`help` lists them). Ctrl-C ends
+    it; the end of the input does not.
 
     """
     parser.add_argument("dialect", nargs="?", choices=list(DIALECTS), help="what it speaks")
@@ -311,7 +310,7 @@ def _sim(parser: argparse.ArgumentParser) -> None:
     where.add_argument("--udp", metavar="HOST:PORT", help="a UDP port, unpaced")
     where.add_argument("--list", action="store_true", help="list settings and faults, and end")
     parser.add_argument(
-        "--beside", metavar="PATH", help="with --slcan: a second adapter on the bus, to listen by"
+        "--beside", metavar="PATH", help="with --slcan: a second adapter on the bus, to listen with"
     )
     parser.add_argument("--baud", type=count, help="pace the bytes like this line")
     parser.add_argument(
@@ -325,20 +324,20 @@ def _sim(parser: argparse.ArgumentParser) -> None:
         "--speed-error",
         type=number,
         metavar="FRACTION",
-        help="0.2: motors a fifth slower than the driver's table says",
+        help="0.2: motors a fifth slower than the driver assumes",
     )
     parser.add_argument(
         "--play",
         type=count,
         metavar="STEPS",
-        help="lost motion of every motor's train: so many steps turn nothing after a reversal",
+        help="backlash of every motor: this many steps move nothing after a reversal",
     )
     parser.add_argument(
         "--fault",
         action="append",
         default=[],
         metavar="NAME[:ARGUMENTS][@SECONDS]",
-        help="have something go wrong, perhaps later; may be repeated",
+        help="inject a fault, at once or later; may be repeated",
     )
 
 

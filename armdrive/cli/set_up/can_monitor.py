@@ -1,4 +1,4 @@
-"""Show what passes on a CAN bus of drives, in words. Listens only: nothing is ever sent."""
+"""Shows the frames on a CAN bus of drives, in words. It only listens, and sends nothing."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from armdrive.transports.link import Link
 from firmware_protocol.frames import Frame, Unpacker
 
 ONE_PROGRAM = (
-    "A serial adapter is one program's alone: listen by a second adapter on the bus. What an "
-    "armdrive of yours exchanges, `armdrive can monitor --arm NAME` shows while it holds that arm"
+    "Only one program can open a serial adapter: listen with a second adapter on the bus. If an "
+    "armdrive of yours holds the arm, `armdrive can monitor --arm NAME` shows its frames"
 )
 
 
 def monitor(options: argparse.Namespace) -> int:
-    """Listen until it is enough, or Ctrl-C."""
+    """Listen until the time or the count is reached, or Ctrl-C."""
     config = _config(options)
     language = _language(options, config)
     address = _address(options, config)
@@ -42,50 +42,50 @@ def monitor(options: argparse.Namespace) -> int:
         if not name:
             raise PortInUse(f"{error}. {ONE_PROGRAM}") from None
         frames = held_frames(name, options.seconds, _passed_over)
-        tell(options, f"{holder_words(name)} holds {name}: this is what it sends and hears")
+        tell(options, f"{holder_words(name)} holds {name}: these are its frames")
         shown, foreign = _shown(options, language, frames)
     else:
         try:
             shown, foreign = _shown(options, language, _heard(link, options.seconds))
         finally:
             link.close()
-    if said := _explanation(language, shown, foreign):
-        tell(options, said)
+    if explanation := _explanation(language, shown, foreign):
+        tell(options, explanation)
     return 0
 
 
 def _shown(
     options: argparse.Namespace, language: Language, frames: Iterator[tuple[float, Frame]]
 ) -> tuple[int, int]:
-    """Print frames as they come; return how many, and how many of those were not readable."""
+    """Print frames as they come; return how many, and how many of them were unreadable."""
     shown = foreign = 0
     ear, ids = language.ear(), frozenset(options.id)
     with contextlib.suppress(KeyboardInterrupt):
         for time_s, frame in frames:
-            said = ear.hear(frame)
-            if ids and said.node not in ids:
+            message = ear.hear(frame)
+            if ids and message.node not in ids:
                 continue
-            show(Result(said.view(time_s), said.line(time_s)), options)
-            shown, foreign = shown + 1, foreign + said.foreign
+            show(Result(message.view(time_s), message.line(time_s)), options)
+            shown, foreign = shown + 1, foreign + message.foreign
             if shown == options.count:
                 break
     return shown, foreign
 
 
 def _passed_over(count: int) -> None:
-    put_error(f"{count} exchanges were passed over: they came faster than they were shown\n")
+    put_error(f"{count} exchanges are missing: they came faster than they could be shown\n")
 
 
 def _explanation(language: Language, shown: int, foreign: int) -> str:
-    """Say what it may mean that nothing, or nothing readable, was heard; else nothing."""
+    """Return what it may mean if no frame, or no readable one, came; else an empty text."""
     if not shown:
         return (
-            f"nothing passed. {language.silence}. Nor is anything heard at another bit rate: "
-            "`armdrive doctor --can` looks into that"
+            f"no frame came. {language.silence}. A wrong bit rate looks the same: `armdrive doctor "
+            "--can` tells them apart"
         )
     if 2 * foreign > shown:
         others = " or ".join(f"--protocol {name}" for name in LANGUAGES if name != language.name)
-        return f"{foreign} of {shown} frames are none of {language.title}: try {others}"
+        return f"{foreign} of {shown} frames are not from {language.title}: try {others}"
     return ""
 
 
@@ -96,7 +96,7 @@ def _language(options: argparse.Namespace, config: ArmConfig | None) -> Language
 
 
 def _config(options: argparse.Namespace) -> ArmConfig | None:
-    """Return the arm whose bus is meant, where one is named. Raises `BadRequest`."""
+    """Return the arm whose bus is meant; None if a bus is named. Raises `BadRequest`."""
     if simulation_forced():
         raise BadRequest("ARMDRIVE_FORCE_SIM is set, so no bus is opened: clear that variable")
     if bool(options.port) == bool(options.arm):
@@ -114,7 +114,7 @@ def _address(options: argparse.Namespace, config: ArmConfig | None) -> CanAddres
 
 
 def _heard(link: Link, seconds: float | None) -> Iterator[tuple[float, Frame]]:
-    """Give the frames as they come, with the time since the bus was opened."""
+    """Yield the frames as they come, with the time since the bus was opened."""
     clock, unpacker = RealClock(), Unpacker()
     began_s = clock.now_s()
     end_s = math.inf if seconds is None else began_s + seconds
@@ -124,16 +124,16 @@ def _heard(link: Link, seconds: float | None) -> Iterator[tuple[float, Frame]]:
         clock.sleep(link, min(end_s, now_s + 1.0))
 
 
-# The frames of a bus whose adapter another program of the same user has, as that program tells.
+# The frames of an adapter that another program of the same user has open, sent by that program.
 
 EVERY_S = 0.05
-"""The holder looks so often at what has passed."""
+"""How often the other program sends its frames."""
 
 
 def holder_of(arm: str, port: str) -> str:
-    """Return the name under which a program holds an arm, or the port; empty where none does.
+    """Return the name under which a program holds the arm or the port; empty if none does.
 
-    A port is known to its holder as the arm file writes it.
+    The program knows the port as the arm file writes it.
     """
     return next((name for name in (arm, port) if name and notice_of(name) is not None), "")
 
@@ -141,21 +141,21 @@ def holder_of(arm: str, port: str) -> str:
 def held_frames(
     name: str, seconds: float | None, missed: Callable[[int], None]
 ) -> Iterator[tuple[float, Frame]]:
-    """Yield what the holder of an arm says and hears, with the time since this began.
+    """Yield the frames of the program that holds an arm, with the time since the first one.
 
-    Ends with the time, or when the arm is given back. `missed` is told how many exchanges were
-    passed over, as a reader that is too slow has to. Raises `ArmError` where nobody tells.
+    Ends after `seconds`, or when that program closes the arm. `missed` is called with the number of
+    exchanges that came too fast. Raises `ArmError` if the program does not answer.
     """
     sides = {"sent": Unpacker(), "heard": Unpacker()}
     end_s = time.monotonic() + (math.inf if seconds is None else seconds)
     began_s: float | None = None
-    for told in overhear_holder(name, EVERY_S):
-        if "error" in told:
-            raise ArmError(str(told["error"]))
-        if told.get("missed"):
-            missed(int(told["missed"]))
-            sides = {side: Unpacker() for side in sides}  # the other half of a frame may have gone
-        for time_s, side, data in told.get("wire", ()):
+    for message in overhear_holder(name, EVERY_S):
+        if "error" in message:
+            raise ArmError(str(message["error"]))
+        if message.get("missed"):
+            missed(int(message["missed"]))
+            sides = {side: Unpacker() for side in sides}  # half of a frame may be missing
+        for time_s, side, data in message.get("wire", ()):
             began_s = time_s if began_s is None else began_s
             for frame in sides[side].feed(bytes.fromhex(data)):
                 yield time_s - began_s, frame

@@ -1,4 +1,4 @@
-"""Commission the MKS drives of an arm one at a time: ids, settings, directions, gears."""
+"""Commissions the drives of an arm one at a time: ids, settings, directions, gears."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from armdrive.cli.arm_files import file_of
 from armdrive.cli.presenter import Outcome, Result, as_json, say, say_lines, tell
 from armdrive.cli.questions import TerminalPerson, agree, ask_value
 from armdrive.cli.set_up.arguments import ADAPTERS
@@ -21,14 +20,15 @@ from armdrive.connect.port import PortOpening
 from armdrive.connect.target import simulation_forced
 from armdrive.dialog.conversation import Question, WrongAnswer
 from armdrive.errors import ArmFileError, BadRequest, OperatorNeeded
-from armdrive.registry.arm_files import load_arm, parse_arm, preset_arm
+from armdrive.registry.arm_files import arm_path, load_arm, parse_arm, preset_arm
 from armdrive.registry.simulate import simulate
 from armdrive.setup import dialog_runner
 from armdrive.setup import plan as kept
-from armdrive.setup.commissioning import CommissioningOutcome, Practice, walk
+from armdrive.setup.commissioning import CommissioningOutcome, walk
 from armdrive.setup.dialog_runner import Clock, DialogClock, DialogPerson, DialogRunner
 from armdrive.setup.filing import propose_drives, signs_of
 from armdrive.setup.plan import CommissioningPlan, commissionable, plan_of
+from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold
 from armdrive.storage.files import replace_file
@@ -39,25 +39,25 @@ from armdrive.transports.link import Link
 
 DONE, UNFINISHED = 0, 1
 BEFORE = ".before"
-"""How the file of an arm file's old text ends."""
+"""The ending of the copy of an arm file's old text."""
 
 
 def set_up(options: argparse.Namespace) -> Outcome:
-    """Hold the talk, then write the arm file."""
+    """Hold the dialog, then write the arm file."""
     simulated = options.sim or simulation_forced()
     alone = options.yes or as_json(options)
     if not simulated and (alone or not sys.stdin.isatty()):
         raise OperatorNeeded(
-            "somebody has to plug real drives in and to watch their motors: answer at a terminal, "
-            "or give --sim (with --yes, or --json, for nobody to be asked)"
+            "you have to plug real drives in and watch their motors: run this in a terminal, or "
+            "give --sim (with --yes or --json it asks no questions)"
         )
     config = _config(options.name)
     plan = plan_of(config)
-    if not file_of(options.name).is_file():
+    if not arm_path(options.name).is_file():
         tell(
             options,
-            f"No arm file is called {options.name} yet: its arm is taken for a {config.title}. For "
-            "another arm write its file first, by `armdrive config new` say.",
+            f"There is no arm file named {options.name} yet: the arm is taken for a "
+            f"{config.title}. For another arm write its file first, with `armdrive config new`.",
         )
     if simulated:
         return _practise(config, plan, options, alone=alone)
@@ -65,13 +65,13 @@ def set_up(options: argparse.Namespace) -> Outcome:
 
 
 def _config(name: str) -> ArmConfig:
-    """Return the arm of a file, or that of the preset for one that is not there yet."""
-    path = file_of(name)
+    """Return the arm of a file, or the preset's if there is no such file yet."""
+    path = arm_path(name)
     if path.is_file():
         return load_arm(path)
     word = path.stem if name.endswith(".toml") else name
     if places.file_name(word) != word:
-        raise BadRequest(f"{name!r} is no name for a file: use small letters, digits, - and _")
+        raise BadRequest(f"{name!r} cannot name a file: use small letters, digits, - and _")
     row = commissionable()[0]
     wire = Connection(dialect=row.name, port="", baud=row.baud)
     return preset_arm(row.preset, name=path.stem, connection=wire)
@@ -108,7 +108,7 @@ def _held(
 
 @contextlib.contextmanager
 def _opened(config: ArmConfig, port: str) -> Iterator[Link]:
-    """Open the adapter for this program alone; its drives are nobody else's meanwhile."""
+    """Open the adapter and lock the arm, so that no other armdrive uses its drives."""
     holding = hold(config.name, port)
     try:
         link = opening.open_link(port, config.connection.baud)
@@ -128,16 +128,17 @@ def _known_port(config: ArmConfig) -> str:
 def _practise(
     config: ArmConfig, plan: CommissioningPlan, options: argparse.Namespace, *, alone: bool
 ) -> Result:
-    """Commission simulated drives as they are shipped. Nothing is kept, and no file is written."""
+    """Commission simulated new drives. Nothing is kept, and no file is written."""
     if options.port:
-        raise BadRequest("--sim needs no --port: the drives are within this program")
+        raise BadRequest("--sim needs no --port: the drives are in this program")
     twin = simulate(config, factory=True)
     terminal = TerminalPerson(f"armdrive can setup {plan.name} --sim")
-    person = Practice(twin, plan, partial(tell, options), None if alone else terminal.answer)
-    tell(options, "These drives are simulated, as they are shipped; nothing is written.")
+    person = SimulatedPerson(twin, partial(tell, options), None if alone else terminal.answer)
+    person.unplug_all(len(plan.drives))
+    tell(options, "These drives are simulated, and new; nothing is written.")
     outcome = _held(twin.link, DialogClock(), person, plan, {}, lambda _notes: None, again=True)
     notes, left_out = outcome.notes, outcome.left_out
-    text = propose_drives(file_of(options.name), config, plan, notes, "", left_out).after
+    text = propose_drives(arm_path(options.name), config, plan, notes, "", left_out).after
     view = {"arm": plan.name, "left_out": list(left_out), "arm_file": text}
     lines = ("", "The arm file would be:", "", *text.split("\n"))
     return Result(view, lines, DONE if outcome.finished else UNFINISHED)
@@ -150,20 +151,20 @@ def _end(
     port: str,
     options: argparse.Namespace,
 ) -> None:
-    """Show the arm file, and write it once that is agreed to."""
-    path = file_of(options.name)
+    """Show the arm file, and write it if the user agrees."""
+    path = arm_path(options.name)
     proposal = propose_drives(path, config, plan, outcome.notes, port, outcome.left_out)
     text = proposal.after
     parse_arm(tomllib.loads(text), name=plan.name, folder=path.parent)
     if unclear := signs_of(plan, outcome.notes).unclear:
-        say(f"The directions of {', '.join(unclear)} contradict each other: try them with --again.")
+        say(f"The directions of {', '.join(unclear)} contradict each other: repeat with --again.")
     if outcome.left_out:
-        say(f"Left out: {', '.join(outcome.left_out)}. The same command goes on there.")
+        say(f"Left out: {', '.join(outcome.left_out)}. The same command continues there.")
     say_lines(f"\n{text}")
     there = path.is_file()
     if not proposal.differs:
-        say(f"{path} says all this already.")
-    elif agree(_question(path, there=there), "no leaves it as it is; the notes are kept."):
+        say(f"{path} contains all this already.")
+    elif agree(_question(path, there=there), "no leaves the file unchanged; the notes are kept."):
         _write(path, text, there=there)
         written = parse_arm(tomllib.loads(text), name=plan.name, folder=path.parent)
         found = {name: kept.absorbed(each) for name, each in outcome.notes.items()}
@@ -173,7 +174,7 @@ def _end(
 
 def _question(path: Path, *, there: bool) -> str:
     if there:
-        return f"Write this to {path} (its old text stays as {path.name}{BEFORE})?"
+        return f"Write this to {path} (the old text is kept as {path.name}{BEFORE})?"
     return f"Write this to {path}?"
 
 
@@ -198,7 +199,7 @@ def _say_next(path: Path, name: str) -> None:
 
 
 def chosen_port() -> str:
-    """Have the person choose an adapter, after saying how one is named. Opens none."""
+    """Show how adapters are named, and ask for one. Opens none."""
     found = ports.list_can_ports(ports.list_ports())
     say_lines(ADAPTERS)
     lines = tuple((each.port, each.todo or each.description) for each in found)
@@ -207,9 +208,9 @@ def chosen_port() -> str:
         if line.isdecimal() and 1 <= int(line) <= len(lines):
             return lines[int(line) - 1][0]
         if not is_can(line):
-            raise WrongAnswer("write the adapter's line, can:slcan:/dev/ttyACM0?bitrate=500000 say")
+            raise WrongAnswer("write the adapter, such as can:slcan:/dev/ttyACM0?bitrate=500000")
         return line
 
     default = lines[0][0] if len(lines) == 1 else None
-    why = "With slcan firmware a CANable is a serial port, with candleLight it is none."
+    why = "A CANable is a serial port with slcan firmware, and a CAN interface with candleLight."
     return str(ask_value(Question("", "Which adapter?", why, read, default, lines)))

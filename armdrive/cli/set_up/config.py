@@ -1,4 +1,4 @@
-"""Arm files: list them, show what one means, check it, choose the one that is used by default."""
+"""Lists arm files, shows and checks one, and chooses the default arm."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from armdrive.cli.arm_files import SIM, arm_paths, choose_default, default_arm, path_of, read
+from armdrive.cli.arm_files import choose_default, default_arm, path_of, read
 from armdrive.cli.presenter import Result
 from armdrive.config.check import remarks_on
 from armdrive.config.write import complete
+from armdrive.connect.target import SIM
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import dialect
-from armdrive.registry.arm_files import arm_problems, load_arm, parse_arm
+from armdrive.registry.arm_files import arm_paths, arm_problems, load_arm, parse_arm
 from armdrive.setup.arm_view import arm_lines, arm_view
 from armdrive.setup.limits import limit_remarks
 from armdrive.storage import files as places
@@ -58,7 +59,7 @@ def _listed(arms: Sequence[Mapping[str, Any]], default: str) -> Iterator[str]:
 
 
 def show(options: argparse.Namespace) -> Result:
-    """Show an arm as its file is understood."""
+    """Show an arm as armdrive reads its file."""
     arm = read(options.name)
     try:
         config = parse_arm(arm.table, name=arm.name, folder=arm.path.parent)
@@ -75,7 +76,7 @@ WRONG = 2
 
 
 def check(options: argparse.Namespace) -> Iterator[Result]:
-    """Say everything that is wrong with each file at once; nothing is opened, nothing moves."""
+    """Report every problem of each file; nothing is opened, nothing moves."""
     names = options.arms or [str(path) for path in arm_paths()]
     yield from map(_checked, names)
     if not names:
@@ -95,7 +96,7 @@ def _checked(name: str) -> Result:
             config = load_arm(arm.path)
             remarks += [*remarks_on(config), *limit_remarks(config)]
     view = {"arm": called, "ok": not problems, "problems": problems, "remarks": remarks}
-    verdict = f"{len(problems)} to mend" if problems else "fine"
+    verdict = _count(len(problems)) if problems else "fine"
     lines = (
         f"{called}: {verdict}",
         *(f"  ! {sentence}" for sentence in problems),
@@ -104,20 +105,24 @@ def _checked(name: str) -> Result:
     return Result(view, lines, WRONG if problems else 0)
 
 
+def _count(problems: int) -> str:
+    return f"{problems} problem{'s' if problems > 1 else ''}"
+
+
 def set_default(options: argparse.Namespace) -> Result:
-    """Choose the arm that commands use where none is named."""
+    """Choose the arm that commands use if none is named."""
     if (options.name is None) != options.none:
         raise BadRequest("give the name of an arm, or --none")
     if options.name is not None:
         _require_usable(options.name)
     choose_default(options.name)
     used = default_arm()
-    before = () if options.name in (None, used) else ("ARMDRIVE_ARM is set and goes before it",)
+    before = () if options.name in (None, used) else ("ARMDRIVE_ARM is set and takes precedence",)
     return Result({"default": used}, (f"commands that name no arm use {used}", *before))
 
 
 def _require_usable(name: str) -> None:
-    """Raise for what is no usable arm."""
+    """Raise an error for an arm that cannot be used."""
     if name.startswith(SIM):
         dialect(name.removeprefix(SIM))
         return

@@ -1,9 +1,8 @@
-"""Arm files, with a person's help: the interview, the directions of motors, the limit switches.
+"""Makes and completes arm files with the user: interview, directions of motors, limit switches.
 
-The interview asks, shows the arm file that the answers make, and writes it once you have agreed.
-`?` explains a question, `back` goes back to the one before, an empty line takes what stands in
-brackets, and Ctrl-C leaves nothing behind. For scripts: `--answers FILE`, or `--yes` for every
-default.
+The interview asks its questions, shows the arm file, and writes it if the user agrees. `?` explains
+a question, `back` returns to the one before, an empty line takes the default in brackets, and
+Ctrl-C leaves without writing. For scripts: `--answers FILE`, or `--yes` for every default.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from armdrive.arm import Arm
-from armdrive.cli.arm_files import file_of, read
+from armdrive.cli.arm_files import read
 from armdrive.cli.presenter import Result, as_json, say, tell
 from armdrive.cli.questions import Back, TerminalPerson, agree, ask
 from armdrive.cli.terminal_person import posture_drawing
@@ -26,23 +25,24 @@ from armdrive.connect import parts as connecting
 from armdrive.connect.target import simulation_forced
 from armdrive.dialog.conversation import WrongAnswer
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded
-from armdrive.registry.arm_files import load_arm
+from armdrive.registry.arm_files import arm_path, load_arm
 from armdrive.setup.arm_text import files_of
+from armdrive.setup.dialog_runner import DialogPerson, converse
 from armdrive.setup.directions import Signs
 from armdrive.setup.draft import Draft, flattened
 from armdrive.setup.filing import FileProposal, checked, write
-from armdrive.setup.finding import surroundings
-from armdrive.setup.interview import Interview
+from armdrive.setup.interview import Interview, surroundings
 from armdrive.setup.limits import (
     SawSwitch,
     all_work,
+    check_switches,
     limit_remarks,
     make_ready,
     record,
     switches_of,
 )
 from armdrive.setup.signs import find_signs, lines_for
-from armdrive.setup.switches import check_switches
+from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.sim.world.body import found_posture
 from armdrive.text.reading import read_toml
 from kinematics.errors import did_you_mean
@@ -56,7 +56,7 @@ def new(options: argparse.Namespace) -> Result:
     given = _given(options)
     silent = options.yes or options.answers is not None
     if as_json(options) and not silent:
-        raise BadRequest("--json asks nothing: give --answers FILE or --yes beside it")
+        raise BadRequest("--json asks no questions: add --answers FILE or --yes")
     if silent and not options.force and "name" in given:
         _refuse_overwriting(given["name"])
     draft = _interviewed(given, silent)
@@ -66,7 +66,7 @@ def new(options: argparse.Namespace) -> Result:
     config = checked(files, draft.name)
     for line in f"\n{files.shown}".split("\n"):
         tell(options, line)
-    path = file_of(draft.name)
+    path = arm_path(draft.name)
     if not silent and not _agreed(path, force=options.force):
         return Result(None, "nothing is written", 1)
     write(files, path)
@@ -83,7 +83,7 @@ def _given(options: argparse.Namespace) -> dict[str, str]:
 
 
 def _refuse_overwriting(name: str) -> None:
-    path = file_of(name)
+    path = arm_path(name)
     if path.exists():
         raise BadRequest(f"{path} exists: --force overwrites it")
 
@@ -102,8 +102,8 @@ def _interviewed(given: dict[str, str], silent: bool) -> Draft:
     unused = [key for key in given if key not in interview.draft.answers]
     if unused:
         asked = list(interview.draft.answers)
-        hint = did_you_mean(unused[0], asked, f"asked were {', '.join(asked)}")
-        raise BadRequest(f"nobody asked for the answer {unused[0]!r}; {hint}")
+        hint = did_you_mean(unused[0], asked, f"the questions were {', '.join(asked)}")
+        raise BadRequest(f"no question takes the answer {unused[0]!r}; {hint}")
     return interview.draft
 
 
@@ -115,7 +115,7 @@ def _take_default(interview: Interview, key: str) -> None:
 
 
 def _with_signs(draft: Draft, *, simulated: bool, alone: bool) -> Draft:
-    """Return the draft with the directions that were seen; a trouble leaves them for later."""
+    """Return the draft with the directions that were seen; an error leaves them for later."""
     config = checked(files_of(draft), draft.name)
     try:
         with _connected(config, simulated=simulated, alone=alone, wanted=WATCHED) as arm:
@@ -127,14 +127,14 @@ def _with_signs(draft: Draft, *, simulated: bool, alone: bool) -> Draft:
         return draft
     found: dict[str, Any] = {"reversed.motors": signs.motors, "reversed.joints": signs.joints}
     if signs.unclear and not alone:
-        say(f"not told: {', '.join(signs.unclear)}")
+        say(f"unclear: {', '.join(signs.unclear)}")
     return Draft({**draft.answers, **found}, draft.around)
 
 
 def _agreed(path: Path, *, force: bool) -> bool:
     if path.exists() and not force:
         return agree(f"{path} exists. Overwrite it?", "Its present text is lost.")
-    return agree(f"Write this to {path}?", "no leaves everything as it was.", "yes")
+    return agree(f"Write this to {path}?", "no writes nothing.", "yes")
 
 
 def _next(path: Path, config: ArmConfig) -> Iterator[str]:
@@ -142,22 +142,22 @@ def _next(path: Path, config: ArmConfig) -> Iterator[str]:
     yield f"written: {path}"
     yield "next, from the safest on:"
     lines = [
-        (f"armdrive config check {name}", "anything wrong or worth knowing; opens nothing"),
+        (f"armdrive config check {name}", "problems and remarks; opens nothing"),
         (f"ARMDRIVE_FORCE_SIM=1 armdrive home --arm {name}", "its simulated twin"),
     ]
     if config.connection.port:
         lines += [
             (f"armdrive status --arm {name}", "connects; moves nothing"),
-            (f"armdrive config signs {name}", "each motor a little, to see its direction"),
+            (f"armdrive config signs {name}", "turns each motor a little, to see its direction"),
             (f"armdrive jog --arm {name}", "slowly, by hand; space stops"),
         ]
-    lines.append((f"armdrive config set-default {name}", "use it where no arm is named"))
+    lines.append((f"armdrive config set-default {name}", "use it if no arm is named"))
     width = max(len(command) for command, _ in lines)
     for command, words in lines:
         yield f"  {command:<{width}}  {words}"
 
 
-# What has to be tried on the arm itself: which way its motors turn, and its limit switches.
+# Trials on the arm itself: the directions of its motors, and its limit switches.
 
 WATCHED = "watch a real arm while its motors turn"
 PRESSED = "press the switches of a real arm"
@@ -165,27 +165,35 @@ PRESSED = "press the switches of a real arm"
 
 @contextlib.contextmanager
 def _connected(config: ArmConfig, *, simulated: bool, alone: bool, wanted: str) -> Iterator[Arm]:
-    """Open an arm for a trial: nothing is switched on before somebody has agreed.
+    """Open an arm for a trial, with its motors as they are.
 
-    Raises `OperatorNeeded` for a real one where nobody is there to do what is `wanted`.
+    Raises `OperatorNeeded` for a real arm if no user is at a terminal to do what is `wanted`.
     """
     simulated = simulated or simulation_forced()
     if not simulated and (alone or not sys.stdin.isatty()):
-        raise OperatorNeeded(f"somebody has to {wanted}: answer at a terminal, or give --sim")
+        raise OperatorNeeded(f"you have to {wanted}: run this in a terminal, or give --sim")
     open_arm = connecting.connect_simulated if simulated else connecting.connect_real
     with contextlib.closing(Arm(open_arm(config))) as arm:
         yield arm
 
 
-def _found_signs(arm: Arm, *, alone: bool) -> Signs:
+def _person(arm: Arm, *, alone: bool) -> DialogPerson:
+    """Return the person who handles and watches an arm; with `alone` the user is not asked."""
+    terminal = TerminalPerson()
+    if arm.twin is None or not arm.simulated:
+        return terminal
     if alone:
-        return find_signs(arm, None)
-    picture = posture_drawing(arm, found_posture(arm.model.arm), 30.0)
-    return find_signs(arm, TerminalPerson(), picture)
+        return SimulatedPerson(arm.twin, lambda _line: None)
+    return SimulatedPerson(arm.twin, terminal.tell, terminal.answer)
+
+
+def _found_signs(arm: Arm, *, alone: bool) -> Signs:
+    picture = [] if alone else posture_drawing(arm, found_posture(arm.model.arm), 30.0)
+    return converse(find_signs(arm, picture), _person(arm, alone=alone))
 
 
 def signs(options: argparse.Namespace) -> Result:
-    """Find which way the motors count; print lines for the arm file, which stays as it is."""
+    """Find which way the motors count; print lines for the arm file, and write nothing."""
     text = read(options.name)
     config = load_arm(text.path)
     alone = options.yes or as_json(options)
@@ -193,7 +201,7 @@ def signs(options: argparse.Namespace) -> Result:
         found = _found_signs(arm, alone=alone)
     lines = lines_for(text.table, found)
     unclear = ", ".join(found.unclear)
-    again = f"not told: {unclear}. Look at plugs and drivers, then ask for this once more"
+    again = f"unclear: {unclear}. Check plugs and drivers, then run this again"
     return Result(
         {
             "reversed_motors": list(found.motors),
@@ -207,31 +215,31 @@ def signs(options: argparse.Namespace) -> Result:
 
 
 UNHEEDED = (
-    "A switch that closes in motion would stop nothing. The board's firmware takes no notice of "
-    "hard limits, as the default build of grbl-Mega-5X for RAMPS boards: take another build "
-    "(docs/grbl.md), or write hard_limits = false, so that nobody counts on them."
+    "A switch that closes in motion would stop nothing: the board's firmware ignores hard limits, "
+    "as the default build of grbl-Mega-5X for RAMPS boards does. Use another build (docs/grbl.md), "
+    "or write hard_limits = false."
 )
 
 
 def limits(options: argparse.Namespace) -> Iterator[Result]:
-    """Look at each limit switch, and write down the day on which all work."""
+    """Check each limit switch, and write the day to the arm file if all work."""
     path = read(options.name).path
     config = load_arm(path)
     switches = switches_of(config)
     alone = options.yes or as_json(options)
     with _connected(config, simulated=options.sim, alone=alone, wanted=PRESSED) as arm:
         make_ready(arm)
-        seen = check_switches(arm, switches, None if alone else TerminalPerson())
+        seen = converse(check_switches(arm, switches), _person(arm, alone=alone))
         simulated = arm.simulated
     works = all_work(seen)
     view = {"switches": {name: saw.name.lower() for name, saw in seen.items()}, "works": works}
     lines = [f"{name}: {saw.value}" for name, saw in seen.items()]
     if not works:
         unheeded = SawSwitch.PIN_ALONE in seen.values()
-        lines.append(UNHEEDED if unheeded else "Look at the switches and their wires.")
+        lines.append(UNHEEDED if unheeded else "Check the switches and their wires.")
         lines += limit_remarks(config)
     elif simulated:
-        lines.append("every switch works; nothing is written of a simulated arm")
+        lines.append("every switch works; for a simulated arm nothing is written")
     yield Result(view, lines, 0 if works else 1)
     if works and not (simulated or as_json(options)):
         _write_down(record(path, config, datetime.now(UTC).astimezone().date()))
@@ -240,6 +248,6 @@ def limits(options: argparse.Namespace) -> Iterator[Result]:
 def _write_down(proposal: FileProposal) -> None:
     for line in proposal.difference:
         say(f"  {line}")
-    if agree(f"Write this to {proposal.path}?", "no leaves the file as it was.", "yes"):
+    if agree(f"Write this to {proposal.path}?", "no leaves the file unchanged.", "yes"):
         proposal.write()
         say(f"written: {proposal.path}")

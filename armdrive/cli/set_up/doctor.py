@@ -1,4 +1,4 @@
-"""Find out what a port leads to, and what keeps it from working. Moves nothing."""
+"""Finds out what a port leads to, and what keeps it from working. Moves nothing."""
 
 from __future__ import annotations
 
@@ -17,67 +17,62 @@ from armdrive.connect.target import find, simulation_forced
 from armdrive.dialog.conversation import Finding
 from armdrive.errors import BadRequest, OperatorNeeded, PortUnavailable
 from armdrive.setup import findings as after
-from armdrive.setup.diagnosis import Diagnosis, Report
 from armdrive.setup.keyboard import Examined, examine, raw_terminal, sentence
-from armdrive.setup.port_survey import PortSurvey, closed_port
-from armdrive.setup.ports import arm_files, look_at
+from armdrive.setup.ports import look_at, port_of
+from armdrive.setup.survey import Diagnosis, Report, survey_port
 from armdrive.tasks import DeviceSettings
 from armdrive.transports.address import PREFIX, is_can
 
 EXIT_CODES: Mapping[Diagnosis, int] = MappingProxyType(
-    {Diagnosis.FINE: 0, Diagnosis.MENDING: 1, Diagnosis.CLOSED: 4, Diagnosis.NOBODY: 6}
+    {Diagnosis.FINE: 0, Diagnosis.PROBLEM: 1, Diagnosis.CLOSED: 4, Diagnosis.NO_ARM: 6}
 )
 
 WARNING = (
-    "Opening {port} can restart the board behind it: its motors lose their current, and an arm "
-    "that is raised sags. Support it, or park it first. Nothing that is sent moves it."
+    "Opening {port} can restart the board behind it: its motors lose their current, and a raised "
+    "arm sags. Support it, or park it first. Nothing that is sent moves it."
 )
 
 
 def doctor(options: argparse.Namespace) -> Result:
-    """Examine the port, and say what was found."""
+    """Survey the port, and report the findings."""
     if options.keyboard:
         return _keyboard(options)
     config = _config(options)
-    # by the option, by the port, or by the arm file's port
+    # a bus is meant by --can, by the port, or by the arm file's port
     if options.can is not None or is_can(
         options.port or (config.connection.port if config else "")
     ):
         return _on_bus(options, config)
-    if config is not None and options.arm:
-        port, before = closed_port(config)
-    else:
-        port, before = options.port, look_at(options.port, arm_files())
-    report = _report(port, options)
-    report.more = {"arm_files": list(before.owners)}
-    report.add(before.findings)
-    if not before.openable:
+    closed = port_of(config) if config is not None and options.arm else look_at(options.port)
+    report = _report(closed.port, options)
+    report.more = {"arm_files": list(closed.owners)}
+    report.add(closed.findings)
+    if not closed.openable:
         return _result(report, Diagnosis.CLOSED)
-    report.add([after.finding(after.measure())])
-    _agree(port, options)
+    report.add([after.of_jitter(after.measured_jitter())])
+    _agree(closed.port, options)
 
     def compare(config: ArmConfig, report: Report) -> None:
         _deeper().compare_settings(config, report, _mending(options))
 
-    survey = PortSurvey(report, before, compare, config, options.baud)
-    return _result(report, survey.run())
+    return _result(report, survey_port(report, closed, config, options.baud, compare))
 
 
 def _deeper() -> ModuleType:
-    """Return what surveys a CAN bus, and compares the settings of a controller."""
-    # all that drives an arm, and every protocol of a bus: a silent port needs neither
+    """Return the module that surveys a bus, and compares the settings of a controller."""
+    # it loads everything that drives an arm, which a silent port does not need
     from armdrive.setup import bus_survey
 
     return bus_survey
 
 
 def _report(port: str, options: argparse.Namespace) -> Report:
-    def told(finding: Finding) -> None:
+    def print_finding(finding: Finding) -> None:
         tell(options, f"{finding.grade.value:<8} {finding.what}")
         if finding.mend:
             tell(options, f"{'':<8}   {finding.mend}")
 
-    return Report(port, told, options.arm or "")
+    return Report(port, print_finding, options.arm or "")
 
 
 def _result(report: Report, diagnosis: Diagnosis) -> Result:
@@ -109,7 +104,7 @@ def _on_bus(options: argparse.Namespace, config: ArmConfig | None) -> Result:
 
 
 def _mending(options: argparse.Namespace) -> Callable[[DeviceSettings], bool] | None:
-    """Return what agrees to settings being written, None where --mend does not ask for it."""
+    """Return what asks whether to write settings; None without --mend."""
 
     def agree(settings: DeviceSettings) -> bool:
         if options.yes or as_json(options):
@@ -123,7 +118,7 @@ def _mending(options: argparse.Namespace) -> Callable[[DeviceSettings], bool] | 
 
 
 def _config(options: argparse.Namespace) -> ArmConfig | None:
-    """Return the arm that is expected at the port, if one is."""
+    """Return the arm that is expected at the port, or None."""
     if simulation_forced():
         raise PortUnavailable(
             "ARMDRIVE_FORCE_SIM is set, so no port is opened: clear that variable first"
@@ -135,7 +130,7 @@ def _config(options: argparse.Namespace) -> ArmConfig | None:
     if options.arm and options.dialect:
         raise BadRequest("the arm file says which dialect it is: leave out --dialect")
     if options.mend and not (options.arm or options.dialect):
-        raise BadRequest("--mend needs --arm or --dialect: else nobody knows what is expected")
+        raise BadRequest("--mend needs --arm or --dialect, which say what is expected")
     if not (options.arm or options.dialect):
         return None
     target = find(options.arm or options.port, dialect_name=options.dialect, baud=options.baud)
@@ -160,20 +155,20 @@ def _agree(port: str, options: argparse.Namespace) -> None:
         raise OperatorNeeded(f"{port} was not opened, and nothing was sent")
 
 
-# The keyboard of this terminal: hold a key, and hear whether holding will work here.
+# The keyboard of this terminal: whether a held key will jog the arm.
 
 
 def _keyboard(options: argparse.Namespace) -> Result:
-    """Examine the keyboard; touches no port. It ends with 1 where holding does not work."""
+    """Examine the keyboard; opens no port. The exit code is 1 if a held key does not work."""
     if options.port or options.arm:
-        raise BadRequest("--keyboard looks at this terminal, and at no port: leave the port out")
+        raise BadRequest("--keyboard examines this terminal and no port: leave the port out")
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise OperatorNeeded(
-            "somebody has to hold a key at a terminal: run `armdrive doctor --keyboard` there"
+            "you have to hold a key: run `armdrive doctor --keyboard` in a terminal"
         )
 
     def whisper(text: str) -> None:
-        """Tell the person, and leave the output to the document."""
+        """Print on the error output, since standard output gets the JSON."""
         put_error(f"{text}\n")
 
     with raw_terminal() as terminal:
@@ -188,7 +183,7 @@ def _keyboard_lines(found: Examined) -> list[str]:
     where += ["a remote shell"] * found.remote
     place = f" (in {', '.join(where)})" if where else ""
     terminal = (
-        f"Terminal{place}: it {releases} tell that a key is let go; it {focus} tell when its "
+        f"Terminal{place}: it {releases} report that a key is released; it {focus} report that its "
         "window loses the focus."
     )
     return [

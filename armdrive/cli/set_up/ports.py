@@ -1,4 +1,4 @@
-"""The serial ports and CAN adapters here, who has them, and whose arm files name them."""
+"""Lists the serial ports and CAN adapters, the programs that use them, and their arm files."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from armdrive.cli.arm_files import arm_paths
 from armdrive.cli.presenter import Result
 from armdrive.errors import NoSuchPort
 from armdrive.setup.ports import (
@@ -27,8 +26,7 @@ from armdrive.transports.ports import PortInfo, ask_drivers, list_can_ports, lis
 
 def ports(options: argparse.Namespace) -> Result:
     """List the ports."""
-    arms = [path.stem for path in arm_paths()]  # without model files, which name no port
-    files = tuple(_by_device(each) for each in arm_files() if each.arm in arms)
+    files = tuple(map(_by_device, arm_files()))
     found = list_ports()
     adapters = [*list_can_ports(found), *(ask_drivers() if options.can else ())]
     view: dict[str, list[dict[str, Any]]] = {
@@ -55,7 +53,7 @@ def _lines(
         if bus["todo"]:
             yield f"    {bus['todo']}"
     if not ports:
-        yield "no serial port is there: plug the adapter in, or look at its driver"
+        yield "there is no serial port: plug the adapter in, or check its driver"
     for each in absent:
         yield f"the arm file {each['arm']}: {each['why']}"
     for each in unusable_arm_files:
@@ -65,7 +63,7 @@ def _lines(
 
 
 def _by_device(naming: PortNaming) -> PortNaming:
-    """Return an arm file's naming with the serial port of its CAN adapter, where that is one."""
+    """Return an arm file's naming, with the serial port of its CAN adapter if it has one."""
     address = CanAddress.parse(naming.port) if is_can(naming.port) else CanAddress()
     return replace(naming, port=address.device) if address.device else naming
 
@@ -94,7 +92,7 @@ def _view(info: PortInfo, files: tuple[PortNaming, ...]) -> dict[str, Any]:
 
 
 def _absent(ports: tuple[PortInfo, ...], files: tuple[PortNaming, ...]) -> list[dict[str, str]]:
-    """Return the arm files whose port is not to be found, and why."""
+    """Return the arm files whose port is missing, and why."""
     found = [(each, _missing(each, ports)) for each in files]
     return [
         {"arm": each.arm, "port": each.port, "usb_serial": each.usb_serial, "why": why}
@@ -104,7 +102,7 @@ def _absent(ports: tuple[PortInfo, ...], files: tuple[PortNaming, ...]) -> list[
 
 
 def _missing(naming: PortNaming, ports: tuple[PortInfo, ...]) -> str:
-    """Say why the port of an arm file is not to be found; nothing where it is."""
+    """Return why the port of an arm file is missing; empty if it is there."""
     try:
         port = naming.find()
     except NoSuchPort as error:
@@ -116,7 +114,7 @@ def _missing(naming: PortNaming, ports: tuple[PortInfo, ...]) -> str:
         or Path(port).exists()
         or any(same_port(port, info.device) for info in ports)
     )
-    return "" if there else f"it names {port}, which is not there: check the cable and the name"
+    return "" if there else f"its port {port} is missing: check the cable and the name"
 
 
 def _port_lines(view: dict[str, Any]) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""A simulated arm as a program of its own: whatever speaks to a real one can speak to it."""
+"""Runs a simulated arm as a program of its own, for any program that can drive a real one."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from armdrive.sim.listing import listing
 
 
 def sim(options: argparse.Namespace) -> int:
-    """Serve until told to end."""
+    """Serve until Ctrl-C or `quit`."""
     if options.list:
         names = [options.dialect] if options.dialect else list(DIALECTS)
         say_lines(listing({name: simulated_kind(name) for name in names}))
@@ -32,7 +32,7 @@ def sim(options: argparse.Namespace) -> int:
 
 
 def _check_door(options: argparse.Namespace) -> None:
-    """Raise `BadRequest` unless the device is offered over a wire of its kind."""
+    """Raise `BadRequest` unless the options offer the device over a wire of its kind."""
     on_bus = DIALECTS[options.dialect].can
     if on_bus and not options.slcan:
         raise BadRequest(f"{options.dialect} is spoken on a CAN bus: --slcan PATH is required")
@@ -45,7 +45,7 @@ def _check_door(options: argparse.Namespace) -> None:
 
 
 def _serve(options: argparse.Namespace) -> int:
-    # python-can comes with them, which a list of the dialects does without
+    # they load python-can, which a list of the dialects does not need
     from armdrive.sim.serving import loop, servers
 
     config = simulated_config(options.dialect)

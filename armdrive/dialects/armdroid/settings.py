@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from armdrive.dialects.speed_table import SpeedMeter, SpeedTable
 from armdrive.errors import ArmFileError
-from armdrive.text.toml import within
+from armdrive.text.toml import check_settings, setting, within
 from firmware_protocol.armdroid import MOTORS, RPM_MAX
 from kinematics.spaces import Motors
 
@@ -24,29 +24,34 @@ SKETCH_SPEEDS = tuple((RPM_MAX // ms, 1000.0 / ms) for ms in INTERVALS_MS)
 class ArmdroidSettings:
     """How the board turns motors and takes characters; every default is the careful one.
 
-    `speed_table` pairs rpm with steps a second; only the speeds listed are used, since the board
-    rounds the rest to whole milliseconds. `speed_doubt` is how much slower the arm may be until
-    it has been measured. `channels` says which of the board's channels turns each motor of the
-    model, in the model's order. `character_s` is how long the board takes for a character, and
-    `boot_s` how long it may be deaf after its port was opened. With `check_numbers` the board
-    repeats the numbers of a motion before it is let loose; `switches_torque` is false for
-    firmware before 2.0, which has no `t`. `answer_margin_s` is added to every deadline.
+    Only the speeds listed in `speed_table` are used, since the board rounds the rest to whole
+    milliseconds.
     """
 
-    speed_table: tuple[tuple[int, float], ...] = SKETCH_SPEEDS
-    speed_doubt: float = 1.5
-    channels: tuple[int, ...] = (6, 5, 4, 3, 2, 1)
-    character_s: float = 0.010
-    boot_s: float = 2.5
-    check_numbers: bool = True
-    switches_torque: bool = True
-    answer_margin_s: float = 0.5
+    speed_table: tuple[tuple[int, float], ...] = setting(
+        SKETCH_SPEEDS, "rpm as the board is told, and the steps a second that come of it"
+    )
+    speed_doubt: float = setting(
+        1.5,
+        "how many times slower the arm may be, until it has been measured",
+        low=1.0,
+        high=20.0,
+    )
+    channels: tuple[int, ...] = setting(
+        (6, 5, 4, 3, 2, 1), "the board's channel of each motor, in the arm's order"
+    )
+    character_s: float = setting(
+        0.010, "how long the board takes for one character", low=0.0, high=0.1
+    )
+    boot_s: float = setting(
+        2.5, "how long the board hears nothing after its port is opened", low=0.0, high=10.0
+    )
+    check_numbers: bool = setting(True, "have the board repeat a motion's numbers before it starts")
+    switches_torque: bool = setting(True, "false for firmware before 2.0, which has no t")
+    answer_margin_s: float = setting(0.5, "added to every deadline", low=0.1, high=10.0)
 
     def __post_init__(self) -> None:
-        within("armdroid.speed_doubt", self.speed_doubt, 1.0, 20.0)
-        within("armdroid.character_s", self.character_s, 0.0, 0.1)
-        within("armdroid.boot_s", self.boot_s, 0.0, 10.0)
-        within("armdroid.answer_margin_s", self.answer_margin_s, 0.1, 10.0)
+        check_settings(self, "armdroid")
         for rpm, rate_hz in SpeedTable(self.speed_table).points:
             within("armdroid.speed_table's rpm", rpm, 1, RPM_MAX)
             within("armdroid.speed_table's rate", rate_hz, 1.0, 2000.0)

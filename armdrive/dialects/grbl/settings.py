@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from datetime import date
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.grbl.planner import Limits, MotorPath
 from armdrive.errors import ArmFileError
 from armdrive.tasks import Difference
-from armdrive.text.toml import within
+from armdrive.text.toml import check_settings, setting
 from firmware_protocol.grbl import AXIS_LETTERS, Variant
 from firmware_protocol.grbl.words import write_number
 from kinematics.spaces import Motors
@@ -28,63 +28,83 @@ PINS = "PDHSRXYZABC"
 class GrblSettings:
     """A GRBL board as it is wired and set up.
 
-    `axes` gives the letter of each motor, in the arm's order; `unit` says what the board's "mm"
-    is: one motor step ($100=1), or one degree of what the motor's row calls a turn (one mm for a
-    gripper's motor). `rates` and `accelerations` are expected of the motors, in steps a second and
-    steps a second squared; left out, the joints' full speed within `ramp_s`. `travel` is in the
-    board's units. `junction_steps` is $11 in motor steps. `soft_limits`, `hard_limits` and
-    `homing` are what $20, $21 and $22 should be. `hard_limits_checked` is the day on which every
-    limit switch was seen to raise an alarm, 2026-11-23 say: `armdrive config limits` writes it.
-    `idle_key` is the setting that keeps the motors
-    on, `1` of GRBL where it is left out.
-
-    `outputs` names what each output bit switches: flood, mist, or P0, P1 ... The gripper's servo
-    is told `servo` with a number between `servo_closed` and `servo_open`; a gripper on an output
-    has it on bit `gripper_output`, which closes it when on, or opens it.
-
-    Times: a report is asked for every `poll_s` in motion, and a board that gives none for `mute_s`
-    is mute; an answer is waited for `answer_s`, a board that was reset by opening its port
-    `boot_s`, homing `homing_s`. `segments` is how many segments of motion
-    the board computes ahead; left out, as its firmware does (`planner`). A motor may be
-    `corridor_steps` off the path sent.
+    The board's "mm" is one motor step ($100=1), or one degree of what the motor's row calls a turn
+    (one mm for a gripper's motor).
     """
 
-    axes: str = "XYZABC"
-    unit: str = "steps"
-    ramp_s: float = 0.1
-    rates: tuple[float, ...] = ()
-    accelerations: tuple[float, ...] = ()
-    travel: tuple[float, ...] = ()
-    junction_steps: float = 1.0
-    soft_limits: bool = False
-    hard_limits: bool = False
-    hard_limits_checked: str = ""
-    homing: bool = False
-    idle_key: str = ""
-    outputs: tuple[str, ...] = ("flood",)
-    servo: str = "M3"
-    servo_closed: float = 0.0
-    servo_open: float = 1000.0
-    gripper_output: int = 0
-    gripper_closes: bool = True
-    corridor_steps: float = 2.0
-    max_segments: int = 15
-    poll_s: float = 0.05
-    mute_s: float = 1.0
-    answer_s: float = 1.0
-    boot_s: float = 4.0
-    homing_s: float = 120.0
-    segments: int | None = None
+    axes: str = setting("XYZABC", "the board's letter for each motor, in the arm's order")
+    unit: str = setting("steps", "what the board's mm is: steps or degrees", words=UNITS)
+    ramp_s: float = setting(
+        0.1, "the time to full speed from which accelerations are expected", low=0.005, high=10.0
+    )
+    rates: tuple[float, ...] = setting(
+        (),
+        "expected of $110 ..., in steps a second; empty: the joints' speeds",
+        low=0.1,
+        high=1e6,
+    )
+    accelerations: tuple[float, ...] = setting(
+        (),
+        "expected of $120 ..., in steps a second squared; empty: full speed in ramp_s",
+        low=0.1,
+        high=1e8,
+    )
+    travel: tuple[float, ...] = setting(
+        (), "expected of $130 ..., in the board's units", low=0.1, high=1e6
+    )
+    junction_steps: float = setting(1.0, "expected of $11, in motor steps", low=0.001, high=1000.0)
+    soft_limits: bool = setting(False, "expected of $20")
+    hard_limits: bool = setting(False, "expected of $21")
+    hard_limits_checked: str = setting(
+        "", "the day all limit switches were seen to work; config limits writes it"
+    )
+    homing: bool = setting(False, "expected of $22")
+    idle_key: str = setting("", "the setting that keeps the motors on; empty: $1")
+    outputs: tuple[str, ...] = setting(
+        ("flood",), "what each output bit switches: flood, mist, P0, P1 ..."
+    )
+    servo: str = setting("M3", "the word that sets the gripper's servo")
+    servo_closed: float = setting(
+        0.0, "the servo's number with the fingers closed", low=0.0, high=100_000.0
+    )
+    servo_open: float = setting(
+        1000.0, "the servo's number with the fingers open", low=0.0, high=100_000.0
+    )
+    gripper_output: int = setting(0, "the output bit of a gripper of kind output", low=0, high=7)
+    gripper_closes: bool = setting(True, "whether that output closes the gripper when on")
+    corridor_steps: float = setting(
+        2.0, "how far a motor may be off the path that was sent", low=1.0, high=1000.0
+    )
+    max_segments: int = setting(
+        15, "at most this many motion lines wait in the board's planner", low=1, high=1000
+    )
+    poll_s: float = setting(0.05, "how often a report is asked for in motion", low=0.01, high=0.2)
+    mute_s: float = setting(
+        1.0, "a board that gives no report for this long is lost", low=0.5, high=10.0
+    )
+    answer_s: float = setting(1.0, "an answer takes at most this long", low=0.2, high=30.0)
+    boot_s: float = setting(
+        4.0,
+        "a board that opening its port restarts takes at most this long",
+        low=0.5,
+        high=30.0,
+    )
+    homing_s: float = setting(120.0, "homing takes at most this long", low=1.0, high=290.0)
+    segments: int | None = setting(
+        None,
+        "motion segments the board computes ahead; else as its firmware does",
+        low=1,
+        high=100,
+    )
 
     def __post_init__(self) -> None:
+        check_settings(self, "grbl")
         letters = self.axes
         if not letters or set(letters) - set(AXIS_LETTERS) or len(set(letters)) != len(letters):
             raise ArmFileError(
                 f"grbl.axes gives each motor a letter of its own out of {AXIS_LETTERS}, not "
                 f"{letters!r}"
             )
-        if self.unit not in UNITS:
-            raise ArmFileError(f"grbl.unit is one of {', '.join(UNITS)}, not {self.unit!r}")
         if not SERVOS.fullmatch(self.servo):
             raise ArmFileError(f"grbl.servo is M3, or M67E0 and the like, not {self.servo!r}")
         for word in self.outputs:
@@ -95,12 +115,6 @@ class GrblSettings:
                 "grbl.hard_limits_checked is a day, written 2026-11-23, not "
                 f"{self.hard_limits_checked!r}"
             )
-        for each in fields(self):
-            if each.name in _BOUNDS and getattr(self, each.name) is not None:
-                within(f"grbl.{each.name}", getattr(self, each.name), *_BOUNDS[each.name])
-            elif each.name in _LISTS:
-                for value in getattr(self, each.name):
-                    within(f"grbl.{each.name}", value, *_LISTS[each.name])
 
     @property
     def limit_inputs(self) -> Mapping[str, int]:
@@ -113,24 +127,6 @@ def _is_day(word: str) -> bool:
         return date.fromisoformat(word).isoformat() == word
     except ValueError:
         return False
-
-
-_LISTS = {"rates": (0.1, 1e6), "accelerations": (0.1, 1e8), "travel": (0.1, 1e6)}
-_BOUNDS = {
-    "ramp_s": (0.005, 10.0),
-    "junction_steps": (0.001, 1000.0),
-    "servo_closed": (0.0, 100_000.0),
-    "servo_open": (0.0, 100_000.0),
-    "gripper_output": (0, 7),
-    "corridor_steps": (1.0, 1000.0),
-    "max_segments": (1, 1000),
-    "poll_s": (0.01, 0.2),
-    "mute_s": (0.5, 10.0),
-    "answer_s": (0.2, 30.0),
-    "boot_s": (0.5, 30.0),
-    "homing_s": (1.0, 290.0),
-    "segments": (1, 100),
-}
 
 
 # How an arm's motors are mapped to a board's axes: letters, units, and how fast they turn.

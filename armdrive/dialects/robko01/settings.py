@@ -9,8 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
 
-from armdrive.errors import ArmFileError
-from armdrive.text.toml import within
+from armdrive.text.toml import check_settings, setting
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,32 +39,37 @@ BOARDS: Mapping[str, RobkoBoard] = MappingProxyType(
 
 @dataclass(frozen=True, slots=True)
 class RobkoSettings:
-    """The board and what is unverified of it; None takes what `BOARDS` has.
+    """The board and what is unverified of it; None takes the value of its row in `BOARDS`."""
 
-    `speed_doubt` is how much slower the arm may be than computed until it has been measured.
-    `watchdog_s` is the firmware's (0: it has none). `boot_s` is how long the first answer may
-    take, and `answer_margin_s` is added to every deadline. `counts_check` is for firmware that
-    counts the check bytes into the length.
-    """
-
-    board: str = "avr"
-    acceleration_steps_s2: float | None = None
-    max_rate_hz: float | None = None
-    step_chance_s: float | None = None
-    speed_doubt: float = 1.5
-    watchdog_s: float = 0.0
-    resets_on_open: bool = False
-    boot_s: float = 2.0
-    answer_margin_s: float = 0.25
-    counts_check: bool = False
+    board: str = setting("avr", "the firmware's board: avr or esp32", words=tuple(BOARDS))
+    acceleration_steps_s2: float | None = setting(
+        None, "the board's own unless it was changed", low=10.0, high=100_000.0
+    )
+    max_rate_hz: float | None = setting(
+        None, "the board's highest step rate", low=1.0, high=5_000.0
+    )
+    step_chance_s: float | None = setting(
+        None, "a motor can step once in this time; 0 at any moment", low=0.0, high=0.1
+    )
+    speed_doubt: float = setting(
+        1.5,
+        "how many times slower the arm may be, until it has been measured",
+        low=1.0,
+        high=20.0,
+    )
+    watchdog_s: float = setting(
+        0.0,
+        "the firmware stops after this long without a request; 0: it has no watchdog",
+        low=0.0,
+        high=3600.0,
+    )
+    resets_on_open: bool = setting(False, "whether opening the port restarts the board")
+    boot_s: float = setting(2.0, "the first answer takes at most this long", low=0.0, high=30.0)
+    answer_margin_s: float = setting(0.25, "added to every deadline", low=0.03, high=10.0)
+    counts_check: bool = setting(False, "the firmware counts the check bytes into the length")
 
     def __post_init__(self) -> None:
-        if self.board not in BOARDS:
-            raise ArmFileError(f"robko01.board is one of {', '.join(BOARDS)}, not {self.board!r}")
-        for name, (low, high) in _BOUNDS.items():
-            value = getattr(self, name)
-            if value is not None:
-                within(f"robko01.{name}", value, low, high)
+        check_settings(self, "robko01")
 
     @property
     def known(self) -> RobkoBoard:
@@ -76,15 +80,6 @@ class RobkoSettings:
 
 
 _OF_BOARD = ("acceleration_steps_s2", "max_rate_hz", "step_chance_s")
-_BOUNDS = {
-    "acceleration_steps_s2": (10.0, 100_000.0),
-    "max_rate_hz": (1.0, 5_000.0),
-    "step_chance_s": (0.0, 0.1),
-    "speed_doubt": (1.0, 20.0),
-    "watchdog_s": (0.0, 3600.0),
-    "boot_s": (0.0, 30.0),
-    "answer_margin_s": (0.03, 10.0),
-}
 
 
 # How a Robko 01 paces its motors: real rates, how long motions last, how far they stray.

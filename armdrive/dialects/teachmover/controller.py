@@ -34,7 +34,7 @@ from armdrive.tasks import (
     SwitchOn,
     WriteRow,
 )
-from armdrive.text.toml import within
+from armdrive.text.toml import check_settings, setting, within
 from firmware_protocol.teachmover import (
     MAX_ROWS,
     SPEED_MAX,
@@ -137,31 +137,33 @@ CONTACT_S = 0.25
 
 @dataclass(frozen=True, slots=True)
 class TeachMoverSettings:
-    """What was never published, or differs from arm to arm, as settings of the arm file.
+    """What was never published, or differs from arm to arm, as settings of the arm file."""
 
-    `speed_table` pairs SP with half-steps a second; `speed_doubt` is how much slower the arm may
-    be until it has been measured; `grip_bit` is the input bit of the grip switch;
-    `answer_margin_s` is added to every deadline. With `careful_contact` the first line on a wire
-    is one that a TeachMover does not understand: see `FIRST_LINE`.
-    """
-
-    speed_table: tuple[tuple[int, float], ...] = (
-        (0, 30.0),
-        (140, 150.0),
-        (190, 250.0),
-        (240, 470.0),
+    speed_table: tuple[tuple[int, float], ...] = setting(
+        (
+            (0, 30.0),
+            (140, 150.0),
+            (190, 250.0),
+            (240, 470.0),
+        ),
+        "SP, half-steps a second",
     )
-    speed_doubt: float = 2.0
-    grip_bit: int = 0
-    answer_margin_s: float = 0.5
-    careful_contact: bool = True
+    speed_doubt: float = setting(
+        2.0,
+        "how many times slower the arm may be, until it has been measured",
+        low=1.0,
+        high=20.0,
+    )
+    grip_bit: int = setting(0, "input bit of the grip switch", low=0, high=7)
+    answer_margin_s: float = setting(0.5, "added to every deadline", low=0.1, high=10.0)
+    careful_contact: bool = setting(
+        True, "the first line is one that harms no Armdroid taken for a TeachMover"
+    )  # see FIRST_LINE
 
     def __post_init__(self) -> None:
-        within("teachmover.speed_doubt", self.speed_doubt, 1.0, 20.0)
-        within("teachmover.grip_bit", self.grip_bit, 0, 7)
-        within("teachmover.answer_margin_s", self.answer_margin_s, 0.1, 10.0)
-        for setting, rate_hz in SpeedTable(self.speed_table).points:
-            within("teachmover.speed_table's setting", setting, 0, SPEED_MAX)
+        check_settings(self, "teachmover")
+        for speed, rate_hz in SpeedTable(self.speed_table).points:
+            within("teachmover.speed_table's setting", speed, 0, SPEED_MAX)
             within("teachmover.speed_table's rate", rate_hz, 1.0, 20_000.0)
 
 

@@ -15,7 +15,6 @@ from armdrive.config.link_model import is_model_file, parse_model, read_model
 from armdrive.errors import ArmFileError
 from kinematics.chains.links import Convention, JointKind
 from kinematics.chains.tables import rows_of
-from kinematics.errors import KinematicsError
 from kinematics.frames.transforms import position_of, translation
 from kinematics.textbook.systems import system
 
@@ -90,7 +89,7 @@ def test_a_base_turned_by_quarters_has_exact_entries():
     [
         ({}, "at least one link"),
         ({"links": "many"}, "at least one link"),
-        ({"links": [3]}, "links must be a table"),
+        ({"links": [3]}, "links[1] must be a table"),
         ({"link": [{}]}, "did you mean 'links'"),
         ({"links": [{}], "convention": "other"}, "convention must be 'standard' or 'craig'"),
         ({"links": [{}], "name": 5}, "name must be text"),
@@ -114,7 +113,7 @@ def test_what_is_wrong_in_a_file_is_named(document, said):
     ],
 )
 def test_a_wrong_row_is_named(row, said):
-    with pytest.raises(KinematicsError, match=re.escape(said)):
+    with pytest.raises(ArmFileError, match=re.escape(said)):
         parse_model({"links": [row]})
 
 

@@ -47,7 +47,7 @@ def looking(port):
     engine = SimpleNamespace(link=port)
     core = SimpleNamespace(diagnostics=SimpleNamespace(notify=lambda *_words: None))
     wire = SimpleNamespace(engine=engine, core=core, now_s=0.0)
-    reconnector = Reconnector(wire, NewLink(port.open_again, beside=True))
+    reconnector = Reconnector(wire, NewLink(port.open_again, in_thread=True))
     reconnector.lost(0.0)
     engine.link = SimpleNamespace(wake=port.woken)
     reconnector.ask(0.0)

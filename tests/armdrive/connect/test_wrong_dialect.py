@@ -19,11 +19,12 @@ from doctor_bench import (
 from armdrive.arm import Arm
 from armdrive.config.sections import Connection
 from armdrive.connect.parts import assemble
-from armdrive.connect.port import explained, overheard
+from armdrive.connect.port import explained, explaining
 from armdrive.connect.target import simulated_config
 from armdrive.errors import DeviceFault
 from armdrive.registry import DIALECTS
 from armdrive.runtime.clock import SimulatedPace
+from armdrive.trace.recorder import FlightRecorder
 
 ON_SERIAL = [name for name, row in DIALECTS.items() if not row.can]
 PAIRS = [(x, y) for x, y in itertools.product(ON_SERIAL, SPOKEN) if x != y]
@@ -37,8 +38,9 @@ def connected(dialect: str, port: SimPort, baud: int | None = None) -> Arm:
     pace = SimulatedPace()
     pace._now_s = port.now
     try:
-        with overheard(port, wire) as ears:
-            return Arm(assemble(config, ears, pace, simulated=True))
+        recorder = FlightRecorder()
+        with explaining(recorder.ring.entries, wire):
+            return Arm(assemble(config, port, pace, simulated=True, tracer=recorder))
     finally:
         port.now = max(port.now, pace._now_s)
 

@@ -9,7 +9,7 @@ from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.dialog.conversation import Grade
-from armdrive.setup.findings import finding, measure
+from armdrive.setup.findings import measured_jitter, of_jitter
 from armdrive.status import Lateness, SchedulingJitter, status_view
 
 
@@ -51,8 +51,8 @@ def test_a_thread_that_drives_an_arm_counts_its_deadlines():
 
 
 def test_the_doctor_measures_this_computer_and_judges_it():
-    assert measure(deadlines=5, period_s=1e-3).count == 5
-    assert finding(SchedulingJitter(100, 1e-4, 2e-4, 3e-4)).grade is Grade.OK
-    late = finding(SchedulingJitter(100, 1e-3, 2e-2, 5e-2))
+    assert measured_jitter(deadlines=5, period_s=1e-3).count == 5
+    assert of_jitter(SchedulingJitter(100, 1e-4, 2e-4, 3e-4)).grade is Grade.OK
+    late = of_jitter(SchedulingJitter(100, 1e-3, 2e-2, 5e-2))
     assert late.grade is Grade.NOTE
     assert "50 ms late" in late.what

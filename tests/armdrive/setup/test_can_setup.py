@@ -181,7 +181,7 @@ def test_left_in_the_middle_and_taken_up_again_it_goes_on_there():
     assert SetId(2) not in [request for _, request in bench.said]
     bench.said.clear()
     assert bench.one()
-    assert "nothing is to be done" in bench.person.text
+    assert "its settings: nothing to do" in bench.person.text
     assert bench.codes() <= READING
 
 

@@ -59,9 +59,9 @@ def test_at_last_all_are_asked_together_and_who_is_missing_is_named():
     for motor in (0, 1, 2, 3, 5):
         bench.board.drives().plug(motor, True)
     answers = iter(["yes", "no"])
-    bench.person.says["plugged in, to be asked together"] = lambda: next(answers)
+    bench.person.says["drives plugged in? Then they are asked"] = lambda: next(answers)
     missing = bench.run(together(bench.plan))
-    assert "Not there, or two of one id: left wrist (drive 5)" in bench.person.text
+    assert "Not there, or two drives with one id: left wrist (drive 5)" in bench.person.text
     assert missing == NAMES
 
 

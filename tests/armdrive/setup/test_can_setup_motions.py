@@ -77,7 +77,9 @@ def test_a_gear_that_is_off_by_two_is_corrected_by_what_was_measured():
     assert bench.kept["gripper"].gear == bench.plan.drives[5].gear  # to the last digit
 
 
-@pytest.mark.parametrize(("word", "told"), [(NOTHING, "seat"), (OTHER, "Exchange the cables")])
+@pytest.mark.parametrize(
+    ("word", "told"), [(NOTHING, "sits firmly"), (OTHER, "Exchange the cables")]
+)
 def test_a_motor_of_which_nothing_was_seen_is_left_for_later(word, told):
     bench = Bench()
     bench.person.says[About.WAY] = word

@@ -157,7 +157,7 @@ def test_an_empty_line_is_the_default_and_a_wrong_one_changes_nothing():
     interview = Interview(Surroundings())
     with pytest.raises(WrongAnswer, match="no default"):
         interview.answer("")
-    with pytest.raises(WrongAnswer, match="no name"):
+    with pytest.raises(WrongAnswer, match="cannot name a file"):
         interview.answer("my arm!")
     interview.answer("bench")
     with pytest.raises(WrongAnswer, match="did you mean 'teachmover'"):

@@ -20,6 +20,7 @@ from armdrive.registry.arm_files import load_arm, parse_arm
 from armdrive.registry.simulate import simulate
 from armdrive.setup import signs as finding_signs
 from armdrive.setup.arm_text import files_of
+from armdrive.setup.dialog_runner import converse
 from armdrive.setup.directions import (
     NOTHING,
     OTHER,
@@ -33,6 +34,7 @@ from armdrive.setup.directions import (
 from armdrive.setup.draft import Surroundings
 from armdrive.setup.interview import Interview
 from armdrive.setup.signs import find_signs, lines_for
+from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.sim.world.body import found_posture
 from armdrive.storage import files as places
 from kinematics import Joints, preset
@@ -46,6 +48,11 @@ def really(config, motors=(1,) * 6, joints=(1,) * 6):
     """The arm as it really is, where its file believes the preset's directions."""
     transmission = config.model.transmission.with_signs(motors, joints)
     return replace(config, model=replace(config.model, transmission=transmission))
+
+
+def seen_on(arm):
+    """Find the directions of a simulated arm, watched by its simulated person."""
+    return converse(find_signs(arm), SimulatedPerson(arm.twin, lambda _line: None))
 
 
 def reversed_of(names, signs):
@@ -69,7 +76,7 @@ def test_what_is_reversed_is_found_on_the_twin(dialect, motors, roll):
     twin = simulate(really(config, motors, (1, 1, 1, 1, roll, 1)))
     with Arm(connect_simulated(config, twin=twin)) as arm:
         before = twin.world.joints
-        found = find_signs(arm, None)
+        found = seen_on(arm)
         assert tuple(twin.world.joints) == pytest.approx(tuple(before), abs=1e-9)
     names = [motor.name for motor in config.model.transmission.motors]
     assert tuple(sorted(found.motors)) == reversed_of(names, motors)
@@ -186,16 +193,16 @@ def test_a_six_axis_board_that_is_locked_until_it_homes_is_looked_at_too(tmp_pat
     truth = config.model.transmission.with_signs((-1, 1, -1, -1, 1, -1))
     twin = simulate(replace(config, model=replace(config.model, transmission=truth)))
     with Arm(connect_simulated(config, twin=twin)) as arm:
-        found = find_signs(arm, None)
+        found = seen_on(arm)
     assert found.motors == ("base", "elbow", "forearm_roll", "wrist_roll")
     assert found.joints == found.unclear == ()
 
 
 def test_ctrl_c_while_a_motor_turns_stops_the_arm_and_writes_nothing(monkeypatch, capsys):
-    def interrupted(arm, trial, sign):
+    def interrupted(arm, check):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(finding_signs, "_move", interrupted)
+    monkeypatch.setattr(finding_signs, "_turn", interrupted)
     words = ("config", "new", "bench", "--template", "teachmover", "--sim")
     monkeypatch.setattr("sys.stdin", io.StringIO("\n" * 10 + "find\nyes\n\n"))
     Caller(capsys)(*words, code=130)

@@ -19,10 +19,10 @@ from armdrive.dialects.cia402.survey import (
     is_command,
 )
 from armdrive.dialog.conversation import any_problem
-from armdrive.setup import finding
 from armdrive.setup import findings as can_findings
+from armdrive.setup import prober
 from armdrive.setup.dialog_runner import DialogClock, carry_out
-from armdrive.setup.finding import PROTOCOLS, ask_bus, spared
+from armdrive.setup.prober import ask_bus, harmless_ids, protocols
 from armdrive.transports.can_health import BusHealth, frame_bits
 from firmware_protocol.canopen import (
     DEVICE_TYPE,
@@ -212,9 +212,9 @@ def test_what_is_read_of_canopen_can_command_no_mks_drive():
 def test_ids_that_mean_something_to_canopen_are_not_asked_as_mks_drives():
     ids = (1, 127, 128, 0x201, 0x601)
     there = [Answers("canopen", (1,), (1,))]
-    assert spared(ids, [], {}) == list(ids)
-    assert spared(ids, there, {}) == [1, 127]
-    assert spared(ids, [], {5: NodeState.OPERATIONAL}) == [1, 127]
+    assert harmless_ids(ids, [], {}) == list(ids)
+    assert harmless_ids(ids, there, {}) == [1, 127]
+    assert harmless_ids(ids, [], {5: NodeState.OPERATIONAL}) == [1, 127]
     assert cob_id(Service.SYNC) == 128
 
 
@@ -238,7 +238,7 @@ def test_an_arm_files_bus_is_asked_as_that_says_and_otherwise_where_nobody_answe
     ]
     answers = ask_bus(bus, DialogClock(), (1,), {}, "mks")
     assert [(each.protocol, each.there) for each in answers] == [("mks", ()), ("canopen", (1,))]
-    assert {row.dialect for row in PROTOCOLS.values()} == {"mks", "cia402"}
+    assert {row.dialect for row in protocols().values()} == {"mks", "cia402"}
 
 
 @pytest.mark.parametrize(
@@ -276,7 +276,7 @@ def test_listening_knows_the_masters_beat():
     frames = (Heartbeat(127, NodeState.OPERATIONAL).frame, Heartbeat(3, NodeState.STOPPED).frame)
     bus, scripts = NodesBus(), frame_scripts()
     bus._coming = [(0.05, pack(frame)) for frame in frames]
-    look = partial(listen, scripts.io, partial(finding.is_command, master=127), 0.1)
+    look = partial(listen, scripts.io, partial(prober.is_command, master=127), 0.1)
     heard = carry_out(scripts, look, bus, DialogClock())
     assert heard == Listened(frames, frames[:1])
 

@@ -15,7 +15,7 @@ from armdrive.registry import DIALECTS
 from armdrive.runtime.engine import excerpt
 from armdrive.setup import findings as after
 from armdrive.setup import ports as before
-from armdrive.setup.findings import settings_findings
+from armdrive.setup.findings import of_settings
 from armdrive.setup.prober import Examination
 from armdrive.tasks import DeviceSettings, Difference
 
@@ -69,7 +69,7 @@ def test_no_bytes_whatever_make_it_fail(heard):
 def test_every_simulated_arm_is_found_with_what_to_do_next(dialect, own_baud):
     device = made(dialect)
     found = SimPort(device).examine(device.board.baud if own_baud else None)
-    findings = after.findings(found, after.Expected())
+    findings = after.of_examination(found, after.Expected())
     assert not any_problem(findings)
     assert f"it speaks {dialect}" in findings[0].what
     next_steps = after.next_steps("/dev/ttyUSB0", found)
@@ -96,16 +96,16 @@ def test_the_version_of_a_grbl_board_is_asked_only_when_it_has_just_started():
 
 def test_a_board_that_restarts_is_a_note_with_what_spares_it_the_next_time():
     found = SimPort(Deaf((1.0, BANNER), baud=115200)).examine(115200)
-    plain = after.findings(found, after.Expected())[-1]
+    plain = after.of_examination(found, after.Expected())[-1]
     assert plain.grade is Grade.NOTE
     assert "keep_dtr_on_close = true" in plain.mend
-    spared = after.findings(found, after.Expected("grbl", None, spared_reset=True))[-1]
+    spared = after.of_examination(found, after.Expected("grbl", None, spared_reset=True))[-1]
     assert "the first opening after plugging in" in spared.what
 
 
 def test_a_greeting_over_a_network_is_not_taken_for_a_reset_of_dtr():
     found = Examination(Identity("grbl", "FluidNC v3", restarted=True), None)
-    assert "serial server" in after.findings(found, after.Expected())[-1].what
+    assert "serial server" in after.of_examination(found, after.Expected())[-1].what
     assert "raise_dtr = true" not in after.arm_file_lines("socket://arm:23", found)
 
 
@@ -117,16 +117,16 @@ def test_first_words_at_another_rate_are_a_restart_too():
 
 
 def only(device, baud: int | None = None, expected: after.Expected | None = None):
-    listed = after.findings(SimPort(device).examine(baud), expected or after.Expected())
+    listed = after.of_examination(SimPort(device).examine(baud), expected or after.Expected())
     assert [each.grade for each in listed] == [Grade.PROBLEM]
     assert listed[0].mend
     return listed[0]
 
 
 def test_silence_names_the_rates_that_were_tried():
-    assert "nobody answers at 9600 and 115200 baud" in only(Deaf()).what
+    assert "no device answers at 9600 and 115200 baud" in only(Deaf()).what
     alone = only(Deaf(), 2400, after.Expected("teachmover", 2400))
-    assert alone.what == "nobody answers at 2400 baud"
+    assert alone.what == "no device answers at 2400 baud"
 
 
 def test_an_echo_is_no_arm():
@@ -145,12 +145,12 @@ def test_bytes_that_nobody_can_read_hint_at_the_baud_rate():
 
 
 def test_a_line_that_status_answers_but_read_does_not_is_no_teachmover():
-    assert "no dialect that is known" in only(Deaf(answers=b"0\r"), 9600).what
+    assert "no dialect that armdrive knows" in only(Deaf(answers=b"0\r"), 9600).what
 
 
 def test_another_dialect_than_expected_is_a_problem():
     found = SimPort(Deaf(answers=b"version = 1.3\r\n")).examine(9600)
-    _, differs = after.findings(found, after.Expected("teachmover", 9600))
+    _, differs = after.of_examination(found, after.Expected("teachmover", 9600))
     assert differs.grade is Grade.PROBLEM
     assert "teachmover was expected, and armdroid answers" in differs.what
     assert 'dialect = "armdroid"' in differs.mend
@@ -165,10 +165,10 @@ def test_every_dialect_can_be_recommended():
 def test_settings_that_differ_are_findings_with_the_line_that_mends_them():
     must = Difference("step idle delay $1", "25", "255", "$1=255")
     may = Difference("max rate $110", "500", "600", "$110=600", must=False)
-    listed = settings_findings(DeviceSettings((must, may)))
+    listed = of_settings(DeviceSettings((must, may)))
     assert [each.grade for each in listed] == [Grade.PROBLEM, Grade.NOTE]
     assert [each.mend for each in listed] == ["$1=255", "$110=600"]
-    assert settings_findings(DeviceSettings(firmware="Grbl 1.1h"))[0].grade is Grade.OK
+    assert of_settings(DeviceSettings(firmware="Grbl 1.1h"))[0].grade is Grade.OK
 
 
 def test_an_adapter_that_holds_bytes_back_is_found(tmp_path):

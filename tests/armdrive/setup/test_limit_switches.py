@@ -16,15 +16,17 @@ from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.errors import ArmFileError, Refused, SettingsDiffer
 from armdrive.registry.arm_files import load_arm
 from armdrive.registry.simulate import simulate
+from armdrive.setup.dialog_runner import converse
 from armdrive.setup.limits import (
     SawSwitch,
     all_work,
+    check_switches,
     limit_remarks,
     make_ready,
     record,
     switches_of,
 )
-from armdrive.setup.switches import check_switches
+from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.sim.device import SwitchState
 from armdrive.status import State
 from armdrive.storage import files as places
@@ -44,9 +46,14 @@ hard_limits = true      # the board stops at its switches
 """
 
 
+def pressed(arm, switches):
+    """Have the simulated person press these switches."""
+    return converse(check_switches(arm, switches), SimulatedPerson(arm.twin, lambda _line: None))
+
+
 def seen_of(arm):
     make_ready(arm)
-    return check_switches(arm, switches_of(arm.config), None)
+    return pressed(arm, switches_of(arm.config))
 
 
 @pytest.mark.parametrize("firmware", ["mega5x", "grblhal"])
@@ -87,10 +94,10 @@ def test_a_switch_on_another_pin_and_one_without_a_wire_are_told():
     board = arm.twin.board
     press = board.set_switch
     board.set_switch = lambda axis, state: press({0: 1}.get(axis, axis), state)
-    assert check_switches(arm, (base,), None) == {"base": SawSwitch.NOTHING}
-    assert check_switches(arm, (base, shoulder), None)["base"] is SawSwitch.ANOTHER
+    assert pressed(arm, (base,)) == {"base": SawSwitch.NOTHING}
+    assert pressed(arm, (base, shoulder))["base"] is SawSwitch.ANOTHER
     board.set_switch = lambda axis, state: None
-    assert check_switches(arm, tuple(others), None) == dict.fromkeys(MOTORS[2:], SawSwitch.NOTHING)
+    assert pressed(arm, tuple(others)) == dict.fromkeys(MOTORS[2:], SawSwitch.NOTHING)
 
 
 def test_all_have_to_work_but_those_that_are_not_there():

@@ -118,7 +118,7 @@ def test_motors_of_a_preset_that_changed_places_are_a_matter_of_plugs(tmp_path):
 def test_a_motor_that_moved_nothing_is_named(tmp_path):
     signs, transmission = checked({"shoulder": SawMotion.NOT_AT_ALL})
     remarks = propose(arm_file(tmp_path), transmission, signs).remarks
-    assert remarks == ("not told: shoulder. Look at plugs and drivers, then check once more",)
+    assert remarks == ("unclear: shoulder. Check plugs and drivers, then check again",)
 
 
 def test_a_file_that_was_changed_meanwhile_is_left_alone(tmp_path):
@@ -126,7 +126,7 @@ def test_a_file_that_was_changed_meanwhile_is_left_alone(tmp_path):
     path = arm_file(tmp_path)
     proposal = propose(path, transmission, signs)
     path.write_text(PRESET + "# somebody's own\n", encoding="utf-8")
-    with pytest.raises(ArmFileError, match="changed meanwhile"):
+    with pytest.raises(ArmFileError, match="has changed in the meantime"):
         proposal.write()
     assert path.read_text(encoding="utf-8").endswith("# somebody's own\n")
 

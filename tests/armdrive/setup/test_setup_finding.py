@@ -11,11 +11,13 @@ from doctor_bench import SimPort, made
 from armdrive.dialects.bus import tools
 from armdrive.dialog.conversation import WrongAnswer
 from armdrive.errors import PortUnavailable
+from armdrive.registry.arm_files import arm_path
 from armdrive.setup import dialog_runner
 from armdrive.setup import prober as carrying
+from armdrive.setup.bus_survey import probe
 from armdrive.setup.filing import checked, file_of, write
-from armdrive.setup.finding import candidates, looked_at, probe
-from armdrive.setup.interview import Describing, path_of
+from armdrive.setup.interview import Describing
+from armdrive.setup.ports import closed_ports, look_at
 from armdrive.transports import can_link
 from firmware_protocol.canopen import DEVICE_TYPE
 
@@ -53,7 +55,7 @@ def test_a_port_is_recognised_and_its_arm_is_described_by_what_was_found(dialect
     config = checked(files, "lab")
     assert config.connection.port == "/dev/arm"
     assert config.connection.dialect == dialect
-    assert config.connection.baud == found.baud
+    assert config.connection.baud == found.more["baud"]
 
 
 def test_a_forced_simulation_opens_no_port(monkeypatch):
@@ -71,14 +73,14 @@ def test_ports_and_interfaces_are_listed_with_what_is_known_of_them(monkeypatch)
     monkeypatch.setattr(ports, "list_ports", lambda: ())
     buses = [CanPort("can:socketcan:can0", "PEAK adapter", "bring it up: ip link set can0 up")]
     monkeypatch.setattr(can_ports, "list_can_ports", lambda _ports: buses)
-    (only,) = candidates()
+    (only,) = closed_ports()
     assert only.port == "can:socketcan:can0"
     assert not only.openable
-    assert only.lines == ("PEAK adapter", "bring it up: ip link set can0 up")
+    assert only.lines == ("PEAK adapter", "note: bring it up: ip link set can0 up")
 
 
 def test_a_port_that_is_not_there_is_said_before_anything_is_opened():
-    known = looked_at("/dev/nothing-here")
+    known = look_at("/dev/nothing-here")
     assert not known.openable
     assert "/dev/nothing-here" in known.lines[0]
 
@@ -150,7 +152,7 @@ def test_the_file_of_an_arm_is_known_until_somebody_changes_it(tmp_path, monkeyp
     describing.type("lab")
     while describing.question is not None:
         describing.enter()
-    path = path_of("lab")
+    path = arm_path("lab")
     path.parent.mkdir(parents=True)
     write(describing.files(), path)
     config = load_arm(path)

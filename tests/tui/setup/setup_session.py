@@ -7,9 +7,11 @@ from desk_session import Session
 from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
+from armdrive.dialog.conversation import ok
 from armdrive.registry.simulate import simulate
 from armdrive.setup.directions import sight
-from armdrive.setup.finding import Candidate, Found
+from armdrive.setup.ports import ClosedPort
+from armdrive.setup.survey import Report
 from armdrive.storage import files as places
 from tui.setup import arm_file as setup_new
 
@@ -122,10 +124,14 @@ def found_at(monkeypatch, found):
             raise found
         return found
 
-    monkeypatch.setattr(setup_new, "candidates", lambda: (Candidate("/dev/arm", ("free",)),))
+    monkeypatch.setattr(setup_new, "closed_ports", lambda: (ClosedPort("/dev/arm", (ok("free"),)),))
     monkeypatch.setattr(setup_new, "probe", probe)
-    monkeypatch.setattr(setup_new, "looked_at", Candidate)
+    monkeypatch.setattr(setup_new, "look_at", ClosedPort)
     return opened
 
 
-ROBKO = Found("/dev/arm", ("it speaks robko01: Robko 01 at 115200 baud",), "robko01", 115200)
+ROBKO = Report(
+    "/dev/arm",
+    findings=[ok("it speaks robko01: Robko 01 at 115200 baud")],
+    more={"dialect": "robko01", "baud": 115200},
+)

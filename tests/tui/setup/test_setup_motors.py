@@ -29,7 +29,7 @@ async def test_the_motors_are_checked_and_the_file_is_corrected_after_its_differ
         await session.press("enter")
         assert isinstance(session.stage, Correction)
         assert "+elbow = -1" in session.words
-        assert "not told: shoulder" in session.words
+        assert "unclear: shoulder" in session.words
         assert path.read_text(encoding="utf-8") == FILE
         await session.enter_twice()
         assert "elbow = -1" in path.read_text(encoding="utf-8")

@@ -6,9 +6,10 @@ import pytest
 from desk_planner import settled
 from setup_session import FILE, ROBKO, SetupSession, found_at, written
 
+from armdrive.dialog.conversation import ok
 from armdrive.errors import PortUnavailable
 from armdrive.registry.arm_files import load_arm
-from armdrive.setup.finding import Found
+from armdrive.setup.survey import Report
 from armdrive.storage import files as places
 from tui.keys.keyboard import DEFAULT_KEYS
 from tui.keys.rows import SETUP_KEYS
@@ -116,7 +117,7 @@ async def test_a_port_that_cannot_be_opened_is_said_and_can_be_described_all_the
 
 
 async def test_another_port_is_typed_and_a_stop_is_never_typed(monkeypatch):
-    opened = found_at(monkeypatch, Found("/dev/ttyX", ("nobody answers",)))
+    opened = found_at(monkeypatch, Report("/dev/ttyX", findings=[ok("no device answers")]))
     async with SetupSession() as session:
         await session.choose("1 find")
         await session.press("down")
@@ -124,7 +125,7 @@ async def test_another_port_is_typed_and_a_stop_is_never_typed(monkeypatch):
         await session.press("backspace")
         await session.enter_twice()
         assert opened == ["/dev/ttyX"]
-        assert "nobody answers" in session.words
+        assert "no device answers" in session.words
         assert "asks again" in session.words
         await session.press("space")
         assert isinstance(session.stage, Steps)

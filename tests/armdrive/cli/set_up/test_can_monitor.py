@@ -153,7 +153,7 @@ def test_the_frames_of_a_held_arm_are_told_by_its_holder(call, bus):
         view = call("can", "monitor", bus.port, "--seconds", "0.1", code=0).out
         at_last(arm.enable, arm.reset, NoAnswer)
     assert "holds" in told
-    assert "this is what it sends and hears" in view
+    assert "these are its frames" in view
     assert "read encoder" in told
     views = lines.json_lines
     kinds = [each["kind"] for each in views]
@@ -205,7 +205,7 @@ def test_frames_of_another_protocol_are_said_to_be_perhaps_that(call, bus):
         ended.set()
         speaking.join()
         port.close()
-    assert "2 of 2 frames are none of MKS drives: try --protocol canopen" in wrong
+    assert "2 of 2 frames are not from MKS drives: try --protocol canopen" in wrong
     assert "node 5: heartbeat: operational" in right
     assert "try" not in right
 

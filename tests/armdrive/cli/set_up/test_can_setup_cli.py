@@ -14,9 +14,9 @@ from armdrive.dialog.conversation import About
 from armdrive.errors import StateFileError
 from armdrive.registry.simulate import simulate
 from armdrive.setup import plan as kept
-from armdrive.setup.commissioning import Practice
 from armdrive.setup.dialog_runner import DialogClock
 from armdrive.setup.plan import plan_of
+from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.storage import files as places
 
 PORT = "can:slcan:/dev/ttyACM7?bitrate=500000"
@@ -44,7 +44,8 @@ def drives(monkeypatch):
     monkeypatch.setattr(link, "close", lambda: None)
     monkeypatch.setattr("armdrive.transports.opening.open_link", lambda port, baud: link)
     monkeypatch.setattr("armdrive.setup.dialog_runner.RealClock", DialogClock)
-    person = Practice(twin, plan_of(config), print)
+    person = SimulatedPerson(twin, print)
+    person.unplug_all(len(plan_of(config).drives))
     answer = person.answer
 
     def told(asked):
@@ -80,14 +81,14 @@ def test_the_file_is_written_once_that_is_agreed_to_and_the_rest_goes_on_later(
     assert kept.read("bench", arm().calibration)["elbow"].done
     type_in(monkeypatch, "yes")
     called = call("can", "setup", "bench", "--port", PORT, code=1)
-    assert "nothing is to be done" in called.out
+    assert "its settings: nothing to do" in called.out
     table = tomllib.loads(path.read_text())
     assert table["connection"]["port"] == PORT
     assert "armdrive jog --arm bench" in called.out
     before = path.read_text()
     type_in(monkeypatch)
     called = call("can", "setup", "bench", code=1)  # the port is the file's now
-    assert "says all this already" in called.out
+    assert "contains all this already" in called.out
     assert path.read_text() == before
 
 
@@ -106,16 +107,16 @@ def test_a_file_that_is_there_is_taken_as_it_is_and_its_old_text_kept(call, driv
     assert table["motor_signs"] == {"shoulder": 1}  # it was written the wrong way round
     assert path.with_name("bench.toml.before").read_text() == old
     type_in(monkeypatch)
-    assert "says all this already" in call("can", "setup", "bench", code=1).out
+    assert "contains all this already" in call("can", "setup", "bench", code=1).out
 
 
 @pytest.mark.parametrize(
     ("words", "code", "sentence"),
     [
-        (("bench",), 3, "answer at a terminal, or give --sim"),
+        (("bench",), 3, "run this in a terminal, or give --sim"),
         (("bench", "--yes"), 3, "plug real drives in"),
         (("bench", "--sim", "--yes", "--port", PORT), 2, "--sim needs no --port"),
-        (("../x", "--sim", "--yes"), 2, "no name for a file"),
+        (("../x", "--sim", "--yes"), 2, "cannot name a file"),
     ],
 )
 def test_what_cannot_be_is_said(call, words, code, sentence):
@@ -148,7 +149,7 @@ def test_an_adapter_is_chosen_from_those_that_are_there(call, drives, monkeypatc
     called = call("can", "setup", "bench", code=1)
     lines = called.out.splitlines()
     assert "  can:gs_usb:0?bitrate=500000               the same on Windows and macOS" in lines
-    assert "write the adapter's line" in called.out
+    assert "write the adapter, such as" in called.out
     assert (
         tomllib.loads((places.arm_files() / "bench.toml").read_text())["connection"]["port"] == PORT
     )

@@ -170,7 +170,7 @@ def test_a_given_rate_is_the_only_one(call, port, lead_to):
 def test_nobody_there_has_a_code_of_its_own(call, port, lead_to):
     lead_to(Deaf())
     said = call("doctor", str(port), "--yes", code=6).out
-    assert "nobody answers" in said
+    assert "no device answers" in said
     assert "transmit and receive" in said
     assert "Next:" not in said
 

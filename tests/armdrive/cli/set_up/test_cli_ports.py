@@ -98,7 +98,7 @@ def test_arm_files_without_their_port_and_broken_ones_are_told(call, adapter):
     ]
     assert [each["arm"] for each in seen["unusable_arm_files"]] == ["broken"]
     said = call("ports", code=0).out
-    assert "bench: it names /dev/ttyNOWHERE, which is not there" in said
+    assert "bench: its port /dev/ttyNOWHERE is missing" in said
     assert "broken cannot be used" in said
 
 
@@ -142,5 +142,5 @@ def test_two_adapters_of_one_number_are_told_apart_by_the_name_or_not_at_all(
 
 def test_a_computer_without_ports_says_so(call, monkeypatch):
     monkeypatch.setattr(pyserial, "comports", list)
-    assert "no serial port is there" in call("ports", code=0).out
+    assert "there is no serial port" in call("ports", code=0).out
     assert call("ports", "--json", code=0).json["ports"] == []

@@ -66,13 +66,13 @@ def test_back_passes_over_what_was_given_beforehand(call, typing):
 def test_a_wrong_answer_is_named_and_asked_again(call, typing):
     typing("my arm!", "bench", "teachmover", *DEFAULTS[:3], "7", "", *DEFAULTS[4:], "", "yes")
     said = call("config", "new", code=0)
-    assert "is no name for a file" in said.out
-    assert "a number from 50 to 4e+06 is needed, not 7" in said.out
+    assert "cannot name a file" in said.out
+    assert "connection.baud must be from 50 to 4000000, not 7" in said.out
 
 
 def test_answers_that_end_too_early_leave_nothing_behind(call, typing):
     typing("bench", "teachmover")
-    assert "A title for people?" in call("config", "new", code=2).err
+    assert "A title?" in call("config", "new", code=2).err
     assert written() == []
 
 
@@ -171,4 +171,4 @@ def test_the_directions_of_a_file_are_looked_at_later(call):
     assert "every direction" in call("config", "signs", "bench", "--sim", "--yes", code=0).out
     found = call("config", "signs", "bench", "--sim", "--json", code=0).json
     assert found["reversed_motors"] == found["unclear"] == []
-    assert "somebody has to watch" in call.refused("config", "signs", "bench", "--yes", code=3)
+    assert "you have to watch" in call.refused("config", "signs", "bench", "--yes", code=3)

@@ -207,8 +207,8 @@ def test_nobody_and_a_wrong_bit_rate_are_told_apart_by_trying(call, served):
     wrong = served.port.replace("500000", "250000")
     said = call("doctor", wrong, "--ids", "1-2", "--every-rate", code=6).out
     assert "no node acknowledges a frame" in said
-    assert "nobody answers at 125 kbit/s" in said
-    assert "at 500 kbit/s there answer: 1, 2" in said
+    assert "no drive answers at 125 kbit/s" in said
+    assert "at 500 kbit/s these answer: 1, 2" in said
     served.tell("plug none")
     assert "took every frame" in call("doctor", served.port, "--ids", "1-2", code=6).out
 

@@ -1,0 +1,86 @@
+"""The person beside a simulated arm, who handles it and watches it as a user does a real one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from armdrive.dialog.conversation import About, AskPerson
+from armdrive.setup.directions import ArmMotion
+from armdrive.sim.device import DrivesOnBus, HasSwitches, SwitchState
+from armdrive.sim.simulated_arm import SimulatedArm
+
+
+class SimulatedPerson:
+    """Plugs drives in, presses switches, sees what moves, and answers.
+
+    With `ask` the user answers, and is told what there was to see.
+    """
+
+    def __init__(
+        self,
+        twin: SimulatedArm,
+        tell: Callable[[str], None],
+        ask: Callable[[AskPerson], Any] | None = None,
+    ) -> None:
+        self.tell = tell
+        self._ask = ask
+        self._twin = twin
+        self._motion = self._motion_since(None)
+
+    def unplug_all(self, drives: int) -> None:
+        """Pull the CAN cable of every drive."""
+        for motor in range(drives):
+            self._plug(motor, on=False)
+
+    def look(self, *, moved: bool) -> None:
+        """Look at the arm before it moves, and again when it has moved."""
+        self._motion = self._motion_since(self._motion if moved else None)
+
+    def answer(self, asked: AskPerson) -> Any:
+        """Do what a question asks for, then answer it or have the user answer it."""
+        done = self._done(asked)
+        seen = asked.by_eye(self._motion) if asked.by_eye is not None else ""
+        word = done or seen
+        if self._ask is None:
+            word = word or asked.question.default or "yes"
+            self.tell(f"{asked.question.words} {word}")
+            return asked.question.read(word)
+        if seen:
+            self.tell(f"  (seen on the simulated arm: {seen})")
+        if word:
+            asked = replace(asked, question=replace(asked.question, default=word))
+        return self._ask(asked)
+
+    def _done(self, asked: AskPerson) -> str:
+        """Do what the question asks for; return the answer if there is only one."""
+        match asked.about:
+            case About.CONNECT:
+                self._plug(asked.motor, on=True)
+            case About.PRESS:
+                return "pressed" if self._press(asked.motor, SwitchState.CLOSED) else "none"
+            case About.RELEASE:
+                self._press(asked.motor, SwitchState.FREE)
+                return "released"
+        return ""
+
+    def _plug(self, motor: int, *, on: bool) -> None:
+        board: Any = self._twin.board
+        if isinstance(board, DrivesOnBus):
+            board.drives().plug(motor, on)
+
+    def _press(self, motor: int, state: SwitchState) -> bool:
+        """Press or release a limit switch; return False if the simulated arm has none."""
+        board = self._twin.board
+        if not isinstance(board, HasSwitches):
+            return False
+        board.set_switch(motor, state)
+        return True
+
+    def _motion_since(self, start: ArmMotion | None) -> ArmMotion:
+        world = self._twin.world
+        now, opening_mm = world.joints, world.opening_mm
+        if start is None:
+            return ArmMotion(world.body.arm, now, now, opening_mm, opening_mm)
+        return replace(start, after=now, opened_to_mm=opening_mm)

@@ -1,0 +1,87 @@
+"""Write the list of an arm file's keys from its schema: `python docs/arm_file_keys.py`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import MISSING, Field, fields
+from pathlib import Path
+from typing import Any
+
+from armdrive.config.guards import NUMBERS
+from armdrive.config.sections import (
+    Connection,
+    FingerModel,
+    FrameSettings,
+    GripperSettings,
+    MotionSettings,
+    YawedPostureSettings,
+)
+from armdrive.registry import DIALECTS
+from armdrive.text.toml import Rule, rule_of, value
+
+PAGE = Path(__file__).parent / "arm-file-keys.md"
+
+HEAD = """# The keys of an arm file
+
+Made from the schema by `python docs/arm_file_keys.py`. [arm-file.md](arm-file.md) shows a whole
+file and explains the tables by joint and by motor; this page lists every key of the other sections.
+A key that is left out has its default. `armdrive config show NAME --toml` prints all of them with
+their present values, and `armdrive config check NAME` says everything that is wrong.
+"""
+
+SECTIONS: tuple[tuple[str, type[Any]], ...] = (
+    ("connection", Connection),
+    ("motion", MotionSettings),
+    ("gripper", GripperSettings),
+    ("fingers", FingerModel),
+    ("reference", YawedPostureSettings),
+    ("park", YawedPostureSettings),
+    ("frames.NAME", FrameSettings),
+)
+"""The sections that every arm may have, in the order of the file."""
+
+
+def page() -> str:
+    """Return the whole page."""
+    return "\n".join([HEAD, *_sections()]).rstrip() + "\n"
+
+
+def _sections() -> Iterator[str]:
+    for name, kind in SECTIONS:
+        yield from _table(f"`[{name}]`", map(_row, fields(kind)))
+    guards = ((key, "", rule) for key, rule in NUMBERS.items())
+    yield from _table("`[guards]`: the keys that are a number", guards)
+    for row in DIALECTS.values():
+        yield from _table(f"`[{row.name}]`: {row.title}", map(_row, fields(row.settings())))
+
+
+def _row(key: Field[Any]) -> tuple[str, str, Rule]:
+    if key.default is MISSING:
+        return key.name, "(needed)", rule_of(key)
+    return key.name, "" if key.default is None else f"`{value(key.default)}`", rule_of(key)
+
+
+def _table(title: str, rows: Iterable[tuple[str, str, Rule]]) -> Iterator[str]:
+    yield f"## {title}\n"
+    yield "| key | default | allowed | meaning |"
+    yield "|---|---|---|---|"
+    for key, default, rule in rows:
+        yield f"| `{key}` | {default} | {_allowed(rule)} | {rule.help} |"
+    yield ""
+
+
+def _allowed(rule: Rule) -> str:
+    if rule.words:
+        return ", ".join(rule.words)
+    if math.isfinite(rule.low) and math.isfinite(rule.high):
+        return f"{_number(rule.low)} to {_number(rule.high)}"
+    return ""
+
+
+def _number(bound: float) -> str:
+    return f"{bound:.12g}"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
