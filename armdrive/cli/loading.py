@@ -117,6 +117,10 @@ def _set_up(module: str) -> ModuleType:
             from armdrive.cli.set_up import can_monitor, can_setup
 
             return {"can_monitor": can_monitor, "can_setup": can_setup}[module]
+        case "completion":
+            from armdrive.cli.set_up import completion
+
+            return completion
         case "config":
             from armdrive.cli.set_up import config
 

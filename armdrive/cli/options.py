@@ -5,11 +5,13 @@ from __future__ import annotations
 import argparse
 import inspect
 import math
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NoReturn
 
 from armdrive.errors import BadRequest
+from kinematics.errors import nearest_word
 
 Command = Callable[[argparse.Namespace], int]
 """Carries a command out, and returns the exit code."""
@@ -49,7 +51,7 @@ class Action:
 
 def add_actions(parser: argparse.ArgumentParser, actions: Mapping[str, Action]) -> None:
     """Add the actions of a command, one of which has to be named."""
-    listed = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
+    listed = parser.add_subparsers(dest="action", required=True, metavar="ACTION", prog=parser.prog)
     for name, row in actions.items():
         words = help_of(row.summary, Arguments(row.declare, row.epilog))
         action = listed.add_parser(name, help=row.summary, **words)
@@ -57,11 +59,54 @@ def add_actions(parser: argparse.ArgumentParser, actions: Mapping[str, Action]) 
         action.set_defaults(function=row.function)
 
 
+class HelpFormatter(argparse.RawDescriptionHelpFormatter):
+    """Prints a usage line of one line: names of options stand below it, with what they mean."""
+
+    def add_usage(
+        self,
+        usage: str | None,
+        actions: Iterable[argparse.Action],
+        groups: Iterable[argparse._MutuallyExclusiveGroup],  # noqa: ARG002
+        prefix: str | None = None,
+    ) -> None:
+        """Show what has to be typed, and that there are options."""
+        needed = [each for each in actions if each.required or not each.option_strings]
+        others = argparse.Action(["OPTIONS"], "options", nargs=0)
+        super().add_usage(usage, [*needed, others], (), prefix)
+
+
+class CommandParser(argparse.ArgumentParser):
+    """An argument parser whose errors are exceptions, which the runner prints as any other."""
+
+    def error(self, message: str) -> NoReturn:
+        """Raise `BadRequest` with what is wrong and where to find help."""
+        words = message.removeprefix("argument ")
+        if found := _UNKNOWN.fullmatch(words):
+            word = found[1].partition("=")[0]
+            words = f"there is no option {word}" if word[0] == "-" else f"{word!r} is one too many"
+            words += _nearest(word, self._option_string_actions)
+        elif found := _CHOICE.fullmatch(words):
+            known = [word.strip("'") for word in found[3].split(", ")]
+            words = f"{found[1]}: {found[2]!r} is none of {', '.join(known)}"
+            words += _nearest(found[2], known)
+        raise BadRequest(f"{words}; see `{self.prog} --help`")
+
+
+def _nearest(word: str, known: Iterable[str]) -> str:
+    near = nearest_word(word, known)
+    return f" (did you mean {near}?)" if near else ""
+
+
+_UNKNOWN = re.compile(r"unrecognized arguments: (\S+).*", re.DOTALL)
+_CHOICE = re.compile(r"(.+): invalid choice: '?(.+?)'? \(choose from (.+)\)", re.DOTALL)
+"""Complaints of argparse that are put into other words here, with the nearest word known."""
+
+
 def help_of(summary: str, arguments: Arguments) -> Any:
     """Return what an argument parser has to know to print the help of a command or an action."""
     return {
         "description": summary[0].upper() + summary[1:] + ".",
-        "formatter_class": argparse.RawDescriptionHelpFormatter,
+        "formatter_class": HelpFormatter,
         "epilog": arguments.help_end,
     }
 
@@ -76,9 +121,12 @@ _MOST_DIGITS = 18
 """Whole numbers have 64 bits wherever they go: into a file, a socket or a system call."""
 
 
+JSON_OPTION = "--json"
+
+
 def add_json_option(parser: argparse.ArgumentParser) -> None:
     """Add `--json`."""
-    parser.add_argument("--json", action="store_true", help="print JSON")
+    parser.add_argument(JSON_OPTION, action="store_true", help="print JSON")
 
 
 def typed_number(text: str) -> float:

@@ -6,23 +6,22 @@ import argparse
 import contextlib
 import json
 import os
-import re
-import shlex
 import signal
 import sys
 import threading
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
-from types import FrameType
+from types import FrameType, MappingProxyType
 from typing import NoReturn
 
 from armdrive.cli.loading import load
-from armdrive.cli.options import Arguments, help_of
-from armdrive.cli.presenter import Outcome, as_json, complain, present, put_error
-from armdrive.errors import ArmError
+from armdrive.cli.options import JSON_OPTION, Arguments, CommandParser, help_of
+from armdrive.cli.presenter import ERROR_LABEL, Outcome, as_json, complain, present
+from armdrive.cli.remedies import with_arm
+from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.printable import as_message
-from armdrive.errors.table import error_view, named, tagged
+from armdrive.errors.table import error_view, tagged
 from kinematics.errors import BadNumber, KinematicsError, UnknownPreset, UnknownSystem, nearest_word
 
 REFUSED = 3
@@ -41,17 +40,6 @@ class CommandEnded(BaseException):
         super().__init__(f"ended by {name}; an arm that moved was stopped")
 
 
-class CommandParser(argparse.ArgumentParser):
-    """An argument parser whose errors print nothing that a terminal would act on.
-
-    They quote what was typed.
-    """
-
-    def exit(self, status: int = 0, message: str | None = None) -> NoReturn:
-        """End the program as `ArgumentParser` does, with a printable message."""
-        super().exit(status, None if message is None else as_message(message))
-
-
 def run_command(name: str, summary: str, function: str, words: list[str]) -> int:
     """Parse the words of a command, load and run it, and return its exit code.
 
@@ -59,13 +47,11 @@ def run_command(name: str, summary: str, function: str, words: list[str]) -> int
     do not wait for it. An action of a command has a function of its own.
     """
     _fill_closed_streams()
-    group = function.partition(".")[0]
-    arguments: Arguments = load(f"{group}.arguments:ARGUMENTS")[name]
-    parser = CommandParser(prog=f"armdrive {name}", **help_of(summary, arguments))
-    options = argparse.Namespace(function=function)
+    options = argparse.Namespace(function=function, json=JSON_OPTION in words)
     try:
-        arguments.declare(parser)
-        parser.parse_args(words, options)
+        if instead := INSTEAD.get(" ".join((name, *words[:1]))):
+            raise BadRequest(_type_instead(f"{name} {words[0]}", instead))
+        command_parser(name, summary, function).parse_args(words, options)
         command: Callable[[argparse.Namespace], Outcome] = load(options.function)
         with _signals(), _threads_told():
             return present(command(options), options)
@@ -92,13 +78,51 @@ def run_command(name: str, summary: str, function: str, words: list[str]) -> int
         return _say(options, _unexpected(error), FAULT)
 
 
-def refuse(word: str, known: Collection[str]) -> int:
-    """Say that there is no such command, and which one may be meant; return the exit code."""
-    code = named("BadRequest").code
-    near = nearest_word(word, known)
-    hint = f"did you mean `armdrive {near}`?" if near else "`armdrive --help` lists them all"
-    put_error(as_message(f"armdrive: [{code}] there is no command {word!r}; {hint}\n"))
-    return USAGE
+def command_parser(name: str, summary: str, function: str) -> CommandParser:
+    """Return what reads the words of a command and prints its help."""
+    group = function.partition(".")[0]
+    arguments: Arguments = load(f"{group}.arguments:ARGUMENTS")[name]
+    parser = CommandParser(prog=f"armdrive {name}", **help_of(summary, arguments))
+    arguments.declare(parser)
+    return parser
+
+
+INSTEAD: Mapping[str, str] = MappingProxyType(
+    {
+        "close": "armdrive move --gripper 0",
+        "desk": "armdrive jog",
+        "estop": "armdrive stop",
+        "go": "armdrive points go NAME",
+        "goto": "armdrive points go NAME",
+        "gripper": "armdrive move --gripper MM",
+        "halt": "armdrive stop",
+        "open": "armdrive move --gripper MM",
+        "origin": "armdrive home",
+        "park": "armdrive move --park",
+        "play": "armdrive run PROGRAM",
+        "ready": "armdrive move --park",
+        "reference": "armdrive home",
+        "simulate": "armdrive sim DIALECT",
+        "teach record": "armdrive teach follow SEQUENCE",
+        "zero": "armdrive home",
+    }
+)
+"""Words that people try, and what to type instead: each thing has one name here."""
+
+
+def refuse(words: list[str], known: Collection[str]) -> int:
+    """Say that there is no such command, and what to type instead; return the exit code."""
+    _fill_closed_streams()
+    word = words[0]
+    instead = INSTEAD.get(word)
+    near = None if instead else nearest_word(word, known)
+    hint = f"did you mean `armdrive {near}`?" if near else "`armdrive --help` lists all commands"
+    sentence = _type_instead(word, instead) if instead else f"there is no command {word!r}: {hint}"
+    return _say(argparse.Namespace(json=JSON_OPTION in words), BadRequest(sentence), USAGE)
+
+
+def _type_instead(word: str, instead: str) -> str:
+    return f"there is no command {word!r}: type `{instead}`"
 
 
 def _fill_closed_streams() -> None:
@@ -128,7 +152,7 @@ def _say(options: argparse.Namespace, error: BaseException, code: int) -> int:
         complain(json.dumps(error_view(error)))
     else:
         sentence = as_message(with_arm(presented(tagged(error), COMMAND_LINE), options))
-        complain(f"armdrive: {sentence}")
+        complain(f"{ERROR_LABEL} {sentence}")
     return code
 
 
@@ -176,7 +200,7 @@ def _threads_told() -> Iterator[None]:
 def _tell_of_thread(found: threading.ExceptHookArgs) -> None:
     if found.exc_value is not None and not isinstance(found.exc_value, SystemExit):
         with contextlib.suppress(OSError, ValueError):  # the error output is closed
-            complain(f"armdrive: {tagged(_unexpected(found.exc_value))}")
+            complain(f"{ERROR_LABEL} {tagged(_unexpected(found.exc_value))}")
 
 
 def _unexpected(error: BaseException) -> Exception:
@@ -184,41 +208,3 @@ def _unexpected(error: BaseException) -> Exception:
     from armdrive.cli.unexpected import Unexpected  # slow to import, and hardly ever needed
 
     return Unexpected(error)
-
-
-# Remedies name a command. Where this command named its arm, the next one has to name it as well.
-
-_OF_AN_ARM = ("disable", "enable", "home", "jog", "move", "reset", "status", "verify")
-"""The commands that remedies tell to run, and that act on the arm that their options name."""
-
-_MENDING = "`armdrive doctor --mend`"
-"""Needs the arm file: it says what is expected."""
-
-_COMMAND = rf"`armdrive ((?:{'|'.join(_OF_AN_ARM)})(?: --[a-z-]+)*)`"
-
-
-def with_arm(sentence: str, options: argparse.Namespace) -> str:
-    """Return a sentence whose commands name the arm as the options of this one did."""
-    words = _named(options)
-    if not words:
-        return sentence
-    if getattr(options, "arm", None):
-        mending = f"`armdrive doctor --arm {shlex.quote(str(options.arm))} --mend`"
-        sentence = sentence.replace(_MENDING, mending)
-    return re.sub(_COMMAND, lambda found: f"`armdrive {_insert(found[1], words)}`", sentence)
-
-
-def _insert(command: str, words: str) -> str:
-    if "--arm" in command:
-        return command
-    name, _, rest = command.partition(" ")
-    return " ".join(filter(None, (name, words, rest)))
-
-
-def _named(options: argparse.Namespace) -> str:
-    given = [
-        (f"--{name}", str(value))
-        for name in ("arm", "sim", "port", "dialect")
-        if (value := getattr(options, name, None))
-    ]
-    return shlex.join(word for pair in given for word in pair)

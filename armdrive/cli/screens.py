@@ -5,13 +5,8 @@ from __future__ import annotations
 import os
 import sys
 
-from armdrive.cli.presenter import put
+from armdrive.cli.presenter import WITHOUT_SCREEN, put
 from armdrive.errors import BadRequest
-
-WITHOUT_SCREEN = ("dumb", "unknown")
-"""What `TERM` says of terminals that only print line after line: the framework draws nothing there,
-and a desk that nobody sees would hold an arm.
-"""
 
 
 def require_screen(what: str, otherwise: str) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 import armdrive
 import tui
-from armdrive.cli import COMMANDS
+from armdrive.cli.commands import COMMANDS
 from armdrive.cli.program.shell_words import OWN_WORDS
 from armdrive.errors import ArmError, WrongState
 from armdrive.errors.actions import ACTIONS, COMMAND_LINE, PHRASES, SHELL, desk_words, presented

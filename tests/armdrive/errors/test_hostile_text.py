@@ -12,7 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import armdrive
-from armdrive.cli import COMMANDS, chosen_arm
+from armdrive.cli import chosen_arm
+from armdrive.cli.commands import COMMANDS
 from armdrive.cli.set_up import ports as ports_command
 from armdrive.errors import ArmError, BadRequest, DeviceFault, UnknownPoint
 from armdrive.errors.printable import (
