@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 
-from armdrive.cli.commands import COMMANDS, EXIT_CODES, EXIT_CODES_TOPIC, GROUPS, ROWS
+from armdrive.cli.commands import EXIT_CODES, EXIT_CODES_TOPIC, GROUPS, INSTEAD, ROWS
 
 TYPE_CHECKING = False  # as typing's, which is slow to import
 if TYPE_CHECKING:
@@ -35,8 +35,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 0
     from armdrive.cli.runner import refuse, run_command
 
-    if word not in ROWS:
-        return refuse(words, COMMANDS)
+    if word not in ROWS or " ".join(words[:2]) in INSTEAD:
+        return refuse(words)
     function, _, summary = ROWS[word]
     return run_command(word, summary, function, words[1:])
 

@@ -109,8 +109,7 @@ GROUPS: Mapping[str, Mapping[str, tuple[str, str, str]]] = MappingProxyType(
             "ports": (
                 "set_up.ports:ports",
                 "list the serial ports",
-                "list the serial ports, the programs that have them open and the arm files that "
-                "name them",
+                "list the serial ports, which program has each open, and which arm file names it",
             ),
             "can": (
                 "set_up",
@@ -199,6 +198,28 @@ COMMANDS: Mapping[str, str] = MappingProxyType(
     {name: summary for name, (_, _, summary) in ROWS.items()}
 )
 """Every command with the sentence that begins its help."""
+
+INSTEAD: Mapping[str, str] = MappingProxyType(
+    {
+        "close": "armdrive move --gripper 0",
+        "desk": "armdrive jog",
+        "estop": "armdrive stop",
+        "go": "armdrive points go NAME",
+        "goto": "armdrive points go NAME",
+        "gripper": "armdrive move --gripper MM",
+        "halt": "armdrive stop",
+        "open": "armdrive move --gripper MM",
+        "origin": "armdrive home",
+        "park": "armdrive move --park",
+        "play": "armdrive run PROGRAM",
+        "ready": "armdrive move --park",
+        "reference": "armdrive home",
+        "simulate": "armdrive sim DIALECT",
+        "teach record": "armdrive teach follow SEQUENCE",
+        "zero": "armdrive home",
+    }
+)
+"""Words that people try, and what to type instead: each thing has one name here."""
 
 EXIT_CODES_TOPIC = "exit-codes"
 """`armdrive help exit-codes` prints the table below."""

@@ -92,7 +92,7 @@ def tell(options: argparse.Namespace, text: str) -> None:
 
 
 def as_json(options: argparse.Namespace) -> bool:
-    """Return whether the options ask for JSON: then no command asks questions or reports progress."""
+    """Return whether the options ask for JSON, so that no questions are asked."""
     return bool(getattr(options, "json", False))
 
 

@@ -9,11 +9,12 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from types import FrameType, MappingProxyType
+from types import FrameType
 from typing import NoReturn
 
+from armdrive.cli.commands import COMMANDS, INSTEAD
 from armdrive.cli.loading import load
 from armdrive.cli.options import JSON_OPTION, Arguments, CommandParser, help_of
 from armdrive.cli.presenter import ERROR_LABEL, Outcome, as_json, complain, present
@@ -49,8 +50,6 @@ def run_command(name: str, summary: str, function: str, words: list[str]) -> int
     _fill_closed_streams()
     options = argparse.Namespace(function=function, json=JSON_OPTION in words)
     try:
-        if instead := INSTEAD.get(" ".join((name, *words[:1]))):
-            raise BadRequest(_type_instead(f"{name} {words[0]}", instead))
         command_parser(name, summary, function).parse_args(words, options)
         command: Callable[[argparse.Namespace], Outcome] = load(options.function)
         with _signals(), _threads_told():
@@ -87,42 +86,18 @@ def command_parser(name: str, summary: str, function: str) -> CommandParser:
     return parser
 
 
-INSTEAD: Mapping[str, str] = MappingProxyType(
-    {
-        "close": "armdrive move --gripper 0",
-        "desk": "armdrive jog",
-        "estop": "armdrive stop",
-        "go": "armdrive points go NAME",
-        "goto": "armdrive points go NAME",
-        "gripper": "armdrive move --gripper MM",
-        "halt": "armdrive stop",
-        "open": "armdrive move --gripper MM",
-        "origin": "armdrive home",
-        "park": "armdrive move --park",
-        "play": "armdrive run PROGRAM",
-        "ready": "armdrive move --park",
-        "reference": "armdrive home",
-        "simulate": "armdrive sim DIALECT",
-        "teach record": "armdrive teach follow SEQUENCE",
-        "zero": "armdrive home",
-    }
-)
-"""Words that people try, and what to type instead: each thing has one name here."""
-
-
-def refuse(words: list[str], known: Collection[str]) -> int:
+def refuse(words: list[str]) -> int:
     """Say that there is no such command, and what to type instead; return the exit code."""
     _fill_closed_streams()
-    word = words[0]
-    instead = INSTEAD.get(word)
-    near = None if instead else nearest_word(word, known)
-    hint = f"did you mean `armdrive {near}`?" if near else "`armdrive --help` lists all commands"
-    sentence = _type_instead(word, instead) if instead else f"there is no command {word!r}: {hint}"
-    return _say(argparse.Namespace(json=JSON_OPTION in words), BadRequest(sentence), USAGE)
-
-
-def _type_instead(word: str, instead: str) -> str:
-    return f"there is no command {word!r}: type `{instead}`"
+    word = next((each for each in (" ".join(words[:2]), words[0]) if each in INSTEAD), words[0])
+    if word in INSTEAD:
+        hint = f"type `{INSTEAD[word]}`"
+    elif near := nearest_word(word, COMMANDS):
+        hint = f"did you mean `armdrive {near}`?"
+    else:
+        hint = "`armdrive --help` lists all commands"
+    options = argparse.Namespace(json=JSON_OPTION in words)
+    return _say(options, BadRequest(f"there is no command {word!r}: {hint}"), USAGE)
 
 
 def _fill_closed_streams() -> None:

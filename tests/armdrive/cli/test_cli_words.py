@@ -9,11 +9,10 @@ import sys
 
 import pytest
 
-from armdrive.cli.commands import COMMANDS, EXIT_CODES, GROUPS, ROWS
+from armdrive.cli.commands import COMMANDS, EXIT_CODES, GROUPS, INSTEAD, ROWS
 from armdrive.cli.drive import arguments as drive_arguments
 from armdrive.cli.loading import load
 from armdrive.cli.program import arguments as program_arguments
-from armdrive.cli.runner import INSTEAD
 from armdrive.cli.set_up import arguments as set_up_arguments
 from armdrive.errors import ArmError
 
@@ -43,7 +42,7 @@ def test_the_help_shows_every_command_in_its_group_on_one_screen(call, words):
     assert len(lines) <= 24
     assert max(map(len, lines)) < 80
     table = lines[2 : lines.index("", 2)]
-    rows = {name: [] for name in GROUPS}
+    rows, group = {name: [] for name in GROUPS}, ""
     for line in table:
         group = line[:8].strip() or group
         rows[group] += [line[8:], *([line[8 + 36 :]] if line[8 + 36 :].strip() else [])]
