@@ -1,4 +1,4 @@
-"""Options and numbers that any command may have. A wrong number is named, never a traceback."""
+"""Parsers of commands and actions, their help, and the kinds of values that options take."""
 
 from __future__ import annotations
 
@@ -11,19 +11,20 @@ from dataclasses import dataclass
 from typing import Any, NoReturn
 
 from armdrive.errors import BadRequest
+from armdrive.text.speed import parse_speed
 from kinematics.errors import nearest_word
 
 Command = Callable[[argparse.Namespace], int]
-"""Carries a command out, and returns the exit code."""
+"""Runs a command, and returns the exit code."""
 Declare = Callable[[argparse.ArgumentParser], None]
 """Declares the options of a command."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Arguments:
-    """What may be typed after a command, and the text that ends its help.
+    """The options of a command, and the text that ends its help: notes and examples.
 
-    Where none is given, that is what the declaring function's docstring says after its first line.
+    By default the text is the docstring of `declare`, without its first line.
     """
 
     declare: Declare
@@ -39,8 +40,7 @@ class Arguments:
 class Action:
     """An action of a command, as `list` of `points`: its line of help, its function, its options.
 
-    The function is written `drive.points:show`: loading.py loads its module to carry the action
-    out.
+    The function is written `drive.points:show`; loading.py loads its module when the action runs.
     """
 
     summary: str
@@ -50,7 +50,7 @@ class Action:
 
 
 def add_actions(parser: argparse.ArgumentParser, actions: Mapping[str, Action]) -> None:
-    """Add the actions of a command, one of which has to be named."""
+    """Add the actions of a command; the caller has to name one of them."""
     listed = parser.add_subparsers(dest="action", required=True, metavar="ACTION", prog=parser.prog)
     for name, row in actions.items():
         words = help_of(row.summary, Arguments(row.declare, row.epilog))
@@ -89,6 +89,9 @@ class CommandParser(argparse.ArgumentParser):
             known = [word.strip("'") for word in found[3].split(", ")]
             words = f"{found[1]}: {found[2]!r} is none of {', '.join(known)}"
             words += _nearest(found[2], known)
+        elif (option := self._option_string_actions.get(words.partition(":")[0])) is not None:
+            form = option.metavar if isinstance(option.metavar, str) else ""
+            words = words.replace(":", f" {form}:" if form else ":", 1)
         raise BadRequest(f"{words}; see `{self.prog} --help`")
 
 
@@ -103,7 +106,7 @@ _CHOICE = re.compile(r"(.+): invalid choice: '?(.+?)'? \(choose from (.+)\)", re
 
 
 def help_of(summary: str, arguments: Arguments) -> Any:
-    """Return what an argument parser has to know to print the help of a command or an action."""
+    """Return the arguments of a parser that make the help of a command or an action."""
     return {
         "description": summary[0].upper() + summary[1:] + ".",
         "formatter_class": HelpFormatter,
@@ -167,8 +170,11 @@ def count(text: str) -> int:
 
 
 def fraction(text: str) -> float:
-    """Return a number above 0 and up to 1."""
-    value = number(text)
-    if not 0.0 < value <= 1.0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not above 0 and up to 1")
-    return value
+    """Return a speed as a fraction of the limits, for argparse's `type=`."""
+    try:
+        return parse_speed(text)
+    except BadRequest as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+SPEED_HELP = "a fraction of the limits: 0.5 or 50%%"

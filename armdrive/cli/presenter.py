@@ -100,7 +100,7 @@ def say(line: Line) -> None:
     """Print one line, in the words of the command line."""
     coloured = has_colour(sys.stdout)
     parts = (line,) if isinstance(line, str) else line
-    _send(sys.stdout, "".join(_shown(part, coloured=coloured) for part in parts) + "\n")
+    _send("".join(_shown(part, coloured=coloured) for part in parts) + "\n", sys.stdout)
 
 
 def say_lines(text: str) -> None:
@@ -124,7 +124,7 @@ def put(text: str, *, control: str = "", output: TextIO | None = None) -> None:
     `control` is written before it and is not escaped: sequences of our own that move the cursor.
     """
     stream = sys.stdout if output is None else output
-    _send(stream, control + _printable(text, stream))
+    _send(control + _printable(text, stream), stream)
 
 
 def draw_over(lines: Sequence[str], *, control: str, line_end: str) -> None:
@@ -133,7 +133,7 @@ def draw_over(lines: Sequence[str], *, control: str, line_end: str) -> None:
     `control` and `line_end` are sequences of our own, and are written as they are.
     """
     shown = (_printable(printable(line), sys.stdout) for line in lines)
-    _send(sys.stdout, control + "".join(f"{line}{line_end}" for line in shown))
+    _send(control + "".join(f"{line}{line_end}" for line in shown), sys.stdout)
 
 
 ERROR_LABEL = "armdrive:"
@@ -153,7 +153,7 @@ def _printable(text: str, output: TextIO) -> str:
     return encodable(printable_lines(text), getattr(output, "encoding", None))
 
 
-def _send(output: TextIO, text: str) -> None:
+def _send(text: str, output: TextIO) -> None:
     output.write(text)
     output.flush()
 

@@ -77,8 +77,9 @@ def resume(options: argparse.Namespace) -> Result:
 
 def slow(options: argparse.Namespace) -> Result:
     """Ask the holders to go slower."""
-    done = f"go with {options.percent:g} % of the speed"
-    return _ask_all(options, "slow", done, "slowed", percent=options.percent)
+    percent = options.speed * 100.0
+    done = f"go at {percent:g}% of its speed"
+    return _ask_all(options, "slow", done, "slowed", percent=percent)
 
 
 def record(options: argparse.Namespace) -> list[Result]:

@@ -60,7 +60,7 @@ def _demo(parser: argparse.ArgumentParser) -> None:
 _RUN_EPILOG = """\
 A program file is rehearsed on the arm's simulated twin before its first motion. What was
 interrupted is taken up again with --resume. From another terminal `armdrive pause`, `resume`,
-`slow 20`, `stop`, `status` and `watch` work as ever; Ctrl-C stops the arm, a second one leaves at
+`slow 20%`, `stop`, `status` and `watch` work as ever; Ctrl-C stops the arm, a second one leaves at
 once. docs/running.md tells more.
 
 Examples:

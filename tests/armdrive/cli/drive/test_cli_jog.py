@@ -131,7 +131,7 @@ def test_nothing_is_watched_where_the_framework_would_draw_nothing(call, desk, m
     monkeypatch.setenv("TERM", "dumb")
     with connect_remembered(find("sim:teachmover").config):
         said = call("watch", "--screen", "--sim", "teachmover", code=2).err
-    assert "without --screen it is JSON" in said
+    assert "leave out --screen for lines of text" in said
 
 
 def test_the_keys_are_listed_without_opening_anything(call, desk):

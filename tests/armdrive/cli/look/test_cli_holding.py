@@ -71,15 +71,17 @@ def test_a_motion_is_paused_slowed_and_resumed_from_outside(call, held):
     assert f"asked {ARM} to pause" in call("pause", code=0).out
     assert call("pause", "--json", code=0).json == {"paused": 1, "failures": []}
     assert call("status", "--json", code=0).json["paused"] is True
-    assert call("slow", "50", "--json", code=0).json == {"slowed": 1, "failures": []}
+    assert call("slow", "50%", "--json", code=0).json == {"slowed": 1, "failures": []}
     assert held.speed_override == 0.5
-    assert "asked" in call("slow", "100", "--sim", "teachmover", code=0).out
+    assert "asked" in call("slow", "1", "--sim", "teachmover", code=0).out
     assert call("resume", "--json", code=0).json == {"resumed": 1, "failures": []}
     handle.wait(FOREVER_S)
     assert held.joints.deg["base"] == pytest.approx(60, abs=0.1)
 
 
-@pytest.mark.parametrize("words", [("slow", "0"), ("slow", "101"), ("slow", "fast"), ("slow",)])
+@pytest.mark.parametrize(
+    "words", [("slow", "0"), ("slow", "20"), ("slow", "0.5%"), ("slow", "fast"), ("slow",)]
+)
 def test_a_speed_that_is_none_is_refused(call, held, words):
     call(*words, code=2)
     assert held.speed_override == 1.0
