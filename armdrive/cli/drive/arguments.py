@@ -369,12 +369,12 @@ def _pendant(parser: argparse.ArgumentParser) -> None:
     Nothing moves. The file is text, which you can read, compare and edit.
 
     Examples:
+      armdrive pendant make stack stack.pendant          write a taught sequence to a file
+      armdrive pendant write stack.pendant               copy the file to the arm
       armdrive pendant show                              print the program in the arm
-      armdrive pendant read monday.pendant               copy it to a file
-      armdrive pendant write monday.pendant              copy it back
-      armdrive pendant write monday.pendant --shift      after the arm was homed again
-      armdrive pendant points monday.pendant stack       as points and a sequence `stack`
-      armdrive pendant make stack stack.pendant          a sequence as a file for the pendant
+      armdrive pendant read monday.pendant               copy the program to a file
+      armdrive pendant write monday.pendant --shift      and back, after the arm was homed again
+      armdrive pendant points monday.pendant tower       as points and a sequence `tower`
 
     Every action prints JSON with --json.
 
