@@ -81,11 +81,11 @@ class CommandParser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Raise `BadRequest` with what is wrong and where to find help."""
         words = message.removeprefix("argument ")
-        if found := _UNKNOWN.fullmatch(words):
+        if found := re.fullmatch(_UNKNOWN, words):
             word = found[1].partition("=")[0]
             words = f"there is no option {word}" if word[0] == "-" else f"{word!r} is one too many"
             words += _nearest(word, self._option_string_actions)
-        elif found := _CHOICE.fullmatch(words):
+        elif found := re.fullmatch(_CHOICE, words):
             known = [word.strip("'") for word in found[3].split(", ")]
             words = f"{found[1]}: {found[2]!r} is none of {', '.join(known)}"
             words += _nearest(found[2], known)
@@ -100,8 +100,8 @@ def _nearest(word: str, known: Iterable[str]) -> str:
     return f" (did you mean {near}?)" if near else ""
 
 
-_UNKNOWN = re.compile(r"unrecognized arguments: (\S+).*", re.DOTALL)
-_CHOICE = re.compile(r"(.+): invalid choice: '?(.+?)'? \(choose from (.+)\)", re.DOTALL)
+_UNKNOWN = r"(?s)unrecognized arguments: (\S+).*"
+_CHOICE = r"(?s)(.+): invalid choice: '?(.+?)'? \(choose from (.+)\)"
 """Complaints of argparse that are put into other words here, with the nearest word known."""
 
 

@@ -13,14 +13,11 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import queue
 import sys
-import threading
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from types import TracebackType
-from typing import Any, Self, TextIO
+from typing import Any, TextIO
 
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.printable import encodable, printable, printable_lines
@@ -182,38 +179,3 @@ def _shown(part: str | Inked, *, coloured: bool) -> str:
 
 def _in_ink(text: str, ink: Ink) -> str:
     return f"\x1b[{ink.value}m{text}\x1b[0m"
-
-
-# Progress of a running call, printed by a thread of its own: a blocked terminal must not block
-# the engine.
-
-
-class TerminalReporter:
-    """Prints lines that the engine's thread hands over without waiting."""
-
-    def __init__(self, *, silent: bool) -> None:
-        self._silent = silent
-        self._lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
-        self._thread = threading.Thread(target=self._print, name="reporter", daemon=True)
-
-    def tell(self, line: str) -> None:
-        """Hand a line over."""
-        self._lines.put(line)
-
-    def __enter__(self) -> Self:
-        self._thread.start()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._lines.put(None)
-        self._thread.join()
-
-    def _print(self) -> None:
-        while (line := self._lines.get()) is not None:
-            if not self._silent:
-                say(line)

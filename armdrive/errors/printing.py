@@ -72,7 +72,7 @@ def _actions() -> Iterator[str]:
         "|---|---|---|---|\n"
     )
     for row in ACTIONS:
-        yield f"| `{row.python}` | `{row.command_line}` | `{row.shell}` | {row.key} |\n"
+        yield f"| `{row.python}` | `{row.command_line}` | `{row.shell}` | {row.desk.strip('{}')} |\n"
     for phrase in PHRASES:
         key = re.sub(r"press \{([a-z-]+)\}", r"\1", phrase.desk)
         yield f"| {phrase.python} | {phrase.command_line} | {phrase.shell} | {key} |\n"

@@ -19,7 +19,6 @@ from armdrive.cli.options import (
     fraction,
     number,
 )
-from armdrive.moves import BASE_FRAME, GRIPPER_AXIS
 from kinematics.spaces import JOINT_NAMES
 
 # --- options that several actions share
@@ -118,7 +117,7 @@ def _home(parser: argparse.ArgumentParser) -> None:
         "--declare",
         nargs="+",
         metavar="JOINT=DEG",
-        help=f"instead: the arm is at these angles ({GRIPPER_AXIS}=MM too), or at `park`",
+        help="instead: the arm is at these angles (gripper=MM too), or at `park`",
     )
     add_switches(
         how,
@@ -245,7 +244,6 @@ def _move(parser: argparse.ArgumentParser) -> None:
     goal.add_argument("--via", type=_point, metavar="X,Y,Z", help="along an arc through this point")
     goal.add_argument(
         "--frame",
-        default=BASE_FRAME,
         metavar="NAME",
         help="the pose is in this frame of the arm file; `tool`: relative to the hand",
     )

@@ -65,7 +65,7 @@ def _check(options: argparse.Namespace) -> None:
         )
     if pose + joints + options.park > 1:
         raise BadRequest("give a pose or joint angles or --park, not two of them")
-    if options.frame != BASE and not pose:
+    if options.frame not in (None, BASE) and not pose:
         raise BadRequest("--frame needs a pose, for example --frame tool --z -30 --line")
     if options.via is not None and (options.line or not pose):
         raise BadRequest("--via needs a pose to lead to and no --line, for example --via 250,0,120")
@@ -88,13 +88,14 @@ def _arm_move(arm: Arm, options: argparse.Namespace) -> Iterator[Motion]:
     elif named:
         yield JointMove(named, options.speed)
     elif _names_pose(options):
-        goal = _goal(_here(arm, options.frame), options)
+        frame = options.frame or BASE
+        goal = _goal(_here(arm, frame), options)
         if options.via is not None:
-            yield ArcMove(_placed(goal, options.via), goal, options.speed, options.frame)
+            yield ArcMove(_placed(goal, options.via), goal, options.speed, frame)
         elif options.line:
-            yield LineMove(goal, options.speed, options.frame)
+            yield LineMove(goal, options.speed, frame)
         else:
-            yield PoseMove(goal, options.speed, options.frame)
+            yield PoseMove(goal, options.speed, frame)
 
 
 def _joints(options: argparse.Namespace) -> dict[str, Any]:
