@@ -1,4 +1,4 @@
-"""Runs one command: parses its options, turns every error into one sentence and an exit code."""
+"""Runs one command: parses its options, and turns every error into one line and an exit code."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ FAULT = 70
 
 
 class CommandEnded(BaseException):
-    """A signal asked this program to end; it passes everything that catches errors."""
+    """A signal asked this program to end; no `except Exception` on the way catches it."""
 
     def __init__(self, number: int) -> None:
         self.number = number
@@ -44,15 +44,15 @@ class CommandEnded(BaseException):
 def run_command(name: str, summary: str, function: str, words: list[str]) -> int:
     """Parse the words of a command, load and run it, and return its exit code.
 
-    What a command needs to run is loaded once its words are understood: help and a wrong option
-    do not wait for it. An action of a command has a function of its own.
+    The command's own modules are loaded after its words are understood, so that help and a wrong
+    option do not wait for them. Each action of a command has its own function.
     """
     _fill_closed_streams()
     options = argparse.Namespace(function=function, json=JSON_OPTION in words)
     try:
         command_parser(name, summary, function).parse_args(words, options)
         command: Callable[[argparse.Namespace], Outcome] = load(options.function)
-        with _signals(), _threads_told():
+        with _signals(), _threads_reported():
             return present(command(options), options)
     except KeyboardInterrupt:
         pressed = KeyboardInterrupt("interrupted; an arm that moved was stopped")
@@ -66,7 +66,7 @@ def run_command(name: str, summary: str, function: str, words: list[str]) -> int
     except KinematicsError as error:
         return _say(options, error, REFUSED)
     except BrokenPipeError:
-        # whoever read our output has gone (armdrive ... | head): end quietly
+        # the reader of our output has gone (armdrive ... | head): end quietly
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:  # a state folder that cannot be written, a disk that is full
@@ -78,7 +78,7 @@ def run_command(name: str, summary: str, function: str, words: list[str]) -> int
 
 
 def command_parser(name: str, summary: str, function: str) -> CommandParser:
-    """Return what reads the words of a command and prints its help."""
+    """Return the parser of a command."""
     group = function.partition(".")[0]
     arguments: Arguments = load(f"{group}.arguments:ARGUMENTS")[name]
     parser = CommandParser(prog=f"armdrive {name}", **help_of(summary, arguments))
@@ -101,9 +101,9 @@ def refuse(words: list[str]) -> int:
 
 
 def _fill_closed_streams() -> None:
-    """Let a stream that was closed before we began lead nowhere (`armdrive run x.arm <&-`).
+    """Point standard streams that were closed at the start to the null device (`armdrive ... <&-`).
 
-    Else Python has none of that name, and the next port that opens gets its number.
+    Python sets such a stream to None, and the next port to be opened would get its file number.
     """
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
@@ -111,18 +111,18 @@ def _fill_closed_streams() -> None:
 
 
 def _in_words(error: OSError) -> OSError:
-    """Return an error of the system that reads as a sentence, with the file that it is about."""
+    """Return an error of the operating system as a sentence with its file."""
     if error.filename is None or not error.strerror:
         return error
     file = os.fsdecode(error.filename)
     return OSError(
-        f"{file} cannot be used ({error.strerror}): make room or its folder writable, or set "
-        "ARMDRIVE_HOME to a folder that is"
+        f"{file} cannot be used ({error.strerror}): free some space, make its folder writable, or "
+        "set ARMDRIVE_HOME to a writable folder"
     )
 
 
 def _say(options: argparse.Namespace, error: BaseException, code: int) -> int:
-    """Put an error on a line of its own, for the person or, with `--json`, for the program."""
+    """Print an error on a line of its own, with `--json` as JSON; return the exit code."""
     if as_json(options):
         complain(json.dumps(error_view(error)))
     else:
@@ -150,36 +150,36 @@ def _signals() -> Iterator[None]:
             signal.signal(number, handler)
 
 
-# Errors that nobody foresaw.
+# Unexpected errors: faults of armdrive itself.
 
 
 def _raises_unexpected() -> bool:
-    """Tell whether the environment asks for the exception itself."""
+    """Return whether the environment asks for the traceback."""
     return os.environ.get("ARMDRIVE_TRACEBACK", "") not in ("", "0")
 
 
 @contextlib.contextmanager
-def _threads_told() -> Iterator[None]:
-    """Have an unforeseen error in a thread told in the same way while a command runs."""
+def _threads_reported() -> Iterator[None]:
+    """Report unexpected errors in threads in the same way while a command runs."""
     if _raises_unexpected():
         yield
         return
     before = threading.excepthook
-    threading.excepthook = _tell_of_thread
+    threading.excepthook = _report_thread
     try:
         yield
     finally:
         threading.excepthook = before
 
 
-def _tell_of_thread(found: threading.ExceptHookArgs) -> None:
+def _report_thread(found: threading.ExceptHookArgs) -> None:
     if found.exc_value is not None and not isinstance(found.exc_value, SystemExit):
         with contextlib.suppress(OSError, ValueError):  # the error output is closed
             complain(f"{ERROR_LABEL} {tagged(_unexpected(found.exc_value))}")
 
 
 def _unexpected(error: BaseException) -> Exception:
-    """Write the details of an error down; return the one that says where they are."""
-    from armdrive.cli.unexpected import Unexpected  # slow to import, and hardly ever needed
+    """Save the details of an error; return an error whose message says where."""
+    from armdrive.cli.unexpected import Unexpected  # slow to import, and rarely needed
 
     return Unexpected(error)

@@ -1,4 +1,4 @@
-"""The person at a terminal who looks at the arm, confirms its posture, and jogs it to one."""
+"""The person at a terminal: shows the arm, asks to confirm its posture, and jogs it there."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def posture_drawing(arm: JoggedArm, joints: Joints, opening_mm: float) -> list[s
 
 
 def scene_of(arm: JoggedArm, joints: Joints, opening_mm: float) -> ArmScene:
-    """Return what there is to draw of an arm in a posture."""
+    """Return the scene of an arm in a posture."""
     geometry = arm.model.arm
     return ArmScene(
         points=geometry.points(joints),
@@ -39,7 +39,7 @@ def scene_of(arm: JoggedArm, joints: Joints, opening_mm: float) -> ArmScene:
 
 
 def ask_operator(request: PostureRequest) -> bool:
-    """Ask the person at the terminal whether the arm stands in the posture."""
+    """Ask the person at the terminal whether the arm is in the posture."""
     for line in posture_drawing(request.arm, request.joints, request.opening_mm):
         say(line)
     say(str(request))
@@ -47,7 +47,7 @@ def ask_operator(request: PostureRequest) -> bool:
 
 
 def settle_trust(arm: Arm) -> None:
-    """Have a restored position confirmed: by the simulated operator, or by the person here."""
+    """Ask the person, or the simulated operator, to confirm a restored position."""
     status = arm.status
     if status.joints is None or not arm.referencing.unconfirmed:
         return
@@ -55,7 +55,7 @@ def settle_trust(arm: Arm) -> None:
         confirm_simulated(arm)
         return
     if not sys.stdin.isatty():
-        return  # the motion is refused, with the ways to confirm
+        return  # the motion will be refused, with the ways to confirm
     for line in posture_drawing(arm, status.joints, status.gripper_mm or 0.0):
         say(line)
     say(f"An earlier program left the arm at {status.joints}.")
@@ -74,48 +74,48 @@ def confirm_simulated(arm: Arm) -> None:
 
 
 # Jogging an arm to a posture, line by line: a picture, small jogs, and `done`. Lines come from the
-# terminal or a pipe; the end of input confirms nothing.
+# terminal or a pipe; the end of the input does not confirm.
 
 PICTURE_WIDTH, PICTURE_HEIGHT = 46, 14
 MOST_DEG = MOST_MM = 20.0
-"""A slip of the finger, `shoulder -200`, is no small jog."""
+"""A typing error such as `shoulder -200` is refused."""
 
 SPEED = 0.25
 TIP_AXES = ("x", "y", "z")
 
 HELP = (
-    "NAME AMOUNT jogs (degrees, or mm of the gripper), several on a line: shoulder -2 gripper 3; "
-    "x, y, z AMOUNT jog the tip by mm where the position is known; show draws the posture again; "
-    "desk opens the desk; done confirms; quit ends without"
+    "NAME AMOUNT jogs a joint in degrees or the gripper in mm: shoulder -2 gripper 3; x, y, z "
+    "AMOUNT jogs the tip in mm, once the position is known; show draws the posture again; desk "
+    "opens the desk; done confirms; quit leaves without confirming"
 )
 CLEAR, MOTORS_ON = "ok", "on"
 
 
 class TerminalOperator:
-    """Leads through the steps. As an operator it returns True when the person has confirmed."""
+    """Guides a person through the steps. As an operator, returns whether the person confirmed."""
 
     def __init__(self, *, terminal: bool) -> None:
         self.wants_desk = False
         self._terminal = terminal
 
     def prepare(self, arm: Arm, *, off: bool) -> bool:
-        """Go through what comes before the first jog; False where the person wants no more."""
-        say("Step 1 of 3. Clear the arm's way, and keep a hand at the switch of its power.")
+        """Go through the steps before the first jog; return whether the person wants to go on."""
+        say("Step 1 of 3. Clear the arm's way, and keep a hand on its power switch.")
         if not _types(CLEAR, "Its way is clear"):
             return False
         if off:
-            say("Step 2 of 3. Its motors are off, or not known to be on. Hold the arm: it is")
-            say("held where it stands, once they are switched on.")
+            say("Step 2 of 3. Its motors are off, or may be. Hold the arm with your hand: once")
+            say("they are switched on, they hold it where it is.")
             if not _types(MOTORS_ON, "Switch them on"):
                 return False
             arm.enable()
         else:
-            say("Step 2 of 3. Its motors are held, or come on with the first jog.")
+            say("Step 2 of 3. Its motors are on, or will be with the first jog.")
         return True
 
     def __call__(self, request: PostureRequest) -> bool:
-        """Have the arm jogged to the posture until the person says that it is there."""
-        say("Step 3 of 3. Bring the arm to this posture (side view, and from above):")
+        """Let the person jog the arm until they confirm the posture, or leave."""
+        say("Step 3 of 3. Bring the arm to this posture (from the side and from above):")
         self._show(request)
         say(f"{HELP}.")
         while (line := typed("> ")) is not None:
@@ -159,7 +159,7 @@ def _types(word: str, question: str) -> bool:
 
 
 def posture_pictures(request: PostureRequest) -> list[str]:
-    """Draw the posture asked for from the side and from above, beside each other."""
+    """Draw the requested posture from the side and, next to it, from above."""
     scene = scene_of(request.arm, request.joints, request.opening_mm)
     braille = can_braille(sys.stdout.encoding, os.environ)
     side = side_view(scene, PICTURE_WIDTH, PICTURE_HEIGHT, braille)
@@ -168,7 +168,7 @@ def posture_pictures(request: PostureRequest) -> list[str]:
 
 
 def difference(request: PostureRequest) -> str:
-    """Say how far it is still to go; nothing where the position is not even roughly known."""
+    """Return the remaining distance in words; nothing if the position is unknown."""
     status = request.arm.status
     if status.trust is Trust.UNKNOWN or status.joints is None:
         return ""
@@ -176,20 +176,18 @@ def difference(request: PostureRequest) -> str:
     parts = [f"{name} {angle:+.1f}" for name, angle in left.items() if abs(angle) >= 0.05]
     if status.gripper_mm is not None and abs(request.opening_mm - status.gripper_mm) >= 0.05:
         parts.append(f"{GRIPPER_AXIS} {request.opening_mm - status.gripper_mm:+.1f}")
-    sure = (
-        "" if status.trust is Trust.REFERENCED else f", if the {status.trust.value} position holds"
-    )
-    return f"still to go by the registers{sure}: {', '.join(parts) or 'nothing'}"
+    sure = "" if status.trust is Trust.REFERENCED else f" (position {status.trust.value})"
+    return f"still to go, according to the registers{sure}: {', '.join(parts) or 'nothing'}"
 
 
 def axes_of(arm: JoggedArm) -> tuple[str, ...]:
-    """Return what a line may jog; the arm itself refuses the tip where it trusts no position."""
+    """Return the axes that a line may jog; the tip needs a known position."""
     tip = TIP_AXES if arm.status.trust in (Trust.REFERENCED, Trust.RESTORED) else ()
     return (*arm.model.arm.joint_names, GRIPPER_AXIS, *tip)
 
 
 def parse_jogs(words: list[str], axes: tuple[str, ...]) -> list[tuple[str, float]]:
-    """Read `shoulder -2 gripper 3`; names may be cut short where that is unambiguous."""
+    """Read `shoulder -2 gripper 3`; unambiguous names may be shortened."""
     if len(words) % 2:
         raise BadRequest("write a name and an amount, for example shoulder -2")
     return [
@@ -214,7 +212,7 @@ def _amount(word: str) -> float:
 
 
 def jogged(arm: JoggedArm, name: str, amount: float) -> str:
-    """Jog, and say what came of it."""
+    """Jog, and return the result in words."""
     if name in TIP_AXES:
         done = arm.jog_l({f"{name}_mm": amount}, speed=SPEED, frame=BASE_FRAME)
     else:

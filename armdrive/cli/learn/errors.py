@@ -1,4 +1,4 @@
-"""Look an error up: `armdrive errors E502`, or `--find WORDS`; without either, all in a list."""
+"""Look an error up: `armdrive errors E502`, or `--find WORDS`; without either, list all."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from armdrive.errors.table import ENTRIES, CatalogueEntry, by_code, found
 
 
 def errors(options: argparse.Namespace) -> Outcome:
-    """Show the catalogue or a part of it."""
+    """Print the catalogue or a part of it."""
     rows = ENTRIES if options.code is None else (by_code(options.code),)
     if options.find is not None:
         rows = tuple(row for row in found(options.find) if row in rows)
     if as_json(options):
         return [Result(asdict(row)) for row in rows]
     if options.markdown:
-        put(page())  # in its own words: it is a page for all interfaces
+        put(page())  # for all interfaces, so without the words of the command line
         return 0
     if options.code is None and options.find is None:
         return Result(None, listing())

@@ -176,7 +176,7 @@ def test_a_name_that_is_taken_is_refused_before_anything_is_recorded(call, views
 
 
 def test_nobody_holds_an_arm(call):
-    assert "no program of yours holds" in call.refused("teach", "follow", "tour", code=1)
+    assert "no program of yours is driving" in call.refused("teach", "follow", "tour", code=1)
 
 
 def test_the_status_of_an_arm_is_what_a_recording_reads():
