@@ -13,7 +13,7 @@ GROUPS: Mapping[str, Mapping[str, tuple[str, str, str]]] = MappingProxyType(
         "Drive": {
             "home": (
                 "drive.home:home",
-                "set the reference position",
+                "set the reference",
                 "tell armdrive where the arm stands: bring it to its reference posture and confirm",
             ),
             "stop": (
@@ -39,7 +39,7 @@ GROUPS: Mapping[str, Mapping[str, tuple[str, str, str]]] = MappingProxyType(
             ),
             "points": (
                 "drive",
-                "save places and go to them",
+                "save places, go to them",
                 "save places by name, go to them, and run sequences of them",
             ),
             "slow": (
@@ -118,7 +118,7 @@ GROUPS: Mapping[str, Mapping[str, tuple[str, str, str]]] = MappingProxyType(
             ),
             "doctor": (
                 "set_up.doctor:doctor",
-                "find out what is connected",
+                "find what is connected",
                 "find out what is connected to a port and what is wrong with it; moves nothing",
             ),
             "completion": (

@@ -89,6 +89,12 @@ class CommandParser(argparse.ArgumentParser):
             known = [word.strip("'") for word in found[3].split(", ")]
             words = f"{found[1]}: {found[2]!r} is none of {', '.join(known)}"
             words += _nearest(found[2], known)
+        elif words.startswith(_REQUIRED):
+            missing = words.removeprefix(_REQUIRED)
+            known = [each for each in self._actions if each.choices and each.metavar == missing]
+            words = f"required: {missing}" + "".join(
+                f", one of {', '.join(each.choices or ())}" for each in known
+            )
         elif (option := self._option_string_actions.get(words.partition(":")[0])) is not None:
             form = option.metavar if isinstance(option.metavar, str) else ""
             words = words.replace(":", f" {form}:" if form else ":", 1)
@@ -102,7 +108,8 @@ def _nearest(word: str, known: Iterable[str]) -> str:
 
 _UNKNOWN = r"(?s)unrecognized arguments: (\S+).*"
 _CHOICE = r"(?s)(.+): invalid choice: '?(.+?)'? \(choose from (.+)\)"
-"""Complaints of argparse that are put into other words here, with the nearest word known."""
+_REQUIRED = "the following arguments are required: "
+"""Complaints of argparse that are put into other words here, with the words that are known."""
 
 
 def help_of(summary: str, arguments: Arguments) -> Any:

@@ -37,9 +37,9 @@ def _completion(parser: argparse.ArgumentParser) -> None:
       armdrive completion zsh > ~/.zfunc/_armdrive       with fpath+=~/.zfunc before compinit
       armdrive completion fish > ~/.config/fish/completions/armdrive.fish
     """
-    parser.add_argument(
-        "shell", metavar="SHELL", choices=(*SHELLS, *COMPLETED), help=", ".join(SHELLS)
-    )
+    wanted = parser.add_mutually_exclusive_group(required=True)
+    wanted.add_argument("shell", metavar="SHELL", nargs="?", choices=SHELLS, help=", ".join(SHELLS))
+    wanted.add_argument("--names", choices=COMPLETED, help=argparse.SUPPRESS)  # for the scripts
 
 
 # --- config

@@ -2,7 +2,7 @@
 
 shtab reads the same parsers that read the command line, so the script knows every command and
 option. The names of arm files and points change from day to day: on Tab, the script asks `armdrive
-completion arms` for them.
+completion --names arms` for them.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ ALL: Mapping[str, Arguments] = MappingProxyType({**DRIVE, **PROGRAM, **SET_UP, *
 
 def completion(options: argparse.Namespace) -> int | Result:
     """Print the script of a shell, or the names that such a script asks for."""
-    if options.shell in NAMES:
-        return Result(None, NAMES[options.shell]())
+    if options.names is not None:
+        return Result(None, NAMES[options.names]())
     say_lines(script(options.shell).rstrip())
     return 0
 
@@ -139,7 +139,7 @@ NAMES: Mapping[str, Callable[[], Iterable[str]]] = MappingProxyType(
 
 
 def _ask(names: str) -> Any:
-    return shtab.cmd(f"armdrive completion {names} 2>/dev/null")
+    return shtab.cmd(f"armdrive completion --names {names} 2>/dev/null")
 
 
 _ASKED: Mapping[tuple[str, str], Any] = MappingProxyType(

@@ -36,23 +36,23 @@ def test_a_script_of_every_shell_knows_every_command(call, shell):
     script = call("completion", shell, code=0).out
     assert all(name in script for name in COMMANDS)
     assert "allow-restored" in script
-    assert "armdrive completion arms" in script
+    assert "armdrive completion --names arms" in script
 
 
 def test_every_name_that_a_script_asks_for_is_given(call):
     assert set(COMPLETED) == set(NAMES)
-    assert call("completion", "arms", code=0).out == ""
+    assert call("completion", "--names", "arms", code=0).out == ""
     write_bench()
-    assert call("completion", "arms", code=0).out == "bench\n"
+    assert call("completion", "--names", "arms", code=0).out == "bench\n"
     call("home", code=0)
     call("points", "save", "pick", code=0)
-    assert call("completion", "places", code=0).out == "pick\n"
-    assert call("completion", "sequences", code=0).out == ""
+    assert call("completion", "--names", "places", code=0).out == "pick\n"
+    assert call("completion", "--names", "sequences", code=0).out == ""
 
 
 def test_a_file_that_cannot_be_read_completes_nothing(call, monkeypatch):
     monkeypatch.setenv("ARMDRIVE_ARM", "nowhere")
-    called = call("completion", "places", code=0)
+    called = call("completion", "--names", "places", code=0)
     assert (called.out, called.err) == ("", "")
 
 
