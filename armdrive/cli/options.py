@@ -91,10 +91,9 @@ class CommandParser(argparse.ArgumentParser):
             words += _nearest(found[2], known)
         elif words.startswith(_REQUIRED):
             missing = words.removeprefix(_REQUIRED)
-            known = [each for each in self._actions if each.choices and each.metavar == missing]
-            words = f"required: {missing}" + "".join(
-                f", one of {', '.join(each.choices or ())}" for each in known
-            )
+            known = [each.choices for each in self._actions if each.metavar == missing]
+            choices = ", ".join(map(str, known[0] or ())) if known else ""
+            words = f"required: {missing}{f', one of {choices}' if choices else ''}"
         elif (option := self._option_string_actions.get(words.partition(":")[0])) is not None:
             form = option.metavar if isinstance(option.metavar, str) else ""
             words = words.replace(":", f" {form}:" if form else ":", 1)

@@ -13,7 +13,7 @@ _PAGE_BEGINS = """\
 
 What each error means, what it does to the arm, and what to do. The code stands in brackets before
 the message: `armdrive: [E203] planned motion needs ...`. `armdrive errors CODE` prints one row,
-`armdrive errors --find lost,wire` the rows with both words, and `armdrive errors --markdown` this
+`armdrive errors --find lost,cable` the rows with both words, and `armdrive errors --markdown` this
 page. On the log of the desk (F7) `e` searches it.
 
 In Python, every error of a call of an arm is an `ArmError`, and `error.code` is its code. A refusal

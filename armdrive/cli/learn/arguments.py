@@ -30,7 +30,7 @@ def _errors(parser: argparse.ArgumentParser) -> None:
     Examples:
       armdrive errors                      all errors, a line each
       armdrive errors E502
-      armdrive errors --find lost,wire
+      armdrive errors --find lost,cable
 
     """
     parser.add_argument(
