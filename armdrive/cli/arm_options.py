@@ -30,6 +30,11 @@ def add_arm_options(parser: argparse.ArgumentParser) -> None:
     add_json_option(parser)
 
 
+def names_arm(options: argparse.Namespace) -> bool:
+    """Return whether the options name an arm; otherwise the default one is meant."""
+    return bool(options.arm or options.sim or options.port)
+
+
 def add_allow_restored(parser: argparse.ArgumentParser) -> None:
     """Add `--allow-restored`, for a command that plans motion."""
     parser.add_argument(

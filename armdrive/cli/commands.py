@@ -14,7 +14,7 @@ GROUPS: Mapping[str, Mapping[str, tuple[str, str, str]]] = MappingProxyType(
             "home": (
                 "drive.home:home",
                 "set the reference",
-                "tell armdrive where the arm stands: bring it to its reference posture and confirm",
+                "set the reference: bring the arm to its reference posture, and confirm that it is there",
             ),
             "stop": (
                 "drive.control_requests:stop",

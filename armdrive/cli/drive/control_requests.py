@@ -7,6 +7,7 @@ import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
+from armdrive.cli.arm_options import names_arm
 from armdrive.cli.presenter import Result
 from armdrive.errors import ArmError, BadRequest
 from armdrive.storage.lock_client import ask_holder, held_arms
@@ -14,7 +15,7 @@ from armdrive.storage.lock_client import ask_holder, held_arms
 
 def chosen_holders(options: argparse.Namespace) -> list[str]:
     """Return the arm that the options name, or else every arm that a program is driving."""
-    if not (options.arm or options.sim or options.port):
+    if not names_arm(options):
         return held_arms()
     # loads everything that drives an arm; `armdrive stop` without a name does not wait for that
     from armdrive.cli.arm_files import chosen_target

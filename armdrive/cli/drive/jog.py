@@ -7,6 +7,7 @@ from pathlib import Path
 
 import tui
 from armdrive.cli.arm_files import DEFAULT_SIM, arm_paths, chosen_target, default_arm
+from armdrive.cli.arm_options import names_arm
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.drive.web_desk import jog_web
 from armdrive.cli.look.status import watch_on_screen
@@ -81,9 +82,7 @@ def _on_file(options: argparse.Namespace, path: Path) -> argparse.Namespace:
 
 def _hint(options: argparse.Namespace, keys: Keyboard) -> str:
     """Return a hint to set an arm up, if none was named and there is no arm file."""
-    if options.arm or options.sim or options.port or default_arm() != DEFAULT_SIM:
-        return ""
-    if arm_paths():
+    if names_arm(options) or default_arm() != DEFAULT_SIM or arm_paths():
         return ""
     key = keys.label("screen-setup")
     return f"you have no arm file yet, so this arm is simulated: {key} sets up a real one"
@@ -104,7 +103,7 @@ def _watch_instead(error: ArmInUse, options: argparse.Namespace) -> int:
 
 def jog_model(options: argparse.Namespace, keys: Keyboard) -> Outcome:
     """Open the desk of a model, or list the models if none is named."""
-    if options.arm or options.sim or options.port:
+    if names_arm(options):
         raise BadRequest("--model has no arm: leave out --arm, --sim and --port, or --model")
     if options.gamepad is not None:
         raise BadRequest("a model is jogged in steps, with keys: leave out --gamepad, or --model")

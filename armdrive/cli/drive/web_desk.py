@@ -225,7 +225,7 @@ def visit_of(head: bytes, door: Door) -> Visit | None:
         return None
     if any(names.count(name) > 1 for name in _LONE):
         return None
-    said = {name: value.strip() for name, (_, _, value) in zip(names, fields, strict=True)}
+    sent = {name: value.strip() for name, (_, _, value) in zip(names, fields, strict=True)}
     try:
         target = urlsplit(words[1])
         given = parse_qs(target.query).get("key", [""])
@@ -233,13 +233,13 @@ def visit_of(head: bytes, door: Door) -> Visit | None:
         return None
     kept = [
         value.strip()
-        for name, _, value in (each.partition("=") for each in said.get("cookie", "").split(";"))
+        for name, _, value in (each.partition("=") for each in sent.get("cookie", "").split(";"))
         if name.strip() == door.cookie
     ]
     return Visit(
         path=target.path,
-        host=said.get("host", ""),
-        origin=said.get("origin", ""),
+        host=sent.get("host", ""),
+        origin=sent.get("origin", ""),
         given=given[0],
         kept=kept[-1] if kept else "",
     )
