@@ -14,7 +14,7 @@ GROUPS: Mapping[str, Mapping[str, tuple[str, str, str]]] = MappingProxyType(
             "home": (
                 "drive.home:home",
                 "set the reference",
-                "set the reference: bring the arm to its reference posture, and confirm that it is there",
+                "set the reference: bring the arm to its reference posture, and confirm it",
             ),
             "stop": (
                 "drive.control_requests:stop",
