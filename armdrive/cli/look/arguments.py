@@ -68,7 +68,10 @@ def _replay(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--quiet", action="store_true", help="print the result only")
     parser.add_argument(
-        "--speed", type=positive, metavar="N", help="print N times as fast as it happened"
+        "--pace",
+        type=positive,
+        metavar="FACTOR",
+        help="print this many times as fast as it happened (default: no waiting)",
     )
     parser.add_argument(
         "--set",

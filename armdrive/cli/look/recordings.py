@@ -61,7 +61,7 @@ def replay_recording(options: argparse.Namespace) -> Iterator[Result]:
     yield Result(None, heading(recording))
     if not options.quiet:
         parting = None if replayed is None else replayed.parting
-        yield Result(None, _in_time(lines(recording, parting), options.speed))
+        yield Result(None, _in_time(lines(recording, parting), options.pace))
     if replayed is None:
         narrator = Narrator(recording.header.dialect)
         yield from (Result(narrator.view(entry)) for entry in recording.entries)
@@ -75,12 +75,12 @@ def _replayed(recording: Recording, words: list[str]) -> Replayed:
     return replay(recording, Options.parse(simulated_kind(dialect).options, words))
 
 
-def _in_time(timed: Iterable[tuple[float, str]], speed: float | None) -> Iterator[str]:
-    """Yield the lines of a timeline; with a speed, at that multiple of their original pace."""
+def _in_time(timed: Iterable[tuple[float, str]], pace: float | None) -> Iterator[str]:
+    """Yield the lines of a timeline; with a pace, that many times as fast as they happened."""
     before_s = None
     for time_s, text in timed:
-        if speed is not None and before_s is not None and time_s > before_s:
-            time.sleep((time_s - before_s) / speed)
+        if pace is not None and before_s is not None and time_s > before_s:
+            time.sleep((time_s - before_s) / pace)
         before_s = time_s
         yield text
 

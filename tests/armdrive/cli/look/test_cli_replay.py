@@ -76,7 +76,7 @@ def test_the_twin_can_be_set_and_wrong_settings_are_refused(call, recording):
 def test_the_timeline_can_run_at_the_speed_of_the_arm(call, recording, monkeypatch):
     slept = []
     monkeypatch.setattr("time.sleep", slept.append)
-    call("replay", recording, "--show", "--speed", "10", code=0)
+    call("replay", recording, "--show", "--pace", "10", code=0)
     entries = [json.loads(line) for line in Path(recording).read_text().splitlines()[1:]]
     assert sum(slept) == pytest.approx((entries[-1]["t"] - entries[0]["t"]) / 10)
 
