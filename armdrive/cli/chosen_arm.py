@@ -1,6 +1,6 @@
-"""Connects to the arm that the options of a command name.
+"""A connection to the arm that the options of a command name.
 
-A simulated arm is saved between commands: each command finds it as the last one left it.
+Simulated arms of the command line are remembered from one command to the next.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from armdrive.text.reading import is_there, read_json
 from armdrive.trace.recorder import FlightRecorder
 
 LARGEST_BYTES = 8_000_000
-"""Bytes; even a world with a full program memory and thousands of blocks is smaller."""
+"""Bytes. A world with a full program memory and thousands of blocks is smaller."""
 
 
 def connect_chosen(
@@ -40,10 +40,9 @@ def connect_chosen(
     allow_restored: bool = False,
     reconnect: bool | None = None,
 ) -> Arm:
-    """Connect to the arm that the options name; a simulated one continues where it was left.
+    """Connect to the arm that the options name. A simulated one takes up its remembered world.
 
-    With `reconnect`, a real arm reconnects after a lost connection; None leaves that to its arm
-    file.
+    With `reconnect` a real one's lost wire is looked for; None leaves that to its arm file.
     """
     target = chosen_target(options)
     if target.simulated:
@@ -60,9 +59,9 @@ def connect_chosen(
 def opened_arm(
     options: argparse.Namespace, *, allow_restored: bool = False, enabled: bool = False
 ) -> Iterator[Arm]:
-    """Connect to the arm that the options name, print which it is, and release it at the end.
+    """Connect to the arm that the options name, say which it is, and give it back at the end.
 
-    Its motors stay as they are, or with `enabled` are switched on.
+    Its motors are as they were, or with `enabled` on.
     """
     connected = connect_chosen(options, allow_restored=allow_restored)
     with connected if enabled else contextlib.closing(connected) as arm:
@@ -71,7 +70,7 @@ def opened_arm(
 
 
 def world_file(arm: str) -> Path:
-    """Return the file that keeps the world of a simulated arm."""
+    """Return the file in which a simulated arm's world is remembered."""
     return places.states() / f"{places.file_name(arm)}.world.json"
 
 
@@ -82,7 +81,7 @@ def connect_remembered(
     pace: PaceChoice = None,
     allow_restored: bool = False,
 ) -> Arm:
-    """Connect to a simulated arm as the last command left it, and save it at the end."""
+    """Connect to a simulated arm as the last command left it; remember it at the end."""
     holding = hold(config.name)
     try:
         if fresh:
@@ -91,8 +90,8 @@ def connect_remembered(
             twin = simulate(config, _load(config.name))
         except StateFileError as error:
             raise StateFileError(
-                f"the saved world {world_file(config.name)} cannot be used: {error}; "
-                "--fresh starts over"
+                f"the remembered world {world_file(config.name)} cannot be used: {error}; "
+                "--fresh begins anew"
             ) from None
         parts = connecting.connect_simulated(
             config,

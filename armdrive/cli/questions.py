@@ -1,6 +1,6 @@
-"""Asks questions at a terminal, line by line, with a default; `?` explains and `back` goes back.
+"""Asking at a terminal, line by line: a question, its default, and what `?` and `back` do.
 
-From a pipe, each line is an answer, and is printed after its question.
+The same from a pipe, where each line of the input is an answer and is printed as one.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ HELP, BACK = "?", "back"
 
 
 class Back(Exception):
-    """The person wants to answer the previous question again."""
+    """Somebody wants to answer the question before once more."""
 
 
 def ask(question: Question, take: Callable[[str], Any]) -> Any:
@@ -39,10 +39,10 @@ def ask(question: Question, take: Callable[[str], Any]) -> Any:
 
 
 def ask_value(question: Question, *, resumed_by: str = "") -> Any:
-    """Ask a single question, and return its value.
+    """Ask a question that stands by itself, and return its value.
 
-    `resumed_by` is the command that continues after an interruption, if there is one. Raises
-    `BadRequest` at the end of the input, or `OperatorNeeded` with that command.
+    `resumed_by` is the command that goes on where this one was left, if one does. Raises
+    `BadRequest` where the answers have ended, or `OperatorNeeded` with that command.
     """
 
     def take(line: str) -> Any:
@@ -55,26 +55,26 @@ def ask_value(question: Question, *, resumed_by: str = "") -> Any:
             return ask(question, take)
         except Back:
             leave = (
-                "here; Ctrl-C leaves, and the same command continues" if resumed_by else "from here"
+                "here; Ctrl-C leaves, and the same command goes on" if resumed_by else "from here"
             )
             say(f"  there is no way back {leave}")
         except BadRequest as ended:
             if not resumed_by:
                 raise
             raise OperatorNeeded(
-                f"the answers ended at {question.words!r}: finished steps are kept, and "
-                f"`{resumed_by}` continues there"
+                f"the answers ended at {question.words!r}: what was done stays done, and "
+                f"`{resumed_by}` goes on there"
             ) from ended
 
 
 def agree(words: str, why: str, default: str = "no") -> bool:
-    """Ask a yes-or-no question."""
+    """Ask a question whose answer is yes or no."""
     return bool(ask_value(Question("", words, why, yes_or_no, default)))
 
 
 @dataclass(frozen=True, slots=True)
 class TerminalPerson:
-    """The person at the terminal, as one side of a dialog."""
+    """The person at the terminal, who is told and asked in a dialog."""
 
     resumed_by: str = ""
 
@@ -83,10 +83,10 @@ class TerminalPerson:
         say(text)
 
     def watch(self, motor: int) -> None:
-        """Do nothing: a person watches the motor with their own eyes."""
+        """Do nothing: people have eyes."""
 
     def answer(self, asked: AskPerson) -> Any:
-        """Ask until the answer is valid. Raises as `ask_value` does."""
+        """Ask until the answer can be used. Raises as `ask_value` does."""
         return ask_value(asked.question, resumed_by=self.resumed_by)
 
 
@@ -101,7 +101,7 @@ def _line(question: Question) -> str:
     line = typed(f"{question.words}{default} ")
     if line is None:
         raise BadRequest(
-            f"the answers ended at the question {question.words!r}: nothing was written"
+            f"the answers ended at the question {question.words!r}: nothing is written"
         )
     if not sys.stdin.isatty():
         say(line)

@@ -1,4 +1,4 @@
-"""The person at a terminal: shows the arm, asks to confirm its posture, and jogs it there."""
+"""The person at a terminal who looks at the arm, confirms its posture, and jogs it to one."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def posture_drawing(arm: JoggedArm, joints: Joints, opening_mm: float) -> list[s
 
 
 def scene_of(arm: JoggedArm, joints: Joints, opening_mm: float) -> ArmScene:
-    """Return the scene of an arm in a posture."""
+    """Return what there is to draw of an arm in a posture."""
     geometry = arm.model.arm
     return ArmScene(
         points=geometry.points(joints),
@@ -39,7 +39,7 @@ def scene_of(arm: JoggedArm, joints: Joints, opening_mm: float) -> ArmScene:
 
 
 def ask_operator(request: PostureRequest) -> bool:
-    """Ask the person at the terminal whether the arm is in the posture."""
+    """Ask the person at the terminal whether the arm stands in the posture."""
     for line in posture_drawing(request.arm, request.joints, request.opening_mm):
         say(line)
     say(str(request))
@@ -47,7 +47,7 @@ def ask_operator(request: PostureRequest) -> bool:
 
 
 def settle_trust(arm: Arm) -> None:
-    """Ask the person, or the simulated operator, to confirm a restored position."""
+    """Have a restored position confirmed: by the simulated operator, or by the person here."""
     status = arm.status
     if status.joints is None or not arm.referencing.unconfirmed:
         return
@@ -55,7 +55,7 @@ def settle_trust(arm: Arm) -> None:
         confirm_simulated(arm)
         return
     if not sys.stdin.isatty():
-        return  # the motion will be refused, with the ways to confirm
+        return  # the motion is refused, with the ways to confirm
     for line in posture_drawing(arm, status.joints, status.gripper_mm or 0.0):
         say(line)
     say(f"An earlier program left the arm at {status.joints}.")
@@ -74,11 +74,11 @@ def confirm_simulated(arm: Arm) -> None:
 
 
 # Jogging an arm to a posture, line by line: a picture, small jogs, and `done`. Lines come from the
-# terminal or a pipe; the end of the input does not confirm.
+# terminal or a pipe; the end of input confirms nothing.
 
 PICTURE_WIDTH, PICTURE_HEIGHT = 46, 14
 MOST_DEG = MOST_MM = 20.0
-"""A typing error such as `shoulder -200` is refused."""
+"""A slip of the finger, `shoulder -200`, is no small jog."""
 
 SPEED = 0.25
 TIP_AXES = ("x", "y", "z")
@@ -92,14 +92,14 @@ CLEAR, MOTORS_ON = "ok", "on"
 
 
 class TerminalOperator:
-    """Guides a person through the steps. As an operator, returns whether the person confirmed."""
+    """Leads through the steps. As an operator it returns True when the person has confirmed."""
 
     def __init__(self, *, terminal: bool) -> None:
         self.wants_desk = False
         self._terminal = terminal
 
     def prepare(self, arm: Arm, *, off: bool) -> bool:
-        """Go through the steps before the first jog; return whether the person wants to go on."""
+        """Go through what comes before the first jog; False where the person wants no more."""
         say("Step 1 of 3. Clear the arm's way, and keep a hand on its power switch.")
         if not _types(CLEAR, "Its way is clear"):
             return False
@@ -114,7 +114,7 @@ class TerminalOperator:
         return True
 
     def __call__(self, request: PostureRequest) -> bool:
-        """Let the person jog the arm until they confirm the posture, or leave."""
+        """Have the arm jogged to the posture until the person says that it is there."""
         say("Step 3 of 3. Bring the arm to this posture (from the side and from above):")
         self._show(request)
         say(f"{HELP}.")
@@ -159,7 +159,7 @@ def _types(word: str, question: str) -> bool:
 
 
 def posture_pictures(request: PostureRequest) -> list[str]:
-    """Draw the requested posture from the side and, next to it, from above."""
+    """Draw the posture asked for from the side and from above, beside each other."""
     scene = scene_of(request.arm, request.joints, request.opening_mm)
     braille = can_braille(sys.stdout.encoding, os.environ)
     side = side_view(scene, PICTURE_WIDTH, PICTURE_HEIGHT, braille)
@@ -168,7 +168,7 @@ def posture_pictures(request: PostureRequest) -> list[str]:
 
 
 def difference(request: PostureRequest) -> str:
-    """Return the remaining distance in words; nothing if the position is unknown."""
+    """Say how far it is still to go; nothing where the position is not even roughly known."""
     status = request.arm.status
     if status.trust is Trust.UNKNOWN or status.joints is None:
         return ""
@@ -181,13 +181,13 @@ def difference(request: PostureRequest) -> str:
 
 
 def axes_of(arm: JoggedArm) -> tuple[str, ...]:
-    """Return the axes that a line may jog; the tip needs a known position."""
+    """Return what a line may jog; the arm itself refuses the tip where it trusts no position."""
     tip = TIP_AXES if arm.status.trust in (Trust.REFERENCED, Trust.RESTORED) else ()
     return (*arm.model.arm.joint_names, GRIPPER_AXIS, *tip)
 
 
 def parse_jogs(words: list[str], axes: tuple[str, ...]) -> list[tuple[str, float]]:
-    """Read `shoulder -2 gripper 3`; unambiguous names may be shortened."""
+    """Read `shoulder -2 gripper 3`; names may be cut short where that is unambiguous."""
     if len(words) % 2:
         raise BadRequest("write a name and an amount, for example shoulder -2")
     return [
@@ -212,7 +212,7 @@ def _amount(word: str) -> float:
 
 
 def jogged(arm: JoggedArm, name: str, amount: float) -> str:
-    """Jog, and return the result in words."""
+    """Jog, and say what came of it."""
     if name in TIP_AXES:
         done = arm.jog_l({f"{name}_mm": amount}, speed=SPEED, frame=BASE_FRAME)
     else:

@@ -126,8 +126,11 @@ def test_a_usage_error_is_json_where_that_is_asked_for(call, words):
         (["move", "--x", "abc"], "'abc' is not a number"),
         (["move", "--x", "nan"], "'nan' is not a finite number"),
         (["move", "--z", "inf"], "'inf' is not a finite number"),
-        (["move", "--speed", "0", "--park"], "above 0, not 0: write 0.5 or 50%"),
-        (["move", "--speed", "50", "--park"], "not 50: write 0.5 or 50%"),
+        (["move", "--speed", "0", "--park"], "a speed is above 0, not 0: write 0.5 or 50%"),
+        (
+            ["move", "--speed", "1.5", "--park"],
+            "a fraction of the limits, not 1.5: write 0.015 or 1.5%",
+        ),
         (["fk", "0", "0", "0", "0", "x"], "'x' is not a number"),
         (["fk", "0", "0"], "required"),
         (["ik", "--x", "1"], "required"),
