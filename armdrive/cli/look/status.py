@@ -12,14 +12,14 @@ import itertools
 import tui
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.drive.control_requests import one_holder
+from armdrive.cli.drive.control_requests import ask, one_holder
 from armdrive.cli.look.status_text import Watched, status_lines
 from armdrive.cli.presenter import Result, show, tell
 from armdrive.cli.screens import require_screen
 from armdrive.connect.target import find
 from armdrive.errors import ArmError, ArmInUse
 from armdrive.status import status_view
-from armdrive.storage.lock_client import ask_holder, holder_words, watch_holder
+from armdrive.storage.lock_client import holder_words, watch_holder
 
 
 def status(options: argparse.Namespace) -> Result:
@@ -29,7 +29,7 @@ def status(options: argparse.Namespace) -> Result:
             view = status_view(arm.status)
     except ArmInUse:
         name = chosen_target(options).config.name
-        view = ask_holder(name, "status")
+        view = ask(name, "status")
         held = f"{holder_words(name)} is driving this arm."
         return Result(view, itertools.chain((held, ""), status_lines(view, options)))
     return Result(view, status_lines(view, options))
