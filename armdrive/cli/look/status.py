@@ -8,6 +8,8 @@ from __future__ import annotations
 import argparse
 import contextlib
 import itertools
+from collections.abc import Mapping
+from typing import Any
 
 import tui
 from armdrive.cli.arm_files import chosen_target
@@ -26,7 +28,7 @@ def status(options: argparse.Namespace) -> Result:
     """Return the status; nothing is switched on."""
     try:
         with contextlib.closing(connect_chosen(options)) as arm:
-            view = status_view(arm.status)
+            view: Mapping[str, Any] = status_view(arm.status)
     except ArmInUse:
         name = chosen_target(options).config.name
         view = ask(name, "status")
