@@ -15,8 +15,6 @@ from armdrive.errors import BadRequest
 from armdrive.text.speed import parse_speed
 from kinematics.errors import nearest_word
 
-Command = Callable[[argparse.Namespace], int]
-"""Runs a command, and returns the exit code."""
 Declare = Callable[[argparse.ArgumentParser], None]
 """Declares the options of a command."""
 
