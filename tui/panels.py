@@ -64,7 +64,9 @@ def banner(
     if status.paused:
         return _paused(keys, here=paused_here)
     if status.speed_override < 1.0:
-        return f"SLOWED from outside to {status.speed_override:.0%}: `armdrive slow 100` ends that."
+        return (
+            f"SLOWED from outside to {status.speed_override:.0%}: `armdrive slow 100%` ends that."
+        )
     return ""
 
 

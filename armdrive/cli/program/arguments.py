@@ -60,7 +60,7 @@ def _demo(parser: argparse.ArgumentParser) -> None:
 _RUN_EPILOG = """\
 A program file is rehearsed on the arm's simulated twin before its first motion. What was
 interrupted is taken up again with --resume. From another terminal `armdrive pause`, `resume`,
-`slow 20`, `stop`, `status` and `watch` work as ever; Ctrl-C stops the arm, a second one leaves at
+`slow 20%`, `stop`, `status` and `watch` work as ever; Ctrl-C stops the arm, a second one leaves at
 once. docs/running.md tells more.
 
 Examples:
@@ -182,7 +182,7 @@ _TEACH_EPILOG = """\
 A sequence and its points stand in the arm's file of points (docs/points.md, docs/teaching.md).
 
 Examples:
-  armdrive teach record stack               the arm is jogged in another terminal; Ctrl-C ends it
+  armdrive teach follow stack               jog the arm in another terminal; Ctrl-C here ends it
   armdrive teach here stack                 name the place where the arm stands, as the next step
   armdrive teach add stack gripper grasp    a step at the end
   armdrive teach insert stack 3 to above along a line at 30%
@@ -248,7 +248,7 @@ def _reverse_words(action: argparse.ArgumentParser) -> None:
 
 
 TEACH_ACTIONS: Mapping[str, Action] = MappingProxyType({
-    "record": Action("record an arm that another program drives, until Ctrl-C",
+    "follow": Action("add a place wherever another program lets the arm rest, until Ctrl-C",
                      "program.teach:record", _sequence(more=_record_words)),
     "here": Action("name the place where the arm stands, as the next step",
                    "program.teach:here", _sequence(more=_here_words)),

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import importlib
+import io
 import json
 import pkgutil
+import sys
 from pathlib import Path
 
 import pytest
@@ -14,6 +16,7 @@ import armdrive
 import firmware_protocol
 import kinematics
 from armdrive import Arm
+from armdrive.cli import main
 from armdrive.errors import ArmError, BadRequest, LinkLost, NoSuchPort, NotReferenced, WrongState
 from armdrive.errors.printing import page
 from armdrive.errors.table import ENTRIES, GROUPS, by_code, entry, entry_of, error_view
@@ -115,6 +118,20 @@ def test_one_row_is_printed_by_its_code(capsys):
     assert text.startswith("E407: the connection was lost (LinkLost)")
     assert "`armdrive reset`" in text
     assert "E999" in Caller(capsys).refused("errors", "E999", code=2)
+
+
+def test_a_terminal_gets_a_row_folded_to_its_width(monkeypatch):
+    class Terminal(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    monkeypatch.setattr(sys, "stdout", terminal := Terminal())
+    monkeypatch.setenv("COLUMNS", "60")
+    assert main(["errors", "E502"]) == 0
+    first, *lines = terminal.getvalue().splitlines()
+    assert first.startswith("E502: ")
+    assert max(map(len, lines)) < 60
+    assert {line[:10].strip() for line in lines} == {"cause", "effect", "remedy", ""}
 
 
 def test_the_list_names_every_code_and_json_gives_every_word(capsys):

@@ -42,7 +42,7 @@ HOLDING_NOTHING = [
     ("points", "list"),
     ("config", "list"),
     ("log",),
-    ("teach", "record", "pick"),
+    ("teach", "follow", "pick"),
 ]
 """Commands that hold no arm, and do what they can, or say a sentence."""
 

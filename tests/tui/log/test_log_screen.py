@@ -239,7 +239,7 @@ async def test_the_catalogue_begins_at_the_line_and_is_searched():
     async with LogSession() as session:
         await session.press("e")
         assert "> E502" in session.dialog("catalogue-text")
-        await session.press("backspace", "delete", *"wire,lost")
+        await session.press("backspace", "delete", *"cable,lost")
         text = session.dialog("catalogue-text")
         assert "> E" in text
         assert "remedy" in text

@@ -16,7 +16,7 @@ from kinematics import Joints
 DOCS = Path(__file__).parents[4] / "docs"
 TEACHING = (DOCS / "teaching.md").read_text(encoding="utf-8")
 TEACHMOVER = (DOCS / "teachmover.md").read_text(encoding="utf-8")
-WATCHES = ("armdrive jog", "armdrive teach record", "armdrive run")
+WATCHES = ("armdrive jog", "armdrive teach follow", "armdrive run")
 """What needs a second program beside it, or belongs to another page."""
 
 
