@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from armdrive.errors import BadRequest
+from armdrive.text.speed import parse_speed
 
 Command = Callable[[argparse.Namespace], int]
 """Carries a command out, and returns the exit code."""
@@ -119,8 +120,8 @@ def count(text: str) -> int:
 
 
 def fraction(text: str) -> float:
-    """Return a number above 0 and up to 1."""
-    value = number(text)
-    if not 0.0 < value <= 1.0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not above 0 and up to 1")
-    return value
+    """Return a speed as a fraction of the limits, for argparse's `type=`."""
+    try:
+        return parse_speed(text)
+    except BadRequest as error:
+        raise argparse.ArgumentTypeError(str(error)) from None

@@ -61,6 +61,10 @@ class AwaitInputs:
     low: tuple[int, ...] = ()
     within_s: float | None = None
 
+    def __str__(self) -> str:
+        wanted = {**dict.fromkeys(self.high, "on"), **dict.fromkeys(self.low, "off")}
+        return " and ".join(f"input {number} is {state}" for number, state in wanted.items())
+
 
 @dataclass(frozen=True, slots=True)
 class ReadInput:
@@ -115,6 +119,17 @@ def act_name(act: Act) -> str:
     if isinstance(act, Go):
         return _MOVE_NAMES.get(type(act.move), "Go")
     return type(act).__name__
+
+
+def waiting_text(act: Act) -> str:
+    """Return what an act waits for, as a person is told it; nothing for an act that goes on."""
+    match act:
+        case Delay(time_s=time_s) if time_s > 0.0:
+            return f"waiting {time_s:g} s"
+        case AwaitInputs(within_s=limit_s):
+            limit = "" if limit_s is None else f", for {limit_s:g} s at most"
+            return f"waiting until {act}{limit}"
+    return ""
 
 
 @dataclass(frozen=True, slots=True)

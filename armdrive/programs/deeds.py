@@ -80,7 +80,7 @@ from armdrive.programs.language.values import (
     to_json,
     truth,
 )
-from armdrive.programs.language.words import FUNCTIONS, HERE, WORDS
+from armdrive.programs.language.words import FUNCTIONS, HERE, TIME, WORDS
 from armdrive.programs.language.writing import written
 from armdrive.programs.problems import SourceMark
 from armdrive.text.form import (
@@ -455,14 +455,14 @@ def _signal(doing: Doing) -> None:
     doing.ask(Outputs(*_parted("signal", _values(doing))))
 
 
-def _wait(doing: Doing) -> None:
+def _wait_input(doing: Doing) -> None:
     row, values, limit_s = doing.row, _values(doing), None
     if row.limit is not None:
         limit_s = number(value_of(row.limit, doing))
         doing.mark = row.mark
-        if limit_s < 0.0:
-            raise Trouble(f"a time is at least 0 s, not {said(limit_s)}")
-    came = doing.ask(AwaitInputs(*_parted("wait", values), limit_s))
+        if (wrong := out_of_bounds(TIME, limit_s)) is not None:
+            raise Trouble(wrong)
+    came = doing.ask(AwaitInputs(*_parted("wait_input", values), limit_s))
     if row.into:
         doing.store(came)
     elif row.limit is not None and not came:
@@ -558,7 +558,7 @@ DEEDS: Mapping[str, Callable[[Doing], None]] = MappingProxyType({
     "draw": _draw, "ready": _ready, "home": _home, "speed": _speed,
     "open": _open, "close": _close, "open_now": _open_now, "close_now": _close_now,
     "grasp": _grasp, "here": _here, "remember": _remember, "shift": _shift,
-    "delay": _delay, "signal": _signal, "wait": _wait, "hold": _hold, "type": _type,
+    "delay": _delay, "signal": _signal, "wait_input": _wait_input, "hold": _hold, "type": _type,
     "expect": _expect, STOP: _stop, RETURN: _return,
     ASSIGN: _assign, UNLESS: _unless, JUMP: _jump, ROUNDS: _rounds, ROUND: _round, CALL: _call,
 })  # fmt: skip

@@ -155,13 +155,12 @@ class Rehearser(Performer):
     def _await_inputs(self, act: AwaitInputs) -> bool:
         """Take inputs to come at once, but for those that are said to be otherwise."""
         input_bits(self.arm.core, (*act.high, *act.low))
-        wanted = {**dict.fromkeys(act.high, True), **dict.fromkeys(act.low, False)}
-        comes = all(self._inputs.get(number, on) is on for number, on in wanted.items())
-        what = " and ".join(f"input {number} is {WORDS[on]}" for number, on in wanted.items())
-        if comes or act.within_s is None:
-            self._assumptions.note(f"{what} at once")
+        on = all(self._inputs.get(number, True) for number in act.high)
+        off = not any(self._inputs.get(number, False) for number in act.low)
+        if (on and off) or act.within_s is None:
+            self._assumptions.note(f"{act} at once")
             return True
-        self._assumptions.note(f"it is not so within {act.within_s:g} s that {what}")
+        self._assumptions.note(f"it is not so within {act.within_s:g} s that {act}")
         self.arm.sleep(min(act.within_s, NAP_S))
         return False
 

@@ -35,6 +35,7 @@ from armdrive.programs.acts import (
     RunStage,
     Say,
     act_name,
+    waiting_text,
 )
 from armdrive.programs.language.values import PlaceValue
 from armdrive.programs.program import Machine
@@ -290,6 +291,11 @@ class RunStep:
     def act_name(self) -> str:
         """What people are told that the act is."""
         return act_name(self.stage.act)
+
+    @property
+    def waiting(self) -> str:
+        """What the act waits for, as a person is told it; nothing for an act that goes on."""
+        return waiting_text(self.stage.act)
 
     def view(self) -> dict[str, Any]:
         """Return its line, its act and its move as plain data."""

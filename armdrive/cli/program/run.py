@@ -55,6 +55,9 @@ MOVING = frozenset(
 )  # fmt: skip
 """The calls before which --step waits, and which are worth a line."""
 
+WAITING = "wait_inputs"
+"""The call that waits for inputs, and says so."""
+
 NO_RESUME = (
     "a Python script cannot be taken up where it was interrupted: what it knew is gone with it. "
     "Begin it anew, or write it as a program file (.arm)"
@@ -141,7 +144,8 @@ class _RunningScript:
             RunTerminal(arm, self._display, self._keys.keys).hold(text, lambda: arm.stops != stops)
             if arm.stops != stops:
                 raise Stopped("the script was stopped")
-        self._display.at(arm, self._last, call.name, loud=moves)
+        waiting = "waiting for inputs" if call.name == WAITING else ""
+        self._display.at(arm, self._last, call.name, loud=moves, waiting=waiting)
 
     # -- the end ------------------------------------------------------------------------------
 

@@ -230,6 +230,7 @@ class Display:
         self._arm: Arm | None = None
         self._mark: SourceMark | None = None
         self._act = ""
+        self._waiting = ""
         self._loop = 1
         self._loops = 1
         self._began_s = 0.0
@@ -263,8 +264,14 @@ class Display:
 
     def begins(self, step: RunStep, machine: Machine) -> None:  # noqa: ARG002 - as every onlooker
         """Show an act of a program file."""
-        loud = step.moves and self._typed is None
-        self.at(None, step.stage.mark, step.act_name, loop=step.loop, loud=loud)
+        self.at(
+            None,
+            step.stage.mark,
+            step.act_name,
+            loop=step.loop,
+            loud=step.moves and self._typed is None,
+            waiting=step.waiting,
+        )
 
     def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
         """Tell programs what an act brought; at a prompt, say what a grasp found."""
@@ -282,20 +289,31 @@ class Display:
         arm.program = self.view
 
     def at(
-        self, arm: Arm | None, mark: SourceMark, act: str, *, loop: int = 1, loud: bool = True
+        self,
+        arm: Arm | None,
+        mark: SourceMark,
+        act: str,
+        *,
+        loop: int = 1,
+        loud: bool = True,
+        waiting: str = "",
     ) -> None:
-        """Show where the program is; `loud` is worth a line of its own."""
+        """Show where the program is, on a line of its own if it is `loud` or waits."""
         with self._lock:
             self._arm = arm or self._arm
-            self._mark, self._act, self._loop = mark, act, loop
+            self._mark, self._act, self._loop, self._waiting = mark, act, loop, waiting
             self._progress.begins(mark, loop)
             self._began_s = 0.0 if self._arm is None else time_s(self._arm)
             view = self.view()
             if self._emit is not None:
                 self._write({"event": "act", **view})
+                if waiting:
+                    self._write({"event": "wait", **view})
             elif self._draws:
                 self._draw(view)
-            elif loud:
+            elif waiting and self._typed is not None:
+                self._print(waiting)
+            elif loud or waiting:
                 self._wipe()
                 self._print(place_words(view))
 
@@ -333,6 +351,7 @@ class Display:
                 "column": self._mark.column,
                 "text": self.source(self._mark.line),
                 "act": self._act,
+                "waiting": self._waiting or None,
                 "loop": self._loop,
                 "loops": self._loops,
                 "percent": None if estimate.percent is None else round(estimate.percent, 1),
@@ -423,7 +442,9 @@ def place_words(view: Mapping[str, Any]) -> str:
     left = "" if left_s is None else f"  {duration(left_s)} left"
     several = view["loops"] != 1
     loop = f"loop {view['loop']}  " if several else ""
-    return f"{share}  {loop}{line_words(view['line'], view['text'] or view['act'])}{left}"
+    waiting = f"  {view['waiting']}" if view["waiting"] else ""
+    line = line_words(view["line"], view["text"] or view["act"])
+    return f"{share}  {loop}{line}{waiting}{left}"
 
 
 def line_words(line: int | None, text: str) -> str:
@@ -490,9 +511,9 @@ def make_ready(arm: Arm, options: argparse.Namespace) -> None:
 
 
 def slow_down(arm: Arm, options: argparse.Namespace) -> None:
-    """Have an arm go no faster than the person wants. Raises `BadRequest`."""
+    """Slow an arm down to the speed that the person asked for."""
     if options.speed is not None:
-        arm.speed_override = options.speed / 100.0
+        arm.speed_override = options.speed
 
 
 def display_for(options: argparse.Namespace, lines: list[str]) -> Display:

@@ -188,7 +188,7 @@ def resume_command(options: argparse.Namespace) -> str:
 
 def move_command(options: argparse.Namespace) -> str:
     """Return the beginning of a command that moves the arm of this run."""
-    speed = [] if options.speed is None else ["--speed", f"{options.speed / 100.0:g}"]
+    speed = [] if options.speed is None else ["--speed", f"{options.speed:g}"]
     return shlex.join(["armdrive", "move", *_which(options), *speed])
 
 

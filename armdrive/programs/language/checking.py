@@ -243,7 +243,7 @@ class Fitting:
         elif kind is not None and slot.kind not in (kind, ValueKind.ANY):
             yield Problem(value.mark, f"{slot.kind.value} is needed here, not {kind.value}")
         elif isinstance(value, Number) and isfinite(value.value):
-            wrong = out_of_bounds(slot, value.value)
+            wrong = out_of_bounds(slot, value.value, percent=value.percent)
             if wrong is not None:
                 yield Problem(value.mark, wrong)
 

@@ -52,7 +52,7 @@ RETURN, STOP = "return", "stop"
 class Instruction:
     """One instruction: a word or one of the above, and where in the program it comes from.
 
-    `into` are the names in lower case that it gives values to; `limit` is the time that `wait` has;
+    `into` are the names in lower case that it gives values to; `limit` is the time that `wait_input` has;
     `target` is the instruction that it may lead to. Of the program's own names, parameters left
     out, it needs those that it `reads`, and gives a value to those that it `sets`.
     """

@@ -161,6 +161,7 @@ FOREIGN: Mapping[str, str] = MappingProxyType({
     "print": "`type`",
     "say": "`type`",
     "sleep": "`delay`",
+    "wait": "`wait_input 2` to wait for input 2, or `delay 2` to wait for 2 seconds",
     "gosub": "the name of a subprogram, as `fetch(pick)`",
     "call": "the name of a subprogram, as `fetch(pick)`",
     "def": "`define`",

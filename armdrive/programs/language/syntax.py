@@ -166,7 +166,7 @@ class Remark(Node):
 
 @dataclass(frozen=True, slots=True)
 class Do(Line):
-    """A word of the vocabulary with what belongs to it: `wait 1, -2 within 5`."""
+    """A word of the vocabulary with what belongs to it: `wait_input 1, -2 within 5`."""
 
     word: str
     """As it is spelt today."""

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TypeAlias
 
-from armdrive.programs.language.words import FIELDS, Slot, ValueKind
+from armdrive.programs.language.words import FIELDS, SPEED, Slot, ValueKind
+from armdrive.text.speed import speed_refusal
 from kinematics.spaces import Pose
 
 ForwardKinematics: TypeAlias = Callable[[Mapping[str, float]], Pose]
@@ -273,9 +274,14 @@ def fewest(slots: Sequence[Slot]) -> int:
     return sum(not slot.optional for slot in slots)
 
 
-def out_of_bounds(slot: Slot, value: float) -> str | None:
-    """Return why a slot does not take a number, None where it does."""
+def out_of_bounds(slot: Slot, value: float, *, percent: bool = False) -> str | None:
+    """Return why a slot refuses a number, or None if it is within bounds.
+
+    `percent` tells that the number was written as a percentage.
+    """
     shown = said(value)
+    if slot is SPEED and not 0.0 < value <= 1.0:
+        return speed_refusal(100.0 * value if percent else value, percent=percent)
     if slot.whole and value != int(value):
         return f"{slot.title} has to be a whole number, not {shown}"
     if slot.not_zero and value == 0.0:
@@ -285,9 +291,5 @@ def out_of_bounds(slot: Slot, value: float) -> str | None:
     if slot.least is not None and value < slot.least:
         return f"{slot.title} is at least {said(slot.least)}, not {shown}"
     if slot.most is not None and value > slot.most:
-        return f"{slot.title} is at most {said(slot.most)}, not {shown}{_meant(slot, value)}"
+        return f"{slot.title} is at most {said(slot.most)}, not {shown}"
     return None
-
-
-def _meant(slot: Slot, value: float) -> str:
-    return f"; was {said(value)}% meant?" if slot.most == 1.0 and 1.0 < value <= 100.0 else ""

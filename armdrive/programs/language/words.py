@@ -64,6 +64,7 @@ ANYTHING = Slot("text or value", ValueKind.ANY, many=True, optional=True)
 NEW_PLACE = Slot("name", ValueKind.PLACE, sets=True)
 LINES = Slot("number, negative for off", many=True, whole=True, not_zero=True)
 CONDITION = Slot("condition", ValueKind.TRUTH)
+SPEED = Slot("fraction of the limits", above=0.0, most=1.0)
 COUNT = Slot("how often", least=0.0, whole=True)
 
 
@@ -92,8 +93,7 @@ MOVING = (
          "draw 10, 0, -5"),
     Word("ready", (), "Go to the park posture of the arm file.", "ready"),
     Word("home", (), "Reference the arm, where its position is not yet trusted.", "home"),
-    Word("speed", (Slot("fraction of the limits, as 0.5 or 50%", above=0.0, most=1.0),),
-         "The speed of all that comes after it.", "speed 50%"),
+    Word("speed", (SPEED,), "The speed of all that comes after it.", "speed 50%"),
 )  # fmt: skip
 
 FINGERS = (
@@ -120,11 +120,11 @@ TIME = Slot("time in s", least=0.0, most=LONGEST_TIME_S)
 WAITING = (
     Word("delay", (TIME,), "Let time pass.", "delay 1.5"),
     Word("signal", (LINES,), "Switch outputs on, and those with a minus off.", "signal 3, -4"),
-    Word("wait", (LINES,),
-         "Wait until inputs are on, and those with a minus off. If that takes longer than `within` "
-         "says, in s, the program ends with an error, or goes on with `off` in the name that "
-         "stands behind `into`.",
-         "wait 1, -2 within 5",
+    Word("wait_input", (LINES,),
+         "Wait until inputs are on, and those with a minus off. After the time that `within` gives, "
+         "in s, the program ends with an error; with `into NAME` it goes on, and the name says "
+         "whether the inputs came.",
+         "wait_input 1, -2 within 5",
          links=(("within", (TIME,)), _into(ValueKind.TRUTH))),
     Word("hold", (ANYTHING,), "Wait until a person lets the program go on.",
          'hold "turn the part"', ("pause",)),
@@ -334,7 +334,7 @@ def meanings(name: str) -> list[str]:
 
 
 def usage(word: Word) -> str:
-    """Return how a word is written: `wait NUMBER, ... [within TIME] [into NAME]`."""
+    """Return how a word is written: `wait_input NUMBER, ... [within TIME] [into NAME]`."""
     links = "".join(
         f" {link} {_slots(slots)}" if link in word.needs else f" [{link} {_slots(slots)}]"
         for link, slots in word.links

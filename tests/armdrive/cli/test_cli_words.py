@@ -94,8 +94,11 @@ def test_a_word_like_no_command_is_sent_to_the_help(call):
         (["move", "--x", "abc"], "'abc' is not a number"),
         (["move", "--x", "nan"], "'nan' is not a finite number"),
         (["move", "--z", "inf"], "'inf' is not a finite number"),
-        (["move", "--speed", "0", "--park"], "'0' is not above 0"),
-        (["move", "--speed", "1.5", "--park"], "'1.5' is not above 0"),
+        (["move", "--speed", "0", "--park"], "a speed is above 0, not 0: write 0.5 or 50%"),
+        (
+            ["move", "--speed", "1.5", "--park"],
+            "a fraction of the limits, not 1.5: write 0.015 or 1.5%",
+        ),
         (["fk", "0", "0", "0", "0", "x"], "'x' is not a number"),
         (["fk", "0", "0"], "required"),
         (["ik", "--x", "1"], "required"),

@@ -93,11 +93,11 @@ FAILING = [
     ("x = 1e999", "too large"),
     ("n = 1.5\nrepeat n\nend", "whole number of times, not 1.5"),
     ("n = -1\nrepeat n\nend", "whole number of times, not -1"),
-    ("n = 2\nspeed n", "at most 1, not 2"),
+    ("n = 2\nspeed n", "a fraction of the limits, not 2: write 0.02 or 2%"),
     ("n = -2\ndelay n", "at least 0, not -2"),
     ("n = 1.5\nsignal n", "whole number, not 1.5"),
     ("n = 0\nif input(n)\nend", "at least 1, not 0"),
-    ("n = -1\nwait 1 within n", "at least 0 s, not -1"),
+    ("n = -1\nwait_input 1 within n", "time in s is at least 0, not -1"),
     ("n = 1\nsignal n, -n", "1 cannot be both on and off"),
     ("x = pick.yaw", "this arm has no yaw"),
     ("while on\nend", "goes round here without ever asking anything"),
@@ -140,7 +140,7 @@ def test_a_failure_stays_and_can_be_written_down():
 @pytest.mark.parametrize(
     ("text", "answer"),
     [("grasp into w", None), ("grasp into w", float("nan")), ("here p", 3.0),
-     ("x = input(1)", 1.0), ("wait 1 within 2", None)],
+     ("x = input(1)", 1.0), ("wait_input 1 within 2", None)],
 )  # fmt: skip
 def test_an_answer_of_a_wrong_kind_is_refused_and_the_act_stays(text, answer):
     machine = started(text)

@@ -278,7 +278,7 @@ def test_a_slowed_script_is_slow_on_every_arm(homed, write):
             print(one.speed_override, two.speed_override)
         """
     )
-    assert "0.25 0.25" in homed("run", path, "--speed", "25", code=0).out
+    assert "0.25 0.25" in homed("run", path, "--speed", "25%", code=0).out
 
 
 def test_a_recording_of_a_script_is_kept(homed, write, tmp_path):

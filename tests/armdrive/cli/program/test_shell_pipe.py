@@ -74,6 +74,14 @@ def test_what_was_carried_out_is_saved_as_a_program_that_runs(piped, call, tmp_p
     assert "  fetch(place)\n  pick: x 250.0" in names
 
 
+def test_every_wait_is_shown(homed):
+    text = "wait_input 2 within 1 into came\n"
+    waiting = "waiting until input 2 is on, for 1 s at most"
+    assert homed(text).out.splitlines()[1:] == [waiting]
+    events = homed(text, "--json").json_lines
+    assert [each["waiting"] for each in events if each["event"] == "wait"] == [waiting]
+
+
 def test_the_first_error_ends_it_with_its_code_and_place(homed, call):
     before = call("status", "--json", code=0).json["pose"]
     called = homed("delay 0\nmove at(900, 0, 0, -90)\nready\n", code=3)
