@@ -538,6 +538,8 @@ def _round(doing: Doing) -> None:
     if most is not None and (begun or 0) >= most:
         doing.following = doing.row.target
         return
+    if most is None and not doing.row.into:
+        return  # nothing counts these rounds, so the program is in the same state in each
     begun = (begun or 0) + 1
     loops[loop] = (begun, most)
     doing.store(float(begun))

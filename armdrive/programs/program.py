@@ -8,6 +8,7 @@ so that a machine restored from it gives the same act again, and the same rest.
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -273,6 +274,11 @@ class Machine:
         if isinstance(stage.act, Go):
             self._state.moved = True  # the fingers went along, or did something else
         self._stage = None
+
+    @property
+    def fingerprint(self) -> str:
+        """What is the same again when the program is in the same state."""
+        return json.dumps(STATE.write(self._state))
 
     def snapshot(self) -> dict[str, object]:
         """Return all that the program knows at this point, as plain JSON data."""

@@ -6,10 +6,10 @@ Only what it does to arms is rehearsed. Whatever else it does, it does.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from armdrive.arm import Arm
-from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import ConnectOptions, connect_simulated
 from armdrive.connect.target import SIM, find
 from armdrive.errors import BadRequest
@@ -20,9 +20,9 @@ from armdrive.programs.rehearsal import (
     Assumptions,
     Patience,
     Rehearsal,
+    SeenArm,
     Things,
     TooLong,
-    knows_its_world,
     rehearsing_arm,
     trace,
 )
@@ -35,29 +35,29 @@ from kinematics.geometry import Point
 class _Stage:
     """Gives a script its twins, and notes what it does with them."""
 
-    def __init__(self, config: ArmConfig, arm: Arm | None, plan: RunPlan, script: Path) -> None:
+    def __init__(self, seen: SeenArm, plan: RunPlan, script: Path, patience: Patience) -> None:
         self.assumptions = Assumptions()
         self.path: list[Point] = []
         self.calls: list[tuple[SourceMark, str, float]] = []
         self.twins: list[Arm] = []
-        self._config = config
-        self._arm = arm
+        self._seen = seen
         self._plan = plan
         self._script = str(script)
-        self._patience = Patience()
+        self._patience = patience
         self._things: dict[int, Things] = {}
 
     def own(self, options: ConnectOptions) -> Arm:
         """Return the twin of the arm that the run names."""
-        return self._twin_of(self._config, self._arm, options)
+        return self._twin_of(self._seen, options)
 
     def given(self, target: str, options: ConnectOptions) -> Arm:
         """Return the twin of an arm that the script names; a simulated one it is itself."""
         config = find(target, dialect_name=options.dialect, baud=options.baud).config
         own_world = target.startswith(SIM) or options.twin is not None
         if not own_world:
-            same = _plain(config.name) == _plain(self._config.name)
-            return self._twin_of(config, self._arm if same else None, options)
+            same = _plain(config.name) == _plain(self._seen.config.name)
+            seen = replace(self._seen, config=config) if same else SeenArm(config)
+            return self._twin_of(seen, options)
         made = Arm(
             connect_simulated(
                 config,
@@ -66,7 +66,7 @@ class _Stage:
                 operator=options.operator,
             )
         )
-        self._things[id(made)] = self._known(True)
+        self._things[id(made)] = self._found(known=True)
         return made
 
     def made(self, arm: Arm) -> None:
@@ -80,8 +80,8 @@ class _Stage:
 
     def told(self, arm: Arm, call: ScriptCall) -> None:
         """Note a call of the script."""
-        self._patience.ask(self.elapsed_s)
         mark = self.assumptions.mark = SourceMark(call.line, 1, self._script)
+        self._patience.before_act(mark, self.elapsed_s)
         self.calls.append((mark, call.name, self.elapsed_s))
         if call.grasps:
             self._things[id(arm)].before_grasp(arm)
@@ -103,25 +103,28 @@ class _Stage:
             for (mark, name, at_s), end_s in zip(self.calls, ends, strict=True)
         )
 
-    def _twin_of(self, config: ArmConfig, arm: Arm | None, options: ConnectOptions) -> Arm:
+    def _twin_of(self, seen: SeenArm, options: ConnectOptions) -> Arm:
         settle = self.assumptions.note if self._plan.settle else None
-        made = rehearsing_arm(config, arm, settle, _clock(options))
-        self._things[id(made)] = self._known(knows_its_world(arm))
+        made = rehearsing_arm(seen, settle, _clock(options))
+        self._things[id(made)] = self._found(known=seen.world is not None)
         return made
 
-    def _known(self, known: bool) -> Things:
+    def _found(self, *, known: bool) -> Things:
         return Things(self.assumptions, self._plan.width_mm, known=known)
 
 
 def rehearse_script(
-    script: Path, words: Sequence[str], config: ArmConfig, arm: Arm | None, plan: RunPlan
+    script: Path,
+    words: Sequence[str],
+    seen: SeenArm,
+    plan: RunPlan,
+    patience: Patience,
 ) -> Rehearsal:
-    """Rehearse a script. What it raises, other than to end, is the refusal of the answer.
+    """Rehearse a script; an error that it raises is the refusal of the answer.
 
-    `config` is the arm that `Arm.connect()` without a target means, `arm` that arm where it could
-    be asked where it stands.
+    `seen` is the arm that `Arm.connect()` without a target means.
     """
-    stage = _Stage(config, arm, plan, script)
+    stage = _Stage(seen, plan, script, patience)
     connections = Connections(script, stage.own, stage.told, stage.made, stage.given)
     refusal: Exception | None = None
     whole = True

@@ -4,25 +4,23 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import json
 import re
 import signal
-import sys
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
 from armdrive.arm import Arm
-from armdrive.cli.presenter import put, put_error, say, say_lines
+from armdrive.cli.presenter import put, put_error
 from armdrive.cli.program.run_common import (
     LOOK_EVERY_S,
-    Display,
     Pressed,
     RunTerminal,
     failed_view,
     stopped_by_interrupt,
 )
+from armdrive.cli.program.run_output import Display, RunOutput
 from armdrive.cli.terminal_person import ask_operator
 from armdrive.dialog.operator import PostureRequest
 from armdrive.errors import ArmError, NotReferenced, OperatorNeeded
@@ -109,8 +107,10 @@ class Shell:
     ) -> None:
         self.arm = arm
         self.words = words
-        self.json = bool(options.json)
         self.typing = typing
+        self._output = RunOutput(
+            as_json=bool(options.json), rewrites=None if typing else False, words=SHELL
+        )
         self.on_arm = ArmSession(arm, typing=typing)
 
     @property
@@ -118,16 +118,14 @@ class Shell:
         """What has been typed so far."""
         return self.on_arm.session
 
-    def tell(self, event: dict[str, Any], text: str) -> None:
-        """Say something: an event for programs, lines for people."""
-        if self.json:
-            self.emit(event)
-        elif text:
-            say_lines(presented(text, SHELL))
+    @property
+    def json(self) -> bool:
+        """Whether events are printed instead of text."""
+        return self._output.as_json
 
-    def emit(self, event: dict[str, Any]) -> None:
-        """Print an event, in the words of the prompt."""
-        say(presented(json.dumps(event), SHELL))
+    def tell(self, event: Mapping[str, Any] | None, text: str) -> None:
+        """Say something: an event for programs, lines for people."""
+        self._output.tell(event, text)
 
     def take(self, line: str, position: int = 1) -> None:
         """Take a line: an entry's, or one of the shell's own words.
@@ -160,9 +158,7 @@ class Shell:
             raise self.session.typed.shown(error) from None
 
     def _perform(self, entry: PromptEntry, machine: Machine) -> None:
-        rewrites = self.typing and sys.stdout.isatty()
-        emit = self.emit if self.json else None
-        shown = Display([], emit, rewrites=rewrites, typed=self.session.typed)
+        shown = Display([], self._output, self.session.typed)
         keys = keys_at_prompt if self.typing else None  # lines of a pipe are no answers
         said = partial(self._say_values, machine) if entry.says else None
         person = RunTerminal(self.arm, shown, keys, said)
@@ -186,7 +182,7 @@ class Shell:
         at = self.on_arm.at
         mark = None if at is None else at.stage.mark
         if self.json:
-            self.emit(failed_view(getattr(error, "mark", None) or mark, error, ""))
+            self.tell(failed_view(getattr(error, "mark", None) or mark, error, ""), "")
         elif mark is not None and not isinstance(error, ProgramError):
             line = self.session.typed.line_at(mark).strip()
             if not self.typing:

@@ -42,8 +42,8 @@ def _list(shell: Shell, _: str) -> None:
         first, *others = text.split("\n")
         rows = [f"{number:>4}  {first}", *(f"      {line}" for line in others)]
         shell.tell({"event": "list", "entry": number, "text": text}, "\n".join(rows))
-    if not shell.session.kept and not shell.json:
-        shell.tell({}, "nothing has been carried out yet")
+    if not shell.session.kept:
+        shell.tell(None, "nothing has been carried out yet")
 
 
 def _drop(shell: Shell, rest: str) -> None:
@@ -189,8 +189,8 @@ def _blocks(shell: Shell, _: str) -> None:
     names = list(_scene(shell).blocks)
     for name in names:
         _tell_block(shell, name)
-    if not names and not shell.json:
-        shell.tell({}, "there are no blocks: `put A 250 0` puts one on the table")
+    if not names:
+        shell.tell(None, "there are no blocks: `put A 250 0` puts one on the table")
 
 
 def _tell_block(shell: Shell, name: str) -> None:

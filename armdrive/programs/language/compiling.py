@@ -52,9 +52,9 @@ RETURN, STOP = "return", "stop"
 class Instruction:
     """One instruction: a word or one of the above, and where in the program it comes from.
 
-    `into` are the names in lower case that it gives values to; `limit` is the time that `wait_input` has;
-    `target` is the instruction that it may lead to. Of the program's own names, parameters left
-    out, it needs those that it `reads`, and gives a value to those that it `sets`.
+    `into` are the names, in lower case, that it sets; `limit` is the time limit of `wait_input`;
+    `target` is the instruction that it may jump to. `reads` and `sets` are the program's own names
+    that it uses and sets, without parameters.
     """
 
     word: str

@@ -121,8 +121,8 @@ WAITING = (
     Word("delay", (TIME,), "Let time pass.", "delay 1.5"),
     Word("signal", (LINES,), "Switch outputs on, and those with a minus off.", "signal 3, -4"),
     Word("wait_input", (LINES,),
-         "Wait until inputs are on, and those with a minus off. After the time that `within` gives, "
-         "in s, the program ends with an error; with `into NAME` it goes on, and the name says "
+         "Wait until inputs are on, and those with a minus off. After the time behind `within`, "
+         "in s, the program ends with an error; with `into NAME` it goes on, and the name tells "
          "whether the inputs came.",
          "wait_input 1, -2 within 5",
          links=(("within", (TIME,)), _into(ValueKind.TRUTH))),

@@ -13,6 +13,7 @@ from armdrive.cli.program import run_common
 from armdrive.cli.program.arguments import ARGUMENTS
 from armdrive.errors import BadRequest
 from armdrive.programs.journal import journal_file
+from armdrive.programs.rehearsal import Rehearsal
 from armdrive.sim.world.table import block_of
 
 CARRY = """\
@@ -132,14 +133,39 @@ def test_loops_are_run_and_shown(homed, write):
 
 
 def test_a_run_that_was_not_rehearsed_to_its_end_says_so(homed, write, monkeypatch):
-    monkeypatch.setattr("armdrive.programs.rehearsal.MOST_ACTS", 3)
+    monkeypatch.setattr("armdrive.cli.program.run_program.BEFORE_RUN_S", -1.0)
     path = write("repeat 5\n  delay 1\nend\n")
     ran = homed("run", path, code=0).out
-    assert "rehearsed for 3.0 s only: it may never end" in ran
+    assert "rehearsed for 0.0 s; not rehearsed to its end, which would take too long" in ran
     assert "%" not in ran
     lines = homed("run", path, "--json", code=0).json_lines
     assert lines[0]["rehearsed_whole"] is False
     assert lines[1]["percent"] is None
+
+
+def test_a_program_without_an_end_is_said_to_be_endless(homed, write):
+    path = write("move at(250, 0, 120, -90)\nwhile 1 > 0\n  ready\nend\n")
+    assert "; endless: it repeats from line 3 on" in homed("run", path, "--check", code=0).out
+    view = homed("run", path, "--check", "--json", code=0).json
+    assert (view["endless"], view["whole"]) == (3, True)
+
+
+def test_a_long_rehearsal_shows_how_far_it_is(homed, write, monkeypatch):
+    monkeypatch.setattr("armdrive.programs.rehearsal.TELL_EVERY_S", 0.0)
+    path = write("repeat 2\n  delay 1\nend\n")
+    shown = homed("run", path, "--check", code=0).out
+    assert "rehearsing: line 2, 1 acts, 1.0 s of the arm's time" in shown
+    first, *_ = homed("run", path, "--check", "--json", code=0).json_lines
+    assert first == {"event": "rehearsing", "acts": 0, "line": 2, "took_s": 0.0}
+
+
+def test_while_a_program_is_checked_the_arm_is_free(homed, write, monkeypatch):
+    def rehearsed(seen, *_):
+        homed("home", code=0)
+        return Rehearsal(((),))
+
+    monkeypatch.setattr("armdrive.cli.program.run_program.rehearse", rehearsed)
+    homed("run", write("ready\n"), "--check", code=0)
 
 
 def test_a_slower_run_takes_longer(homed, write):
