@@ -8,11 +8,12 @@ be read is left out, and the others are read on, so that all mistakes are told a
 from __future__ import annotations
 
 import re
+import threading
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, partial
 from types import MappingProxyType
-from typing import TypeAlias
+from typing import TypeAlias, cast
 
 from lark import (
     Lark,
@@ -24,8 +25,6 @@ from lark import (
     v_args,
 )
 from lark import Tree as ParseTree
-from lark.exceptions import VisitError
-from lark.tree import Meta
 
 from armdrive.programs.language.syntax import (
     Assign,
@@ -73,15 +72,15 @@ point: "point"i NAME "=" expr
 call: NAME ("(" arguments? ")")?
 goto: "goto"i target
 target: NAME | NUMBER
-if_goto: "if"i expr "then"i "goto"i? target
+if_goto: IF expr "then"i "goto"i? target
 define: "define"i NAME ("(" names? ")")?
 names: NAME ("," NAME)*
-if_: "if"i expr "then"i?
-else_if: ("else"i "if"i | "elseif"i) expr "then"i?
-else_: "else"i
-while_: "while"i expr
-repeat: "repeat"i expr? ("as"i NAME)?
-end: "end"i
+if_: IF expr "then"i?
+else_if: (ELSE "if"i | ELSEIF) expr "then"i?
+else_: ELSE
+while_: WHILE expr
+repeat: REPEAT expr? ("as"i NAME)?
+end: END
 
 arguments: expr ("," expr)*
 
@@ -111,6 +110,12 @@ arguments: expr ("," expr)*
      | "(" expr ")" -> inner
 joint: NAME sum
 
+IF: "if"i
+ELSE: "else"i
+ELSEIF: "elseif"i
+WHILE: "while"i
+REPEAT: "repeat"i
+END: "end"i
 WORD.3: /(@words@)(?![a-z0-9_])/i
 LINK.3: /(@links@)(?![a-z0-9_])/i
 TRUTH.3: /(true|false|on|off)(?![a-z0-9_])/i
@@ -134,18 +139,13 @@ COMMENT: /#.*/s
 """In lark's notation; the words come from the vocabulary."""
 
 
-@cache
-def line_parser() -> Lark:
-    """Return the parser of one line. It costs some 20 ms, so that it is made when one is read."""
+def _parser(reader: _LineReader | None) -> Lark:
+    """Return a parser of lines: into items with a reader, else into lark's own trees."""
     longest_first = sorted(SPELLINGS, key=len, reverse=True)
     grammar = GRAMMAR.replace("@words@", "|".join(longest_first))
     grammar = grammar.replace("@links@", "|".join(LINKS))
     return Lark(
-        grammar,
-        parser="lalr",
-        lexer="contextual",
-        maybe_placeholders=False,
-        propagate_positions=True,
+        grammar, parser="lalr", lexer="contextual", maybe_placeholders=False, transformer=reader
     )
 
 
@@ -320,22 +320,44 @@ def read_line(line: str, number: int = 1, file: str = "") -> list[Item]:
         mark = SourceMark(number, LONGEST_LINE + 1, file)
         raise LineMistake(Problem(mark, f"a line has at most {LONGEST_LINE} characters"))
     try:
-        tree = line_parser().parse(line)
+        if len(_NESTS.findall(line)) > DEEPEST_VALUE // 3 and _depth(line) > DEEPEST_VALUE:
+            text = "this is nested too deeply: give its parts names"
+            raise LineMistake(Problem(SourceMark(number, 1, file), text))
+        return _line_parser().read(line, number, file)
     except UnexpectedInput as error:
         column, text = mistake(error, line)
         raise LineMistake(Problem(SourceMark(number, column, file), text)) from None
-    if _depth(tree) > DEEPEST_VALUE:
-        raise LineMistake(
-            Problem(SourceMark(number, 1, file), "this is nested too deeply: give its parts names")
-        )
-    try:
-        return _LineReader(number, file).transform(tree)
-    except VisitError as error:  # a text that is none of a program
-        raise error.orig_exc from None
 
 
-def _depth(tree: ParseTree[Token]) -> int:
-    deepest, waiting = 0, [(tree, 1)]
+_NESTS = re.compile(r"[-(+*/<>=.]|\b(?:and|or|not|is)\b", re.IGNORECASE)
+"""Signs and words of which each nests a value at most three levels deeper in lark's tree."""
+
+
+class _LineParser:
+    """Parses lines straight into items, one at a time."""
+
+    def __init__(self) -> None:
+        self._reader = _LineReader()
+        self._lark = _parser(self._reader)
+        self._lock = threading.Lock()
+
+    def read(self, line: str, number: int, file: str) -> list[Item]:
+        """Return the items of a line. Raises lark's `UnexpectedInput`."""
+        with self._lock:
+            self._reader.at_line, self._reader.in_file = number, file
+            return cast("list[Item]", self._lark.parse(line))
+
+
+_line_parser = cache(_LineParser)
+"""Building a parser takes some 20 ms, so it is built when the first line is read."""
+
+_tree_parser = cache(partial(_parser, None))
+"""Builds trees of which the depth can be measured before values are made of them."""
+
+
+def _depth(line: str) -> int:
+    """Return how many levels the parse tree of a line has."""
+    deepest, waiting = 0, [(_tree_parser().parse(line), 1)]
     while waiting:
         found, depth = waiting.pop()
         deepest = max(deepest, depth)
@@ -343,24 +365,22 @@ def _depth(tree: ParseTree[Token]) -> int:
     return deepest
 
 
-@v_args(meta=True, inline=True)
+@v_args(inline=True)
 class _LineReader(Transformer[Token, list[Item]]):
     """Turns the parser's tree of one line into items that know where they stand.
 
     Each method is named for the rule of the grammar whose parts it is given.
     """
 
-    # ruff: noqa: ARG002 - lark gives every rule its place, and names the methods
-
-    def __init__(self, number: int, file: str) -> None:
+    def __init__(self) -> None:
         super().__init__()
-        self._number = number
-        self._file = file
+        self.at_line = 1
+        self.in_file = ""
 
-    def _mark(self, found: Meta | Token) -> SourceMark:
-        return SourceMark(self._number, getattr(found, "column", None) or 1, self._file)
+    def _mark(self, token: Token) -> SourceMark:
+        return SourceMark(self.at_line, token.column or 1, self.in_file)
 
-    def start(self, meta: Meta, *parts: Item | Token) -> list[Item]:
+    def start(self, *parts: Item | Token) -> list[Item]:
         items = [part for part in parts if not isinstance(part, Token)]
         note = next((part for part in parts if isinstance(part, Token)), None)
         if note is None:
@@ -376,103 +396,104 @@ class _LineReader(Transformer[Token, list[Item]]):
             case _:
                 return [*items, Remark(text, mark=self._mark(note))]
 
-    def label(self, meta: Meta, name: Token) -> Label:
+    def label(self, name: Token) -> Label:
         return Label(str(name), mark=self._mark(name))
 
-    def do(self, meta: Meta, word: Token, *parts: list[Expression] | _Link) -> Do:
+    def do(self, word: Token, *parts: list[Expression] | _Link) -> Do:
         arguments = tuple(value for part in parts if isinstance(part, list) for value in part)
         links = tuple(part for part in parts if isinstance(part, tuple))
         return Do(SPELLINGS[str(word).lower()], arguments, links, mark=self._mark(word))
 
-    def link(self, meta: Meta, word: Token, values: list[Expression]) -> _Link:
+    def link(self, word: Token, values: list[Expression]) -> _Link:
         return str(word).lower(), tuple(values)
 
-    def assign(self, meta: Meta, name: Token, value: Expression) -> Assign:
+    def assign(self, name: Token, value: Expression) -> Assign:
         return Assign(str(name), value, mark=self._mark(name))
 
-    def point(self, meta: Meta, name: Token, value: Expression) -> Assign:
+    def point(self, name: Token, value: Expression) -> Assign:
         return Assign(str(name), value, point=True, mark=self._mark(name))
 
-    def call(self, meta: Meta, name: Token, values: Iterable[Expression] = ()) -> Call:
+    def call(self, name: Token, values: Iterable[Expression] = ()) -> Call:
         return Call(str(name), tuple(values), mark=self._mark(name))
 
-    def goto(self, meta: Meta, target: Token) -> Goto:
+    def goto(self, target: Token) -> Goto:
         return Goto(str(target), mark=self._mark(target))
 
-    def target(self, meta: Meta, name: Token) -> Token:
+    def target(self, name: Token) -> Token:
         return name
 
-    def if_goto(self, meta: Meta, condition: Expression, target: Token) -> If:
-        mark = self._mark(meta)
-        return If((IfBranch(condition, (self.goto(meta, target),), mark=mark),), mark=mark)
+    def if_goto(self, word: Token, condition: Expression, target: Token) -> If:
+        mark = self._mark(word)
+        goto = Goto(str(target), mark=self._mark(target))
+        return If((IfBranch(condition, (goto,), mark=mark),), mark=mark)
 
-    def if_(self, meta: Meta, condition: Expression) -> If:
-        mark = self._mark(meta)
+    def if_(self, word: Token, condition: Expression) -> If:
+        mark = self._mark(word)
         return If((IfBranch(condition, mark=mark),), mark=mark)
 
-    def else_if(self, meta: Meta, condition: Expression) -> IfBranch:
-        return IfBranch(condition, mark=self._mark(meta))
+    def else_if(self, word: Token, condition: Expression) -> IfBranch:
+        return IfBranch(condition, mark=self._mark(word))
 
-    def else_(self, meta: Meta) -> IfBranch:
-        return IfBranch(None, mark=self._mark(meta))
+    def else_(self, word: Token) -> IfBranch:
+        return IfBranch(None, mark=self._mark(word))
 
-    def while_(self, meta: Meta, condition: Expression) -> While:
-        return While(condition, mark=self._mark(meta))
+    def while_(self, word: Token, condition: Expression) -> While:
+        return While(condition, mark=self._mark(word))
 
-    def repeat(self, meta: Meta, *parts: Expression | Token) -> Repeat:
+    def repeat(self, word: Token, *parts: Expression | Token) -> Repeat:
         count = next((part for part in parts if not isinstance(part, Token)), None)
         name = next((str(part) for part in parts if isinstance(part, Token)), "")
-        return Repeat(count, variable=name, mark=self._mark(meta))
+        return Repeat(count, variable=name, mark=self._mark(word))
 
-    def define(self, meta: Meta, name: Token, parameters: tuple[str, ...] = ()) -> Define:
+    def define(self, name: Token, parameters: tuple[str, ...] = ()) -> Define:
         return Define(str(name), parameters, mark=self._mark(name))
 
-    def names(self, meta: Meta, *names: Token) -> tuple[str, ...]:
+    def names(self, *names: Token) -> tuple[str, ...]:
         return tuple(map(str, names))
 
-    def end(self, meta: Meta) -> End:
-        return End(self._mark(meta))
+    def end(self, word: Token) -> End:
+        return End(self._mark(word))
 
     # -- values ------------------------------------------------------------------------------
 
-    def arguments(self, meta: Meta, *values: Expression) -> list[Expression]:
+    def arguments(self, *values: Expression) -> list[Expression]:
         return list(values)
 
-    def number(self, meta: Meta, text: Token) -> Number:
-        return Number(float(text), mark=self._mark(meta))
+    def number(self, text: Token) -> Number:
+        return Number(float(text), mark=self._mark(text))
 
-    def percent(self, meta: Meta, text: Token) -> Number:
-        return Number(float(text.rstrip("% \t")) / 100.0, percent=True, mark=self._mark(meta))
+    def percent(self, text: Token) -> Number:
+        return Number(float(text.rstrip("% \t")) / 100.0, percent=True, mark=self._mark(text))
 
-    def text(self, meta: Meta, quoted: Token) -> TextValue:
-        return TextValue(quoted[1:-1].replace('""', '"'), mark=self._mark(meta))
+    def text(self, quoted: Token) -> TextValue:
+        return TextValue(quoted[1:-1].replace('""', '"'), mark=self._mark(quoted))
 
-    def truth(self, meta: Meta, word: Token) -> Truth:
-        return Truth(word.lower() in _TRUE, mark=self._mark(meta))
+    def truth(self, word: Token) -> Truth:
+        return Truth(word.lower() in _TRUE, mark=self._mark(word))
 
-    def name(self, meta: Meta, name: Token) -> Name:
-        return Name(str(name), mark=self._mark(meta))
+    def name(self, name: Token) -> Name:
+        return Name(str(name), mark=self._mark(name))
 
-    def use(self, meta: Meta, name: Token, values: Iterable[Expression] = ()) -> Use:
-        return Use(str(name).lower(), tuple(values), mark=self._mark(meta))
+    def use(self, name: Token, values: Iterable[Expression] = ()) -> Use:
+        return Use(str(name).lower(), tuple(values), mark=self._mark(name))
 
-    def joints(self, meta: Meta, _: Token, *angles: tuple[str, Expression]) -> JointsOf:
-        return JointsOf(angles, mark=self._mark(meta))
+    def joints(self, word: Token, *angles: tuple[str, Expression]) -> JointsOf:
+        return JointsOf(angles, mark=self._mark(word))
 
-    def joint(self, meta: Meta, name: Token, angle: Expression) -> tuple[str, Expression]:
+    def joint(self, name: Token, angle: Expression) -> tuple[str, Expression]:
         return str(name).lower(), angle
 
-    def field(self, meta: Meta, value: Expression, name: Token) -> FieldOf:
-        return FieldOf(value, str(name).lower(), mark=self._mark(meta))
+    def field(self, value: Expression, name: Token) -> FieldOf:
+        return FieldOf(value, str(name).lower(), mark=value.mark)
 
-    def inner(self, meta: Meta, value: Expression) -> Expression:
+    def inner(self, value: Expression) -> Expression:
         return value
 
-    def unary(self, meta: Meta, sign: Token, value: Expression) -> Expression:
-        mark = self._mark(meta)
+    def unary(self, sign: Token, value: Expression) -> Expression:
+        mark = self._mark(sign)
         return negative(value, mark) if sign == "-" else Unary("not", value, mark=mark)
 
-    def binary(self, meta: Meta, left: Expression, sign: Token, right: Expression) -> Binary:
+    def binary(self, left: Expression, sign: Token, right: Expression) -> Binary:
         said = " ".join(str(sign).lower().split())
         return Binary(left, SIGNS[said], right, mark=self._mark(sign))
 
