@@ -27,7 +27,6 @@ from armdrive.programs.language.syntax import (
     Tree,
     Use,
     every,
-    subprograms,
     within,
 )
 from armdrive.programs.language.words import FUNCTIONS, HERE, OVER
@@ -267,8 +266,9 @@ class Session:
 def _needed(tree: Tree, known: Context) -> tuple[Define, ...]:
     """Return the known subprograms that a program leads to, and that it does not replace."""
     there = {define.name.lower(): define for define in known.defines}
-    for name in subprograms(tree):
-        there.pop(name, None)
+    for line in tree.body:
+        if isinstance(line, Define):
+            there.pop(line.name.lower(), None)
     waiting, found = [*tree.body], dict[str, Define]()
     while waiting:
         for name in _called(waiting.pop()):

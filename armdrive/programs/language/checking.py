@@ -21,6 +21,7 @@ from armdrive.programs.language.syntax import (
     Label,
     Name,
     Number,
+    ProgramNames,
     Repeat,
     Statement,
     TextValue,
@@ -31,12 +32,10 @@ from armdrive.programs.language.syntax import (
     While,
     bodies,
     every,
+    names_of,
     own_names,
-    scoped,
     set_by,
     slotted,
-    subprograms,
-    variables,
 )
 from armdrive.programs.language.values import OPERATORS, fewest, out_of_bounds, slot_of
 from armdrive.programs.language.words import (
@@ -59,14 +58,20 @@ from kinematics.errors import suggestion
 class Kinds:
     """The kinds of a program's names. A name has one kind, which its first value decides."""
 
-    def __init__(self, tree: Tree, known: Mapping[str, ValueKind] = MappingProxyType({})) -> None:
-        self.variables = variables(tree) | known.keys()
-        self.subprograms = subprograms(tree)
+    def __init__(
+        self, names: ProgramNames, known: Mapping[str, ValueKind] = MappingProxyType({})
+    ) -> None:
+        self.variables = names.variables
+        self.subprograms = names.subprograms
         self._kinds = {("", name): kind for name, kind in known.items()}
-        lines = list(scoped(tree))
+        setting = [
+            (define, line)
+            for define, line in names.lines
+            if isinstance(line, Call) or any(set_by(line))
+        ]
         while True:
             found = len(self._kinds)
-            for define, line in lines:
+            for define, line in setting:
                 for name, kind, owner in self._given(define, line):
                     if kind is not None:
                         self._kinds.setdefault(_scope(name.lower(), owner), kind)
@@ -304,10 +309,9 @@ class Fitting:
 # Whether a program holds together: names that clash, calls and labels that lead nowhere.
 
 
-def shape_problems(tree: Tree, known: frozenset[str] = frozenset()) -> Iterator[Problem]:
-    """Yield what keeps a program from being compiled; `known` have a value already."""
+def shape_problems(tree: Tree, names: ProgramNames) -> Iterator[Problem]:
+    """Yield what keeps a program from being compiled."""
     defines = [line for line in tree.body if isinstance(line, Define)]
-    own = variables(tree) | known
     called = [(line.name, line.mark) for line in defines]
     yield from _twice(called, "there is a subprogram {!r} already")
     for define in defines:
@@ -315,13 +319,13 @@ def shape_problems(tree: Tree, known: frozenset[str] = frozenset()) -> Iterator[
         yield from _twice(parameters, "two parameters are called {!r}")
         for name, mark in ((define.name, define.mark), *parameters):
             yield from _reserved(name, mark)
-        if define.name.lower() in own | own_names(define):
+        if define.name.lower() in names.variables | own_names(define):
             yield Problem(define.mark, f"{define.name!r} is the name of a value too: take another")
     main = tuple(line for line in tree.body if not isinstance(line, Define))
     for body in (main, *(define.body for define in defines)):
         labels = [(line.name, line.mark) for line in every(body) if isinstance(line, Label)]
         yield from _twice(labels, "there is a label {!r} already")
-        yield from _Placing(subprograms(tree), within=body is not main).problems(body)
+        yield from _Placing(names.subprograms, within=body is not main).problems(body)
 
 
 def _twice(named: list[tuple[str, SourceMark]], text: str) -> Iterator[Problem]:
@@ -389,17 +393,24 @@ def _no_label(name: str, labels: frozenset[str]) -> str:
 # calls).
 
 _Needs = dict[tuple[str, SourceMark], int | None]
+"""Names without a value where they are used, to the line of a call that leads there."""
 
 
 class _Settled:
-    """Finds the names that may have no value where they are used; `known` have one already."""
+    """Finds the names that may have no value where they are used; `known` have one already.
+
+    A set of names is a whole number with a bit for each, since a program of thousands of lines has
+    thousands of such sets.
+    """
 
     def __init__(self, code: CompiledCode, known: frozenset[str]) -> None:
-        self._known = known
         self._rows = code.instructions
-        self._all = frozenset[str]().union(*(row.sets for row in self._rows))
+        names = known.union(*(row.sets for row in self._rows))
+        self._bits = {name: 1 << index for index, name in enumerate(names)}
+        self._adds = [self._as_bits(row.sets) for row in self._rows]
+        self._known = self._as_bits(known)
         starts = (0, *code.entries.values())
-        self._sets: dict[int, frozenset[str]] = dict.fromkeys(starts, self._all)
+        self._sets = dict.fromkeys(starts, self._as_bits(names))
         self._needs: dict[int, _Needs] = {start: {} for start in starts}
         self._repeat(self._learn_sets)
         self._repeat(self._learn_needs)
@@ -409,6 +420,12 @@ class _Settled:
             called = "" if line is None else f" when this is called in line {line}"
             yield Problem(mark, f"{name!r} may have no value yet here{called}: set it before")
 
+    def _as_bits(self, names: frozenset[str]) -> int:
+        return sum(self._bits[name] for name in names)
+
+    def _lacks(self, known: int, name: str) -> bool:
+        return not known & self._bits.get(name, 0)
+
     def _repeat(self, learn: Callable[[int], bool]) -> None:
         changed = True
         while changed:
@@ -417,9 +434,11 @@ class _Settled:
                 changed |= learn(start)
 
     def _learn_sets(self, start: int) -> bool:
-        ways = self._ways(start)
-        ends = [known for at, known in ways.items() if self._rows[at].word == RETURN]
-        found = frozenset.intersection(*ends) if ends else self._all
+        found = ~0  # a subprogram without an end sets everything: nothing comes after it
+        for at, known in self._ways(start).items():
+            if self._rows[at].word == RETURN:
+                found &= known
+        found &= self._sets[start]
         changed = found != self._sets[start]
         self._sets[start] = found
         return changed
@@ -430,23 +449,21 @@ class _Settled:
         for at, known in self._ways(start).items():
             row = self._rows[at]
             for name in row.reads:
-                if name.name.lower() not in known:
+                if self._lacks(known, name.name.lower()):
                     needs.setdefault((name.name.lower(), name.mark), None)
             if row.word == CALL:
                 for (called, mark), _ in list(self._needs[row.target].items()):
-                    if called not in known:
+                    if self._lacks(known, called):
                         needs.setdefault((called, mark), row.mark.line)
         return len(needs) != before
 
-    def _ways(self, start: int) -> dict[int, frozenset[str]]:
+    def _ways(self, start: int) -> dict[int, int]:
         """Return what is surely set before each instruction that can be reached."""
-        first = frozenset() if start else self._known
-        known: dict[int, frozenset[str]] = {start: first}
+        known = {start: 0 if start else self._known}
         waiting = [start]
         while waiting:
             at = waiting.pop()
-            row = self._rows[at]
-            for following, adds in self._following(at, row):
+            for following, adds in self._following(at, self._rows[at]):
                 before, after = known.get(following), known[at] | adds
                 met = after if before is None else before & after
                 if met != before:
@@ -454,19 +471,19 @@ class _Settled:
                     waiting.append(following)
         return known
 
-    def _following(self, at: int, row: Instruction) -> list[tuple[int, frozenset[str]]]:
+    def _following(self, at: int, row: Instruction) -> list[tuple[int, int]]:
         """Return what may come after an instruction, and what is surely set on the way there."""
         match row.word:
             case "return" | "stop":
                 return []
             case "jump":
-                return [(row.target, row.sets)]
+                return [(row.target, self._adds[at])]
             case "call":
                 return [(at + 1, self._sets[row.target])]
             case "unless" | "round" if row.target:
-                return [(at + 1, row.sets), (row.target, frozenset())]
+                return [(at + 1, self._adds[at]), (row.target, 0)]
             case _:
-                return [(at + 1, row.sets)]
+                return [(at + 1, self._adds[at])]
 
 
 def checked(
@@ -477,12 +494,12 @@ def checked(
     `known` are the kinds of the names that have a value already. There is no code where it does
     not hold together, nor where a value does not fit.
     """
-    names = frozenset(known)
+    names = names_of(tree, frozenset(known))
     problems = list(shape_problems(tree, names))
-    kinds = Kinds(tree, known)
-    for define, line in scoped(tree):
+    kinds = Kinds(names, known)
+    for define, line in names.lines:
         problems += Fitting(kinds, define).line(line)
     if problems:
         return None, problems
     code = compiled(tree, names)
-    return code, list(_Settled(code, names).problems())
+    return code, list(_Settled(code, frozenset(known)).problems())

@@ -21,6 +21,7 @@ from armdrive.programs.language.syntax import (
     If,
     Label,
     Name,
+    ProgramNames,
     Remark,
     Repeat,
     Statement,
@@ -28,10 +29,7 @@ from armdrive.programs.language.syntax import (
     Tree,
     Use,
     While,
-    only_shifted,
     own_names,
-    subprograms,
-    variables,
     within,
 )
 from armdrive.programs.language.words import HERE
@@ -85,9 +83,9 @@ class CompiledCode:
     points: Mapping[str, SourceMark]
 
 
-def compiled(tree: Tree, known: frozenset[str] = frozenset()) -> CompiledCode:
-    """Return the instructions of a tree that has been checked; `known` have a value already."""
-    return _Compiler(tree, known).whole()
+def compiled(tree: Tree, names: ProgramNames) -> CompiledCode:
+    """Return the instructions of a tree that has been checked, and whose names are known."""
+    return _Compiler(tree, names).whole()
 
 
 @dataclass(slots=True)
@@ -104,19 +102,19 @@ class _Scope:
 class _Compiler:
     """The list of instructions as it grows."""
 
-    def __init__(self, tree: Tree, known: frozenset[str]) -> None:
+    def __init__(self, tree: Tree, names: ProgramNames) -> None:
         self._tree = tree
+        self._subprograms = names.subprograms
         self._code: list[Instruction] = []
         self._scope = _Scope(frozenset())
         self._calls: list[tuple[int, str]] = []
         self._points: dict[str, SourceMark] = {}
-        self._shifted = only_shifted(tree) - known
-        self._variables = (variables(tree) | known) - self._shifted
+        self._variables = names.variables - names.only_shifted
 
     def whole(self) -> CompiledCode:
         self._part(self._tree.body, None)
         entries = {}
-        for name, define in subprograms(self._tree).items():
+        for name, define in self._subprograms.items():
             entries[name] = len(self._code)
             self._part(define.body, define)
         for index, name in self._calls:
@@ -183,7 +181,7 @@ class _Compiler:
             case Assign():
                 self._emit(ASSIGN, line.mark, (line.value,), [line.name])
             case Call():
-                define = subprograms(self._tree)[line.name.lower()]
+                define = self._subprograms[line.name.lower()]
                 called = self._emit(CALL, line.mark, line.arguments, define.parameters)
                 self._calls.append((called, line.name.lower()))
             case Label():

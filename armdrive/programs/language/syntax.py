@@ -7,7 +7,7 @@ anything was spaced or in which spelling of a word.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -329,47 +329,43 @@ def set_by(line: Statement) -> Iterator[tuple[Name, ValueKind]]:
             yield value, slot.kind
 
 
-def subprograms(tree: Tree) -> dict[str, Define]:
-    """Return the subprograms by their names in lower case, the first of each name."""
-    found: dict[str, Define] = {}
-    for statement in tree.body:
-        if isinstance(statement, Define):
-            found.setdefault(statement.name.lower(), statement)
-    return found
-
-
 def own_names(define: Define | None) -> frozenset[str]:
     """Return the parameters of a subprogram in lower case; none of the program itself."""
     return frozenset(() if define is None else (name.lower() for name in define.parameters))
 
 
-def scoped(tree: Tree) -> Iterator[tuple[Define | None, Statement]]:
-    """Yield every statement with the subprogram that it stands in, None for the program itself."""
+@dataclass(frozen=True, slots=True)
+class ProgramNames:
+    """What a program's names stand for, found by one walk over its tree. Names are in lower case.
+
+    `lines` has every line with the subprogram around it, None for the program itself. `variables`
+    are the names that the program sets anywhere, without parameters. Those that only `shift` sets
+    are `only_shifted`: they begin as points of the arm's book.
+    """
+
+    lines: tuple[tuple[Define | None, Statement], ...]
+    subprograms: Mapping[str, Define]
+    variables: frozenset[str]
+    only_shifted: frozenset[str]
+
+
+def names_of(tree: Tree, known: frozenset[str] = frozenset()) -> ProgramNames:
+    """Return the names of a program; `known` are variables that have a value before it begins."""
+    lines: list[tuple[Define | None, Statement]] = []
+    subprograms: dict[str, Define] = {}
+    shifted, otherwise_set = set[str](), set(known)
     for statement in tree.body:
         define = statement if isinstance(statement, Define) else None
-        inner = every((statement,) if define is None else define.body)
-        yield from ((define, each) for each in inner if not isinstance(each, Define))
-
-
-def variables(tree: Tree) -> frozenset[str]:
-    """Return the names that the program sets anywhere in lower case, parameters left out."""
-    return frozenset(name for name, _ in _settings(tree))
-
-
-def only_shifted(tree: Tree) -> frozenset[str]:
-    """Return the names that nothing sets but `shift`: they begin as points of the arm's book."""
-    by_others = {
-        name
-        for name, line in _settings(tree)
-        if not (isinstance(line, Do) and line.word == "shift")
-    }
-    return variables(tree) - by_others
-
-
-def _settings(tree: Tree) -> Iterator[tuple[str, Statement]]:
-    """Yield the names of the program's own that its lines set, with those lines."""
-    for define, line in scoped(tree):
+        if define is not None:
+            subprograms.setdefault(define.name.lower(), define)
         own = own_names(define)
-        for value, _ in set_by(line):
-            if value.name.lower() not in own:
-                yield value.name.lower(), line
+        for line in every((statement,) if define is None else define.body):
+            if isinstance(line, Define):
+                continue
+            lines.append((define, line))
+            names = {value.name.lower() for value, _ in set_by(line)} - own
+            by_shift = isinstance(line, Do) and line.word == "shift"
+            (shifted if by_shift else otherwise_set).update(names)
+    variables = frozenset(shifted | otherwise_set)
+    only_shifted = frozenset(shifted - otherwise_set)
+    return ProgramNames(tuple(lines), subprograms, variables, only_shifted)
