@@ -223,6 +223,17 @@ SHELL = (
 )
 """The lines that only a prompt knows."""
 
+TEACH = (
+    WordForm("to", "to POINT [along a line] [at SPEED]", "Go to a point of the arm's book."),
+    WordForm(
+        "gripper",
+        "gripper open|close|grasp|point|MM [at SPEED]",
+        "Move the fingers; `point` brings them to the opening of the point.",
+    ),
+    WordForm("delay", "delay SECONDS", "Let time pass."),
+)
+"""The steps of a taught sequence, which only `armdrive teach` and the desk know."""
+
 SHAPES = ("point", "if", "while", "repeat", "define", "end", "else", "goto")
 """The words that these lines begin with."""
 

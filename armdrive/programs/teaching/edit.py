@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from armdrive.errors import BadRequest
+from armdrive.programs.teaching.steps import grip_after, last_point
 from armdrive.storage.points import LONGEST_WAIT_S, Point, Step, StepList
 from kinematics.errors import finite
 
@@ -89,7 +90,7 @@ def reverse(steps: StepList, points: Mapping[str, Point]) -> Edited:
     for index in range(len(steps.steps), 0, -1):
         step = steps.steps[index - 1]
         if step.point:
-            before = _last(steps.steps[: index - 1])
+            before = last_point(steps.steps[: index - 1])
             made += [replace(step, point=before)] if before else []
         elif step.gripper is None:
             made.append(step)
@@ -129,20 +130,12 @@ def _retimed(step: Step, timing: Timing, number: int, notes: list[str]) -> Step:
     return replace(step, speed=speed)
 
 
-def _last(steps: tuple[Step, ...]) -> str:
-    """Return the point that the sequence is at behind these steps."""
-    return next((step.point for step in reversed(steps) if step.point), "")
-
-
 def _known_grips(steps: StepList, points: Mapping[str, Point]) -> list[str | float | None]:
     """Return what the fingers were told before each step, None while nobody has told them."""
     told: str | float | None = None
     before: list[str | float | None] = []
     for index, step in enumerate(steps.steps):
         before.append(told)
-        if step.gripper == "point":  # of the point that the sequence was at: a width from now on
-            place = points.get(_last(steps.steps[:index]))
-            told = None if place is None else place.opening_mm
-        elif step.gripper is not None:
-            told = step.gripper
+        if step.gripper is not None:
+            told = grip_after(step, points.get(last_point(steps.steps[:index])))
     return before

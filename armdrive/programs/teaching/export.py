@@ -13,6 +13,7 @@ from typing import Any
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import OutOfBounds, Refused
 from armdrive.motion.plan import audit, limit_error
+from armdrive.moves import GraspMove
 from armdrive.programs.language.syntax import (
     NAME,
     Assign,
@@ -25,6 +26,7 @@ from armdrive.programs.language.syntax import (
     Tree,
 )
 from armdrive.programs.language.words import RESERVED
+from armdrive.programs.teaching.steps import finger_move
 from armdrive.registry import pendant_of
 from armdrive.registry.pendant import PendantProgram
 from armdrive.storage.points import Point, Step, StepList
@@ -33,7 +35,6 @@ from kinematics.spaces import Joints, Pose
 
 BLANK = Remark()
 MOVES = {"joint": "move", "line": "move_line"}
-FINGERS = {"open": "open_now", "close": "close_now", "grasp": "grasp"}
 LEAST_DECIMALS, MOST_DECIMALS = 4, 17
 """An angle is written with as few decimals of a degree as give the very same angle."""
 
@@ -104,16 +105,16 @@ def _spoken(
 
 
 def _fingers(step: Step, at: Point | None) -> Do:
-    if isinstance(step.gripper, str) and step.gripper in FINGERS:
-        return Do(FINGERS[step.gripper])
-    width = step.gripper
-    if width == "point":
-        width = None if at is None else at.opening_mm
-        if width is None:
-            raise Refused("the point before a step of the fingers says no opening of them")
-    if not isinstance(width, int | float) or width < 0.0:
-        raise Refused(f"a program opens the fingers from 0 mm on, not to {width} mm")
-    return Do("open_now", (Number(float(width)),))
+    move = finger_move(step, at)
+    if isinstance(move, GraspMove):
+        return Do("grasp")
+    if move.opening_mm is None:
+        return Do("open_now")
+    if move.opening_mm < 0.0:
+        raise Refused(f"a program opens the fingers from 0 mm on, not to {move.opening_mm:g} mm")
+    if move.opening_mm == 0.0:
+        return Do("close_now")
+    return Do("open_now", (Number(move.opening_mm),))
 
 
 def _grouped(lines: Iterable[tuple[Step, Do]]) -> Iterator[Statement]:
@@ -206,18 +207,14 @@ class _Maker:
         self._point = point
 
     def _opening(self, step: Step) -> float:
+        move = finger_move(step, self._point)
+        if isinstance(move, GraspMove):
+            raise Refused("it closes blindly: say a width")
         closed_mm, open_mm = self._config.model.gripper_range_mm
-        if step.gripper == "point":
-            said = None if self._point is None else self._point.opening_mm
-        else:
-            said = {"open": open_mm, "close": closed_mm}.get(str(step.gripper))
-        width = step.gripper if isinstance(step.gripper, int | float) else said
-        if width is None:
-            why = "it closes blindly: say a width" if step.gripper == "grasp" else "no width known"
-            raise Refused(why)
-        if not closed_mm <= width <= open_mm:
+        width_mm = {None: open_mm, 0.0: closed_mm}.get(move.opening_mm, move.opening_mm)
+        if width_mm is None or not closed_mm <= width_mm <= open_mm:
             raise Refused(f"the fingers open from {closed_mm:g} to {open_mm:g} mm")
-        return float(width)
+        return width_mm
 
     def _add(self, speed: float) -> None:
         if self._point is None:

@@ -13,7 +13,8 @@ from typing import Protocol
 from armdrive.arm.connected import Handle
 from armdrive.errors import BadRequest, Refused, Stopped
 from armdrive.motion.execute import Moved
-from armdrive.moves import JointMove, LineMove, Motion
+from armdrive.moves import GraspMove, JointMove, LineMove, Motion
+from armdrive.programs.teaching.steps import finger_move, last_point
 from armdrive.storage.points import Point, Step, StepList
 
 SLICE_S = 0.05
@@ -169,24 +170,13 @@ class Stepper:
 
     def _grip(self, step: Step) -> None:
         gripper = self._arm.gripper
-        if step.gripper == "grasp":
+        move = finger_move(step, self.points.get(last_point(self.steps[: self.at])))
+        if isinstance(move, GraspMove):
             gripper.grasp()
-        elif step.gripper == "open":
-            gripper.open(speed=step.speed)
-        elif step.gripper == "close":
-            gripper.close(speed=step.speed)
+        elif move.opening_mm is None:
+            gripper.open(speed=move.speed)
         else:
-            gripper.move(self._opening_mm(step), speed=step.speed)
-
-    def _opening_mm(self, step: Step) -> float:
-        """Return the opening in mm, or that of the point which the sequence was at last."""
-        if isinstance(step.gripper, float):
-            return step.gripper
-        moves = self._moves_done()
-        point = self.points[self.steps[moves[-1]].point] if moves else None
-        if point is None or point.opening_mm is None:
-            raise Refused("the point before this step says no opening of the fingers")
-        return point.opening_mm
+            gripper.move(move.opening_mm, speed=move.speed)
 
     def _wait(self, time_s: float, stops: int) -> None:
         left_s = time_s
