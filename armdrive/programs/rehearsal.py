@@ -1,7 +1,7 @@
-"""A program rehearsed on the arm's twin: the same acts by the same code, before anything moves.
+"""Rehearses a program on the arm's simulated twin: the same acts by the same code.
 
-What the twin cannot know is assumed, and said: inputs, the width of what is grasped, a position
-that nobody knows. A refusal is part of the answer.
+The twin cannot know the inputs, the width of an object to be grasped, or an unknown position. It
+assumes them, and lists its assumptions. A refusal is part of the result.
 """
 
 from __future__ import annotations
@@ -45,21 +45,21 @@ from armdrive.trace.calls import NO_TRACER
 from kinematics.errors import KinematicsError
 from kinematics.geometry import Point
 
-# The performer of a rehearsal: acts on the twin, and assumes what a twin cannot know.
+# The performer of a rehearsal: carries out acts on the twin, and makes assumptions.
 
 WORDS = {True: "on", False: "off"}
 
 
 NAP_S = 1.0
-"""A twin sleeps no longer than this of a longer wait: nothing happens to it meanwhile."""
+"""The longest sleep of a twin: during a longer wait nothing more happens to it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Assumption:
-    """Something that the twin could not know. `mark` is None of the arm itself.
+    """Something that the twin could not know. `mark` is None if it concerns the arm itself.
 
-    `matters` tells whether the program might go another way, or be refused elsewhere, if it is not
-    so: a wait for a person only takes its time.
+    `matters` tells whether a wrong assumption could change the path of the program or a refusal; a
+    wait for a person only takes longer.
     """
 
     text: str
@@ -71,33 +71,33 @@ class Assumption:
 
 
 class Assumptions:
-    """What has been assumed, each thing once at each place of the program."""
+    """The assumptions of a rehearsal, each once for each place in the program."""
 
     def __init__(self) -> None:
         self.found: list[Assumption] = []
         self.mark: SourceMark | None = None
 
     def note(self, text: str, *, matters: bool = True) -> None:
-        """Note an assumption at the present place."""
+        """Add an assumption at the present place."""
         made = Assumption(text, self.mark, matters)
         if made not in self.found:
             self.found.append(made)
 
 
 class UnattendedPerson:
-    """The person of a rehearsal: hears nothing, and lets everything go on."""
+    """The person of a rehearsal, who continues every program at once."""
 
     def say(self, text: str) -> None:
-        """Hear nothing."""
+        """Ignore the text."""
 
     def hold(self, text: str, over: Callable[[], bool]) -> None:
-        """Let it go on."""
+        """Return at once."""
 
 
 class Things:
-    """What the fingers find where nobody knows what is around the arm.
+    """The object that the fingers find: always `width_mm` wide, or none.
 
-    Always something `width_mm` wide, or nothing. Where the world around is `known` it is as it is.
+    If the world around the arm is `known`, the fingers find what is really there.
     """
 
     def __init__(self, assumptions: Assumptions, width_mm: float | None, *, known: bool) -> None:
@@ -107,7 +107,7 @@ class Things:
         self._names = count(1)
 
     def before_grasp(self, arm: Arm) -> None:
-        """Have between the fingers of a twin what they are assumed to find, if it fits in there."""
+        """Put the assumed object between the fingers of a twin, if it fits there."""
         if self._known or arm.twin is None:
             return
         if self._width_mm is None:
@@ -166,7 +166,7 @@ class Rehearser(Performer):
 
     def _read_input(self, act: ReadInput) -> bool:
         number = act.number
-        input_bits(self.arm.core, number)  # the arm has to have it
+        input_bits(self.arm.core, number)  # raises for an input that the arm does not have
         later = " later" if number in self._switched else ""
         on = self._inputs.get(number, number in self._switched)
         text = f"input {number} is {WORDS[on]}{later}"
@@ -174,7 +174,7 @@ class Rehearser(Performer):
         return on
 
     def _await_inputs(self, act: AwaitInputs) -> bool:
-        """Take inputs to come at once, but for those that are said to be otherwise."""
+        """Assume that inputs come at once, except those that the person has set."""
         input_bits(self.arm.core, (*act.high, *act.low))
         on = all(self._inputs.get(number, True) for number in act.high)
         off = not any(self._inputs.get(number, False) for number in act.low)
@@ -189,22 +189,20 @@ class Rehearser(Performer):
         self.arm.sleep(min(act.time_s, NAP_S))
 
     def _hold(self, act: Hold) -> None:  # noqa: ARG002 - as every hold
-        self._assumptions.note("somebody lets it go on at once", matters=False)
+        self._assumptions.note("a person continues it at once", matters=False)
 
     def _remember(self, act: Remember) -> None:
         """Leave the arm's points as they are."""
 
 
-# Keeps the path of a simulated arm's tip, for the picture of a rehearsal.
-#
-# It is the physical path, whatever makes the arm move: acts of a program, and calls of a script.
+# The physical path of a simulated arm's tip, for the picture of a rehearsal.
 
 NEAREST_MM = 1.0
-"""Points of the path are no nearer to one another."""
+"""The least distance between two points of the path."""
 
 
 class TracedScene:
-    """The scene of an arm's world, which is told every motion of the tip; all else is its own."""
+    """Records the motions of the tip on their way to a scene, and forwards everything else."""
 
     def __init__(self, arm: Arm, scene: GripScene, path: list[Point]) -> None:
         self._arm = arm
@@ -214,7 +212,7 @@ class TracedScene:
     def follow(
         self, before: Point, after: Point, opening_mm: float, time_s: float
     ) -> list[Incident]:
-        """Keep where the tip goes, once the arm knows where it stands."""
+        """Record where the tip goes, once the arm's position is known."""
         if self._arm.core.position_known:
             for point in (before, after):
                 if not self._path or math.dist(self._path[-1], point) >= NEAREST_MM:
@@ -226,7 +224,7 @@ class TracedScene:
 
 
 def trace(arm: Arm, path: list[Point]) -> None:
-    """Have a twin's tip leave its points in a path, in mm in the arm's base frame."""
+    """Record the path of a twin's tip, in mm in the arm's base frame."""
     if arm.twin is not None:
         world = arm.twin.world
         world.scene = cast("GripScene", TracedScene(arm, world.scene, path))
@@ -278,11 +276,11 @@ class SeenArm:
 def rehearsing_arm(
     seen: SeenArm, assumed: Callable[[str], object] | None, clock: PaceChoice = None
 ) -> Arm:
-    """Return a connected twin of an arm on simulated time, enabled; the caller closes it.
+    """Return an enabled, connected twin of an arm on simulated time; the caller closes it.
 
     With `assumed`, an unknown position is replaced by a likely one, and `assumed` is called with a
     sentence about it. Without, the twin's position is as unknown as the arm's. Several twins may
-    share the simulated `clock`.
+    share a simulated `clock`.
     """
     config = seen.config
     twin = simulate(config, seen.world)
@@ -411,7 +409,7 @@ class Rehearsal:
 
     @property
     def in_doubt(self) -> bool:
-        """Whether the refusal follows from an assumption, perhaps."""
+        """Whether the refusal may only follow from an assumption."""
         return any(each.matters for each in self.assumptions)
 
 
@@ -457,7 +455,7 @@ class _RehearsalWatch:
 
 
 def _waited_s(act: Act, answer: Answer, took_s: float) -> float:
-    """Return what an act takes, of which a rehearsal sleeps only through the beginning."""
+    """Return how long an act takes: a rehearsal sleeps only through the beginning of a wait."""
     if isinstance(act, Delay):
         return act.time_s
     if isinstance(act, AwaitInputs) and answer is False:
@@ -523,9 +521,10 @@ def _references_first(plan: RunPlan) -> bool:
 
 
 def require_rehearsed(rehearsal: Rehearsal, *, anyway: bool) -> None:
-    """Raise what a rehearsal was refused with, unless that may only follow from an assumption.
+    """Raise the refusal of a rehearsal.
 
-    Such a one is raised as a `Refused` that says so, unless the caller wants to go on `anyway`.
+    A refusal that may only follow from an assumption is raised as a `Refused` that says so, and not
+    at all if the caller wants to run the program `anyway`.
     """
     if rehearsal.refusal is None:
         return
@@ -534,6 +533,6 @@ def require_rehearsed(rehearsal: Rehearsal, *, anyway: bool) -> None:
     if not anyway:
         first = next(each for each in rehearsal.assumptions if each.matters)
         raise Refused(
-            f"the rehearsal failed: {rehearsal.refusal}. It had assumed that {first}; say what is "
-            "so with --input and --assume-width, or run it all the same with --yes"
+            f"the rehearsal failed: {rehearsal.refusal}. It assumed that {first}; give the real "
+            "values with --input and --assume-width, or run it all the same with --yes"
         ) from rehearsal.refusal

@@ -1,6 +1,6 @@
-"""A Python script rehearsed: it runs, and each of its arms is the simulated twin of that arm.
+"""Rehearses a Python script: it runs with the simulated twins of its arms.
 
-Only what it does to arms is rehearsed. Whatever else it does, it does.
+Only its calls of arms are rehearsed. Everything else that it does really happens.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from kinematics.geometry import Point
 
 
 class _Stage:
-    """Gives a script its twins, and notes what it does with them."""
+    """Gives a script its twins, and records what it does with them."""
 
     def __init__(self, seen: SeenArm, plan: RunPlan, script: Path, patience: Patience) -> None:
         self.assumptions = Assumptions()
@@ -47,11 +47,11 @@ class _Stage:
         self._things: dict[int, Things] = {}
 
     def own(self, options: ConnectOptions) -> Arm:
-        """Return the twin of the arm that the run names."""
+        """Return the twin of the arm that the command names."""
         return self._twin_of(self._seen, options)
 
     def given(self, target: str, options: ConnectOptions) -> Arm:
-        """Return the twin of an arm that the script names; a simulated one it is itself."""
+        """Return the twin of an arm that the script names; a simulated arm is its own twin."""
         config = find(target, dialect_name=options.dialect, baud=options.baud).config
         own_world = target.startswith(SIM) or options.twin is not None
         if not own_world:
@@ -78,8 +78,8 @@ class _Stage:
             if arm.twin is not None:
                 arm.twin.device.set_input(number - 1, on)
 
-    def told(self, arm: Arm, call: ScriptCall) -> None:
-        """Note a call of the script."""
+    def called(self, arm: Arm, call: ScriptCall) -> None:
+        """Record a call of the script."""
         mark = self.assumptions.mark = SourceMark(call.line, 1, self._script)
         self._patience.before_act(mark, self.elapsed_s)
         self.calls.append((mark, call.name, self.elapsed_s))
@@ -91,12 +91,12 @@ class _Stage:
 
     @property
     def elapsed_s(self) -> float:
-        """The time of all arms that have a clock of their own."""
+        """The simulated time of all clocks together."""
         clocks = {id(getattr(arm.pace, "clock", arm.pace)): arm.pace.now_s() for arm in self.twins}
         return sum(clocks.values())
 
     def took(self) -> tuple[Took, ...]:
-        """Return what every call took, up to the next one."""
+        """Return how long every call took, up to the next one."""
         ends = [*(at_s for _, _, at_s in self.calls), self.elapsed_s][1:]
         return tuple(
             Took(mark, name, max(end_s - at_s, 0.0))
@@ -125,7 +125,7 @@ def rehearse_script(
     `seen` is the arm that `Arm.connect()` without a target means.
     """
     stage = _Stage(seen, plan, script, patience)
-    connections = Connections(script, stage.own, stage.told, stage.made, stage.given)
+    connections = Connections(script, stage.own, stage.called, stage.made, stage.given)
     refusal: Exception | None = None
     whole = True
     try:
@@ -149,11 +149,11 @@ def rehearse_script(
 
 
 def _plain(name: str) -> str:
-    """Return the name of an arm without what a simulated one's has before it."""
+    """Return the name of an arm without the prefix of a simulated one."""
     return name.removeprefix(SIM)
 
 
 def _clock(options: ConnectOptions) -> PaceChoice:
-    """Return the clock that several simulated arms of a script share; no real time passes."""
+    """Return the simulated clock that the arms of a script share."""
     real = isinstance(options.pace, str | int | float)
     return options.clock if real else options.simulated_pace

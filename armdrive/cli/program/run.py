@@ -30,7 +30,7 @@ from armdrive.cli.program.run_common import (
 from armdrive.cli.program.run_output import Display, RunOutput, line_words
 from armdrive.connect.parts import ConnectOptions
 from armdrive.errors import ArmError, BadRequest, Stopped
-from armdrive.programs.attended import accept_restored, time_s
+from armdrive.programs.arm_access import accept_restored, time_s
 from armdrive.programs.problems import SourceMark
 from armdrive.programs.scripts import (
     Connections,

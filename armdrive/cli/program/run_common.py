@@ -27,7 +27,7 @@ from armdrive.cli.terminal_person import ask_operator, settle_trust
 from armdrive.connect.target import Target
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.table import error_view, tagged
-from armdrive.programs.attended import put_blocks, silent_time_s
+from armdrive.programs.arm_access import put_blocks, silent_time_s
 from armdrive.programs.problems import SourceMark, excerpt
 from armdrive.runtime.clock import PaceChoice
 from armdrive.sim.world.table import TableBlock

@@ -22,7 +22,7 @@ from armdrive.cli.presenter import Result, put
 from armdrive.errors import Stopped
 from armdrive.errors.actions import COMMAND_LINE, Words, presented
 from armdrive.errors.printable import printable
-from armdrive.programs.attended import time_s
+from armdrive.programs.arm_access import time_s
 from armdrive.programs.problems import SourceMark
 from armdrive.programs.progress import Estimate, RunProgress
 

@@ -80,15 +80,15 @@ class Left(Exception):
     """The person is done."""
 
 
-Deed: TypeAlias = Callable[["Shell", str], None]
+ShellAction: TypeAlias = Callable[["Shell", str], None]
 """What does a word of the shell, with what stands behind it."""
 
 
-def own_word(line: str, words: Mapping[str, Deed]) -> tuple[Deed, str] | None:
+def own_word(line: str, words: Mapping[str, ShellAction]) -> tuple[ShellAction, str] | None:
     """Return what does the word of the shell that a line is, and what stands behind the word."""
     match = _LINE.fullmatch(line)
-    deed = None if match is None else words.get(match[1].lower())
-    return None if deed is None or match is None else (deed, match[2] or "")
+    action = None if match is None else words.get(match[1].lower())
+    return None if action is None or match is None else (action, match[2] or "")
 
 
 class Shell:
@@ -101,7 +101,7 @@ class Shell:
         self,
         arm: Arm,
         options: argparse.Namespace,
-        words: Mapping[str, Deed],
+        words: Mapping[str, ShellAction],
         *,
         typing: bool,
     ) -> None:
@@ -141,10 +141,10 @@ class Shell:
         if entry is not None:
             self.carry_out(entry)
 
-    def _do(self, deed: Deed, rest: str, position: int) -> None:
+    def _do(self, action: ShellAction, rest: str, position: int) -> None:
         try:
             with stopped_by_interrupt(lambda: [self.arm]):
-                deed(self, rest)
+                action(self, rest)
         except ArmError as error:
             if not (self.typing or self.json or isinstance(error, ProgramError)):
                 put_error(f"{SourceMark(position, 1, INPUT)}\n")

@@ -1,4 +1,4 @@
-"""Checking a program as a whole before any of it runs: all that is wrong, at once."""
+"""Checks a whole program before it runs, and reports everything that is wrong at once."""
 
 from __future__ import annotations
 
@@ -52,11 +52,11 @@ from armdrive.programs.language.words import (
 from armdrive.programs.problems import Problem, SourceMark
 from kinematics.errors import suggestion
 
-# Of which kind every name of a program is: found out from the lines that give it a value.
+# The kind of every name of a program, inferred from the lines that set it.
 
 
 class Kinds:
-    """The kinds of a program's names. A name has one kind, which its first value decides."""
+    """The kinds of a program's names. The first value of a name decides its kind."""
 
     def __init__(
         self, names: ProgramNames, known: Mapping[str, ValueKind] = MappingProxyType({})
@@ -81,7 +81,7 @@ class Kinds:
     def _given(
         self, define: Define | None, line: Statement
     ) -> Iterator[tuple[str, ValueKind | None, Define | None]]:
-        """Yield the names that a line gives values to, of which kind, and where they belong."""
+        """Yield the names that a line sets, their kinds, and the subprogram that they belong to."""
         for value, kind in self.set_by(define, line):
             yield value.name, kind, define
         called = self.subprograms.get(line.name.lower()) if isinstance(line, Call) else None
@@ -92,7 +92,7 @@ class Kinds:
     def set_by(
         self, define: Define | None, line: Statement
     ) -> Iterator[tuple[Name, ValueKind | None]]:
-        """Yield the names that a line itself sets, and the kinds that it makes them."""
+        """Yield the names that a line itself sets, with their kinds."""
         for name, kind in set_by(line):
             if isinstance(line, Assign) and kind is ValueKind.ANY:
                 yield name, self.of(line.value, define)
@@ -100,19 +100,19 @@ class Kinds:
                 yield name, kind
 
     def of_name(self, name: str, define: Define | None) -> ValueKind | None:
-        """Return the kind of a name; None where nothing tells."""
+        """Return the kind of a name, or None if it is unknown."""
         low = name.lower()
         if self.nowhere(name, define) or low == HERE:
             return ValueKind.PLACE
         return self._kinds.get(_scope(low, define))
 
     def nowhere(self, name: str, define: Define | None) -> bool:
-        """Say whether the program itself sets a name nowhere: then it is a point of the book."""
+        """Return whether the program never sets a name: then it is a point of the arm's book."""
         low = name.lower()
         return low != HERE and low not in own_names(define) and low not in self.variables
 
     def of(self, value: Expression, define: Define | None) -> ValueKind | None:
-        """Return the kind of a value; None where nothing tells."""
+        """Return the kind of a value, or None if it is unknown."""
         match value:
             case Name():
                 return self.of_name(value.name, define)
@@ -129,7 +129,7 @@ _KINDS: Mapping[type[Expression], ValueKind] = MappingProxyType({
     Number: ValueKind.NUMBER, FieldOf: ValueKind.NUMBER, Truth: ValueKind.TRUTH,
     TextValue: ValueKind.TEXT, JointsOf: ValueKind.PLACE,
 })  # fmt: skip
-"""What a value is that is always of one kind."""
+"""The kinds of those values that are always of one kind."""
 
 
 def _scope(name: str, define: Define | None) -> tuple[str, str]:
@@ -138,18 +138,18 @@ def _scope(name: str, define: Define | None) -> tuple[str, str]:
     return (define.name.lower() if own and define is not None else "", name)
 
 
-# Whether values fit what takes them: how many there are, of which kind, in which bounds.
+# Whether values fit: their number, kinds and bounds.
 
 
 class Fitting:
-    """Looks at the lines of one subprogram, or of the program itself."""
+    """Checks the lines of one subprogram, or of the program itself."""
 
     def __init__(self, kinds: Kinds, define: Define | None) -> None:
         self._kinds = kinds
         self._define = define
 
     def line(self, line: Statement) -> Iterator[Problem]:
-        """Yield what does not fit in a line, without the lines within it."""
+        """Yield what is wrong in a line, without the lines within it."""
         match line:
             case Do():
                 yield from self._do(line)
@@ -174,14 +174,14 @@ class Fitting:
         example = f": `{word.example}`"
         yield from self._many(line.arguments, word.slots, line.word, line.mark, example)
         known = dict(word.links)
-        said = [link for link, _ in line.links]
+        links = [link for link, _ in line.links]
         for link, values in line.links:
-            if link not in known or said.count(link) > 1:
+            if link not in known or links.count(link) > 1:
                 yield Problem(line.mark, f"`{link}` does not belong to `{line.word}` so{example}")
             else:
                 yield from self._many(values, known[link], link, line.mark, example)
         for link in word.needs:
-            if link not in said:
+            if link not in links:
                 yield Problem(line.mark, f"`{line.word}` needs `{link}`{example}")
 
     def _assign(self, line: Assign) -> Iterator[Problem]:
@@ -254,7 +254,7 @@ class Fitting:
 
     def _nowhere(self, value: Name) -> Problem:
         known = self._kinds.variables
-        text = f"{value.name!r} is set nowhere{suggestion(value.name.lower(), known)}"
+        text = f"{value.name!r} is not defined{suggestion(value.name.lower(), known)}"
         return Problem(value.mark, text)
 
     def _inside(self, value: Expression) -> Iterator[Problem]:
@@ -306,7 +306,7 @@ class Fitting:
         yield from self._many(value.arguments, row.slots, value.name, value.mark, hint)
 
 
-# Whether a program holds together: names that clash, calls and labels that lead nowhere.
+# The shape of a program: names that clash, calls and labels that lead nowhere.
 
 
 def shape_problems(tree: Tree, names: ProgramNames) -> Iterator[Problem]:
@@ -342,7 +342,7 @@ def _reserved(name: str, mark: SourceMark) -> Iterator[Problem]:
 
 
 class _Placing:
-    """Looks whether lines may stand where they do; `within` a subprogram."""
+    """Checks whether lines may stand where they do; `within` a subprogram."""
 
     def __init__(self, known: Mapping[str, Define], *, within: bool) -> None:
         self._known = known
@@ -385,19 +385,19 @@ def _no_label(name: str, labels: frozenset[str]) -> str:
     return f"no label {name!r} stands in this block or in one around it{near}"
 
 
-# Whether every name surely has a value where it is used, whichever way the program took there.
+# Whether every name certainly has a value where it is used.
 #
-# The analysis of definite assignment over the flat code: forward, what is set on all ways that
-# lead to an instruction. Of each subprogram is found what it surely sets, and what it needs to be
-# set when it is called (Aho, Lam, Sethi and Ullman, Compilers, section 9.2.5, with summaries for
-# calls).
+# This is the analysis of definite assignment over the flat code: going forward, it finds the names
+# that are set on every path to an instruction. For each subprogram it finds the names that a call
+# certainly sets, and those that must be set before it (Aho, Lam, Sethi and Ullman, Compilers,
+# section 9.2.5, with summaries for calls).
 
 _Needs = dict[tuple[str, SourceMark], int | None]
 """Names without a value where they are used, to the line of a call that leads there."""
 
 
 class _Settled:
-    """Finds the names that may have no value where they are used; `known` have one already.
+    """Finds the names that may have no value where they are used; `known` names have one already.
 
     A set of names is a whole number with a bit for each, since a program of thousands of lines has
     thousands of such sets.
@@ -458,7 +458,7 @@ class _Settled:
         return len(needs) != before
 
     def _ways(self, start: int) -> dict[int, int]:
-        """Return what is surely set before each instruction that can be reached."""
+        """Return the names certainly set before each instruction that can be reached."""
         known = {start: 0 if start else self._known}
         waiting = [start]
         while waiting:
@@ -472,7 +472,7 @@ class _Settled:
         return known
 
     def _following(self, at: int, row: Instruction) -> list[tuple[int, int]]:
-        """Return what may come after an instruction, and what is surely set on the way there."""
+        """Return the possible next instructions, and what is certainly set before each."""
         match row.word:
             case "return" | "stop":
                 return []
@@ -491,8 +491,8 @@ def checked(
 ) -> tuple[CompiledCode | None, list[Problem]]:
     """Return a program's code, and everything that is wrong with it.
 
-    `known` are the kinds of the names that have a value already. There is no code where it does
-    not hold together, nor where a value does not fit.
+    `known` are the kinds of the names that have a value already. There is no code if the program
+    has a wrong shape or a value does not fit.
     """
     names = names_of(tree, frozenset(known))
     problems = list(shape_problems(tree, names))

@@ -1,7 +1,7 @@
-"""A checked tree becomes a flat list of instructions, the program's own first, then its parts'.
+"""Compiles a checked tree to a flat list of instructions: the program's, then its subprograms'.
 
-There is one instruction a line, and some that only lead elsewhere: so a run is where it is by one
-number, whatever blocks it is in, and can be written down. Values stay trees.
+Each line is one instruction; blocks add instructions that jump. So a single number says where a run
+is, whatever blocks it is in, and can be written down. Values stay trees.
 """
 
 from __future__ import annotations
@@ -37,18 +37,18 @@ from armdrive.programs.language.writing import written
 from armdrive.programs.problems import SourceMark
 
 ASSIGN, UNLESS, JUMP, ROUNDS, ROUND, CALL = "=", "unless", "jump", "rounds", "round", "call"
-"""The instructions that are no word: give a name a value; go on elsewhere if a condition is off, or
-in any case; begin to count a loop's rounds; begin the next round, or go on behind the loop; call a
-subprogram with values for its parameters.
+"""The instructions that are not words: set a name; jump if a condition is off; jump in any case;
+begin to count a loop's rounds; begin the next round, or leave the loop; call a subprogram with
+values for its parameters.
 """
 
 RETURN, STOP = "return", "stop"
-"""Words behind which no other instruction follows."""
+"""Words after which no other instruction follows."""
 
 
 @dataclass(frozen=True, slots=True)
 class Instruction:
-    """One instruction: a word or one of the above, and where in the program it comes from.
+    """One instruction: a word or one of the above, and its place in the program.
 
     `into` are the names, in lower case, that it sets; `limit` is the time limit of `wait_input`;
     `target` is the instruction that it may jump to. `reads` and `sets` are the program's own names
@@ -66,7 +66,7 @@ class Instruction:
 
     @property
     def plain(self) -> tuple[object, ...]:
-        """What it is, and not where it stands."""
+        """The instruction without its place."""
         limit = None if self.limit is None else written(self.limit)
         return (self.word, [*map(written, self.values)], self.into, limit, self.target)
 
@@ -75,7 +75,7 @@ class Instruction:
 class CompiledCode:
     """The instructions of a program, where each subprogram begins, and the points that it needs.
 
-    `points` are those of the arm's own book, with the place where each stands first.
+    `points` are those of the arm's book, with the place where each is named first.
     """
 
     instructions: tuple[Instruction, ...]
@@ -90,13 +90,13 @@ def compiled(tree: Tree, names: ProgramNames) -> CompiledCode:
 
 @dataclass(slots=True)
 class _Scope:
-    """What can be seen from the lines that are compiled now: parameters, labels, loops."""
+    """What the lines being compiled can refer to: parameters, labels, loops."""
 
     own: frozenset[str]
     labels: dict[str, int] = field(default_factory=dict)
     jumps: list[tuple[int, str]] = field(default_factory=list)
     loops: list[tuple[int, list[int]]] = field(default_factory=list)
-    """Of each loop its first instruction, and those that lead out of it."""
+    """For each loop its first instruction, and those that lead out of it."""
 
 
 class _Compiler:
@@ -133,7 +133,7 @@ class _Compiler:
         limit: Expression | None = None,
         target: int = 0,
     ) -> int:
-        """Put an instruction behind the others, and return its number."""
+        """Append an instruction, and return its number."""
         used = (each for value in (*values, *_maybe(limit)) for each in within(value))
         reads = tuple(each for each in used if self._needs(each) and isinstance(each, Name))
         names = tuple(name.lower() for name in into)
@@ -142,7 +142,7 @@ class _Compiler:
         return len(self._code) - 1
 
     def _needs(self, value: Expression) -> bool:
-        """Tell whether a value is a name of the program's own; note a point of the arm's book."""
+        """Return whether a value is one of the program's names; note a point of the arm's book."""
         match value:
             case Use(name="taught", arguments=(TextValue() as text, *_)):
                 self._points.setdefault(text.value, text.mark)
@@ -153,7 +153,7 @@ class _Compiler:
         return False
 
     def _aim(self, index: int, target: int | None = None) -> None:
-        """Say where an instruction leads; without a target to what comes next."""
+        """Set where an instruction jumps to; without a target to the next instruction."""
         aimed = len(self._code) if target is None else target
         self._code[index] = replace(self._code[index], target=aimed)
 

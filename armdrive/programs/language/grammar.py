@@ -1,8 +1,7 @@
-"""The grammar of a program, the parser made from it, and what a person is told of mistakes.
+"""The grammar of programs, the parser made from it, and the sentences about mistakes.
 
-A program is read line by line, so that one mistake hides no other, and so that a prompt can read
-what is typed there by the same rules; then its lines are put together to blocks. A line that cannot
-be read is left out, and the others are read on, so that all mistakes are told at once.
+A program is read line by line, so one mistake hides no other, and a prompt reads what is typed by
+the same rules. Then the lines are put together to blocks. Lines that cannot be read are left out.
 """
 
 from __future__ import annotations
@@ -149,7 +148,7 @@ def _parser(reader: _LineReader | None) -> Lark:
     )
 
 
-# What a person is told of a line that cannot be read.
+# Sentences about a line that cannot be read.
 
 FOREIGN: Mapping[str, str] = MappingProxyType({
     "for": "`repeat 3 as i`",
@@ -169,7 +168,7 @@ FOREIGN: Mapping[str, str] = MappingProxyType({
     "let": "`x = 3`",
     "set": "`x = 3`",
 })  # fmt: skip
-"""What words of other languages are called here."""
+"""Words of other languages and of older programs, and what to write instead."""
 
 _CHANGES = (":=", "+=", "-=", "*=", "/=")
 
@@ -183,11 +182,11 @@ _EXPECTED: Mapping[str, str] = MappingProxyType({
     "PLUS": "", "TIMES": "", "OVER": "", "OR": "", "AND": "", "COMPARE": "", "DOT": "",
     "COMMENT": "", "COLON": "", "WORD": "a word", "LINK": "",
 })  # fmt: skip
-"""What the parser's expectations are called; nothing where naming them would only be noise."""
+"""Names of the terminals that the parser expects; "" for those that would only be noise."""
 
 
 def mistake(error: UnexpectedInput, line: str) -> tuple[int, str]:
-    """Return the column at which a line cannot be read on, and why."""
+    """Return the column of a mistake in a line, and a sentence about it."""
     if isinstance(error, UnexpectedCharacters):
         return error.column, _unknown_sign(line, error.column)
     column = getattr(error, "column", None)
@@ -216,7 +215,7 @@ def _unknown_sign(line: str, column: int) -> str:
 
 
 def _first_word(line: str, column: int) -> tuple[int, str] | None:
-    """Return what is wrong where the word that the line begins with is the mistake."""
+    """Return the mistake in the first word of a line, if there is one."""
     match = _FIRST.match(line)
     if match is None:
         return None
@@ -236,7 +235,7 @@ def _first_word(line: str, column: int) -> tuple[int, str] | None:
 
 
 def unknown_word(word: str, known: Iterable[str]) -> str:
-    """Return that there is no such word, and which was meant; nothing where nobody can tell."""
+    """Return a sentence about an unknown word and what to write instead; "" without a guess."""
     low = word.lower()
     if low in FOREIGN:
         return f"there is no word {word!r}; write {FOREIGN[low]}"
@@ -256,18 +255,18 @@ def _wanted(expected: set[str]) -> str:
     return ": " + " or ".join(listed) + " was expected"
 
 
-# Reading one line: the parser's tree becomes statements, and what it trips over a sentence.
+# Reading one line.
 
 DEEPEST_VALUE = 60
-"""Values may be nested so deep: what is deeper is unreadable, and a mistake of a generator."""
+"""The most levels of a value. Anything deeper is unreadable, and a generator's mistake."""
 
 LONGEST_LINE = 10_000
-"""Characters. A longer line is a mistake of a generator, and takes seconds to be read."""
+"""Characters. A longer line is a generator's mistake, and takes seconds to read."""
 
 SIGNS: Mapping[str, str] = MappingProxyType(
     {spelt: row.sign for row in OPERATORS.values() for spelt in (row.sign, *row.also)}
 )
-"""Which operator each spelling means."""
+"""The operator of each spelling."""
 
 _TRUE = ("on", "true")
 
@@ -281,23 +280,23 @@ class End:
 
 @dataclass(frozen=True, slots=True)
 class Unread:
-    """The head of a block that could not be read: its block is left out, and so is its `end`."""
+    """The unreadable head of a block, which is left out with its `end`."""
 
     mark: SourceMark
 
 
 Block: TypeAlias = If | While | Repeat | Define
 Item: TypeAlias = Statement | IfBranch | End | Unread
-"""What a line says. A block's head is its statement without a body, and `else` is a branch."""
+"""The content of a line. A block's head is its statement without a body; `else` is a branch."""
 
 _Link: TypeAlias = tuple[str, tuple[Expression, ...]]
-"""What stands behind `into`, `by` or `within`."""
+"""One of `into`, `by` and `within` with its values."""
 
 
 def opens(item: Item) -> bool:
-    """Tell whether an item begins a block, which `end` ends."""
+    """Return whether an item begins a block, which `end` ends."""
     if isinstance(item, If):
-        return not item.branches[0].body  # `if ... goto ...` is whole
+        return not item.branches[0].body  # `if ... goto ...` is complete in one line
     return isinstance(item, While | Repeat | Define | Unread)
 
 
@@ -310,7 +309,7 @@ class LineMistake(Exception):
 
 
 def read_line(line: str, number: int = 1, file: str = "") -> list[Item]:
-    """Return what a line says: perhaps a label, a statement or the head of a block, a comment.
+    """Return the items of a line: a label, a statement or the head of a block, a comment.
 
     Raises `LineMistake`.
     """
@@ -367,9 +366,9 @@ def _depth(line: str) -> int:
 
 @v_args(inline=True)
 class _LineReader(Transformer[Token, list[Item]]):
-    """Turns the parser's tree of one line into items that know where they stand.
+    """Makes items and values, with their places, as the parser finds them.
 
-    Each method is named for the rule of the grammar whose parts it is given.
+    Each method is named after a rule of the grammar, and is called with the rule's parts.
     """
 
     def __init__(self) -> None:
@@ -494,23 +493,23 @@ class _LineReader(Transformer[Token, list[Item]]):
         return negative(value, mark) if sign == "-" else Unary("not", value, mark=mark)
 
     def binary(self, left: Expression, sign: Token, right: Expression) -> Binary:
-        said = " ".join(str(sign).lower().split())
-        return Binary(left, SIGNS[said], right, mark=self._mark(sign))
+        spelling = " ".join(str(sign).lower().split())
+        return Binary(left, SIGNS[spelling], right, mark=self._mark(sign))
 
 
 # Putting lines together to blocks.
 
 DEEPEST_BLOCK = 30
-"""Blocks may be nested so deep."""
+"""The most levels of blocks."""
 
 MOST_LINES = 10_000
-"""A longer one is no program; to read it, and to tell what is wrong with it, would take minutes."""
+"""A longer text is not a program, and reading it could take minutes."""
 
 _OPENING = re.compile(r"\s*(if|while|repeat|define)(?!\w)", re.IGNORECASE)
 
 
 def parse(text: str, file: str = "") -> Tree:
-    """Return the tree of a program. Raises `ProgramError` with every line that cannot be read."""
+    """Return the tree of a program. Raises `ProgramError` with every unreadable line."""
     tree, problems = read_tree(text, file)
     if problems:
         raise program_error(problems, text)
@@ -518,9 +517,9 @@ def parse(text: str, file: str = "") -> Tree:
 
 
 def read_tree(text: str, file: str = "", first: int = 1) -> tuple[Tree, list[Problem]]:
-    """Return the tree of what can be read of a program, and what cannot.
+    """Return the tree of the readable lines of a program, and the problems of the others.
 
-    Lines are counted from `first`.
+    The first line has the number `first`.
     """
     blocks = _Blocks()
     lines = lines_of(text)
@@ -528,7 +527,7 @@ def read_tree(text: str, file: str = "", first: int = 1) -> tuple[Tree, list[Pro
         mark = SourceMark(MOST_LINES + 1, 1, file)
         return blocks.whole(), [Problem(mark, f"a program has at most {MOST_LINES} lines")]
     if lines[-1] == "":
-        lines.pop()  # what ends with a line's end has no blank line behind it
+        lines.pop()  # a line break at the end is not followed by a blank line
     for number, line in enumerate(lines, start=first):
         try:
             items = read_line(line, number, file)
@@ -543,7 +542,7 @@ def read_tree(text: str, file: str = "", first: int = 1) -> tuple[Tree, list[Pro
 
 @dataclass(slots=True)
 class _Open:
-    """A block whose end has not come yet; of an `if` the branches before the one under way."""
+    """A block whose end has not come yet; for an `if`, with the finished branches."""
 
     head: Block | Unread
     branch: IfBranch | None = None
@@ -551,14 +550,14 @@ class _Open:
     branches: list[IfBranch] = field(default_factory=list)
 
     def close_branch(self, following: IfBranch | None = None) -> None:
-        """End the branch under way, and begin the next."""
+        """End the present branch, and begin the next."""
         if self.branch is not None:
             self.branches.append(replace(self.branch, body=tuple(self.body)))
         self.branch, self.body = following, []
 
 
 class _Blocks:
-    """Puts lines together to blocks, one line after the other."""
+    """Puts lines together to blocks."""
 
     def __init__(self) -> None:
         self.problems: list[Problem] = []

@@ -1,7 +1,6 @@
-"""The tree of a program: what was written, line by line, comments and blank lines included.
+"""The tree of a program, line by line, with comments and blank lines.
 
-Two trees are the same where they say the same: marks are not compared, nor does it matter how
-anything was spaced or in which spelling of a word.
+Two trees are equal if their programs do the same: marks, spaces and spellings do not matter.
 """
 
 from __future__ import annotations
@@ -20,13 +19,13 @@ NOWHERE = SourceMark(1)
 """The mark of what was not read from a text."""
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-"""What a name of a program looks like. Names, like words, are the same in any capitals."""
+"""The form of a program's names. Capitals do not matter, in names as in words."""
 
 _BREAKS = ("\n", "\r")
 
 
 def one_line(text: str) -> str:
-    """Return a text that fits into one line. Raises `BadRequest` for one that does not."""
+    """Return a text of one line. Raises `BadRequest` for more lines."""
     if any(sign in text for sign in _BREAKS):
         raise BadRequest(f"a text of a program is one line, not {text!r}")
     return text
@@ -34,17 +33,17 @@ def one_line(text: str) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Node:
-    """Anything that stands in a program. Where it stands is not compared."""
+    """Any part of a program. Its place is not compared."""
 
     mark: SourceMark = field(default=NOWHERE, compare=False)
 
 
-# What has a value. Numbers are as written: mm, deg, s.
+# Values. Numbers are as written: mm, deg, s.
 
 
 @dataclass(frozen=True, slots=True)
 class Number(Node):
-    """A number; one that is written as a percentage stays one."""
+    """A number, perhaps written as a percentage."""
 
     value: float
     percent: bool = False
@@ -84,7 +83,7 @@ class Unary(Node):
 
 @dataclass(frozen=True, slots=True)
 class Binary(Node):
-    """Two values and what stands between them: `+ - * / == != < <= > >= and or`."""
+    """Two values with an operator between them: `+ - * / == != < <= > >= and or`."""
 
     left: Expression
     sign: str
@@ -120,14 +119,14 @@ Expression: TypeAlias = (
 
 
 def negative(value: Expression, mark: SourceMark = NOWHERE) -> Expression:
-    """Return a value with the other sign; of a number, a number."""
+    """Return a value with the opposite sign; a number stays a `Number`."""
     if isinstance(value, Number):
         return Number(-value.value, value.percent, mark=mark)
     return Unary("-", value, mark=mark)
 
 
 def within(value: Expression) -> Iterator[Expression]:
-    """Yield a value and all that it is made of, from left to right."""
+    """Yield a value and all its parts, from left to right."""
     yield value
     match value:
         case Unary() | FieldOf():
@@ -144,12 +143,12 @@ def within(value: Expression) -> Iterator[Expression]:
         yield from within(part)
 
 
-# Lines. The head of a block, while the block is read, is its statement with an empty body.
+# Lines. While a block is being read, its head is a statement with an empty body.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Line(Node):
-    """A line; `note` is the comment behind it."""
+    """A line; `note` is the comment at its end."""
 
     note: str = ""
 
@@ -166,18 +165,18 @@ class Remark(Node):
 
 @dataclass(frozen=True, slots=True)
 class Do(Line):
-    """A word of the vocabulary with what belongs to it: `wait_input 1, -2 within 5`."""
+    """A word of the vocabulary with its values: `wait_input 1, -2 within 5`."""
 
     word: str
-    """As it is spelt today."""
+    """In its present spelling."""
     arguments: tuple[Expression, ...] = ()
     links: tuple[tuple[str, tuple[Expression, ...]], ...] = ()
-    """What stands behind `into`, `by` and `within`."""
+    """The values of `into`, `by` and `within`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Assign(Line):
-    """`height = 30`, or with `point` before it, which says that it is a place."""
+    """`height = 30`, or `point pick = ...` for a place."""
 
     name: str
     value: Expression
@@ -208,7 +207,7 @@ class Goto(Line):
 
 @dataclass(frozen=True, slots=True)
 class IfBranch(Line):
-    """One way of an `if`: None is the condition of `else`."""
+    """One branch of an `if`; `else` has no condition."""
 
     condition: Expression | None
     body: tuple[Statement, ...] = ()
@@ -223,7 +222,7 @@ class If(Node):
 
 @dataclass(frozen=True, slots=True)
 class While(Line):
-    """As long as the condition holds."""
+    """Repeat the body as long as the condition holds."""
 
     condition: Expression
     body: tuple[Statement, ...] = ()
@@ -231,7 +230,7 @@ class While(Line):
 
 @dataclass(frozen=True, slots=True)
 class Repeat(Line):
-    """So many times, or for ever; `variable` counts them from 1."""
+    """Repeat the body `count` times, or endlessly; `variable` counts the rounds from 1."""
 
     count: Expression | None
     body: tuple[Statement, ...] = ()
@@ -276,15 +275,15 @@ def every(body: tuple[Statement, ...]) -> Iterator[Statement]:
             yield from every(block)
 
 
-# Which values a line takes, and which names it sets: of every kind of line by the same table, from
-# which its values are checked, its names are learnt and the names that it needs are found.
+# The values that a line takes and the names that it sets, by one table for every kind of line. The
+# checks of values, the kinds of names and the names that a line needs all come from it.
 
 
 def slotted(line: Statement) -> Iterator[tuple[Expression, Slot]]:
     """Yield the values of a line itself with their slots, without the lines within it.
 
-    The values of a call are left out, whose slots only the subprogram knows, and so are values
-    that belong to no slot.
+    The values of a call are left out, because only the subprogram knows their slots, and so are
+    values beyond the last slot.
     """
     match line:
         case Assign():
@@ -320,10 +319,7 @@ _COUNTER = Slot("name", ValueKind.NUMBER, sets=True)
 
 
 def set_by(line: Statement) -> Iterator[tuple[Name, ValueKind]]:
-    """Yield the names that a line itself sets, and of which kind it makes them.
-
-    `ANY` is the kind of the value that is assigned.
-    """
+    """Yield the names that a line itself sets, with their kinds; `ANY` is that of an assignment."""
     for value, slot in slotted(line):
         if slot.sets and isinstance(value, Name):
             yield value, slot.kind

@@ -15,12 +15,12 @@ from armdrive.storage.points import LONGEST_WAIT_S, Point, Step, StepList
 from kinematics.errors import finite
 
 SLOWEST = 0.01
-"""No step is made slower than this share of the limits by a factor."""
+"""The lowest speed that a factor can give a step, as a fraction of the limits."""
 
 
 @dataclass(frozen=True, slots=True)
 class Edited:
-    """What an edit made, and what it had to leave out or to clip, in words."""
+    """The result of an edit, with notes about steps it left out or clipped."""
 
     steps: StepList
     notes: tuple[str, ...] = ()
@@ -28,7 +28,7 @@ class Edited:
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """What re-timing does: a new speed or wait, or factors on those there are."""
+    """A new speed or wait, or factors for the present ones."""
 
     speed: float | None = None
     wait_s: float | None = None
@@ -42,7 +42,7 @@ class Timing:
 
 
 def inserted(steps: StepList, at: int, new: Iterable[Step]) -> StepList:
-    """Return the sequence with new steps, the first of which is number `at` then."""
+    """Return the sequence with new steps, the first of which becomes number `at`."""
     _in_range("place", at, len(steps.steps) + 1)
     before, behind = steps.steps[: at - 1], steps.steps[at - 1 :]
     return replace(steps, steps=(*before, *new, *behind))
@@ -78,10 +78,10 @@ def retimed(
 
 
 def reverse(steps: StepList, points: Mapping[str, Point]) -> Edited:
-    """Return the way back: from the last point to the first, on the ways that led there.
+    """Return the way back: from the last point to the first, by the same kinds of motion.
 
-    Where the fingers did something, they do again what they did before that; what they were
-    before the first time nobody knows, and that step is left out. Waits stay where they were.
+    A step of the fingers is replaced by the one before it. The opening before the first such step
+    is unknown, so that step is left out. Delays stay where they were.
     """
     notes: list[str] = []
     goals = [step for step in steps.steps if step.point]
@@ -98,13 +98,14 @@ def reverse(steps: StepList, points: Mapping[str, Point]) -> Edited:
             made.append(replace(step, gripper=was))
         else:
             notes.append(
-                f"step {index} ({step}) is left out: nobody knows how the fingers were before it"
+                f"step {index} ({step}) is left out: "
+                "the opening of the fingers before it is unknown"
             )
     return Edited(replace(steps, steps=tuple(made)), tuple(notes))
 
 
 def span(steps: StepList, first: int, last: int | None) -> tuple[int, int]:
-    """Return a range of steps that there is; raises `BadRequest`."""
+    """Return a valid range of steps. Raises `BadRequest`."""
     last = first if last is None else last
     _in_range("step", first, len(steps.steps))
     _in_range("step", last, len(steps.steps))
@@ -131,11 +132,11 @@ def _retimed(step: Step, timing: Timing, number: int, notes: list[str]) -> Step:
 
 
 def _known_grips(steps: StepList, points: Mapping[str, Point]) -> list[str | float | None]:
-    """Return what the fingers were told before each step, None while nobody has told them."""
-    told: str | float | None = None
+    """Return the grip before each step, None while it is unknown."""
+    grip: str | float | None = None
     before: list[str | float | None] = []
     for index, step in enumerate(steps.steps):
-        before.append(told)
+        before.append(grip)
         if step.gripper is not None:
-            told = grip_after(step, points.get(last_point(steps.steps[:index])))
+            grip = grip_after(step, points.get(last_point(steps.steps[:index])))
     return before

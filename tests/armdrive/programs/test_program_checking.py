@@ -9,7 +9,7 @@ from armdrive.errors.table import entry
 from armdrive.programs import read_program
 from armdrive.programs.language.grammar import DEEPEST_BLOCK
 from armdrive.programs.language.words import RESERVED, WORDS
-from armdrive.programs.problems import MOST_TOLD, ProgramError
+from armdrive.programs.problems import MOST_SHOWN, ProgramError
 
 WRONG = [
     # words that are none, and lines that end too early or too late
@@ -80,9 +80,9 @@ WRONG = [
     ("speed = 3", 1, "`speed` is a word of the language: give the value another name"),
     ("grasp into point", 12, "`point` is a word of the language"),
     ("point home = at(1, 2, 3, 4)", 7, "`home` is a word of the language"),
-    ("x = widht", 5, "'widht' is set nowhere"),
-    ("delay pick", 7, "'pick' is set nowhere"),
-    ("move pik", 6, "the arm's book has no point of that name; did you mean 'pick'?"),
+    ("x = widht", 5, "'widht' is not defined"),
+    ("delay pick", 7, "'pick' is not defined"),
+    ("move pik", 6, "no saved point has that name; did you mean 'pick'?"),
     ("x = pick.x\npoint x = pick", 7, "'x' is a number elsewhere, and cannot become a place"),
     ("x = at(1, 2, 3, 4)", 1, "a place is given a name so: `point x = ...`"),
     ("point x = 3", 11, "a place is needed here, not a number"),
@@ -91,7 +91,7 @@ WRONG = [
     ("define f(a)\nend\nf()", 1, "`f` takes a: 1 values, not 0"),
     ('define f(a)\nend\nf("x")', 3, "a subprogram takes no text"),
     ("define f(a)\nmove a\nend\nf(3)", 6, "a place is needed here, not a number"),
-    ("define f(a)\nend\nf(3)\nf(pick)", 3, "'pick' is set nowhere"),
+    ("define f(a)\nend\nf(3)\nf(pick)", 3, "'pick' is not defined"),
     ("define f(a)\nend\nf(3)\nf(here)", 3, "a number is needed here, not a place"),
     ("define f()\nend\ndefine F()\nend", 8, "there is a subprogram 'F' already"),
     ("define f(a, A)\nend", 8, "two parameters are called 'A'"),
@@ -138,8 +138,8 @@ def test_the_message_shows_the_line_and_a_caret_under_the_place():
 
 def test_more_mistakes_than_a_screen_holds_are_counted():
     with pytest.raises(ProgramError, match="and 5 more") as caught:
-        read_program("delay -1\n" * (MOST_TOLD + 5))
-    assert len(caught.value.problems) == MOST_TOLD + 5
+        read_program("delay -1\n" * (MOST_SHOWN + 5))
+    assert len(caught.value.problems) == MOST_SHOWN + 5
 
 
 def test_nothing_of_a_program_may_be_called_as_a_word_is():

@@ -163,7 +163,7 @@ def test_a_refusal_after_an_assumption_may_be_run_all_the_same():
     arm = table_arm("teachmover")
     script = Script((ReadInput(1), REFUSED["out of reach"]))
     rehearsal = rehearse(SeenArm.of(arm), RunPlan(script))
-    with pytest.raises(Refused, match="line 1: input 1 is off; say what is so with --input"):
+    with pytest.raises(Refused, match="line 1: input 1 is off; give the real values with --input"):
         require_rehearsed(rehearsal, anyway=False)
     require_rehearsed(rehearsal, anyway=True)
 

@@ -94,7 +94,7 @@ def test_what_the_rehearsal_refuses_begins_nowhere(homed, write):
 
 def test_what_follows_from_an_assumption_is_run_with_yes_alone(homed, write):
     path = write("if not input(2)\n  move at(900, 0, 120, -90)\nend\n")
-    assert "line 1: input 2 is off; say what is so" in homed("run", path, code=3).err
+    assert "line 1: input 2 is off; give the real values" in homed("run", path, code=3).err
     homed("run", path, "--check", "--input", "2=on", code=0)
     homed("run", path, "--input", "2=on", code=3)  # the run itself reads the input
     ended = homed("run", path, "--yes", code=3)

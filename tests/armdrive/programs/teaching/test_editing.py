@@ -142,7 +142,7 @@ def test_the_way_back_lets_go_where_it_gripped():
         "to above along a line at 30%",
     ]
     assert back.notes == (
-        "step 2 (gripper open) is left out: nobody knows how the fingers were before it",
+        "step 2 (gripper open) is left out: the opening of the fingers before it is unknown",
     )
 
 
