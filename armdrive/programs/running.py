@@ -225,8 +225,7 @@ def joints_of(angles_deg: Mapping[str, float], arm: Arm) -> Joints:
     names = arm.model.arm.joint_names
     if set(angles_deg) != set(names):
         raise BadRequest(
-            f"a place of this arm says {', '.join(names)}, "
-            f"not {', '.join(angles_deg) or 'nothing'}"
+            f"a place of this arm says {', '.join(names)}, not {', '.join(angles_deg) or 'nothing'}"
         )
     return Joints.of(*(angles_deg[name] for name in names), names=names)
 
