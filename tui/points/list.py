@@ -7,7 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from armdrive.errors import ArmError, BadRequest
-from armdrive.storage.points import GRIPPER_WORDS, NAME, Point, Step, StepList, Taught, parse_step
+from armdrive.programs.teaching.steps import parse_step
+from armdrive.storage.points import GRIPPER_WORDS, NAME, Point, Step, StepList, Taught
 from tui.screens import ScreenHost
 
 LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-")
@@ -71,7 +72,8 @@ class PointNaming:
             return Step(gripper=round(opening_mm, 1), speed=speed)
         if wrong := self._no_number():
             raise BadRequest(wrong)
-        step = parse_step(f"{self.purpose} {self.text}")
+        word = "delay" if self.purpose == "wait" else self.purpose
+        step = parse_step(f"{word} {self.text}")
         return step if step.wait_s is not None else replace(step, speed=speed)
 
     def _no_number(self) -> str:

@@ -67,7 +67,7 @@ Examples:
   armdrive run stack.arm --check                      rehearse it; moves nothing
   armdrive run stack.arm --check --plot path.svg      with a picture of the tip's path
   armdrive run stack.arm --step                       Enter before each motion
-  armdrive run stack.arm --loops 10 --speed 50
+  armdrive run stack.arm --loops 10 --speed 50%
   armdrive run stack.arm --resume                     go on where it was interrupted
   armdrive run stack.py one two --check               a script, its own arguments behind its name
 """
@@ -112,7 +112,9 @@ def _run(parser: argparse.ArgumentParser) -> None:
     how.add_argument(
         "--loops", type=_loops, metavar="N", help="run it so often, 0 for ever (default 1)"
     )
-    how.add_argument("--speed", type=number, metavar="PERCENT", help="go slower than it asks for")
+    how.add_argument(
+        "--speed", type=fraction, help="slow every motion to this fraction, 0.5 or 50%%"
+    )
     add_switches(how, {"--resume": "go on where it was interrupted"})
     how.add_argument("--record", type=Path, metavar="FILE", help="keep a recording of the run")
     add_pace_option(how)
@@ -151,7 +153,9 @@ Examples:
 
 def _shell(parser: argparse.ArgumentParser) -> None:
     _add_put_option(parser)
-    parser.add_argument("--speed", type=number, metavar="PERCENT", help="go slower than asked for")
+    parser.add_argument(
+        "--speed", type=fraction, help="slow every motion to this fraction, 0.5 or 50%%"
+    )
     add_pace_option(parser)
     add_allow_restored(parser)
     add_arm_options(parser)
@@ -220,7 +224,7 @@ def _to_last(action: argparse.ArgumentParser) -> None:
 def _retime_words(action: argparse.ArgumentParser) -> None:
     action.add_argument("first", type=count, nargs="?", metavar="FIRST", help="one step only ...")
     _to_last(action)
-    action.add_argument("--speed", type=fraction, help="a new speed, a fraction of the limits")
+    action.add_argument("--speed", type=fraction, help="a new speed, 0.5 or 50%%")
     action.add_argument("--factor", type=number, default=1.0, help="times the speed there is")
     action.add_argument("--wait", type=number, metavar="SECONDS", help="a new time for waits")
     action.add_argument("--wait-factor", type=number, default=1.0, help="times the waits there are")
@@ -229,12 +233,12 @@ def _retime_words(action: argparse.ArgumentParser) -> None:
 def _here_words(action: argparse.ArgumentParser) -> None:
     action.add_argument("--point", metavar="NAME", help="what to call the place")
     add_switches(action, {"--line": "to be gone to along a straight line"})
-    action.add_argument("--speed", type=fraction, default=1.0, help="a fraction of the limits")
+    action.add_argument("--speed", type=fraction, default=1.0, help="0.5 or 50%%")
 
 
 def _record_words(action: argparse.ArgumentParser) -> None:
     add_switches(action, {"--line": "every way along a straight line"})
-    action.add_argument("--speed", type=fraction, default=1.0, help="of every way")
+    action.add_argument("--speed", type=fraction, default=1.0, help="of every move, 0.5 or 50%%")
     add_switches(action, {"--waits": "keep how long the arm stood"})
     action.add_argument(
         "--rest", type=number, default=REST_S, metavar="SECONDS",

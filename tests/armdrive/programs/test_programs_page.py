@@ -12,7 +12,7 @@ from program_bench import acts
 
 from armdrive.programs import read_program
 from armdrive.programs.acts import act_name
-from armdrive.programs.deeds import DEEPEST_CALL
+from armdrive.programs.interpreter import DEEPEST_CALL
 from armdrive.programs.language.words import tables
 from armdrive.programs.problems import ProgramError
 from armdrive.programs.program import MOST_STEPS

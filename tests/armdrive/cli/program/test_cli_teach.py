@@ -35,15 +35,15 @@ def shown(call, name="fetch"):
 
 def test_steps_are_added_inserted_moved_retimed_and_removed(call, book):
     call("teach", "add", "fetch", "gripper", "grasp", code=0)
-    call("teach", "insert", "fetch", "2", "wait", "0.5", code=0)
+    call("teach", "insert", "fetch", "2", "delay", "0.5", code=0)
     assert shown(call) == [
-        "to above", "wait 0.5 s", "gripper open", "to pick along a line at 30%", "gripper grasp",
+        "to above", "delay 0.5 s", "gripper open", "to pick along a line at 30%", "gripper grasp",
     ]  # fmt: skip
     call("teach", "move", "fetch", "2", "5", code=0)
     said = call("teach", "retime", "fetch", "--factor", "2", "--wait", "1", code=0).out
     assert "note: step 1 goes at 100%, not at 200%" in said
     call("teach", "remove", "fetch", "2", "3", code=0)
-    assert shown(call) == ["to above", "gripper grasp", "wait 1 s"]
+    assert shown(call) == ["to above", "gripper grasp", "delay 1 s"]
 
 
 def test_a_new_sequence_begins_with_its_first_step(call, book):
@@ -55,7 +55,7 @@ def test_a_new_sequence_begins_with_its_first_step(call, book):
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (("add", "fetch", "fly", "home"), "is no step"),
+        (("add", "fetch", "fly", "home"), "is not a step"),
         (("add", "fetch", "to", "nowhere"), "which there is not"),
         (("insert", "fetch", "9", "to", "above"), "no place 9"),
         (("remove", "nothing", "1"), "no sequence 'nothing'"),

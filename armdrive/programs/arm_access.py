@@ -1,4 +1,4 @@
-"""An arm that a person runs something on: its clock, its table, what goes on when it is left."""
+"""What a command that runs a program needs of an arm besides its public calls."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ def time_s(arm: Arm) -> float:
 
 
 def between_steps(arm: Arm) -> AbstractContextManager[object]:
-    """Let nothing of an arm change while it is looked at."""
+    """Keep an arm from changing while it is read."""
     return arm.pace.lock
 
 
 def silent_time_s(arms: Iterable[Arm]) -> float:
-    """Return for how long arms may go on with what they were sent when nothing more comes."""
+    """Return how long arms may keep moving after the last message to them."""
     return max((arm.core.stop_bound().silent_time_s for arm in arms), default=0.0)
 
 
 def accept_restored(arm: Arm) -> None:
-    """Have an arm trust the position that an earlier program left."""
+    """Let an arm trust the position restored from the last session."""
     arm.core.allow_restored = True
 
 
 def put_blocks(arm: Arm, blocks: Sequence[TableBlock]) -> None:
-    """Put blocks on a simulated table, one after the other, each on what is there already."""
+    """Put blocks on a simulated table, one after the other, each on what lies there."""
     if arm.twin is None:
         return
     with between_steps(arm):
