@@ -20,13 +20,12 @@ import numpy.typing as npt
 from kinematics.errors import KinematicsError
 from kinematics.five_axis.arm import Base, Elbow, FiveAxisArm
 from kinematics.five_axis.closed_form import (
-    AXIS_MM,
-    NEAR_AXIS_MM,
     ON_MANIFOLD_RAD,
     REACH_MM,
     UPRIGHT,
     Lengths,
 )
+from kinematics.geometry import AXIS_MM
 from kinematics.limits import LIMIT_TOLERANCE_RAD
 
 Array: TypeAlias = npt.NDArray[np.float64]
@@ -222,7 +221,7 @@ def _hands_of_frames(lengths: Lengths, goals: Array) -> tuple[_HandGoals, Array]
     height, _, _, hand = lengths
     (ux, _, hx, x), (uy, _, hy, y), (uz, _, hz, z), _ = goals.transpose(1, 2, 0)
     out_x, out_y = x, y
-    on_axis = np.hypot(x, y) <= NEAR_AXIS_MM
+    on_axis = np.hypot(x, y) <= AXIS_MM
     if on_axis.any():  # the tip tells no plane there: the hand's direction does, if it has one
         upright = np.hypot(hx, hy) <= UPRIGHT
         out_x = np.where(on_axis, np.where(upright, 1.0, hx), x)

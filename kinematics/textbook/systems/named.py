@@ -367,15 +367,9 @@ def _chain(one: System) -> Chain:
 def _held(branch: NamedBranch, chain: Chain, near: Sequence[float]) -> NamedBranch:
     """Return the branch with each angle on the turn to take, and the limits it breaks."""
     joints = tuple(
-        _turned(value, low, high, seed) if kind is JointKind.REVOLUTE else value
+        turn_into(value, low, high, seed) if kind is JointKind.REVOLUTE else value
         for value, (low, high), seed, kind in zip(
             branch.joints, chain.limits, near, chain.kinds, strict=True
         )
     )
     return replace(branch, joints=joints, violations=chain.violations(joints))
-
-
-def _turned(angle: float, low: float, high: float, near: float) -> float:
-    if low == -math.inf or high == math.inf:
-        return near + math.remainder(angle - near, math.tau)
-    return turn_into(angle, low, high, near)
