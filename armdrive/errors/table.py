@@ -552,9 +552,10 @@ MATHEMATICS = (
     ),
     CatalogueEntry(
         "E602", "BadNumber", "not a finite number",
-        "Text, nothing, NaN or an infinity stands where a length or an angle belongs.",
+        "Text, nothing, NaN or an infinity stands where a length or an angle belongs, or an angle "
+        "of a pose in rad is beyond two turns.",
         NOTHING_SENT,
-        "Give a number.",
+        "Give a number; give degrees where degrees are expected.",
     ),
     CatalogueEntry(
         "E603", "JointLimit", "a joint beyond its limit",

@@ -19,9 +19,9 @@ from kinematics.frames.rotations import Matrix3, columns, from_columns, multiply
 from kinematics.frames.transforms import (
     Transform,
     check_transform,
+    homogeneous,
     position_of,
     rotation_of,
-    transform,
 )
 from kinematics.frames.vectors import (
     X_AXIS,
@@ -188,7 +188,7 @@ def pose_goal(
 def hand_frame(pose: Pose, outwards: Vector, roll_rad: float) -> Transform:
     """Return the frame of a hand at a pose's place and pitch, in the plane outwards."""
     hand, up = _elevated(outwards, pose.pitch_rad), upwards(outwards, pose.pitch_rad)
-    return transform(_rolled(hand, up, roll_rad), (pose.x_mm, pose.y_mm, pose.z_mm))
+    return homogeneous(_rolled(hand, up, roll_rad), (pose.x_mm, pose.y_mm, pose.z_mm))
 
 
 def upwards(outwards: Vector, pitch_rad: float) -> Vector:

@@ -17,7 +17,7 @@ from kinematics.chains.goals import Goal, HandTask, goal_of, pose_of
 from kinematics.chains.inverse import Solution, descend
 from kinematics.chains.jacobians import length_of
 from kinematics.frames.orientations import Quaternion, quaternion_of
-from kinematics.frames.transforms import position_of, rotation_of, transform
+from kinematics.frames.transforms import homogeneous, position_of, rotation_of
 from kinematics.frames.vectors import Vector, dot
 from kinematics.geometry import Hand, NotFollowed, Point
 from kinematics.limits import LIMIT_TOLERANCE_RAD
@@ -61,7 +61,7 @@ class ChainFollower:
     def pose(self, tip: Point, hand: Hand) -> Pose:
         """Return the pose of a tip and a hand."""
         if self.task is HandTask.WHOLE:
-            frame = transform(Quaternion.of(*hand).rotation(), tip)
+            frame = homogeneous(Quaternion.of(*hand).rotation(), tip)
             return pose_of(frame, self.task, self.centre)
         return Pose(*tip, *hand)
 
