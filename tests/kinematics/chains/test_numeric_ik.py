@@ -247,7 +247,8 @@ def test_a_seed_that_does_not_fit_is_refused():
 
 def test_a_goal_is_solved_without_numpy():
     script = (
-        "import sys; from kinematics import SYSTEMS, solve_frame_ik; puma = SYSTEMS['puma'].chain();"
+        "import sys; from kinematics import SYSTEMS, solve_frame_ik;"
+        "puma = SYSTEMS['puma'].chain();"
         "found = solve_frame_ik(puma, puma.fk((0.1, -0.4, 0.8, 0.2, 0.6, 0.1)));"
         "sys.exit(not found.ok or 'numpy' in sys.modules)"
     )
