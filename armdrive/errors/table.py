@@ -554,9 +554,10 @@ MATHEMATICS = (
     ),
     CatalogueEntry(
         "E602", "BadNumber", "not a finite number",
-        "A length or an angle is text, missing, NaN or infinite.",
+        "A length or an angle is text, missing, NaN or infinite, or an angle of a pose is beyond two "
+        "turns, as when degrees are given for rad.",
         NOTHING_SENT,
-        "Give a number.",
+        "Give a number; give degrees where degrees are expected.",
     ),
     CatalogueEntry(
         "E603", "JointLimit", "a joint beyond its limit",
