@@ -10,8 +10,9 @@ from tui.keys.keyboard import DEFAULT_KEYS, as_markdown
 from tui.keys.table import SCREENS
 from tui.look import LOOKS
 
-PAGE = Path(__file__).parent / "desk.md"
-PAD_PAGE = PAGE.with_name("gamepad.md")
+DOCS = Path(__file__).parent
+PAGE = DOCS / "how-to" / "desk.md"
+PAD_PAGE = DOCS / "gamepad.md"
 
 
 def screens() -> Iterator[str]:

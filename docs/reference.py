@@ -16,8 +16,9 @@ import armdrive
 from armdrive.arm.gripper import Gripper
 from armdrive.text import json_forms
 
-PAGE = Path(__file__).parent / "reference.md"
-SCHEMA = Path(__file__).parent / "armdrive.schema.json"
+FOLDER = Path(__file__).parent / "reference"
+PAGE = FOLDER / "python-api.md"
+SCHEMA = FOLDER / "armdrive.schema.json"
 
 INNER = frozenset(("closed", "reference_request", "stops"))
 """Calls that the desk and the command line need, and a program has no use for."""
@@ -30,8 +31,7 @@ HEADING = re.compile(r"    # -- (.+?) -+")
 
 HEAD = """# The Python calls
 
-Made from the docstrings by `python docs/reference.py`; [python.md](python.md) is the page to begin
-with. Names with `_mm`, `_deg`, `_rad` and `_s` say their unit; `speed` is a fraction of the limits.
+Made from the docstrings by `python docs/reference.py`. Begin with [From Python](../how-to/python.md). Names with `_mm`, `_deg`, `_rad` and `_s` say their unit; `speed` is a fraction of the limits.
 `AsyncArm` and its gripper have every call of `Arm` and `arm.gripper` by the same name, awaited
 where it may wait. Errors are listed with their remedies in [errors.md](errors.md). Moves, poses,
 joint angles, the status and errors have one JSON form wherever they are read or written:

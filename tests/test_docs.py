@@ -5,9 +5,9 @@ import math
 import pkgutil
 import re
 import tomllib
-from pathlib import Path
 
 import pytest
+from pages import PAGES, ROOT, page
 
 from armdrive.config import arm as armfile
 from armdrive.config import sections as armsections
@@ -18,14 +18,11 @@ from armdrive.text.toml import rule_of
 from kinematics import preset
 from kinematics.geometry import Tool
 
-DOCS = Path(__file__).parent.parent / "docs"
-ROOT = DOCS.parent
-PAGES = sorted([*DOCS.glob("*.md"), ROOT / "README.md"])
 PACKAGES = ("armdrive", "firmware_protocol", "kinematics", "tui")
 
 
 def shown_arm_file():
-    text = (DOCS / "arm-file.md").read_text(encoding="utf-8")
+    text = page("arm-file")
     return tomllib.loads(re.search(r"```toml\n(.*?)```", text, re.DOTALL)[1])
 
 
@@ -65,7 +62,7 @@ def meanings():
 
 @pytest.mark.parametrize(("section", "key", "words"), meanings())
 def test_the_comments_of_the_shown_arm_file_are_those_of_the_schema(section, key, words):
-    text = (DOCS / "arm-file.md").read_text(encoding="utf-8")
+    text = page("arm-file")
     shown = f"\n\n{re.search(r'```toml(.*?)```', text, re.DOTALL)[1]}"
     blocks = [
         block for block in shown.split("\n\n") if block.lstrip("\n").startswith(f"[{section}]")
@@ -98,18 +95,18 @@ def test_the_shown_arm_file_shows_the_defaults():
         assert math.isclose(ours.steps_per_unit, theirs.steps_per_unit, rel_tol=1e-4)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
-def test_links_lead_somewhere(page):
-    for target in re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):
+@pytest.mark.parametrize("path", PAGES, ids=lambda p: p.name)
+def test_links_lead_somewhere(path):
+    for target in re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)", path.read_text(encoding="utf-8")):
         if "://" not in target:
-            assert (page.parent / target).exists(), f"{page.name} links to {target}"
+            assert (path.parent / target).exists(), f"{path.name} links to {target}"
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
-def test_a_link_that_is_named_for_a_module_leads_to_it(page):
-    text = page.read_text(encoding="utf-8")
+@pytest.mark.parametrize("path", PAGES, ids=lambda p: p.name)
+def test_a_link_that_is_named_for_a_module_leads_to_it(path):
+    text = path.read_text(encoding="utf-8")
     for name, target in re.findall(r"\[`?([\w/]+\.py)`?\]\(([^)#]+)", text):
-        assert f"/{target}".endswith(f"/{name}"), f"{page.name} calls {target} {name}"
+        assert f"/{target}".endswith(f"/{name}"), f"{path.name} calls {target} {name}"
 
 
 def suffixes(path: str) -> list[str]:
@@ -136,12 +133,12 @@ def test_a_module_that_names_another_by_its_file_names_one_that_is_there(package
         assert named <= MODULES | MADE_UP, f"{path.relative_to(ROOT)}: {named - MODULES}"
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
-def test_a_page_names_no_module_that_is_not_there(page):
-    text = page.read_text(encoding="utf-8")
+@pytest.mark.parametrize("path", PAGES, ids=lambda p: p.name)
+def test_a_page_names_no_module_that_is_not_there(path):
+    text = path.read_text(encoding="utf-8")
     named = set(re.findall(rf"(?<![\w/.])(?:{'|'.join(PACKAGES)}|tests)/[\w/]+\.py\b", text))
     made = set(re.findall(r"^`([\w/]+\.py)`:$", text, re.MULTILINE))  # and its text follows
-    assert named - made <= MODULES, f"{page.name}: {named - made - MODULES}"
+    assert named - made <= MODULES, f"{path.name}: {named - made - MODULES}"
 
 
 @pytest.mark.parametrize("package", PACKAGES)

@@ -1,4 +1,4 @@
-"""The catalogue as people read it: a list, one row in full, and the page docs/errors.md."""
+"""The catalogue as people read it: a list, one row in full, and docs/reference/errors.md."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def in_full(row: CatalogueEntry) -> Iterator[str]:
 
 
 def page() -> str:
-    """Return docs/errors.md."""
+    """Return docs/reference/errors.md."""
     parts = [_PAGE_BEGINS, *_actions()]
     for group, rows in GROUPS.items():
         parts.append(f"\n## {group}\n\n| code | error | cause | effect on the arm | what to do |\n")

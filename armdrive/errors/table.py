@@ -1,7 +1,7 @@
 """The one catalogue of errors: code, title, cause, effect on the arm, and what to do.
 
-Help, docs/errors.md, `--json` and the status take their codes from it. Rows go by the name of a
-class of errors, of a member of `Evidence`, or of a situation that is neither. Each class of errors
+Help, docs/reference/errors.md, `--json` and the status take their codes from it. Rows go by the
+name of a class of errors, of a member of `Evidence`, or of a situation that is neither. Each class of errors
 has its own code as well, so that an error can be raised without this table.
 """
 
@@ -160,8 +160,8 @@ REQUESTS = (
         "a division by zero, a wait that was given up, something that it expected and is not so.",
         "What cannot be read moves nothing. A program that ended under way leaves the arm where "
         "the line before brought it.",
-        "Correct the place under the caret, or what the sentence says of the arm; docs/programs.md "
-        "has every word.",
+        "Correct the place under the caret, or what the sentence says of the arm; "
+        "docs/reference/programs.md has every word.",
     ),
     CatalogueEntry(
         "E114", "InputTimeout", "an input that did not come",
@@ -176,8 +176,8 @@ REQUESTS = (
         "A call of a program was given text where a pose belongs, too many values, or an option "
         "that it does not have.",
         NOTHING_SENT,
-        "Correct the argument that the sentence names; docs/reference.md shows what each call "
-        "takes.",
+        "Correct the argument that the sentence names; docs/reference/python-api.md shows what "
+        "each call takes.",
     ),
 )  # fmt: skip
 
@@ -246,7 +246,8 @@ STOPS = (
     CatalogueEntry(
         "E303", "EMERGENCY_STOP", "emergency stop",
         "Somebody asked for an emergency stop.",
-        LATCHED + " Whether the motors hold it is said for each controller (docs/torque.md). A "
+        LATCHED + " Whether the motors hold it is said for each controller (docs/background/stopping.md). "
+        "A "
         "controller that stops dead may have lost steps: then the position is suspect.",
         "Look at the arm, then call `reset()`, which moves nothing.",
     ),
@@ -451,7 +452,7 @@ WIRES = (
         "What was sent already is finished, which the status bounds in seconds and mm; then the "
         "arm stands. Nothing that was queued here is ever sent. A position that was lost in motion "
         "is suspect.",
-        "Plug the cable in and connect again, or have it looked for (docs/reconnecting.md): that "
+        "Plug the cable in and connect again, or have it looked for (docs/how-to/sharing.md): that "
         "ends in error-stop, which only `reset()` leaves, and moves nothing.",
     ),
     CatalogueEntry(

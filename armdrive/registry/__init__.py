@@ -1,7 +1,7 @@
 """The dialects: a row for each, which is what it states about itself.
 
 No other file names a dialect: where it matters what a device can do, its row is asked. To add one,
-write its subpackages and add its row to `_ROWS` (docs/adding-a-controller.md).
+write its subpackages and add its row to `_ROWS` (docs/background/adding-a-controller.md).
 
 Every command of the command line reads this table, most of them for the names alone. What a
 dialect needs to be driven, simulated or read from a file is imported when a row is asked for it.

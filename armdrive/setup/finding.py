@@ -1,7 +1,7 @@
 """The ports and CAN interfaces of this computer, and what is behind one of them.
 
 Listing opens nothing. `probe` opens a port, which can restart the board behind it; what it says
-moves no arm of the table of dialects (docs/finding-the-arm.md). On a CAN bus it only reads.
+moves no arm of the table of dialects (docs/how-to/finding-the-arm.md). On a CAN bus it only reads.
 """
 
 from __future__ import annotations

@@ -19,10 +19,10 @@ WORDS = {
 PAGE_INTRO = """# Conformance
 
 What an arm does, whichever controller it has. Each row of the table is a behaviour of
-[tests/conformance](../tests/conformance/behaviours.py): a function that drives an arm by
+[tests/conformance](../../tests/conformance/behaviours.py): a function that drives an arm by
 armdrive's public calls, looks at the **physical** arm, which no register knows, and says in a
-sentence what was not as promised. Every dialect of the [registry](../armdrive/registry/__init__.py)
-is put on the same benches; a new row there is under test by itself. What a dialect cannot do by its
+sentence what was not as promised. Every dialect of the
+[registry](../../armdrive/registry/__init__.py) is put on the same benches; a new row there is under test by itself. What a dialect cannot do by its
 table of abilities is `n/a`, by a rule on those abilities.
 
 Of every fault the same is asked, whenever it comes: nothing moves that was not commanded; the call
@@ -38,12 +38,12 @@ motion after the fault: that is an error, and after one more reset and reference
 simulated time each fault comes at seven moments of a motion, in real time at one.
 
 A pause is asked of every motion as a stop is, within what the status announces for a program that
-falls silent ([several-programs.md](several-programs.md)); what other programs may ask is asked by
+falls silent ([sharing.md](../how-to/sharing.md)); what other programs may ask is asked by
 the commands of the command line, each in a process of its own. Homing by switches and grippers on
 a servo or an output are tried on arms of a file of their own, since no preset has them: switches
 that stick, that never close, and a stop on the way. A simulated servo that is told nothing stays
 where it is, so that only an output shows what connecting would let go. Of a wire that was lost
-([reconnecting.md](reconnecting.md)) the same connection is asked once it is back. A jog that is
+([reconnecting.md](../reconnecting.md)) the same connection is asked once it is back. A jog that is
 held expires counted from the call that held it: on a slow wire, or a busy computer, it may have
 expired before its first burst could begin, and then nothing moves. These rows renew it until the
 arm is seen to move, as a keyboard does.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from pages import page_path
 
 from armdrive.registry import DIALECTS
 
@@ -12,7 +12,7 @@ from .benches import BENCHES
 from .running import Result, Verdict
 from .table import page, text
 
-PAGE = Path(__file__).parents[2] / "docs" / "conformance.md"
+PAGE = page_path("conformance")
 SOME = BEHAVIOURS[:2]
 
 

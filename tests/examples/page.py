@@ -9,7 +9,7 @@ from armdrive.registry import DIALECTS
 
 from .on_arms import Example, Form, Ran
 
-COMMAND = "python -m tests.examples --write docs/examples.md"
+COMMAND = "python -m tests.examples --write docs/how-to/examples.md"
 
 TABLE = re.compile(r"^\| example \|(?! what it shows).*?\n\n", re.MULTILINE | re.DOTALL)
 
@@ -33,7 +33,7 @@ def table(examples: Sequence[Example], cells: Mapping[tuple[str, str], str]) -> 
     rows = [head, "|---" * (2 + len(DIALECTS)) + "|"]
     for each in examples:
         shown = [cells[each.file, dialect] for dialect in DIALECTS]
-        link = f"[{each.file}](../examples/{each.file})"
+        link = f"[{each.file}](../../examples/{each.file})"
         rows.append(f"| {link} | {each.about} | {' | '.join(shown)} |")
     return "\n".join(rows) + "\n\n"
 

@@ -428,7 +428,8 @@ POINT_ACTIONS: Mapping[str, Action] = MappingProxyType(
 def _points(parser: argparse.ArgumentParser) -> None:
     """Declare what `points` takes.
 
-    Points are kept in a file of their own, which may be edited: docs/points.md tells every key.
+    Points are kept in a file of their own, which may be edited; docs/how-to/points.md lists every
+    key.
 
     Examples:
       armdrive points save pick --note "above the block"

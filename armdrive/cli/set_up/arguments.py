@@ -226,8 +226,8 @@ def _can(parser: argparse.ArgumentParser) -> None:
       armdrive can monitor can:socketcan:can0             what passes, in words; sends nothing
       armdrive can monitor --arm bench --seconds 5 --json
 
-    `armdrive doctor --can` asks who is on a bus, and how the bus is. The page docs/can-setup.md
-    goes from the box to the first motion.
+    `armdrive doctor --can` asks who is on a bus, and how the bus is. docs/controllers/can.md goes
+    from the box to the first motion.
 
     """
     add_actions(parser, CAN_ACTIONS)

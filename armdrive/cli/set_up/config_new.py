@@ -209,7 +209,7 @@ def signs(options: argparse.Namespace) -> Result:
 UNHEEDED = (
     "A switch that closes in motion would stop nothing. The board's firmware takes no notice of "
     "hard limits, as the default build of grbl-Mega-5X for RAMPS boards: take another build "
-    "(docs/grbl.md), or write hard_limits = false, so that nobody counts on them."
+    "(docs/controllers/grbl.md), or write hard_limits = false, so that nobody counts on them."
 )
 
 

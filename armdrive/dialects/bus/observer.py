@@ -51,13 +51,13 @@ from kinematics.spaces import Motors
 
 LATE_S = 0.1
 """What a drive was told so long ago it may still follow: orders and looks come at most so late on a
-computer that is not overloaded (docs/measured-can.md)."""
+computer that is not overloaded (docs/background/measurements.md)."""
 PROGRESSES = 0.5
 """A drive that is behind progresses if it turns at least this share of what its orders do."""
 DRAWN = 0.3
 """How much of what a reading is beside it a course is drawn towards it: half in two looks."""
 PROMPT_S = 0.03
-"""An answer takes no longer on a computer that is not busy (docs/measured-can.md)."""
+"""An answer takes no longer on a computer that is not busy (docs/background/measurements.md)."""
 LOOKS = 2
 """At so many looks in a row the drives are beside their way, before one is blamed."""
 WEAK_LOOKS = 5

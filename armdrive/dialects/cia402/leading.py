@@ -31,7 +31,8 @@ from firmware_protocol.canopen import STATUSWORD, DriveState, OperationMode, Sta
 
 UNHEARD_TURNS = 5
 """If no drive has told anything for so many turns, none may hear its targets either. A busy
-computer is late by fewer: SYNC every 10 ms came 58 ms late at worst (docs/measured-can.md)."""
+computer is late by fewer: SYNC every 10 ms came 58 ms late at worst
+(docs/background/measurements.md)."""
 FRESH_S = 0.3
 """A position of a standing drive that is no older than this need not be asked for again."""
 SETTLE_S = 0.6

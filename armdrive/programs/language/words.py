@@ -307,7 +307,7 @@ def tables() -> str:
 
 def overview() -> list[str]:
     """Return all words with a line each, as a prompt shows them."""
-    found = ["words of a program: `help WORD` tells more, docs/programs.md everything"]
+    found = ["words of a program: `help WORD` tells more, docs/reference/programs.md everything"]
     for title, words in GROUPS.items():
         found.append(f"  {title}: {', '.join(word.name for word in words)}")
     found.append(f"  Shape: {', '.join(row.name for row in FORMS)}")

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 import re
 import tomllib
-from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pages import page_path
 
 from armdrive.config.link_model import is_model_file, parse_model, read_model
 from armdrive.errors import ArmFileError
@@ -19,7 +19,7 @@ from kinematics.errors import KinematicsError
 from kinematics.frames.transforms import position_of, translation
 from kinematics.textbook.systems import system
 
-PAGE = Path(__file__).parents[3] / "docs" / "model-file.md"
+PAGE = page_path("model-file")
 
 
 def shown_text():

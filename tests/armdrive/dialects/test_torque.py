@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import astuple
-from pathlib import Path
 
 import pytest
+from pages import page
 
 from armdrive import Arm
 from armdrive.abilities import HELD, SAGS
@@ -13,7 +13,7 @@ from armdrive.cli import terminal_person
 from armdrive.cli.drive import motors
 from armdrive.registry import DIALECTS
 
-PAGE = (Path(__file__).parents[3] / "docs" / "torque.md").read_text(encoding="utf-8")
+PAGE = page("torque")
 
 
 @pytest.fixture

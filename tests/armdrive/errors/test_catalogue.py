@@ -5,10 +5,10 @@ from __future__ import annotations
 import importlib
 import json
 import pkgutil
-from pathlib import Path
 
 import pytest
 from cli_calls import Caller
+from pages import page_path
 
 import armdrive
 import firmware_protocol
@@ -22,7 +22,7 @@ from armdrive.status import Evidence, Trust
 from firmware_protocol.errors import ProtocolError
 from kinematics.errors import KinematicsError
 
-PAGE = Path(__file__).parents[3] / "docs" / "errors.md"
+PAGE = page_path("errors")
 NAMES = {row.name for row in ENTRIES}
 NO_ERRORS = {
     "OSError", "KeyboardInterrupt", "ArgumentTypeError", "Ended", "Unexpected",

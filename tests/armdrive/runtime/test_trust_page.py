@@ -1,4 +1,4 @@
-"""docs/trust.md says what there is: its table is made from trust.RESULTS.
+"""The page on trust says what there is: its table is made from trust.RESULTS.
 
 `python tests/armdrive/runtime/test_trust_page.py` prints the table anew.
 """
@@ -6,7 +6,8 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
+
+from pages import page_path
 
 from armdrive.connect.parts import CLOSING_S
 from armdrive.motion import idle as idling
@@ -15,7 +16,7 @@ from armdrive.runtime import states as trust
 from armdrive.storage import record
 from armdrive.storage.record import FORMAT, Record, from_text, to_text
 
-PAGE = Path(__file__).parents[3] / "docs" / "trust.md"
+PAGE = page_path("trust")
 
 
 def evidence_table():

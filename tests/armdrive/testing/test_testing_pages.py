@@ -5,22 +5,18 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
+from pages import blocks, page
 
 pytest_plugins = ["pytester"]
 
-DOCS = Path(__file__).parents[3] / "docs"
+PYTHON, TESTING = (blocks(page(name), "python") for name in ("python", "testing-scripts"))
 
 
-def blocks(page):
-    return re.findall(r"```python\n(.*?)```", (DOCS / page).read_text(encoding="utf-8"), re.DOTALL)
-
-
-@pytest.mark.parametrize("number", range(len(blocks("python.md"))))
+@pytest.mark.parametrize("number", range(len(PYTHON)))
 def test_a_program_of_the_python_page_runs(number, tmp_path):
-    program = blocks("python.md")[number]
+    program = PYTHON[number]
     ended = subprocess.run(
         [sys.executable, "-W", "error", "-c", program],
         cwd=tmp_path,
@@ -33,7 +29,7 @@ def test_a_program_of_the_python_page_runs(number, tmp_path):
 
 
 def test_the_tests_of_the_testing_page_pass(pytester, monkeypatch):
-    named = {re.match(r"# (\w+)\.py\n", block)[1]: block for block in blocks("testing.md")}
+    named = {re.match(r"# (\w+)\.py\n", block)[1]: block for block in TESTING}
     assert set(named) == {"pick", "test_pick"}
     pytester.makepyfile(**named)
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")

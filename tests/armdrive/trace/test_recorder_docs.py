@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
+
+from pages import page
 
 from armdrive.trace import entries as ring
 from armdrive.trace import files
 from armdrive.trace.entries import TITLES, EntryKind
 
-PAGE = (Path(__file__).parents[3] / "docs" / "flight-recorder.md").read_text(encoding="utf-8")
+PAGE = page("recordings")
 
 
 def test_the_page_lists_every_kind_of_entry_in_its_words():

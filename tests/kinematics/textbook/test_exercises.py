@@ -3,11 +3,11 @@
 import contextlib
 import io
 import re
-from pathlib import Path
 
 import pytest
+from pages import page_path
 
-PAGE = Path(__file__).parents[3] / "docs" / "exercises.md"
+PAGE = page_path("exercises")
 BLOCK = re.compile(r"^```python\n(.*?)^```\n(?:```text\n(.*?)^```\n)?", re.DOTALL | re.MULTILINE)
 
 

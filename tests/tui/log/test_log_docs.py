@@ -1,13 +1,14 @@
 """The page on the log names topics and keys as the tables have them, and its program runs."""
 
 import re
-from pathlib import Path
+
+from pages import page
 
 from armdrive.trace.log import BACK, KEPT, MOST, TOPICS, Topic
 from tui.keys.keyboard import label
 from tui.keys.rows import LOG_KEYS
 
-PAGE = (Path(__file__).parents[3] / "docs" / "log.md").read_text(encoding="utf-8")
+PAGE = page("log")
 
 
 def test_the_page_lists_every_kind_under_its_topic():

@@ -3,13 +3,14 @@
 import io
 import re
 import sys
-from pathlib import Path
+
+from pages import page
 
 from armdrive.cli.program.shell_words import OWN_WORDS
 from armdrive.programs.language.words import SHELL
 from armdrive.sim.world.table import PARTS
 
-PAGE = (Path(__file__).parents[4] / "docs" / "shell.md").read_text(encoding="utf-8")
+PAGE = page("shell")
 SHOWN = re.search(r"```\n(\$ armdrive shell .*?)```", PAGE, re.DOTALL)[1]
 PROMPTS = re.compile(r"(?:> |\.\.\. ?)(.*)")
 

@@ -4,12 +4,12 @@ import io
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 from cli_calls import TRACEBACK
+from pages import page
 
-PAGE = (Path(__file__).parents[4] / "docs" / "tutorial.md").read_text(encoding="utf-8")
+PAGE = page("tutorial")
 BLOCKS = re.findall(r"```(arm|python|console|prompt)\n(.*?)```", PAGE, re.DOTALL)
 AS_INSTALLED = ("-parmdrive.testing.plugin", "-pno:cacheprovider")
 """What pytest finds by itself where armdrive was installed anew."""

@@ -2,10 +2,10 @@
 
 import re
 import shlex
-from pathlib import Path
 
 import pytest
 from cli_calls import Caller
+from pages import page
 
 from armdrive.connect.target import find
 from armdrive.dialects.teachmover.pendant import FIRST_LINE, parse_pendant
@@ -13,9 +13,8 @@ from armdrive.storage.point_file import points_of
 from armdrive.storage.points import Point, Step, StepList
 from kinematics import Joints
 
-DOCS = Path(__file__).parents[4] / "docs"
-TEACHING = (DOCS / "teaching.md").read_text(encoding="utf-8")
-TEACHMOVER = (DOCS / "teachmover.md").read_text(encoding="utf-8")
+TEACHING = page("teaching")
+TEACHMOVER = page("teachmover")
 WATCHES = ("armdrive jog", "armdrive teach record", "armdrive run")
 """What needs a second program beside it, or belongs to another page."""
 
