@@ -31,7 +31,7 @@ GUARDED = replace(
     MODEL,
     guards=replace(MODEL.guards, boxes=(TRAY,), radii_mm=(20.0, 20.0, 15.0), base_radius_mm=70.0),
 )
-PAGE = page_path("arm-view")
+PAGE = page_path("desk")
 GOAL = Joints.of(-30.0, 40.0, -60.0, -60.0, 15.0)
 
 

@@ -184,7 +184,7 @@ def test_an_adapter_that_holds_bytes_back_is_found(tmp_path):
 
 
 def test_the_page_shows_every_probe_as_it_is_said():
-    text = page("finding-the-arm")
+    text = page("protocols")
     for probe in PROBES:
         said = probe.data.decode("latin-1").encode("unicode_escape").decode("ascii")
         assert f"`{said}` |" in text, probe
