@@ -1,7 +1,7 @@
 """Fill the generated parts of the pages from the program: `python docs/generated.py`.
 
-A part stands between `<!-- NAME -->` and `<!-- end of NAME -->`. Two pages are generated as a whole:
-the errors and the Python calls.
+A part stands between `<!-- NAME -->` and `<!-- end of NAME -->`. The pages on errors and
+on the Python calls are generated as a whole.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 import reference
+
 from armdrive.cli import COMMANDS, EXIT_CODES
 from armdrive.errors.printing import page as errors_page
 from armdrive.programs.language.words import SHELL, tables

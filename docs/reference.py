@@ -1,4 +1,4 @@
-"""Write the reference of the Python calls from their docstrings: `python docs/reference.py`."""
+"""The reference of the Python calls, made from their docstrings; `generated.py` writes it."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ HEADING = re.compile(r"    # -- (.+?) -+")
 
 HEAD = """# The Python calls
 
-Made from the docstrings by `python docs/reference.py`. Begin with [From Python](../how-to/python.md). Names with `_mm`, `_deg`, `_rad` and `_s` say their unit; `speed` is a fraction of the limits.
-`AsyncArm` and its gripper have every call of `Arm` and `arm.gripper` by the same name, awaited
-where it may wait. Errors are listed with their remedies in [errors.md](errors.md). Moves, poses,
-joint angles, the status and errors have one JSON form wherever they are read or written:
-[armdrive.schema.json](armdrive.schema.json).
+Made from the docstrings by `python docs/generated.py`. Begin with
+[From Python](../how-to/python.md). Names with `_mm`, `_deg`, `_rad` and `_s` state their unit; `speed` is a fraction of the limits.
+`AsyncArm` and its gripper have every call of `Arm` and `arm.gripper` under the same name, awaited
+where it may wait. [Errors](errors.md) are listed with their remedies. Moves, poses, joint angles,
+the status and errors have one JSON form: [armdrive.schema.json](armdrive.schema.json).
 """
 
 
@@ -153,8 +153,3 @@ def _is_slot(found: object) -> bool:
 def schema() -> str:
     """Return the JSON schema of moves, poses, joint angles, status and errors."""
     return json.dumps(json_forms.schema(), indent=1) + "\n"
-
-
-if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")
-    SCHEMA.write_text(schema(), encoding="utf-8")

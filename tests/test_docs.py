@@ -7,7 +7,7 @@ import re
 import tomllib
 
 import pytest
-from pages import PAGES, ROOT, page
+from pages import DOCS, PAGES, ROOT, page
 
 from armdrive.config import arm as armfile
 from armdrive.config import sections as armsections
@@ -100,6 +100,19 @@ def test_links_lead_somewhere(path):
     for target in re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)", path.read_text(encoding="utf-8")):
         if "://" not in target:
             assert (path.parent / target).exists(), f"{path.name} links to {target}"
+
+
+@pytest.mark.parametrize("path", [path for path in PAGES if DOCS in path.parents], ids=str)
+def test_a_link_of_the_site_stays_within_it(path):
+    for target in re.findall(r"\]\(([^)#]+)", path.read_text(encoding="utf-8")):
+        assert "://" in target or DOCS in (path.parent / target).resolve().parents, target
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_a_page_that_the_program_names_exists(package):
+    for path in sorted((ROOT / package).rglob("*.py")):
+        for name in re.findall(r"\bdocs/[\w/.-]+\.md", path.read_text(encoding="utf-8")):
+            assert (ROOT / name).is_file(), f"{path.relative_to(ROOT)} names {name}"
 
 
 @pytest.mark.parametrize("path", PAGES, ids=lambda p: p.name)

@@ -1,8 +1,8 @@
 """The one catalogue of errors: code, title, cause, effect on the arm, and what to do.
 
 Help, docs/reference/errors.md, `--json` and the status take their codes from it. Rows go by the
-name of a class of errors, of a member of `Evidence`, or of a situation that is neither. Each class of errors
-has its own code as well, so that an error can be raised without this table.
+name of a class of errors, of a member of `Evidence`, or of a situation that is neither. Each class
+of errors has its own code as well, so that an error can be raised without this table.
 """
 
 from __future__ import annotations
@@ -246,9 +246,9 @@ STOPS = (
     CatalogueEntry(
         "E303", "EMERGENCY_STOP", "emergency stop",
         "Somebody asked for an emergency stop.",
-        LATCHED + " Whether the motors hold it is said for each controller (docs/background/stopping.md). "
-        "A "
-        "controller that stops dead may have lost steps: then the position is suspect.",
+        LATCHED + " Whether the motors hold it depends on the controller "
+        "(docs/background/stopping.md). A controller that stops dead may have lost steps: then "
+        "the position is suspect.",
         "Look at the arm, then call `reset()`, which moves nothing.",
     ),
 )  # fmt: skip

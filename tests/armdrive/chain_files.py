@@ -1,9 +1,7 @@
 """Arms of model files for the tests: the one that the docs show, and a six-joint one."""
 
-import re
-
 from faults import sim_arm
-from pages import page
+from pages import blocks, page
 
 from armdrive.registry.arm_files import load_arm
 
@@ -14,13 +12,13 @@ NAMES = ("waist", "shoulder", "elbow", "forearm", "bend", "flange")
 
 def shown_files():
     """The link table and the arm file of the docs."""
-    blocks = re.findall(r"```toml\n(.*?)```", page("arm-file"), re.DOTALL)
-    return blocks[1], blocks[2]
+    _, links, arm, *_ = blocks(page("arm-file"), "toml")
+    return links, arm
 
 
 def shown_links():
     """The model file with everything in it of the docs."""
-    return re.search(r"```toml\n(.*?)```", page("model-file"), re.DOTALL)[1]
+    return blocks(page("arm-file"), "toml")[3]
 
 
 def five_joints(folder):

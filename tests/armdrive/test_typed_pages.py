@@ -10,8 +10,12 @@ from typed_pages import FENCE, Typist, fits, parts
 
 from armdrive.cli import COMMANDS
 
-TYPED_ELSEWHERE = {"adding-a-controller": "tests/test_adding_a_controller.py"}
-"""Pages whose blocks change the project itself, and what carries them out."""
+TYPED_ELSEWHERE = {
+    "adding-a-controller": "tests/test_adding_a_controller.py",
+    "exercises": "tests/kinematics/textbook/test_exercises.py",
+    "misprints": "tests/kinematics/textbook/test_misprints.py",
+}
+"""Pages whose blocks change the project itself, or print all that they show; and their tests."""
 
 SHOWN = [path for path in PAGES if path.stem not in TYPED_ELSEWHERE]
 
@@ -54,7 +58,7 @@ def test_every_command_and_option_that_a_page_names_exists(call):
             continue
         assert command in COMMANDS, (page, words)
         text = help_of(command)
-        if rest and re.search(rf"[{{,]{re.escape(rest[0])}[,}}]", text):
+        if rest and re.search(rf"^ +{re.escape(rest[0])}\b", text, re.MULTILINE):
             text += help_of(command, rest[0])
         for option in rest:
             if option == "--":  # what follows are a script's own words

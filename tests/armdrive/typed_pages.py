@@ -2,12 +2,12 @@
 
 A page is worked through from its top to its end, in one world of simulated arms:
 
-- A `console` block has commands behind `$ `. Lines below a command are its answer, in which `...` at
-  the end of a line stands for any text. Without an answer the command has to succeed.
+- A `console` block has commands behind `$ `. Lines below a command are its answer, in which `...`
+  at the end of a line stands for any text. Without an answer the command has to succeed.
 - A `prompt` block is a session of `armdrive shell`, whose lines stand behind `> ` and `... `.
-- A block that begins with `# NAME.arm`, `# NAME.py` or `# NAME.toml` is written to that file, a
-  TOML block as an arm file. Other `python` blocks are run, one after another in one namespace; a
-  `text` block right below is what they print.
+- A block that begins with `# NAME.arm`, `# NAME.py` or `# NAME.toml` is written to that file; a
+  TOML block is an arm file too. Other `python` blocks are run, one after another in one
+  namespace; a `text` block right below is what they print.
 - `<!-- setup: COMMAND -->` types a command that the reader is not shown.
 - `<!-- not typed: REASON -->` above a block leaves it out, for one of the `REASONS`.
 """
@@ -111,9 +111,9 @@ class Typist:
             assert printed == text
 
     def _write(self, name: str, text: str) -> None:
-        folder = places.arm_files() if name.endswith(".toml") else self._folder
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / name).write_text(text, encoding="utf-8")
+        for folder in (self._folder, places.arm_files())[: 1 + name.endswith(".toml")]:
+            folder.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_text(text, encoding="utf-8")
 
     def _compare(self, command: str, wanted: list[str]) -> None:
         called = self._type(command)

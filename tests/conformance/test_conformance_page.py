@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from pages import page_path
 
 from armdrive.registry import DIALECTS
@@ -22,13 +24,14 @@ def result(verdict=Verdict.KEPT, transport="memory", words="", row=SOME[0]):
 
 def test_the_page_has_every_behaviour_and_every_dialect():
     shown = PAGE.read_text(encoding="utf-8")
-    assert not [row.name for row in BEHAVIOURS if f"| {row.name} |" not in shown]
+    names = set(re.findall(r"^[-|] (.*?)(?: \||$)", shown, re.MULTILINE))
+    assert {row.name for row in BEHAVIOURS} <= names
     assert f"| behaviour | {' | '.join(DIALECTS)} |" in shown
 
 
 def test_a_word_alone_holds_for_all_transports():
     found = [result(), result(transport="pty"), result(row=SOME[1]), result(Verdict.BROKEN, "pty")]
-    assert f"| {SOME[0].name} | yes |" in page(SOME, found[:3], "make it")
+    assert f"- {SOME[0].name}\n" in page(SOME, found[:3], "make it")
     assert f"| {SOME[0].name} | yes · NO |" in page(SOME, [found[0], found[3]], "make it")
 
 
@@ -37,8 +40,8 @@ def test_a_row_for_one_transport_alone_tells_of_that_one():
     found = [result(transport=each) for each in ("memory", "pty")]
     found.append(result(transport="udp", row=own))
     shown = page((SOME[0], own), found, "make it")
-    assert f"| {SOME[0].name} | yes |" in shown
-    assert f"| {own.name} | yes |" in shown
+    assert f"- {SOME[0].name}\n" in shown
+    assert f"- {own.name}\n" in shown
 
 
 def test_every_row_is_run_somewhere():

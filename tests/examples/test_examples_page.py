@@ -20,7 +20,7 @@ def page():
 @pytest.mark.parametrize("path", sorted(FOLDER.iterdir()), ids=lambda path: path.name)
 def test_the_page_names_every_example(page, path):
     if path.is_file():
-        assert f"(../../examples/{path.name})" in page
+        assert f"`{path.name}`" in page
 
 
 def test_the_table_tells_of_every_dialect_how_it_went_or_why_not(page):

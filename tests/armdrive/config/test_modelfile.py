@@ -7,9 +7,9 @@ import re
 import tomllib
 
 import pytest
+from chain_files import shown_links
 from hypothesis import given
 from hypothesis import strategies as st
-from pages import page_path
 
 from armdrive.config.link_model import is_model_file, parse_model, read_model
 from armdrive.errors import ArmFileError
@@ -19,11 +19,9 @@ from kinematics.errors import KinematicsError
 from kinematics.frames.transforms import position_of, translation
 from kinematics.textbook.systems import system
 
-PAGE = page_path("model-file")
-
 
 def shown_text():
-    return re.search(r"```toml\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)[1]
+    return shown_links()
 
 
 def test_the_shown_file_is_the_alpha_ii_on_a_plinth_with_a_pen():

@@ -24,6 +24,7 @@ COMMANDS = [
     if span.startswith("armdrive ")
     and not any(word in span for word in PLACEHOLDERS)
     and span != "armdrive plot workspace"
+    and "jog" not in span  # needs a terminal
 ]
 
 

@@ -1,14 +1,13 @@
-"""The page on the log names topics and keys as the tables have them, and its program runs."""
+"""The page on recordings names topics and bounds as the code has them, and its program runs."""
 
 import re
 
-from pages import page
+from pages import blocks, page
 
+from armdrive.trace import entries, files
 from armdrive.trace.log import BACK, KEPT, MOST, TOPICS, Topic
-from tui.keys.keyboard import label
-from tui.keys.rows import LOG_KEYS
 
-PAGE = page("log")
+PAGE = page("recordings")
 
 
 def test_the_page_lists_every_kind_under_its_topic():
@@ -18,20 +17,19 @@ def test_the_page_lists_every_kind_under_its_topic():
         assert set(rows[topic.value].split(", ")) == kinds
 
 
-def test_the_page_lists_every_key_in_its_words():
-    shown = re.findall(r"^\| `(\S+)` \| (.+\.) \|$", PAGE, re.MULTILINE)
-    assert shown == [(label(row.keys[0]), row.tooltip) for row in LOG_KEYS]
-
-
 def test_the_page_names_the_bounds():
+    assert "last five minutes" in PAGE
+    assert entries.LONGEST_S == 5 * 60
+    assert f"{entries.MOST_BYTES // 1_000_000} MB" in PAGE
+    assert f"newest {files.MOST_FILES} are left" in PAGE
     assert f"last {KEPT} lines" in PAGE
     assert f"last {BACK} entries" in PAGE
     assert f"at most {MOST} lines" in PAGE
 
 
 def test_the_program_of_the_page_prints_the_motion(capsys):
-    (program,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
-    exec(compile(program, "log.md", "exec"), {})
+    (program,) = [text for text in blocks(PAGE, "python") if "arm.log" in text]
+    exec(compile(program, "recordings.md", "exec"), {})
     printed = capsys.readouterr().out
     assert "call: move_motors(37, 0, 0, 0, 0, 0)" in printed
     assert "step at speed" in printed
