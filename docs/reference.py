@@ -32,10 +32,11 @@ HEADING = re.compile(r"    # -- (.+?) -+")
 HEAD = """# The Python calls
 
 Made from the docstrings by `python docs/generated.py`. Begin with
-[From Python](../how-to/python.md). Names with `_mm`, `_deg`, `_rad` and `_s` state their unit; `speed` is a fraction of the limits.
-`AsyncArm` and its gripper have every call of `Arm` and `arm.gripper` under the same name, awaited
-where it may wait. [Errors](errors.md) are listed with their remedies. Moves, poses, joint angles,
-the status and errors have one JSON form: [armdrive.schema.json](armdrive.schema.json).
+[From Python](../how-to/python.md). Names with `_mm`, `_deg`, `_rad` and `_s` state their unit;
+`speed` is a fraction of the limits. `AsyncArm` and its gripper have every call of `Arm` and
+`arm.gripper` under the same name, awaited where it may wait. [Errors](errors.md) are listed with
+their remedies. Moves, poses, joint angles, the status and errors have one JSON form:
+[armdrive.schema.json](armdrive.schema.json).
 """
 
 

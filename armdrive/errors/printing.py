@@ -11,25 +11,17 @@ from armdrive.errors.table import ENTRIES, GROUPS, CatalogueEntry
 _PAGE_BEGINS = """\
 # Every error
 
-What a message means, what it means for the arm, and what to do. The code stands in brackets before
-the sentence: `armdrive: [E203] planned motion needs ...`. Every error of a call of an arm is an
-`ArmError`, and in a program the code is `error.code`. What the kinematics refuse in such a call is
-both: `move_to` raises an `Unreachable` that is an `ArmError` and a `kinematics.Unreachable`. The
-mathematics alone raise errors of their own, whose row is `armdrive.errors.table.entry(error)`.
-`armdrive errors CODE` prints one row, `armdrive errors --find lost,wire` those with both words, and
-`armdrive errors --markdown` this page. On the log of the desk (F7) `e` searches it.
+What each message means, what it means for the arm, and what to do. The code stands in brackets:
+`armdrive: [E203] planned motion needs ...`. In Python every error of a call is an `ArmError` with
+`error.code`; a refusal of the kinematics is also an error of `kinematics`, such as `Unreachable`.
+`armdrive errors CODE` prints one row, `armdrive errors --find lost,wire` the rows with both words.
 
-With `--json` a command that fails prints one object on its error output: `code`, `title`,
-`message`, `effect` and `remedy`. The status has `error_code`, `notice_code` and `trust_code`.
+With `--json` a failing command prints one object on standard error: `code`, `title`, `message`,
+`effect` and `remedy`. The status has `error_code`, `notice_code` and `trust_code`. Text from files,
+devices and the command line is printed with its control characters escaped (`\\x1b`).
 
-Text from files, devices and the command line is never printed as it is. Whatever a terminal would
-act on, or not show, stands there as an escape: `\\x1b` for the escape character, `\\u202e` for one
-that turns the direction of writing. That holds for every output: sentences, tables, drawings, the
-shell, the desk and the log. A very long line loses its middle. `--json` escapes as JSON does.
-
-If armdrive itself has a fault, it says so in one sentence (E005), writes the traceback to
-`unexpected.txt` in the state folder, and ends with 70. `ARMDRIVE_TRACEBACK=1` in the environment
-prints the traceback instead.
+An internal fault of armdrive is one sentence (E005) with exit code 70; the traceback is written to
+`unexpected.txt` in the state folder, or printed with `ARMDRIVE_TRACEBACK=1`.
 """
 
 

@@ -10,6 +10,7 @@ from .running import Result, Verdict
 
 NOT_RUN = "–"
 EVERYWHERE_KEPT = "yes"
+IN_MOTION, STANDING, BOTH = ", in motion", ", standing", ", in motion and standing"
 WORDS = {
     "memory": "in process, on simulated time",
     "pty": "another process, over a pseudo-terminal (drives: over a serial CAN adapter on one)",
@@ -70,27 +71,24 @@ def summary(results: Sequence[Result]) -> str:
 
 
 def notes(results: Sequence[Result], verdict: Verdict) -> list[str]:
-    """Say why, once for each reason, and of which behaviours and dialects."""
+    """Say what was broken; of other verdicts each reason, with its dialects."""
     if verdict is Verdict.BROKEN:
         return [
             f"{each.behaviour} ({each.dialect}, {each.transport}): {each.words}"
             for each in results
             if each.verdict is verdict
         ]
-    chosen = [each for each in results if each.verdict is verdict]
-    reasons: dict[tuple[str, str], list[str]] = {}
-    for each in chosen:
-        reasons.setdefault((each.words, each.behaviour), []).append(each.dialect)
-    return [
-        f"{behaviour}: {words} ({', '.join(dict.fromkeys(dialects))})"
-        for (words, behaviour), dialects in reasons.items()
-    ]
+    reasons: dict[str, dict[str, None]] = {}
+    for each in results:
+        if each.verdict is verdict:
+            reasons.setdefault(each.words, {})[each.dialect] = None
+    return [f"{words} ({', '.join(dialects)})" for words, dialects in reasons.items()]
 
 
 def _markdown(behaviours: Sequence[Behaviour], results: Sequence[Result]) -> Iterable[str]:
     """Yield the rows by family: those that every dialect keeps as a list, the others as a table."""
     for family, members in groupby(behaviours, lambda row: row.family):
-        rows = _rows(tuple(members), results)
+        rows = list(_paired(_rows(tuple(members), results)))
         kept = [row for row in rows if set(row[1:]) == {EVERYWHERE_KEPT}]
         others = [row for row in rows if row not in kept]
         yield from ("", f"## {family[0].upper() + family[1:]}", "")
@@ -102,6 +100,18 @@ def _markdown(behaviours: Sequence[Behaviour], results: Sequence[Result]) -> Ite
             yield "|---" * (1 + len(_dialects(results))) + "|"
             yield from (f"| {' | '.join(cells)} |" for cells in others)
     yield ""
+
+
+def _paired(rows: Sequence[tuple[str, ...]]) -> Iterable[tuple[str, ...]]:
+    """Yield the rows; a fault with the same results in motion and standing takes one of them."""
+    known = set(rows)
+    for name, *cells in rows:
+        fault, moving, _ = name.partition(IN_MOTION)
+        standing = (name.removesuffix(STANDING) + IN_MOTION, *cells)
+        if moving and (fault + STANDING, *cells) in known:
+            yield (fault + BOTH, *cells)
+        elif not (name.endswith(STANDING) and standing in known):
+            yield (name, *cells)
 
 
 def _rows(behaviours: Sequence[Behaviour], results: Sequence[Result]) -> list[tuple[str, ...]]:
