@@ -7,7 +7,7 @@ import re
 import tomllib
 
 import pytest
-from pages import DOCS, PAGES, ROOT, page
+from pages import DOCS, PAGES, ROOT, blocks, page
 
 from armdrive.config import arm as armfile
 from armdrive.config import sections as armsections
@@ -106,6 +106,26 @@ def test_links_lead_somewhere(path):
 def test_a_link_of_the_site_stays_within_it(path):
     for target in re.findall(r"\]\(([^)#]+)", path.read_text(encoding="utf-8")):
         assert "://" in target or DOCS in (path.parent / target).resolve().parents, target
+
+
+def pages_in(nav) -> list[str]:
+    """Return every page of a table of contents."""
+    if isinstance(nav, str):
+        return [nav]
+    inner = nav.values() if isinstance(nav, dict) else nav
+    return [name for each in inner for name in pages_in(each)]
+
+
+def test_every_page_stands_once_in_the_table_of_contents():
+    site = tomllib.loads((ROOT / "zensical.toml").read_text(encoding="utf-8"))
+    there = [path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md")]
+    assert sorted(pages_in(site["project"]["nav"])) == sorted(there)
+
+
+def test_the_shown_homing_is_read():
+    (shown,) = [text for text in blocks(page("arm-file"), "toml") if "[homing]" in text]
+    config = parse_arm(tomllib.loads('model = "teachmover"\n' + shown), name="shown")
+    assert config.homing.groups == ((3,), (2,), (1, 4, 5))
 
 
 @pytest.mark.parametrize("package", PACKAGES)
