@@ -10,17 +10,22 @@ A page is worked through from its top to its end, in one world of simulated arms
   namespace; a `text` block right below is what they print.
 - `<!-- setup: COMMAND -->` types a command that the reader is not shown.
 - `<!-- not typed: REASON -->` above a block leaves it out, for one of the `REASONS`.
+
+A failing page names the command and its answer. With `WRITE_PAGES=1` in the environment the tests
+write the new answers into the pages, line by line: read the difference before you keep it.
 """
 
 from __future__ import annotations
 
 import contextlib
 import io
+import os
 import re
 import shlex
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from difflib import SequenceMatcher
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +48,7 @@ COMMENT = r"<!-- (?P<word>setup|not typed): (?P<value>.*?) -->"
 FENCE = r"^```(?P<kind>\w*)\n(?P<text>.*?)^```$"
 PART = re.compile(rf"{COMMENT}|{FENCE}", re.DOTALL | re.MULTILINE)
 NAMED = re.compile(r"# ([\w-]+\.(?:arm|py|toml))\b")
+WRITE = "WRITE_PAGES" in os.environ
 AS_INSTALLED = ("-parmdrive.testing.plugin", "-pno:cacheprovider")
 """What pytest finds by itself where armdrive was installed."""
 
@@ -80,6 +86,24 @@ def fits(shown: list[str], wanted: list[str]) -> bool:
     return re.fullmatch(r"(?s:.*?)".join(map(re.escape, pieces)), "\n".join(shown)) is not None
 
 
+def renewed(shown: list[str], wanted: list[str]) -> list[str]:
+    """Return the lines of a page with each one that differs replaced by the answer's nearest."""
+    return [row if row == "..." else _nearest(shown, row) for row in wanted]
+
+
+def _nearest(shown: list[str], row: str) -> str:
+    """Return the line of an answer that is most like a row, cut off where the row is cut off."""
+    stem = row.removesuffix("...")
+    found = max(shown, key=lambda each: SequenceMatcher(None, each[: len(row)], stem).ratio())
+    if stem == row:
+        return found
+    head, sign, _ = found.partition(stem[-2:])
+    for _ in range(stem.count(sign) - 1):
+        more, sign, _ = found[len(head + sign) :].partition(sign)
+        head += sign + more
+    return f"{head}{sign}..."
+
+
 class Typist:
     """Types the blocks of one page, in a folder of its own."""
 
@@ -92,6 +116,8 @@ class Typist:
         self._names: dict[str, Any] = {"__name__": "page"}
         self._printed: str | None = None
         self.typed = 0
+        self.renewed: list[tuple[str, str]] = []
+        """Pieces of the page whose answers differ, and what they should be."""
 
     def do(self, kind: str, text: str) -> None:
         """Carry out one comment or block of a page."""
@@ -118,6 +144,12 @@ class Typist:
     def _compare(self, command: str, wanted: list[str]) -> None:
         called = self._type(command)
         shown = [*called.out.splitlines(), *called.err.splitlines()]
+        if WRITE and shown and not fits(shown, wanted):
+            old, new = (
+                "\n".join((f"$ {command}", *rows)) for rows in (wanted, renewed(shown, wanted))
+            )
+            self.renewed.append((old, new))
+            wanted = []
         assert not wanted or fits(shown, wanted), (command, shown)
         refused = any(row.startswith("armdrive: [") for row in wanted)
         assert called.code == 0 or refused, (command, called)
