@@ -10,12 +10,8 @@ from typed_pages import FENCE, Typist, fits, parts, renewed
 
 from armdrive.cli import COMMANDS
 
-TYPED_ELSEWHERE = {
-    "adding-a-controller": "tests/test_adding_a_controller.py",
-    "exercises": "tests/kinematics/textbook/test_exercises.py",
-    "misprints": "tests/kinematics/textbook/test_misprints.py",
-}
-"""Pages whose blocks change the project itself, or print all that they show; and their tests."""
+TYPED_ELSEWHERE = {"adding-a-controller": "tests/test_adding_a_controller.py"}
+"""Pages whose blocks change the project itself, and their tests."""
 
 SHOWN = [path for path in PAGES if path.stem not in TYPED_ELSEWHERE]
 
@@ -30,7 +26,9 @@ def test_everything_on_a_page_is_as_it_says(path, call, monkeypatch, tmp_path):
         call, lambda text: monkeypatch.setattr(sys, "stdin", io.StringIO(text)), tmp_path
     )
     page = path.read_text(encoding="utf-8")
-    for kind, text in parts(page):
+    for kind, text in (*parts(page), ("end", "")):
+        unshown = typist.printed if path.parent.name == "textbook" and kind != "text" else None
+        assert not unshown, f"the page lacks what a program prints: {unshown}"
         typist.do(kind, text)
     for old, new in typist.renewed:
         page = page.replace(old, new, 1)

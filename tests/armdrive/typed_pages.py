@@ -114,14 +114,15 @@ class Typist:
         self._set_input = set_input
         self._folder = folder
         self._names: dict[str, Any] = {"__name__": "page"}
-        self._printed: str | None = None
+        self.printed: str | None = None
+        """What the last program printed, None where the last block was none."""
         self.typed = 0
         self.renewed: list[tuple[str, str]] = []
         """Pieces of the page whose answers differ, and what they should be."""
 
     def do(self, kind: str, text: str) -> None:
         """Carry out one comment or block of a page."""
-        printed, self._printed = self._printed, None
+        printed, self.printed = self.printed, None
         if kind == "setup":
             assert self._type(text).code == 0, text
         elif named := NAMED.match(text):
@@ -132,7 +133,7 @@ class Typist:
         elif kind == "prompt":
             self._prompt(text)
         elif kind == "python":
-            self._printed = self._run(text)
+            self.printed = self._run(text)
         elif kind == "text" and printed is not None:
             assert printed == text
 
