@@ -1,4 +1,4 @@
-"""The catalogue as people read it: a list, one row in full, and the page docs/errors.md."""
+"""The catalogue as people read it: a list, one row in full, and docs/reference/errors.md."""
 
 from __future__ import annotations
 
@@ -21,8 +21,9 @@ of the kinematics is both: `move_to` raises an `Unreachable` that is an `ArmErro
 `kinematics.Unreachable`. The kinematics alone raise errors of their own, whose row is
 `armdrive.errors.table.entry(error)`.
 
-With `--json` a command that fails prints one object on its error output: `code`, `title`,
-`message`, `effect` and `remedy`. The status has `error_code`, `notice_code` and `trust_code`.
+With `--json` a failing command prints one object on standard error: `code`, `title`, `message`,
+`effect` and `remedy`. The status has `error_code`, `notice_code` and `trust_code`. Text from files,
+devices and the command line is printed with its control characters escaped (`\\x1b`).
 
 Text from files, devices and the command line is never printed raw. Characters that a terminal would
 act on, or not show, are printed as escapes: `\\x1b` for the escape character, `\\u202e` for one
@@ -57,7 +58,7 @@ def in_full(row: CatalogueEntry) -> Iterator[str]:
 
 
 def page() -> str:
-    """Return docs/errors.md."""
+    """Return docs/reference/errors.md."""
     parts = [_PAGE_BEGINS, *_actions()]
     for group, rows in GROUPS.items():
         parts.append(f"\n## {group}\n\n| code | error | cause | effect on the arm | what to do |\n")

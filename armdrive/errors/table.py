@@ -1,6 +1,6 @@
 """The one catalogue of errors: code, title, cause, effect on the arm, and what to do.
 
-Help, docs/errors.md, `--json` and the status take their codes from it. A row has the name of a
+Help, docs/reference/errors.md, `--json` and the status take their codes from it. A row has the name of a
 class of errors, of a member of `Evidence`, or of a situation that is neither. Each class of errors
 has its own code as well, so that an error can be raised without this table.
 """
@@ -158,7 +158,7 @@ REQUESTS = (
         "A program that cannot be read moves nothing. A program that ends in the middle leaves the "
         "arm where the line before left it.",
         "Correct the place above the caret, or what the message says about the arm; "
-        "docs/programs.md explains every word.",
+        "docs/reference/programs.md explains every word.",
     ),
     CatalogueEntry(
         "E114", "InputTimeout", "an input that did not come",
@@ -172,7 +172,7 @@ REQUESTS = (
         "A Python call got, for example, text instead of a pose, too many values, or an unknown "
         "option.",
         NOTHING_SENT,
-        "Correct the argument that the message names; docs/reference.md lists what each call "
+        "Correct the argument that the message names; docs/reference/python-api.md lists what each call "
         "takes.",
     ),
 )  # fmt: skip
@@ -242,7 +242,7 @@ STOPS = (
     CatalogueEntry(
         "E303", "EMERGENCY_STOP", "emergency stop",
         "An emergency stop was requested.",
-        LATCHED + " Whether the motors hold the arm depends on the controller (docs/torque.md). A "
+        LATCHED + " Whether the motors hold the arm depends on the controller (docs/background/stopping.md). A "
         "controller that stops without a ramp may have lost steps: then the position is suspect.",
         "Look at the arm, then call `reset()`, which moves nothing.",
     ),
@@ -453,7 +453,7 @@ WIRES = (
         "The arm finishes what was already sent, within the time and the distance that the status "
         "shows, then stops. What was still queued here is never sent. If the arm was moving, its "
         "position is suspect.",
-        "Plug the cable in and connect again, or let armdrive reconnect (docs/reconnecting.md). "
+        "Plug the cable in and connect again, or let armdrive reconnect (docs/how-to/sharing.md). "
         "Reconnecting moves nothing and ends in error-stop; only `reset()` leaves that.",
     ),
     CatalogueEntry(

@@ -6,6 +6,7 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
+from pages import PAGES
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -59,8 +60,7 @@ def test_a_picture_that_is_taken_again_is_the_same():
 
 
 def test_the_docs_show_every_picture_and_no_other():
-    pages = [*DOCS.glob("*.md"), ROOT / "README.md"]
-    text = "\n".join(page.read_text(encoding="utf-8") for page in pages)
-    named = re.findall(r"!\[[^\]]{20,}\]\((?:docs/)?pictures/([a-z-]+)\.svg\)", text)
+    text = "\n".join(path.read_text(encoding="utf-8") for path in PAGES)
+    named = re.findall(r"!\[[^\]]{20,}\]\((?:docs/|\.\./)?pictures/([a-z-]+)\.svg\)", text)
     assert set(named) == set(screenshots.PICTURES)
     assert {each.stem for each in screenshots.FOLDER.iterdir()} == set(screenshots.PICTURES)

@@ -480,7 +480,7 @@ POINT_ACTIONS: Mapping[str, Action] = MappingProxyType(
 def _points(parser: argparse.ArgumentParser) -> None:
     """Add the options of `points`.
 
-    Each arm has a file of points, which you may edit: docs/points.md describes it.
+    Each arm has a file of points, which you may edit: docs/how-to/points.md describes it.
 
     Examples:
       armdrive points save pick --note "above the block"

@@ -61,7 +61,7 @@ _RUN_EPILOG = """\
 A program file is rehearsed on the arm's simulated twin before its first motion. What was
 interrupted is taken up again with --resume. From another terminal `armdrive pause`, `resume`,
 `slow 20%`, `stop`, `status` and `watch` work as ever; Ctrl-C stops the arm, a second one leaves at
-once. docs/running.md tells more.
+once. docs/how-to/running.md tells more.
 
 Examples:
   armdrive run stack.arm --check                      rehearse it; moves nothing
@@ -141,7 +141,7 @@ def _loops(word: str) -> int:
 _SHELL_EPILOG = """\
 A line is checked and carried out as it is entered; a block (repeat, while, if, define ... end) when
 its end is. Names, subprograms and the speed stay. `help` lists the words, `save stack.arm` writes
-what was carried out as a program. Ctrl-C stops the arm. docs/shell.md tells more.
+what was carried out as a program. Ctrl-C stops the arm. docs/how-to/running.md tells more.
 
 Examples:
   armdrive shell
@@ -183,7 +183,7 @@ def _block(words: str) -> TableBlock:
 
 
 _TEACH_EPILOG = """\
-A sequence and its points stand in the arm's file of points (docs/points.md, docs/teaching.md).
+A sequence and its points stand in the arm's file of points (docs/how-to/points.md).
 
 Examples:
   armdrive teach follow stack               jog the arm in another terminal; Ctrl-C here ends it

@@ -121,7 +121,9 @@ def _scene(twin: SimulatedArm) -> ArmScene:
 
 DIALECT = DEFAULT
 """Its blocks are measured by a grip switch, which the other simulated arms do not have."""
-ELSEWHERE = "`armdrive run examples/stacking.arm --fresh --put A,190,50,25 ...` (docs/examples.md)"
+ELSEWHERE = (
+    "`armdrive run examples/stacking.arm --fresh --put A,190,50,25 ...` (docs/how-to/examples.md)"
+)
 
 
 def run(options: argparse.Namespace) -> Result:

@@ -250,7 +250,7 @@ def _can(parser: argparse.ArgumentParser) -> None:
       armdrive can monitor --arm bench --seconds 5 --json
 
     `armdrive doctor --can` lists the drives on a bus, and checks the bus. The page
-    docs/can-setup.md goes from the box to the first motion.
+    docs/controllers/can.md goes from the box to the first motion.
 
     """
     add_actions(parser, CAN_ACTIONS)

@@ -316,7 +316,7 @@ def tables() -> str:
 
 def overview() -> list[str]:
     """Return all words, a line for each group, as the shell shows them."""
-    found = ["words of a program: `help WORD` explains one, docs/programs.md all of them"]
+    found = ["words of a program: `help WORD` explains one, docs/reference/programs.md all of them"]
     for title, words in GROUPS.items():
         found.append(f"  {title}: {', '.join(word.name for word in words)}")
     found.append(f"  Shape: {', '.join(row.name for row in FORMS)}")
