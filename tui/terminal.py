@@ -23,7 +23,15 @@ if sys.platform != "win32":
     import termios
 
 PLAIN: Mapping[str, str] = MappingProxyType(
-    {"°": "d", "…": ".", "✓": "x", **dict.fromkeys("─━▔", "-"), **dict.fromkeys("│┃▎▊▌▐", "|")}
+    {
+        "°": "d",
+        "…": ".",
+        "✓": "x",
+        "●": "o",
+        "○": "o",
+        **dict.fromkeys("─━▔", "-"),
+        **dict.fromkeys("│┃▎▊▌▐", "|"),
+    }
     | dict.fromkeys("┌┐└┘├┤┬┴┼╭╮╰╯", "+")
     | dict.fromkeys(("■", *map(chr, range(0x2580, 0x258A))), "#")
 )

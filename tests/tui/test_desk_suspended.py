@@ -12,8 +12,8 @@ from textual import events
 from textual._xterm_parser import XTermParser
 
 from tui.app import SUSPENDED_S
+from tui.axes import AxisTable
 from tui.desk import POLL_S, STARVED_S
-from tui.jog.screen import HoldButtons
 from tui.keys.presses import SILENCE_S, StaleInput, SuspensionDetector
 from tui.watch import Watching
 
@@ -248,9 +248,9 @@ async def test_no_question_is_answered_by_what_was_typed_meanwhile():
 async def test_no_button_is_held_by_what_the_mouse_did_meanwhile():
     async with Suspended(size=(120, 40)) as session:
         await session.arm_again()
-        buttons = session.desk.place.query_one("#hold-joints", HoldButtons).region
+        caps = session.desk.place.query_one("#joints", AxisTable).content_region
         await session.suspend(0.4, told=True)
-        x, y = buttons.x + 1, buttons.y
+        x, y = caps.x + 1, caps.y
         for kind in (events.MouseDown, events.MouseUp):
             event = kind(None, x, y, 0, 0, 1, False, False, False, screen_x=x, screen_y=y)
             event.time = session.clock.now_s

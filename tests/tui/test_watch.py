@@ -12,6 +12,7 @@ from armdrive.connect.target import find
 from armdrive.errors import ArmError
 from armdrive.status import status_view
 from tui import watch as watch_words
+from tui.frame import SafetyPanel
 from tui.keys.remap import load_keys
 from tui.painting import PlainText
 from tui.watch import HeldArm, Watching, WatchScreen
@@ -74,6 +75,8 @@ class Session:
         await self.pilot.pause()
 
     def text(self, name):
+        if name == "title":
+            return self.app.screen.query_one(SafetyPanel).arm
         return self.app.screen.query_one(f"#{name}", PlainText).shown
 
 
@@ -197,8 +200,8 @@ async def test_the_end_of_watching_is_said_over_the_last_picture(last, why):
         await session.hear(status_view(FakeArm().status))
         session.holder.said.put(last)
         await session.seen(lambda: session.app.ended)
-        assert why in session.text("banner")
-        assert "NOT WATCHED ANY MORE" in session.text("banner")
+        assert why in session.text("conduct")
+        assert "NOT WATCHED ANY MORE" in session.text("conduct")
         assert "shoulder" in session.text("watched")
 
 
@@ -285,8 +288,6 @@ def test_a_tempo_between_the_steps_goes_to_the_next_one(now, steps, then):
 )
 def test_the_title_names_the_program_and_how_far_it_is(program, words):
     view = {"simulated": False, "title": "TeachMover", "link": "COM3", "program": program}
-    title = watch_words.title("left", view, 60)
-    assert title.rstrip().endswith(words)
+    title = watch_words.conduct("left", view, "").arm
+    assert title.endswith(words)
     assert title.startswith("REAL ARM, WATCHED: left (TeachMover) ")
-    assert len(title) == 60
-    assert len(watch_words.title("left", view, 20)) == 20

@@ -20,8 +20,7 @@ from tui.keys.keyboard import bindings
 from tui.move import text as move_text
 from tui.move.form import DIGITS, GoalForm, present_of
 from tui.move.planned import PlannedMove
-from tui.painting import PlainText
-from tui.screens import DeskScreen, ScreenHost
+from tui.screens import DeskScreen, ScreenHost, panels
 from tui.settings import Manner
 
 
@@ -144,12 +143,6 @@ class MoveScreen(DeskScreen):
 
     place = "move"
     BINDINGS: ClassVar[list[BindingType]] = bindings(place)
-    CSS = """
-    #move-panel { width: 1fr; min-width: 42; padding: 0 0 0 1; scrollbar-size: 0 0; }
-    #goal, #foreseen, #going { height: auto; }
-    #going { text-style: bold; }
-    MoveScreen.-wide #foreseen, MoveScreen.-wide #going { margin: 1 0 0 0; }
-    """
 
     def __init__(self) -> None:
         super().__init__()
@@ -162,12 +155,10 @@ class MoveScreen(DeskScreen):
 
     def compose_body(self) -> ComposeResult:
         """Lay the middle out: the arm with its ghost on the left, the goal on the right."""
-        desk = self.desk
         with Horizontal():
-            yield SpaceView(desk.arm.model, braille=desk.braille, id="space", clock=desk.clock)
-            with VerticalScroll(id="move-panel", can_focus=False):
-                for name in ("goal", "foreseen", "going"):
-                    yield PlainText(id=name)
+            yield from self.arm_panel()
+            with VerticalScroll(id="panels", can_focus=False):
+                yield from panels(goal="Goal", foreseen="What the motion would be", going="Go")
 
     def show_body(self, status: Status) -> None:
         """Show the goal, and what its motion would be as soon as that is worked out."""

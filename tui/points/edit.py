@@ -13,10 +13,9 @@ from armdrive.errors import ArmError, BadRequest
 from armdrive.storage.points import Step, StepList
 from kinematics.errors import KinematicsError
 from tui.keys.presses import Confirmation
-from tui.move.form import neighbour
 from tui.points.list import NameEntry, PointNaming, PointSelection
 from tui.screens import ScreenHost
-from tui.settings import SPEEDS
+from tui.settings import SPEEDS, neighbour
 
 Change = Callable[[list[Step], int], str]
 """Changes the steps at a marked one, and says in words what was done."""

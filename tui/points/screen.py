@@ -17,12 +17,11 @@ from tui.keys.keyboard import bindings
 from tui.keys.presses import Confirmation
 from tui.move import text as move_text
 from tui.move.planned import PlannedMove
-from tui.painting import PlainText
 from tui.points import text as point_text
 from tui.points.edit import PointEdits, PointMotion, StepEdits
 from tui.points.list import NameEntry, PointList, PointSelection
 from tui.points.run import SequenceRun
-from tui.screens import DeskScreen
+from tui.screens import DeskScreen, panels
 
 OF_POINTS = ("again", "rename", "edit", "line", "slower", "faster", "append")
 OF_SEQUENCES = ("step-next", "grip", "wait", "stepping", "forward", "backward", "rewind")
@@ -34,12 +33,6 @@ class PointsScreen(DeskScreen):
 
     place = "points"
     BINDINGS: ClassVar[list[BindingType]] = bindings(place)
-    CSS = """
-    #points-panel { width: 1fr; min-width: 42; padding: 0 0 0 1; scrollbar-size: 0 0; }
-    #list, #chosen, #how, #ahead, #begin { height: auto; }
-    #begin { text-style: bold; }
-    #chosen { margin: 1 0 0 0; }
-    """
 
     def __init__(self) -> None:
         super().__init__()
@@ -72,12 +65,16 @@ class PointsScreen(DeskScreen):
 
     def compose_body(self) -> ComposeResult:
         """Lay the middle out."""
-        desk = self.desk
         with Horizontal():
-            yield SpaceView(desk.arm.model, braille=desk.braille, id="space", clock=desk.clock)
-            with VerticalScroll(id="points-panel", can_focus=False):
-                for name in ("list", "chosen", "how", "ahead", "begin"):
-                    yield PlainText(id=name)
+            yield from self.arm_panel()
+            with VerticalScroll(id="panels", can_focus=False):
+                yield from panels(
+                    list="Points and sequences",
+                    chosen="Chosen",
+                    how="How it is reached",
+                    ahead="What the motion would be",
+                    begin="Go",
+                )
 
     def goal(self, status: Status) -> Motion | None:  # noqa: ARG002 - as of every goal
         """Return the chosen point, or that of the next step of the chosen sequence."""

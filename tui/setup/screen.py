@@ -19,8 +19,7 @@ from armdrive.status import Status
 from kinematics.errors import KinematicsError
 from tui.arm_view import SpaceView
 from tui.keys.keyboard import bindings
-from tui.painting import PlainText
-from tui.screens import DeskScreen, ScreenHost
+from tui.screens import DeskScreen, ScreenHost, panels
 from tui.setup.arm_file import InterviewAsking, Ports
 from tui.setup.motors import MotorsStage
 from tui.setup.stage import Go, SetupStage, listed
@@ -123,10 +122,6 @@ class SetupScreen(DeskScreen):
 
     place = "setup"
     BINDINGS: ClassVar[list[BindingType]] = bindings(place)
-    CSS = """
-    #setup-panel { width: 1fr; min-width: 42; padding: 0 0 0 1; scrollbar-size: 1 0; }
-    #setup-text { height: auto; }
-    """
 
     def __init__(self) -> None:
         super().__init__()
@@ -148,18 +143,17 @@ class SetupScreen(DeskScreen):
 
     def compose_body(self) -> ComposeResult:
         """Lay the middle out: the arm, where it is drawn, and the words of the stage."""
-        desk = self.desk
         with Horizontal():
-            yield SpaceView(desk.arm.model, braille=desk.braille, id="space", clock=desk.clock)
+            yield from self.arm_panel()
             with VerticalScroll(id="setup-panel", can_focus=False):
-                yield PlainText(id="setup-text")
+                yield from panels(**{"setup-text": "Set up an arm"})
 
     def show_body(self, status: Status) -> None:
         """Show the stage, and do what two presses have confirmed."""
         del status
         self._try(self.stage.due)
         view, moment = self.query_one(SpaceView), self.stage.moment()
-        view.display = moment is not None
+        self.query_one("#arm").display = moment is not None
         view.show(moment or Moment())
         self.text("setup-text").show(self.stage.text())
 

@@ -21,7 +21,7 @@ from kinematics.textbook.systems.named import Lost
 from kinematics.textbook.worked_example import ExampleSection
 from tui.app import HoldAlarm, KeyApp
 from tui.arm_view import SpaceView
-from tui.jog.text import bar
+from tui.axes import bar
 from tui.keys.keyboard import Keyboard
 from tui.keys.table import JogPair, spoken, words
 from tui.painting import PlainText
@@ -43,15 +43,6 @@ class TheoryPanel(Horizontal):
     """Shows a study, and works out in a thread what takes long. It moves nothing and knows no arm.
 
     `numbers` writes the rows of joints and coordinates for a width.
-    """
-
-    DEFAULT_CSS = """
-    TheoryPanel #theory-left { width: 1fr; }
-    TheoryPanel #theory-numbers { height: auto; text-wrap: nowrap; text-overflow: clip; }
-    TheoryPanel #theory-summary { height: auto; }
-    TheoryPanel #theory-summary { max-height: 20%; text-style: bold; }
-    TheoryPanel .theory-page { width: 43; height: 1fr; padding: 0 0 0 1; }
-    TheoryPanel .theory-page { text-wrap: nowrap; text-overflow: clip; }
     """
 
     def __init__(self, subject: Subject, numbers: Numbers, *, braille: bool) -> None:

@@ -15,7 +15,7 @@ from armdrive.trace.log import LogLine, Topic
 from firmware_protocol.frames import Frame, pack
 from tui.keys.keyboard import DEFAULT_KEYS
 from tui.keys.rows import LOG_DIALOG_KEYS, LOG_KEYS
-from tui.log.screen import GLANCE_S, LogList
+from tui.log.screen import GLANCE_S
 from tui.log.text import catalogue, cut, row, whole
 from tui.log.view import PORTION, Window
 from tui.painting import PlainText
@@ -25,7 +25,7 @@ class LogSession(Session):
     """A desk at its log screen."""
 
     def __init__(self, arm=None, **more):
-        super().__init__(arm or storied(), **({"size": (120, 40)} | more))
+        super().__init__(arm or storied(), **({"size": (120, 46)} | more))
 
     async def __aenter__(self):
         await super().__aenter__()
@@ -44,7 +44,7 @@ class LogSession(Session):
 
     @property
     def shown(self):
-        return self.desk.place.query_one(LogList).shown
+        return self.text("log-lines")
 
     @property
     def rows(self):
