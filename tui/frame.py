@@ -48,7 +48,7 @@ class StopButton(Button, can_focus=False):
 
     def __init__(self, keys: Keyboard) -> None:
         stop = label(keys.of(STOP)[0])
-        super().__init__(Content(f"STOP\n\n{stop}"), variant="error", id="stop")
+        super().__init__(Content(f"   STOP   \n          \n{stop:^10}"), variant="error", id="stop")
 
 
 class SafetyPanel(Horizontal):
@@ -103,7 +103,7 @@ class KeyLine(PlainText):
         spans: list[Span] = []
         ends: list[tuple[int, DeskKey]] = []
         for number, row in enumerate(shown, 1):
-            spans += [(label(row.keys[0]), "bold $accent"), (f" {row.description}  ", "")]
+            spans += [(label(row.keys[0]), "bold $text-primary"), (f" {row.description}  ", "")]
             ends.append((_width(shown[:number]), row))
         self._ends = tuple(ends)
         self.show(*spans)

@@ -211,6 +211,12 @@ class DeskScreen(Screen[None]):
     def show_body(self, status: Status) -> None:
         """Show this status in the middle of the screen."""
 
+    def show_panel(self, name: str, text: str) -> None:
+        """Show a text in its panel; hide the panel while there is none."""
+        panel = self.text(name)
+        panel.show(text)
+        panel.display = bool(text)
+
     def text(self, name: str) -> PlainText:
         """Return one of the screen's texts."""
         return self.query_one(f"#{name}", PlainText)

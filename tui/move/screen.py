@@ -158,16 +158,16 @@ class MoveScreen(DeskScreen):
         with Horizontal():
             yield from self.arm_panel()
             with VerticalScroll(id="panels", can_focus=False):
-                yield from panels(goal="Goal", foreseen="What the motion would be", going="Go")
+                yield from panels(goal="Goal", going="Go", foreseen="What the motion would be")
 
     def show_body(self, status: Status) -> None:
         """Show the goal, and what its motion would be as soon as that is worked out."""
         fresh = self.planned.follow(status)
         self.query_one(SpaceView).show(self.planned.moment(status, fresh))
         form, present = self.entry.form, self.entry.present(status)
-        self.text("goal").show(move_text.form_text(form, present, self.desk.keys))
-        self.text("foreseen").show(self.desk.spoken(self._foreseen_text(fresh)))
-        self.text("going").show(self.planned.text(status, fresh))
+        self.show_panel("goal", move_text.form_text(form, present, self.desk.keys))
+        self.show_panel("foreseen", self.desk.spoken(self._foreseen_text(fresh)))
+        self.show_panel("going", self.planned.text(status, fresh))
 
     def _foreseen_text(self, fresh: Preview | None) -> str:
         if self.planned.under_way:

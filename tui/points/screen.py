@@ -70,10 +70,10 @@ class PointsScreen(DeskScreen):
             with VerticalScroll(id="panels", can_focus=False):
                 yield from panels(
                     list="Points and sequences",
+                    begin="Go",
                     chosen="Chosen",
                     how="How it is reached",
                     ahead="What the motion would be",
-                    begin="Go",
                 )
 
     def goal(self, status: Status) -> Motion | None:  # noqa: ARG002 - as of every goal
@@ -96,12 +96,12 @@ class PointsScreen(DeskScreen):
         self.query_one(SpaceView).show(self.planned.moment(status, fresh))
         keys, arm = self.desk.keys, self.desk.arm.model.arm
         height = max(self.size.height // 4, 4)
-        self.text("list").show(point_text.list_text(self.selection.listed, arm, height, keys))
-        self.text("chosen").show(self._chosen_text())
-        self.text("how").show(self._how_text())
+        self.show_panel("list", point_text.list_text(self.selection.listed, arm, height, keys))
+        self.show_panel("chosen", self._chosen_text())
+        self.show_panel("how", self._how_text())
         ahead = move_text.short_text(fresh) if fresh is not None else ""
-        self.text("ahead").show(self.desk.spoken(ahead))
-        self.text("begin").show(self._begin_text(status, fresh is not None))
+        self.show_panel("ahead", self.desk.spoken(ahead))
+        self.show_panel("begin", self._begin_text(status, fresh is not None))
 
     def _chosen_text(self) -> str:
         sequence, point = self.sequence, self.selection.listed.point
