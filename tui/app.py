@@ -63,6 +63,8 @@ class InputFilter:
         """Called after a suspension, with its length; what was typed since is dropped."""
         self.on_starved: Callable[[float], object] = _ignore
         """Called when the program was kept from its work: keys may be late."""
+        self.on_dropped: Callable[[], object] = _ignore_drop
+        """Called when a key was dropped because it came too late to count."""
         self.monotonic_s: Callable[[], float] = _time.get_time
         self.busy_s: Callable[[], float] = time.thread_time
         self._key: events.Key | None = None
@@ -77,6 +79,10 @@ class InputFilter:
     def was_suspended(self) -> None:
         """Note that the system reports a suspension; safe in a signal handler."""
         self._suspension.report()
+
+    def begin(self) -> None:
+        """Count absences from now on: what takes long while the app starts is none."""
+        self._suspension = SuspensionDetector()
 
     def alive(self) -> None:
         """Note that the app runs; to be called often, and before any key is acted on."""
@@ -108,7 +114,12 @@ class InputFilter:
         """Return whether a key has come too late to count."""
         self.alive()
         came_s = self.monotonic_s() - self.key_age_s()
-        return self._urgent_keys.overtook(key) or self._stale.is_stale(came_s)
+        if self._urgent_keys.overtook(key):
+            return True
+        stale = self._stale.is_stale(came_s)
+        if stale and key.key not in self.urgent:
+            self.on_dropped()
+        return stale
 
     def drops_mouse(self, event: events.MouseEvent) -> bool:
         """Return whether a mouse event has come too late to count."""
@@ -118,6 +129,10 @@ class InputFilter:
 
 def _ignore(time_s: float) -> None:
     """Do nothing about an absence."""
+
+
+def _ignore_drop() -> None:
+    """Do nothing about a key that was dropped."""
 
 
 # The keys of the table act through the framework's actions. It looks for them on the app and on

@@ -134,6 +134,7 @@ class Desk(KeyApp):
         self.input.urgent = dict.fromkeys(self.stop_keys, arm.request_stop)
         self.input.suspended_s, self.input.starved_s = SUSPENDED_S, STARVED_S
         self.input.on_resumed, self.input.on_starved = self.screens.resumed, self.screens.starved
+        self.input.on_dropped = self._say_dropped
         self.link = ArmLink(
             arm, keys, say=say, disarm=disarm, close_dialogs=self.screens.close_dialogs
         )
@@ -174,12 +175,17 @@ class Desk(KeyApp):
         self.set_keymap(self.keys.keymap())
         self.looks.put_on(self.looks.name)
         self.set_interval(POLL_S, self.poll)
+        self.call_after_refresh(self.input.begin)
         if self.pad is not None:
             self.pad.start()
         if self._first in self.MODES:
             self.screens.go_to(self._first)
         if not self._left.instructed:
             self.push_screen(FirstScreen(self.keys, self.link.status), self._instructed)
+
+    def _say_dropped(self) -> None:
+        """Say why a key had no effect: a key that is dropped without a word seems broken."""
+        self.message = "a key was dropped, since this program had stood still: press it again"
 
     def _instructed(self, understood: bool | None) -> None:
         self._left = replace(self._left, instructed=bool(understood))

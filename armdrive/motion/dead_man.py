@@ -24,12 +24,18 @@ HOLD_INTERVALS = 3.0
 """A hold ends this many repeat intervals after the last repeat, within the two bounds."""
 
 GATE_S = 0.03
-BACKLOG_EVENTS = 4
-"""So many events in less than `GATE_S` are backlog.
+GATE_EVENTS = 7
+"""This many events in less than `GATE_S` are backlog.
 
-A 33 Hz keyboard needs 91 ms for four repeats. 60 ms of jitter squeeze that to 31 ms: never
-mistaken. A link that delivers what it kept back does so within a few milliseconds.
+The fastest keyboards repeat every 15 ms, so three repeats fit into a gate. A computer that is busy
+for 35 ms just before it adds three more.
 """
+
+BURST_S = 0.008
+BURST_EVENTS = 4
+"""This many events in less than `BURST_S` are backlog: a stalled link delivers what it kept back
+within a few milliseconds. A computer that was busy for 35 ms delivers three at once, and the next
+one 10 ms later."""
 
 WATCH_S = 2.0
 """A key that comes back within so long a silence may be the head of a backlog."""
@@ -191,7 +197,8 @@ class DeadMan:
         return Increment(key)
 
     def _gather(self, gate: _Gate) -> tuple[Action, ...]:
-        if gate.events >= BACKLOG_EVENTS:
+        burst = gate.events >= BURST_EVENTS and gate.last_s - gate.opened_s < BURST_S
+        if burst or gate.events >= GATE_EVENTS:
             return self.disarm(BACKLOG_REASON)
         self._gate = gate
         return ()

@@ -203,6 +203,38 @@ async def test_stop_keys_stop_disarm_and_close_whatever_is_open(key, dialog):
         assert len(session.desk.screen_stack) == 1
 
 
+@pytest.mark.parametrize("entry", SCREENS, ids=lambda entry: entry.id)
+@pytest.mark.parametrize("dialog", [None, "question_mark", "ctrl+p"])
+@pytest.mark.parametrize("size", [(80, 24), (120, 40)])
+async def test_the_stop_button_stops_on_every_screen_and_over_every_dialog(entry, dialog, size):
+    arm = storied()
+    arm.config = CONFIG
+    arm.points = points_of(CONFIG.name, CONFIG.model.arm, lambda: None)
+    async with Session(arm, size=size) as session:
+        await session.press(entry.key, *([dialog] if dialog else []))
+        await session.settle()
+        stop = session.desk.place.query_one("#stop").region
+        x, y = stop.x + 1, stop.y + 1
+        session.arm.calls.clear()
+        await session.send(
+            events.MouseDown(None, x, y, 0, 0, 1, False, False, False, screen_x=x, screen_y=y)
+        )
+        assert session.arm.calls[0] == ("stop",)
+        assert len(session.desk.screen_stack) == 1
+
+
+async def test_clicking_a_tab_or_a_key_of_the_last_line_does_what_its_key_does():
+    async with Session(storied(), size=(120, 40)) as session:
+        await session.pilot.click("#tabs #log")
+        await session.settle()
+        assert session.desk.place.place == "log"
+        assert session.desk.place.query_one(Tabs).active == "log"
+        find = session.text("footer").index("/ find")
+        await session.pilot.click("#footer", offset=(find + 2, 0))
+        await session.settle()
+        assert len(session.desk.screen_stack) == 2
+
+
 async def test_jog_keys_are_dead_while_a_dialog_is_open():
     async with Session() as session:
         await session.arm_keys()

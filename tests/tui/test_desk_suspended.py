@@ -155,6 +155,28 @@ async def test_a_desk_that_was_suspended_says_so_and_is_armed_again_as_ever():
         assert len(session.arm.asked("nudge")) == 1
 
 
+async def test_a_key_that_is_dropped_is_never_dropped_without_a_word():
+    async with Suspended() as session:
+        await session.suspend(2.0, told=False)
+        await session.type("\r")
+        await session.pass_by(0.1)
+        await session.poll()
+        assert not session.desk.armed
+        assert "a key was dropped" in session.text("remarks")
+        await session.pass_by(1.0)
+        await session.type("\r")
+        assert session.desk.armed
+
+
+async def test_a_desk_that_took_long_to_start_takes_the_first_key():
+    async with Suspended() as session:
+        session.desk.input.alive()
+        session.clock.now_s += 5.0  # the rest of its start, for which another thread was needed
+        session.desk.input.begin()
+        await session.type("\r")
+        assert session.desk.armed
+
+
 async def test_what_a_busy_desk_works_is_no_absence():
     async with Suspended() as session:
         await session.arm_again()
