@@ -68,6 +68,40 @@ async def test_bytes_are_shown_with_what_they_mean_and_by_whom():
         assert session.rows[-1].startswith("!")
 
 
+def poll_at_rest(arm, steps="383 370"):
+    arm.pass_by(EntryKind.REQUEST, "ReadPosition()")
+    arm.pass_by(EntryKind.SENT, b"@READ\r")
+    arm.pass_by(EntryKind.HEARD, f"1\r{steps.replace(' ', ',')}\r".encode())
+    arm.pass_by(EntryKind.REGISTERS, steps)
+
+
+async def test_idle_polling_is_folded_into_one_line_that_says_how_much_it_stands_for():
+    arm = LoggedArm()
+    async with LogSession(arm) as session:
+        for _ in range(20):
+            poll_at_rest(arm)
+        await session.poll()
+        assert len(session.rows) == 5
+        assert "idle polling: 76 lines that only repeat those above" in session.rows[-1]
+        poll_at_rest(arm)
+        await session.poll()
+        assert "idle polling: 80 lines" in session.rows[-1]
+        arm.move()
+        poll_at_rest(arm, "420 370")
+        await session.poll()
+        assert len(session.rows) == 5 + 4 + 4, "what moves the arm, and what it led to, is shown"
+        assert session.desk.place.log_view.book.total == 92
+
+
+async def test_answers_that_differ_are_never_folded():
+    arm = LoggedArm()
+    async with LogSession(arm) as session:
+        for number in range(6):
+            poll_at_rest(arm, f"{number} 370")
+        await session.poll()
+        assert len(session.rows) == 24
+
+
 async def test_only_what_is_new_is_read_at_each_poll():
     async with LogSession() as session:
         session.arm.looks.clear()
