@@ -46,7 +46,7 @@ from tui.settings import (
     remember,
     set_as,
 )
-from tui.terminal import on_ending_signals
+from tui.terminal import KeyUp, on_ending_signals
 
 POLL_S = 0.05
 """How often the arm's latest status is looked at, however often it changes."""
@@ -273,6 +273,12 @@ class Desk(KeyApp):
         """Leave this arm, so that a desk is opened on the one of an arm file."""
         self.opens = path
         self.action_leave()
+
+    def on_key_up(self, event: KeyUp) -> None:
+        """End what a jog key holds as soon as the terminal reports its release."""
+        key, hand = self.keys.jog_key(event.key), self.screens.hand
+        if key is not None and hand is not None:
+            hand.key_up(key)
 
     def on_app_blur(self) -> None:
         """Disarm when the terminal says that another window has the keyboard."""

@@ -10,14 +10,17 @@ import asyncio
 import codecs
 import contextlib
 import os
+import re
 import signal
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 from typing import IO, Any
 
 from textual import messages
+from textual._xterm_parser import XTermParser
 from textual.driver import Driver
+from textual.message import Message
 
 if sys.platform != "win32":
     import termios
@@ -78,8 +81,42 @@ class LastingFile:
         return getattr(self._file, name)
 
 
+# Releases of keys, which the framework's parser cannot read. A terminal with kitty's keyboard
+# protocol reports them once it is asked to: `CSI 113;1:3 u` is the release of q, `1:2` its repeat.
+# https://sw.kovidgoyal.net/kitty/keyboard-protocol/
+
+REPORT_RELEASES = "\x1b[=2;2u"
+"""Adds the reports of repeats and releases to what the framework has asked for."""
+
+RELEASED = "3"
+_EVENT_TYPE = re.compile(r"(\x1b\[[\d:]*;\d*):(\d)(.*)", re.DOTALL)
+
+
+class KeyUp(Message):
+    """A key was let go."""
+
+    def __init__(self, key: str) -> None:
+        super().__init__()
+        self.key = key
+
+
+class ReleaseParser(XTermParser):
+    """The framework's parser, which also tells releases from presses and repeats."""
+
+    def _sequence_to_key_events(self, sequence: str, alt: bool = False) -> Iterable[Any]:
+        found = _EVENT_TYPE.fullmatch(sequence)
+        if found is None:
+            yield from super()._sequence_to_key_events(sequence, alt)
+            return
+        before, kind, after = found.groups()
+        for event in super()._sequence_to_key_events(f"{before}{after}", alt):
+            yield KeyUp(event.key) if kind == RELEASED else event
+
+
 def lasting_driver(driver: type[Driver]) -> type[Driver]:
     """Return such a driver that outlives its terminal, and goes on after a suspension."""
+    if suspends(driver):
+        sys.modules[driver.__module__].XTermParser = ReleaseParser  # type: ignore[attr-defined]
 
     class Lasting(driver):  # type: ignore[misc, valid-type]
         def __init__(self, *words: Any, **more: Any) -> None:
@@ -97,6 +134,8 @@ def lasting_driver(driver: type[Driver]) -> type[Driver]:
             super().start_application_mode()
             if suspends(driver):
                 self._mode = mode_of(self.fileno)
+                self.write(REPORT_RELEASES)
+                self.flush()
 
         def _sigtstp_application(self, *_: Any) -> None:
             self._soon(super()._sigtstp_application)

@@ -1,7 +1,7 @@
 """The dead-man: what a terminal's key repeats mean for an arm that may move only while held.
 
-Terminals report no key release. A first press is one bounded increment; a repeat of it soon
-after means that the key is held, and each further repeat prolongs the hold a little. Nothing
+Few terminals report when a key is released. A first press is one bounded increment; a repeat of it
+soon after means that the key is held, and each further repeat prolongs the hold a little. Nothing
 here reads a clock or moves anything: key events and times come in, actions go out.
 
 A link that stalls delivers its old repeats all at once, long after the key was let go. So what
@@ -166,6 +166,13 @@ class DeadMan:
         """Return when `tick` has something to do; infinite while nothing is under way."""
         gate_s = math.inf if self._gate is None else self._gate.due_s
         return min(gate_s, math.inf if self.held is None else self._until_s)
+
+    def key_up(self, key: str, now_s: float) -> tuple[Action, ...]:
+        """Take the release of a key, where the terminal reports it; returns what to do."""
+        actions = self.tick(now_s)
+        gate = self._gate
+        waits = gate is not None and gate.repeat and gate.key == key
+        return actions + self._let_go() if waits or key == self.held else actions
 
     def release_all(self, now_s: float) -> tuple[Action, ...]:
         """End whatever is under way. Repeats still on their way count as possible backlog."""

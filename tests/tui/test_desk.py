@@ -21,7 +21,7 @@ from kinematics import Joints, system
 from kinematics.chains.arm import ChainArm
 from tui.jog.jogging import IDLE_DISARMS_S
 from tui.keys.table import DESK_KEYS, JOG_KEYS, JOG_PAIRS, SCREENS, spoken
-from tui.terminal import ENDING_SIGNALS
+from tui.terminal import ENDING_SIGNALS, KeyUp, ReleaseParser
 
 
 async def test_the_screen_says_which_arm_this_is_and_starts_disarmed():
@@ -261,6 +261,40 @@ async def test_holding_a_key_jogs_and_letting_go_stops():
         session.tick()
         assert session.arm.calls[-1] == ("release",)
         assert session.desk.armed
+
+
+async def test_a_key_whose_release_the_terminal_reports_stops_the_arm_at_once():
+    async with Session() as session:
+        await session.arm_keys()
+        await session.press("w")
+        await session.press("w", after_s=0.4)
+        session.clock.now_s += 0.03
+        session.tick()
+        assert session.arm.asked("hold")
+        await session.send(KeyUp("q"))
+        assert session.arm.asked("release") == []
+        await session.send(KeyUp("w"))
+        assert session.arm.calls[-1] == ("release",)
+        assert session.desk.armed
+
+
+@pytest.mark.parametrize(
+    ("sent", "read"),
+    [
+        ("\x1b[113;1:3u", [(KeyUp, "q")]),
+        ("\x1b[113;1:2;113u", [(events.Key, "q")]),
+        ("\x1b[113;1:1;113u", [(events.Key, "q")]),
+        ("\x1b[113;;113u", [(events.Key, "q")]),
+        ("\x1b[1;1:2A", [(events.Key, "up")]),
+        ("\x1b[1;1:3A", [(KeyUp, "up")]),
+        ("\x1b[A", [(events.Key, "up")]),
+        ("q", [(events.Key, "q")]),
+        ("\x1b[104;2;72u", [(events.Key, "H")]),
+        ("\x1b[99;5:3u", [(KeyUp, "ctrl+c")]),
+    ],
+)
+def test_presses_repeats_and_releases_are_told_apart(sent, read):
+    assert [(type(event), event.key) for event in ReleaseParser().feed(sent)] == read
 
 
 async def test_a_real_timer_ends_a_hold_by_itself():

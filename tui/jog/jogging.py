@@ -100,6 +100,10 @@ class DeskJogging:
         self.lift()
         self._apply(self._deadman.press(key, came_s))
 
+    def key_up(self, key: str) -> None:
+        """Take the release of a jog key, where the terminal reports it: what it holds ends now."""
+        self._apply(self._deadman.key_up(key, self._clock()))
+
     def doubt(self, time_s: float) -> None:
         """Hear that keys were kept waiting for so long: those that come now disarm.
 

@@ -67,6 +67,11 @@ class Keyboard:
             (label(row.keys[0]) for row in self.rows if row.action == f"jog('{key}')"), label(key)
         )
 
+    def jog_key(self, key: str) -> str | None:
+        """Return the jog key of the table that a key of this keyboard stands for."""
+        row = next((r for r in self.rows if r.action.startswith("jog(") and key in r.keys), None)
+        return None if row is None else row.action.removeprefix("jog('").removesuffix("')")
+
     def at(self, place: str) -> tuple[DeskKey, ...]:
         """Return the rows that count on one screen, those of all screens after its own."""
         own = tuple(row for row in self.rows if row.place == place)

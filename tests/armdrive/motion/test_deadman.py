@@ -170,6 +170,27 @@ def test_release_all_ends_the_hold_and_gates_what_is_still_on_its_way():
     assert desk.deadman.press("q", 2.05) == ()
 
 
+def test_a_release_that_is_reported_ends_the_hold_at_once():
+    desk = Desk()
+    for time_s, key in keyboard(25.0, 1.0):
+        desk.key(key, time_s)
+    assert desk.deadman.key_up("w", 2.0) == ()
+    assert desk.deadman.key_up("q", 2.01) == (Release("q"),)
+    assert desk.deadman.held is None
+    assert desk.deadman.armed
+
+
+def test_a_release_of_a_tap_takes_nothing_back_and_one_of_a_first_repeat_begins_nothing():
+    deadman = armed()
+    assert deadman.press("q", 1.0) == (Increment("q"),)
+    assert deadman.key_up("q", 1.08) == ()
+    assert deadman.press("q", 5.0) == (Increment("q"),)
+    assert deadman.press("q", 5.4) == ()
+    assert deadman.gated
+    assert deadman.key_up("q", 5.41) == ()
+    assert deadman.tick(5.5) == ()
+
+
 def test_disarming_ends_the_hold_and_says_why_once():
     desk = Desk()
     for time_s, key in keyboard(25.0, 1.0):
