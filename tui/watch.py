@@ -47,6 +47,7 @@ from tui.keys.remap import load_keys
 from tui.keys.table import STOP
 from tui.look import Looks
 from tui.painting import PlainText
+from tui.program import WatchedProgram
 from tui.screens import panels
 from tui.settings import memory_file, recall
 
@@ -188,6 +189,10 @@ class WatchScreen(Screen[None]):
     AUTO_FOCUS = ""
     _laid_out = False
 
+    def __init__(self) -> None:
+        super().__init__()
+        self._program = WatchedProgram()
+
     @property
     def watching(self) -> Watching:
         """The app that the screen belongs to."""
@@ -200,7 +205,7 @@ class WatchScreen(Screen[None]):
         with Container(id="body"), Horizontal():
             yield SpaceView(app.model, braille=app.braille, id="space")
             with VerticalScroll(id="panels", can_focus=False):
-                yield from panels(watched="Status")
+                yield from panels(program="Program", watched="Status")
         yield PlainText(id="remarks")
         yield KeyLine(id="footer")
 
@@ -215,6 +220,9 @@ class WatchScreen(Screen[None]):
             return  # not laid out yet, or already being taken down
         app, width = self.watching, self.size.width
         self.query_one(SafetyPanel).show(conduct(app.arm_name, view, ended))
+        program = self.query_one("#program", PlainText)
+        program.show_lines(self._program.lines(view.get("program")))
+        program.display = bool(program.shown)
         self.query_one("#watched", PlainText).show(lines(view))
         self.query_one("#remarks", PlainText).show(message)
         self.query_one(KeyLine).show_keys(app.keys.next_keys("watch"), width)

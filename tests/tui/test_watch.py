@@ -15,6 +15,7 @@ from tui import watch as watch_words
 from tui.frame import SafetyPanel
 from tui.keys.remap import load_keys
 from tui.painting import PlainText
+from tui.program import LINES_SHOWN
 from tui.watch import HeldArm, Watching, WatchScreen
 
 END = object()
@@ -106,6 +107,23 @@ async def test_the_program_that_is_watched_is_shown_with_the_arm():
         assert "program stack.arm" in session.text("watched")
         await session.hear({**status_view(FakeArm().status), "program": {}})
         assert "program" not in session.text("watched")
+
+
+async def test_the_lines_of_a_program_that_runs_are_shown_with_the_current_one_lit(tmp_path):
+    path = tmp_path / "stack.arm"
+    path.write_text("".join(f"move p{number}\n" for number in range(1, 31)))
+    async with Session(FakeHolder()) as session:
+        view = status_view(FakeArm().status)
+        await session.hear({**view, "program": {"file": str(path), "line": 20}})
+        lines = session.text("program").splitlines()
+        assert len(lines) == LINES_SHOWN
+        assert [line for line in lines if line.startswith(">")] == [">  20  move p20"]
+        await session.hear({**view, "program": {"file": str(path), "line": 1}})
+        assert session.text("program").startswith(">   1  move p1")
+        await session.hear({**view, "program": {"file": "not here", "line": 7, "text": "grip 20"}})
+        assert session.text("program") == ">   7  grip 20"
+        await session.hear({**view, "program": {}})
+        assert not session.app.screen.query_one("#program").display
 
 
 async def test_state_program_and_error_stand_above_what_a_small_terminal_cuts_off():

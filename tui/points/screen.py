@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import ClassVar
 
 from textual import events
@@ -17,6 +18,7 @@ from tui.keys.keyboard import bindings
 from tui.keys.presses import Confirmation
 from tui.move import text as move_text
 from tui.move.planned import PlannedMove
+from tui.painting import Span
 from tui.points import text as point_text
 from tui.points.edit import PointEdits, PointMotion, StepEdits
 from tui.points.list import NameEntry, PointList, PointSelection
@@ -97,20 +99,24 @@ class PointsScreen(DeskScreen):
         keys, arm = self.desk.keys, self.desk.arm.model.arm
         height = max(self.size.height // 4, 4)
         self.show_panel("list", point_text.list_text(self.selection.listed, arm, height, keys))
-        self.show_panel("chosen", self._chosen_text())
+        self.text("chosen").show_lines(self._chosen_lines())
+        self.text("chosen").display = bool(self.text("chosen").shown)
         self.show_panel("how", self._how_text())
         ahead = move_text.short_text(fresh) if fresh is not None else ""
         self.show_panel("ahead", self.desk.spoken(ahead))
         self.show_panel("begin", self._begin_text(status, fresh is not None))
 
-    def _chosen_text(self) -> str:
+    def _chosen_lines(self) -> Iterator[Span]:
         sequence, point = self.sequence, self.selection.listed.point
         if sequence.stepper is not None:
-            marked = self.selection.marked
-            return point_text.sequence_text(
-                sequence.stepper, self.desk.keys, stepping=sequence.stepping, marked=marked
+            yield from point_text.sequence_lines(
+                sequence.stepper,
+                self.desk.keys,
+                stepping=sequence.stepping,
+                marked=self.selection.marked,
             )
-        return "" if point is None else point_text.point_text(point)
+        elif point is not None:
+            yield point_text.point_text(point), ""
 
     def _how_text(self) -> str:
         if self.selection.listed.point is None:
