@@ -145,6 +145,7 @@ class ArmControl:
             return
         if self._link.status.simulated:
             self._disarm("the simulated operator is at work")
+            self._say("the simulated operator brings the arm to its reference posture ...")
             self._call(arm.home, "the simulated operator referenced the arm")
             return
         try:

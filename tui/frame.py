@@ -8,7 +8,7 @@ from textual import events
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 from textual.content import Content
-from textual.widgets import Button, Tab, Tabs
+from textual.widgets import Static, Tab, Tabs
 
 from armdrive.errors.printable import printable
 from tui.conduct import Conduct
@@ -17,7 +17,7 @@ from tui.keys.rows import DeskKey
 from tui.keys.table import SCREENS, STOP, KeyEntry
 from tui.painting import PlainText, Span
 
-BESIDE = "   "
+FACT_GAP = "   "
 """Between two facts on one line."""
 
 
@@ -43,12 +43,12 @@ def _tab_text(entry: KeyEntry, keys: Keyboard) -> Content:
     return Content.assemble(key, f" {entry.title.capitalize()}")
 
 
-class StopButton(Button, can_focus=False):
+class StopButton(Static, can_focus=False):
     """Stops the arm. The app takes a mouse button that is pressed on it before anything else."""
 
     def __init__(self, keys: Keyboard) -> None:
         stop = label(keys.of(STOP)[0])
-        super().__init__(Content(f"   STOP   \n          \n{stop:^10}"), variant="error", id="stop")
+        super().__init__(Content(f"   STOP   \n          \n{stop:^10}"), id="stop")
 
 
 class SafetyPanel(Horizontal):
@@ -75,7 +75,7 @@ class SafetyPanel(Horizontal):
         self._text("conduct").show((f" {word} ", f"bold reverse {colour}"), f" {says}")
         self._text("trust").show((f"{conduct.dot[0]} ", conduct.dot[1]), conduct.position)
         facts = [conduct.stopping, *([settings] if settings else [])]
-        self._text("stopping").show((BESIDE.join(facts), "dim"))
+        self._text("stopping").show((FACT_GAP.join(facts), "dim"))
         self.set_class(conduct.real, "-real")
         self.set_class(bool(conduct.forbids), "-forbidden")
         if conduct.arm != self.arm:

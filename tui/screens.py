@@ -77,7 +77,7 @@ class ScreenHost(Protocol):
 
 
 class DeskScreen(Screen[None]):
-    """One screen of the desk. Nothing on it is focused unless somebody chooses it."""
+    """One screen of the desk. Nothing on it has the focus at first."""
 
     AUTO_FOCUS = ""
     place: ClassVar[str] = ""
@@ -104,7 +104,7 @@ class DeskScreen(Screen[None]):
 
     @property
     def says(self) -> str:
-        """What stands beside the badge of the arm's state, while nothing forbids motion."""
+        """The words after the badge of the arm's state, while nothing forbids motion."""
         return ""
 
     @property
@@ -119,7 +119,7 @@ class DeskScreen(Screen[None]):
 
     @property
     def hint(self) -> str:
-        """What is said while nothing else has been."""
+        """The message while there is no other."""
         return summary_of(self.place)
 
     def disarm(self, reason: str) -> None:
@@ -262,11 +262,11 @@ class Screens:
             self.current.disarm(reason)
 
     def resumed(self, time_s: float) -> None:
-        """Let no key move the arm that was typed while the desk was suspended for so long."""
+        """Disarm after a suspension of this length: keys typed meanwhile move nothing."""
         self.disarm(f"this screen had stood still for {time_s:.1f} s")
 
     def starved(self, time_s: float) -> None:
-        """Let no key move the arm that may have waited for the desk for so long."""
+        """Note that keys may have waited for the desk for this long; those move nothing."""
         if self.hand is not None:
             self.hand.doubt(time_s)
 

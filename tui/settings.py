@@ -106,7 +106,7 @@ class Manner:
 
 
 def neighbour(values: tuple[float, ...], value: float, by: int) -> float:
-    """Return the value so many places further in a table; its ends are the ends."""
+    """Return the value `by` places further in a table, at most its last or first."""
     return values[min(max(values.index(value) + by, 0), len(values) - 1)]
 
 

@@ -64,7 +64,7 @@ class LastingFile:
         codecs.register_error(PLAINLY, plainly)
 
     def write(self, text: str) -> int:
-        """Write, if there is still somebody to read it."""
+        """Write, if the terminal is still there."""
         if self._encoding:
             text = text.encode(self._encoding, PLAINLY).decode(self._encoding)
         with contextlib.suppress(OSError, ValueError):
@@ -72,7 +72,7 @@ class LastingFile:
         return len(text)
 
     def flush(self) -> None:
-        """Flush, if there is still somebody to read it."""
+        """Flush, if the terminal is still there."""
         with contextlib.suppress(OSError, ValueError):
             self._file.flush()
 
@@ -156,7 +156,7 @@ def lasting_driver(driver: type[Driver]) -> type[Driver]:
         def _go_on(self) -> None:
             if not self._app.is_running or self._writer_thread is None:
                 return  # the terminal is not ours
-            if self._must_signal_resume:  # by SIGTSTP: it was given back, and is taken anew
+            if self._must_signal_resume:  # by SIGTSTP: it was given back, and is taken again
                 super()._sigcont_application()
             else:
                 self._take_terminal()
@@ -164,7 +164,7 @@ def lasting_driver(driver: type[Driver]) -> type[Driver]:
         def _take_terminal(self) -> None:
             """Take up a terminal that a SIGSTOP has kept this program from giving back.
 
-            The framework would begin anew: with a second thread that reads the keys, and so that
+            The framework would start over: with a second thread that reads the keys, and so that
             it leaves the terminal in the end as it stands now, not as it was before.
             """
             set_mode(self.fileno, self._mode)
@@ -178,7 +178,7 @@ def lasting_driver(driver: type[Driver]) -> type[Driver]:
 
 
 def suspends(driver: type[Driver]) -> bool:
-    """Tell whether a driver is one of those that hear of their suspension: on Unix terminals."""
+    """Return whether a driver is told of its suspension: those of Unix terminals are."""
     return hasattr(driver, "_sigcont_application")
 
 
@@ -223,14 +223,14 @@ def ending_driver(driver: type[Driver]) -> type[Driver]:
                 self._app.post_message(messages.ExitApp())
 
         def process_message(self, message: Any) -> None:
-            if not self.exit_event.is_set():  # whoever it was for has gone
+            if not self.exit_event.is_set():  # the app it was for has ended
                 super().process_message(message)
 
     return Ending
 
 
 def lasting_write(write: Callable[[bytes], int]) -> Callable[[bytes], int]:
-    """Return what writes as long as somebody reads, and raises nothing when nobody does."""
+    """Return a function that writes, and raises nothing when the other end is closed."""
 
     def written(data: bytes) -> int:
         try:

@@ -1,6 +1,6 @@
 """Watching an arm that another program drives: its status, a stop, a pause, a slower tempo.
 
-Leaving stops nothing: the arm is somebody else's. A thread hears of it and keeps the latest view;
+Leaving stops nothing: another program drives the arm. A thread receives and keeps the latest view;
 the screen looks at that, so that neither waits for the other.
 """
 
@@ -51,7 +51,7 @@ from tui.program import WatchedProgram
 from tui.screens import panels
 from tui.settings import memory_file, recall
 
-# What is said of such an arm, from the plain data of its status.
+# The words about such an arm, made from the plain data of its status.
 
 TEMPOS = (10, 25, 50, 75, 100)
 """Percent of the speed that is asked for."""
@@ -162,7 +162,7 @@ class HeldArmSource(Protocol):
         """Yield its status whenever it has changed, until it gives the arm back."""
 
     def ask(self, request: str, **words: object) -> Mapping[str, Any]:
-        """Ask for something; raises `ArmError` where nobody answers."""
+        """Ask for something; raises `ArmError` where no program answers."""
 
 
 class HeldArm:
@@ -176,7 +176,7 @@ class HeldArm:
         return follow_holder(self._name, EVERY_S)
 
     def ask(self, request: str, **words: object) -> Mapping[str, Any]:
-        """Ask for something; raises `ArmError` where nobody answers."""
+        """Ask for something; raises `ArmError` where no program answers."""
         return ask_holder(self._name, request, **words)
 
 
@@ -210,12 +210,12 @@ class WatchScreen(Screen[None]):
         yield KeyLine(id="footer")
 
     def on_mount(self) -> None:
-        """Show what was heard before there was room for it."""
+        """Show what had arrived before there was room for it."""
         self._laid_out = True
         self.call_after_refresh(self.watching.poll)
 
     def show(self, view: View, ended: str, message: str) -> None:
-        """Show what is known, why it is no longer new, and what was said last."""
+        """Show what is known, why it is no longer new, and the last message."""
         if not (self._laid_out and self.is_attached):
             return  # not laid out yet, or already being taken down
         app, width = self.watching, self.size.width
@@ -249,7 +249,7 @@ COMMON = (STOP, "quit", "look")
 
 
 class Watching(KeyApp):
-    """An app that shows somebody else's arm."""
+    """An app that shows an arm that another program drives."""
 
     TITLE = "armdrive"
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -285,7 +285,7 @@ class Watching(KeyApp):
         return WatchScreen()
 
     def on_mount(self) -> None:
-        """Begin to hear, and to show what was heard."""
+        """Begin to receive views, and to show them."""
         self.looks.put_on(self.looks.name)
         self.set_keymap(self.keys.keymap())
         threading.Thread(target=self._hear, name="armdrive-watch", daemon=True).start()
@@ -355,7 +355,7 @@ class Watching(KeyApp):
 def run_watch(
     name: str, model: ArmModel, *, ascii_only: bool = False, keys: Keyboard | None = None
 ) -> int:
-    """Show an arm that another program drives, until somebody leaves; return the exit code.
+    """Show an arm that another program drives, until the user leaves; return the exit code.
 
     Nothing here moves the arm, and leaving does not stop it.
     """

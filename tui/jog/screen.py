@@ -19,7 +19,7 @@ from kinematics.spaces import Pose
 from tui.app import HoldAlarm, KeyApp
 from tui.arm_view import SpaceView
 from tui.axes import DEGREE, AxisTable
-from tui.frame import BESIDE
+from tui.frame import FACT_GAP
 from tui.gamepad.jogging import PAD
 from tui.jog.jogging import DeskJogging
 from tui.jog.rows import (
@@ -170,12 +170,14 @@ class JogScreen(DeskScreen):
         """The speed and the steps of the jog keys."""
         settings = self.desk.settings
         step = f"step {settings.step_mm:g} mm {settings.step_deg:g}{DEGREE}"
-        return f"speed {settings.speed * 100:.0f}%{BESIDE}{step}"
+        return f"speed {settings.speed * 100:.0f}%{FACT_GAP}{step}"
 
     @property
     def idle(self) -> tuple[str, ...]:
         """Keys that are armed need no arming; keys that are not grasp nothing."""
         frame = () if self.desk.settings.cartesian else ("frame",)
+        if self.desk.link.lost:
+            return ("arm", "grasp", "park", *frame)
         return ("arm", *frame) if self.armed else ("grasp", *frame)
 
     @property

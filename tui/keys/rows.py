@@ -122,7 +122,7 @@ DIALOG_KEYS = (
     DeskKey("yes", ("y",), "answer(True)", "yes", "It is so: do it.", "question"),
     DeskKey("no", ("n",), "answer(False)", "no", "It is not so: do nothing.", "question"),
 )
-"""Enter answers no question: whoever armed with it might still be pressing it."""
+"""Enter answers no question: a person who armed with it may still be pressing it."""
 
 
 # The screens that plan motion: move and points.
@@ -223,7 +223,7 @@ POINT_KEYS = (
             "While stepping: go back to the point before. Fingers and waits are not taken back.",
             "points"),
     DeskKey("points-rewind", ("home",), "sequence.rewind", "rewind",
-            "Begin the sequence anew. Moves nothing.", "points"),
+            "Start the sequence over. Moves nothing.", "points"),
     DeskKey("points-pause", ("p",), "pause", "pause",
             "Hold the arm up behind its next burst, and let it go on.", "points"),
 )  # fmt: skip
@@ -361,4 +361,4 @@ WATCH_KEYS = (
     DeskKey("watch-faster", ("plus", "equals_sign"), "tempo(1)", "faster",
             "Have the arm go less slow, at most as fast as it is asked to.", "watch"),
 )  # fmt: skip
-"""All that may be done to somebody else's arm, beside the stop."""
+"""Besides the stop, all that a watcher may do to the arm."""

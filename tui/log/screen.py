@@ -169,12 +169,12 @@ class CatalogueScreen(Typing):
 
 
 GLANCE_S = 0.2
-"""Lines that keep coming are painted so often: nobody reads faster, and each time all of them move.
+"""Lines that keep coming are painted at this interval, which is as fast as people read.
 
-A key is answered at once."""
+A key has its effect at once."""
 
 STYLES = {Topic.ERRORS: "bold $error", Topic.INTENTS: "bold", Topic.REQUESTS: "dim"}
-"""Beside the marks and words that say the same."""
+"""In addition to the marks and words that say the same."""
 
 
 class LogScreen(DeskScreen):

@@ -13,7 +13,7 @@ from armdrive.trace.log import LogBook, LogLine, LogReader, Sieve
 from tui.screens import ScreenHost
 
 PORTION = 100
-"""So many lines are made at a poll, which is 2000 a second, and keeps a stop waiting some 5 ms."""
+"""Lines read at one poll, at most: 2000 a second. Reading them delays a stop by about 5 ms."""
 
 
 POLLING = frozenset((EntryKind.REQUEST, EntryKind.SENT, EntryKind.HEARD, EntryKind.REGISTERS))
@@ -98,7 +98,7 @@ class Window:
         return lines[first : first + height]
 
     def go(self, lines: Sequence[LogLine], by: int) -> None:
-        """Choose another line, so many further on; beyond the last one the newest is followed."""
+        """Choose the line `by` lines further on; beyond the last one, follow the newest."""
         if not lines:
             return
         at = len(lines) - 1 if self.chosen is None else index_of(lines, self.chosen)

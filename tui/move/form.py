@@ -212,7 +212,7 @@ def pose_of(values: Mapping[str, float]) -> Pose:
 
 
 def present_of(form: GoalForm, status: Status, pose: Pose | None) -> dict[str, float]:
-    """Return where the arm is, field by field; empty while nobody knows.
+    """Return where the arm is, field by field; empty while that is unknown.
 
     `pose` is the present one in the form's frame; in the tool's a goal is a change, from zero.
     """

@@ -136,7 +136,7 @@ class GoalEntry:
 
 
 class MoveScreen(DeskScreen):
-    """A form, and beside it the arm with the ghost of where it would go.
+    """A form, and the arm with the ghost of where it would go.
 
     Nothing here moves the arm but what was seen, and confirmed by two presses.
     """

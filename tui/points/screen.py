@@ -31,7 +31,7 @@ OF_SEQUENCES = ("step-next", "grip", "wait", "stepping", "forward", "backward", 
 
 
 class PointsScreen(DeskScreen):
-    """The list and what is chosen of it, beside the arm with the ghost of where it would go."""
+    """The list, the chosen point or sequence, and the arm with the ghost of where it would go."""
 
     place = "points"
     BINDINGS: ClassVar[list[BindingType]] = bindings(place)

@@ -61,7 +61,7 @@ def point_text(point: Point) -> str:
         "  ".join(f"{words(name)} {angle:.1f}°" for name, angle in point.joints.deg.items()),
     ]
     if point.opening_mm is not None:
-        lines.append(f"fingers {point.opening_mm:.1f} mm, which stay as they are")
+        lines.append(f"fingers {point.opening_mm:.1f} mm, (unchanged)")
     taught = "" if point.taught is None else f"taught {point.taught:%Y-%m-%d %H:%M}"
     lines += [part for part in (taught, point.note) if part]
     return "\n".join(lines)

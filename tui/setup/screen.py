@@ -1,4 +1,4 @@
-"""The set-up screen: from a port nobody knows to an arm file that was checked on the arm."""
+"""The set-up screen: from an unknown port to an arm file that was checked on the arm."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Steps(SetupStage):
 
     @property
     def free(self) -> bool:
-        """Whether this desk has no arm of somebody's own: it is simulated, and has no file."""
+        """Whether the arm on this desk is only simulated and has no file."""
         return self.desk.link.status.simulated and self.path is None
 
     def text(self) -> str:
@@ -165,15 +165,15 @@ class SetupScreen(DeskScreen):
         self._do(lambda: self.stage.type(character))
         return True
 
-    def _try(self, deed: Callable[[], object]) -> None:
+    def _try(self, action: Callable[[], object]) -> None:
         try:
-            deed()
+            action()
         except (ArmError, KinematicsError, OSError) as error:
             self.desk.message = str(error)
 
-    def _do(self, deed: Callable[[], object]) -> None:
+    def _do(self, action: Callable[[], object]) -> None:
         self.desk.message = ""
-        self._try(deed)
+        self._try(action)
         self.desk.show()
 
     def action_enter(self) -> None:

@@ -186,7 +186,7 @@ class ModelHand:
         return f"every joint at zero{moved}"
 
     def coarser(self, steps: int) -> None:
-        """Make the increment larger by so many sizes."""
+        """Make the increment larger by this many sizes."""
         self.increment_index = min(max(self.increment_index + steps, 0), len(INCREMENTS) - 1)
 
     def _amount(self, unit: str) -> float:
@@ -352,7 +352,7 @@ class ModelDesk(KeyApp):
 
 
 def run_model(subject: Subject, *, ascii_only: bool = False, keys: Keyboard = DEFAULT_KEYS) -> int:
-    """Show a model until somebody leaves it, and return the exit code."""
+    """Show a model until the user leaves it, and return the exit code."""
     braille = not ascii_only and can_braille(sys.stdout.encoding, os.environ)
     desk = ModelDesk(subject, braille=braille, keys=keys)
     desk.run_or_raise()
