@@ -201,7 +201,7 @@ def commands(
 def _title_of(row: DeskKey) -> tuple[str, str]:
     """Return what the palette searches: name, key, first sentence and other words; and the rest."""
     first, _, rest = row.tooltip.partition(". ")
-    also = f" [{row.also}]" if row.also else ""
+    also = f" (also: {row.also})" if row.also else ""
     name = row.description or row.id
     return f"{name} ({label(row.keys[0])}): {first.removesuffix('.')}{also}", rest
 

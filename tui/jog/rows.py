@@ -20,11 +20,9 @@ from tui.settings import JogSettings
 LIT_S = 0.4
 """A row whose value has changed stays lit for this long."""
 
-CLEAR_SHARE = 0.25
-"""What is farther from a limit than this share of its range need not be mentioned."""
-
 TABLE_NEAR_MM = 30.0
 RIM_NEAR_MM = 40.0
+"""The table, the rim of the reach and the base are marked as near from these distances on."""
 
 Limits = tuple[float, float]
 
