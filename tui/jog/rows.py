@@ -115,7 +115,7 @@ def tip_limits(model: ArmModel) -> tuple[Limits, ...]:
         (min(*xs, 0.0), max(xs)),
         (min(ys), max(ys)),
         (low_mm, height_mm + length_mm),
-        turn if arm.has_yaw else (-90.0, 90.0),
+        turn,
         turn,
         *([turn] if arm.has_yaw else []),
     )

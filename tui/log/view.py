@@ -65,7 +65,7 @@ class Folding:
             self._recent.popitem(last=False)
 
     def _fold(self, last: LogLine) -> LogLine:
-        words = f"idle polling: {self._folded} lines that only repeat those above"
+        words = f"{self._folded} lines of idle polling, the same as above"
         return replace(self._repeated[0], time_s=last.time_s, shown="...", words=words)
 
 

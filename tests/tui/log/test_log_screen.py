@@ -82,10 +82,10 @@ async def test_idle_polling_is_folded_into_one_line_that_says_how_much_it_stands
             poll_at_rest(arm)
         await session.poll()
         assert len(session.rows) == 5
-        assert "idle polling: 76 lines that only repeat those above" in session.rows[-1]
+        assert "76 lines of idle polling, the same as above" in session.rows[-1]
         poll_at_rest(arm)
         await session.poll()
-        assert "idle polling: 80 lines" in session.rows[-1]
+        assert "80 lines of idle polling" in session.rows[-1]
         arm.move()
         poll_at_rest(arm, "420 370")
         await session.poll()
