@@ -1,7 +1,7 @@
 """The one catalogue of errors: code, title, cause, effect on the arm, and what to do.
 
-Help, docs/reference/errors.md, `--json` and the status take their codes from it. A row has the name of a
-class of errors, of a member of `Evidence`, or of a situation that is neither. Each class of errors
+Help, docs/reference/errors.md, `--json` and the status take their codes from it. A row has the name
+of a class of errors, of a member of `Evidence`, or of a situation that is neither. Each class of errors
 has its own code as well, so that an error can be raised without this table.
 """
 
@@ -172,8 +172,8 @@ REQUESTS = (
         "A Python call got, for example, text instead of a pose, too many values, or an unknown "
         "option.",
         NOTHING_SENT,
-        "Correct the argument that the message names; docs/reference/python-api.md lists what each call "
-        "takes.",
+        "Correct the argument that the message names; docs/reference/python-api.md lists what each "
+        "call takes.",
     ),
 )  # fmt: skip
 
@@ -242,8 +242,8 @@ STOPS = (
     CatalogueEntry(
         "E303", "EMERGENCY_STOP", "emergency stop",
         "An emergency stop was requested.",
-        LATCHED + " Whether the motors hold the arm depends on the controller (docs/background/stopping.md). A "
-        "controller that stops without a ramp may have lost steps: then the position is suspect.",
+        LATCHED + " Whether the motors hold the arm depends on the controller "
+        "(docs/background/stopping.md). A controller that stops without a ramp may have lost steps: then the position is suspect.",
         "Look at the arm, then call `reset()`, which moves nothing.",
     ),
 )  # fmt: skip
@@ -554,8 +554,8 @@ MATHEMATICS = (
     ),
     CatalogueEntry(
         "E602", "BadNumber", "not a finite number",
-        "A length or an angle is text, missing, NaN or infinite, or an angle of a pose is beyond two "
-        "turns, as when degrees are given for rad.",
+        "A length or an angle is text, missing, NaN or infinite, or an angle of a pose is beyond "
+        "two turns, as when degrees are given for rad.",
         NOTHING_SENT,
         "Give a number; give degrees where degrees are expected.",
     ),

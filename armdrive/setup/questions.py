@@ -539,7 +539,8 @@ ROWS = (
     ),
     ArmRow(
         "lengths.{one}", "Length {one}, in mm?",
-        "Measured on your arm, between axes: docs/how-to/describing-the-arm.md shows the end points.",
+        "Measured on your arm, between axes; docs/how-to/describing-the-arm.md shows the "
+        "end points.",
         LENGTH, _length, each=_lengths,
     ),
     ArmRow(

@@ -34,7 +34,7 @@ class PointNaming:
     purpose: str
     text: str = ""
     offered: bool = False
-    """Whether nobody has typed it yet: the first letter takes its place."""
+    """Whether it is only a proposal: the first letter that is typed replaces it."""
     changes: bool = False
     """Whether the marked step becomes this one; else it is a further one."""
 
@@ -68,7 +68,7 @@ class PointNaming:
         """
         if self.purpose == "gripper" and self.text == HERE:
             if opening_mm is None:
-                raise BadRequest("nobody knows how far the fingers are open: reference the arm")
+                raise BadRequest("the opening of the fingers is unknown: reference the arm")
             return Step(gripper=round(opening_mm, 1), speed=speed)
         if wrong := self._no_number():
             raise BadRequest(wrong)
