@@ -1,8 +1,8 @@
 """The one catalogue of errors: code, title, cause, effect on the arm, and what to do.
 
-Help, docs/reference/errors.md, `--json` and the status take their codes from it. A row has the name
-of a class of errors, of a member of `Evidence`, or of a situation that is neither. Each class of errors
-has its own code as well, so that an error can be raised without this table.
+Help, docs/reference/errors.md, `--json` and the status take their codes from it. A row has the
+name of a class of errors, of a member of `Evidence`, or of a situation that is neither. Each class
+of errors has its own code as well, so that an error can be raised without this table.
 """
 
 from __future__ import annotations
@@ -243,7 +243,8 @@ STOPS = (
         "E303", "EMERGENCY_STOP", "emergency stop",
         "An emergency stop was requested.",
         LATCHED + " Whether the motors hold the arm depends on the controller "
-        "(docs/background/stopping.md). A controller that stops without a ramp may have lost steps: then the position is suspect.",
+        "(docs/background/stopping.md). A controller that stops without a ramp may have lost "
+        "steps: then the position is suspect.",
         "Look at the arm, then call `reset()`, which moves nothing.",
     ),
 )  # fmt: skip

@@ -56,8 +56,7 @@ PROGRESS_SHARE = 0.5
 CORRECTION_GAIN = 0.3
 """How far a course is moved towards a reading, as a share of their distance: half in two looks."""
 PROMPT_REPLY_S = 0.03
-"""A reply takes this long at most, unless the computer is busy (see docs/background/measurements.md).
-"""
+"""A reply takes at most this long, unless the computer is busy: docs/background/measurements.md."""
 CONFIRMING_LOOKS = 2
 """A finding must hold at this many looks in a row before a drive is blamed."""
 WEAK_LOOKS = 5
