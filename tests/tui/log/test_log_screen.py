@@ -71,7 +71,7 @@ async def test_bytes_are_shown_with_what_they_mean_and_by_whom():
 def poll_at_rest(arm, steps="383 370"):
     arm.pass_by(EntryKind.REQUEST, "ReadPosition()")
     arm.pass_by(EntryKind.SENT, b"@READ\r")
-    arm.pass_by(EntryKind.HEARD, f"1\r{steps.replace(' ', ',')}\r".encode())
+    arm.pass_by(EntryKind.RECEIVED, f"1\r{steps.replace(' ', ',')}\r".encode())
     arm.pass_by(EntryKind.REGISTERS, steps)
 
 
