@@ -252,7 +252,7 @@ def test_one_that_hangs_between_two_motions_moves_nothing_and_a_reset_frees_it()
     arm.move_j(base_deg=2)
     before = arm.twin.world.motors
     arm.twin.board.grbl.hung = True
-    with pytest.raises(DeviceFault, match="answered a line with nothing"):
+    with pytest.raises(DeviceFault, match="did not answer a line"):
         arm.move_j(base_deg=5)
     assert arm.twin.world.motors == before
     assert not arm.twin.board.grbl.hung
