@@ -36,31 +36,31 @@ class GrblSettings:
     axes: str = setting("XYZABC", "the board's letter for each motor, in the arm's order")
     unit: str = setting("steps", "what the board's mm is: steps or degrees", words=UNITS)
     ramp_s: float = setting(
-        0.1, "the time to full speed from which accelerations are expected", low=0.005, high=10.0
+        0.1, "time to full speed, to compute the expected accelerations", low=0.005, high=10.0
     )
     rates: tuple[float, ...] = setting(
         (),
-        "expected of $110 ..., in steps a second; empty: the joints' speeds",
+        "expected $110 ..., in steps a second; empty: from the joints' speeds",
         low=0.1,
         high=1e6,
     )
     accelerations: tuple[float, ...] = setting(
         (),
-        "expected of $120 ..., in steps a second squared; empty: full speed in ramp_s",
+        "expected $120 ..., in steps a second squared; empty: full speed in ramp_s",
         low=0.1,
         high=1e8,
     )
     travel: tuple[float, ...] = setting(
-        (), "expected of $130 ..., in the board's units", low=0.1, high=1e6
+        (), "expected $130 ..., in the board's units", low=0.1, high=1e6
     )
-    junction_steps: float = setting(1.0, "expected of $11, in motor steps", low=0.001, high=1000.0)
-    soft_limits: bool = setting(False, "expected of $20")
-    hard_limits: bool = setting(False, "expected of $21")
+    junction_steps: float = setting(1.0, "expected $11, in motor steps", low=0.001, high=1000.0)
+    soft_limits: bool = setting(False, "expected $20")
+    hard_limits: bool = setting(False, "expected $21")
     hard_limits_checked: str = setting(
-        "", "the day all limit switches were seen to work; config limits writes it"
+        "", "the day on which all limit switches worked; written by config limits"
     )
-    homing: bool = setting(False, "expected of $22")
-    idle_key: str = setting("", "the setting that keeps the motors on; empty: $1")
+    homing: bool = setting(False, "expected $22")
+    idle_key: str = setting("", "the setting that keeps the motors on; empty: $1 or FluidNC's path")
     outputs: tuple[str, ...] = setting(
         ("flood",), "what each output bit switches: flood, mist, P0, P1 ..."
     )
@@ -77,23 +77,23 @@ class GrblSettings:
         2.0, "how far a motor may be off the path that was sent", low=1.0, high=1000.0
     )
     max_segments: int = setting(
-        15, "at most this many motion lines wait in the board's planner", low=1, high=1000
+        15, "most motion lines in the board's planner at a time", low=1, high=1000
     )
-    poll_s: float = setting(0.05, "how often a report is asked for in motion", low=0.01, high=0.2)
+    poll_s: float = setting(0.05, "interval of status queries in motion", low=0.01, high=0.2)
     mute_s: float = setting(
-        1.0, "a board that gives no report for this long is lost", low=0.5, high=10.0
+        1.0, "a board that sends no report for this long is lost", low=0.5, high=10.0
     )
-    answer_s: float = setting(1.0, "an answer takes at most this long", low=0.2, high=30.0)
+    answer_s: float = setting(1.0, "timeout for an answer", low=0.2, high=30.0)
     boot_s: float = setting(
         4.0,
-        "a board that opening its port restarts takes at most this long",
+        "longest start of a board that restarts when its port is opened",
         low=0.5,
         high=30.0,
     )
-    homing_s: float = setting(120.0, "homing takes at most this long", low=1.0, high=290.0)
+    homing_s: float = setting(120.0, "timeout for homing", low=1.0, high=290.0)
     segments: int | None = setting(
         None,
-        "motion segments the board computes ahead; else as its firmware does",
+        "motion segments the board computes ahead; by default, its firmware's number",
         low=1,
         high=100,
     )

@@ -100,7 +100,7 @@ def test_rows_of_other_numbers_are_not_left_to_run_with_the_new_ones_unless_said
     with Arm.connect("sim:teachmover") as arm:
         arm.write_pendant_program(program(1, 2, 3, 4))
         before = memory(arm)
-        with pytest.raises(Refused, match="rows 3 to 4 besides"):
+        with pytest.raises(Refused, match="also has rows 3 to 4"):
             arm.write_pendant_program(program(1, 2))
         assert memory(arm) == before
         arm.write_pendant_program(program(1, 2), leave_others=True)
@@ -221,7 +221,7 @@ def test_rows_read_under_another_reference_are_refused_until_they_are_shifted():
 def test_an_arm_that_nobody_has_referenced_tells_no_origin():
     with Arm.connect("sim:teachmover") as arm:
         assert arm.read_pendant_program().origin is None
-        with pytest.raises(Refused, match="nobody knows what the registers counted from"):
+        with pytest.raises(Refused, match="the program's origin is unknown"):
             program(1).moved_to((0,) * 6)
 
 
