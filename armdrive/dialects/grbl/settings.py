@@ -132,9 +132,10 @@ def _is_day(word: str) -> bool:
 
 # The mapping of an arm's motors to a board's axes: letters, units and speeds.
 #
-# A motion line is relative, and counts whole motor steps if those are the unit: docs/grbl.md
-# explains why. The feed precedes the axis words and every number has a sign, so that a lost byte
-# never joins two words into one number. Only a lost minus can make a motion longer.
+# A motion line is relative, and counts whole motor steps if those are the unit:
+# docs/controllers/grbl.md explains why. The feed precedes the axis words and every number has a
+# sign, so that a lost byte never joins two words into one number. Only a lost minus can make a
+# motion longer.
 
 DECIMALS = 4
 """Decimals of a distance in degrees; they resolve every motor step."""
