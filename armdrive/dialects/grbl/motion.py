@@ -27,7 +27,7 @@ from armdrive.dialects.grbl.planner import (
     LineTrip,
     MotionBounds,
     MotorPath,
-    way,
+    line_path,
 )
 from armdrive.dialects.grbl.settings import BoardAxes, GrblSettings, feed
 from armdrive.dialects.grbl.stops import GrblStops
@@ -132,7 +132,7 @@ class GrblMotion:
         lasts_s = trip.drawn.duration_s
         # the board cannot turn more slowly than this; a slower line finishes ahead of schedule
         driven_s = min(lasts_s, trip.drawn.steps.largest / SLOWEST_HZ)
-        ahead = way(trip.drawn.steps, driven_s, trip.bounds.limits)
+        ahead = line_path(trip.drawn.steps, driven_s, trip.bounds.limits)
         if not trip.lines.fits(ahead, trip.ahead_s, trip.bounds.ramp_s()):
             return
         line = Line(self._text(trip, trip.drawn.steps, ahead))
@@ -289,7 +289,7 @@ class GrblMotion:
         return end
 
     def _silence_of_mute(self) -> Timeout:
-        """Return the reply to a motion whose board has stopped reporting."""
+        """Return the reply to a motion during which the board has stopped reporting."""
         return Timeout("? (mute in motion; a feed hold was sent)", self.settings.mute_s)
 
 

@@ -71,7 +71,7 @@ class MotorPath:
         return replace(self, length=self.length * max(1.0 - share, SMALLEST_REST))
 
 
-def way(steps: Motors, duration_s: float, limits: Limits) -> MotorPath:
+def line_path(steps: Motors, duration_s: float, limits: Limits) -> MotorPath:
     """Return the line for these steps, which takes `duration_s` or longer if an axis is slow."""
     parts = [count / per for count, per in zip(steps, limits.steps_per_unit, strict=True)]
     length = math.hypot(*parts)
@@ -96,14 +96,14 @@ def corner_speed(one: MotorPath, other: MotorPath, limits: Limits) -> float:
     return min(fastest, math.sqrt(slope * limits.junction * half_sine / (1.0 - half_sine)))
 
 
-def planned_s(ways: Sequence[MotorPath], limits: Limits) -> float:
+def planned_s(paths: Sequence[MotorPath], limits: Limits) -> float:
     """Return how long consecutive lines take from rest to rest."""
-    speeds = [0.0, *(corner_speed(a, b, limits) for a, b in pairwise(ways)), 0.0]
-    for index in range(len(ways) - 1, -1, -1):
-        room = 2.0 * ways[index].acceleration * ways[index].length
+    speeds = [0.0, *(corner_speed(a, b, limits) for a, b in pairwise(paths)), 0.0]
+    for index in range(len(paths) - 1, -1, -1):
+        room = 2.0 * paths[index].acceleration * paths[index].length
         speeds[index] = min(speeds[index], math.sqrt(speeds[index + 1] ** 2 + room))
     total_s = 0.0
-    for index, one in enumerate(ways):
+    for index, one in enumerate(paths):
         room = 2.0 * one.acceleration * one.length
         speeds[index + 1] = min(speeds[index + 1], math.sqrt(speeds[index] ** 2 + room))
         total_s += trapezoid_s(one, speeds[index], speeds[index + 1])
@@ -182,8 +182,12 @@ class SegmentBuffer:
             )
             for part in parts
         ]
-        ways = (counted, counted[::-1])
-        return max(self._filled_s(way, start) for way in ways for start in range(len(way)))
+        directions = (counted, counted[::-1])
+        return max(
+            self._filled_s(ordered, start)
+            for ordered in directions
+            for start in range(len(ordered))
+        )
 
     @staticmethod
     def slow_ramp_s(rate_hz: float, slope: float) -> float:
@@ -213,10 +217,10 @@ class SegmentBuffer:
         """
         return self.segments * max(fastest_hz * SEGMENT_S, 2.0 * STEPS_A_SEGMENT)
 
-    def holds_s(self, ways: Iterable[MotorPath]) -> float:
+    def holds_s(self, paths: Iterable[MotorPath]) -> float:
         """Return how much of the motion along these lines the buffer holds, from their start."""
         left, total_s, segment_s = float(self.segments), 0.0, 0.0
-        for each in ways:
+        for each in paths:
             segment_s = self._segment_s(each.rate_hz)
             count = each.nominal_s / segment_s
             if count >= left:
@@ -351,7 +355,7 @@ class InFlightLine:
 
     start: Motors
     end: Motors
-    way: MotorPath
+    path: MotorPath
     sent_s: float
 
     def share_at(self, position: Motors, tolerance: float) -> float | None:
@@ -398,11 +402,11 @@ class InFlightLines:
         """When the oldest line without an ok was sent."""
         return self._lines[-self.unanswered].sent_s
 
-    def send(self, steps: Motors, way: MotorPath, now_s: float) -> None:
+    def send(self, steps: Motors, path: MotorPath, now_s: float) -> None:
         """Record a line that is sent now."""
-        lasts_s = way.nominal_s if self._lines else planned_s([way], self._limits)
+        lasts_s = path.nominal_s if self._lines else planned_s([path], self._limits)
         self.ends_s = max(self.ends_s, now_s) + lasts_s
-        self._lines.append(InFlightLine(self.end, self.end + steps, way, now_s))
+        self._lines.append(InFlightLine(self.end, self.end + steps, path, now_s))
         self.end = self.end + steps
         self.unanswered += 1
 
@@ -419,10 +423,10 @@ class InFlightLines:
 
     def rest(self, more: MotorPath | None = None) -> list[MotorPath]:
         """Return the lines left to drive, followed by `more` if given."""
-        ways = [line.way for line in self._lines]
-        if ways:
-            ways[0] = ways[0].rest(self._share)
-        return ways if more is None else [*ways, more]
+        paths = [line.path for line in self._lines]
+        if paths:
+            paths[0] = paths[0].rest(self._share)
+        return paths if more is None else [*paths, more]
 
     def fits(self, more: MotorPath, ahead_s: float, ramp_s: float) -> bool:
         """Return whether the planner, with one line more, holds at most `ahead_s` of motion.
@@ -430,22 +434,23 @@ class InFlightLines:
         The segment buffer's contents come on top, since they have left the planner, and so do the
         ramps: the lines are driven from the present position to a stop.
         """
-        ways = self.rest(more)
-        if len(ways) == 1:
+        paths = self.rest(more)
+        if len(paths) == 1:
             return True
-        ahead_s += self._segments.holds_s(ways)
-        nominal_s = sum(each.nominal_s for each in ways)
+        ahead_s += self._segments.holds_s(paths)
+        nominal_s = sum(each.nominal_s for each in paths)
         return (
-            nominal_s <= ahead_s + 1e-6 and planned_s(ways, self._limits) <= ahead_s + ramp_s + 1e-6
+            nominal_s <= ahead_s + 1e-6
+            and planned_s(paths, self._limits) <= ahead_s + ramp_s + 1e-6
         )
 
     def has_room(self, guess_s: float, ahead_s: float) -> bool:
         """Return whether a line of this duration would fit after the present ones."""
-        ways = self.rest()
-        if not ways:
+        paths = self.rest()
+        if not paths:
             return True
-        ahead_s += self._segments.holds_s(ways)
-        return sum(each.nominal_s for each in ways) + guess_s <= ahead_s + 1e-6
+        ahead_s += self._segments.holds_s(paths)
+        return sum(each.nominal_s for each in paths) + guess_s <= ahead_s + 1e-6
 
     def ends_by(self, time_s: float) -> bool:
         """Return whether the lines sent so far may have been driven by a time."""
@@ -489,9 +494,9 @@ class InFlightLines:
         lines = list(self._lines)[index : max(computed, 0)]
         if not lines or (lines[-1].end - position).largest <= self._tolerance:
             return False
-        ways = [lines[0].way.rest(share), *(line.way for line in lines[1:])]
-        late_s = sum(each.nominal_s for each in ways)
-        return late_s > self._segments.holds_s(ways) + REPORT_S
+        paths = [lines[0].path.rest(share), *(line.path for line in lines[1:])]
+        late_s = sum(each.nominal_s for each in paths)
+        return late_s > self._segments.holds_s(paths) + REPORT_S
 
     def _drop(self, count: int) -> None:
         for _ in range(count):

@@ -255,9 +255,9 @@ def _written(amount: int, per: float) -> str:
     return f"{amount / 10**DECIMALS:+.{DECIMALS}f}".rstrip("0").rstrip(".")
 
 
-def feed(way: MotorPath) -> str:
+def feed(path: MotorPath) -> str:
     """Return a line's F word, never faster than its speed, without a decimal point if possible."""
-    per_minute = max(way.speed * 60.0, 10.0**-DECIMALS)
+    per_minute = max(path.speed * 60.0, 10.0**-DECIMALS)
     decimals = min(max(3 - math.floor(math.log10(per_minute)), 0), DECIMALS)
     scaled = math.floor(per_minute * 10**decimals + 1e-6)
     text = f"{max(scaled, 1) / 10**decimals:.{decimals}f}"

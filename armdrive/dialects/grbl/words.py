@@ -46,8 +46,8 @@ _JOG = "$J="
 def _report(message: StatusReport) -> str:
     state = message.state.value if isinstance(message.state, State) else message.state
     sub = "" if message.sub_state is None else f":{message.sub_state}"
-    place = message.machine_position or message.work_position or ()
-    at = f" at {' '.join(f'{each:g}' for each in place)}" if place else ""
+    position = message.machine_position or message.work_position or ()
+    at = f" at {' '.join(f'{each:g}' for each in position)}" if position else ""
     feed = f", feed {message.feed:g}" if message.feed else ""
     room = "" if message.free_blocks is None else f", room for {message.free_blocks} blocks"
     pins = f", pins {message.pins}" if message.pins else ""
