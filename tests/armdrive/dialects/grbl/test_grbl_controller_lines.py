@@ -1,4 +1,4 @@
-"""What a GRBL driver writes and reckons: lines that survive a lost byte, times, settings."""
+"""The lines, durations and settings of a GRBL driver; a lost byte never changes a motion."""
 
 import math
 from dataclasses import replace
@@ -34,7 +34,7 @@ def axes_of(unit="steps"):
 
 
 def moved(text):
-    """Return what a board makes of a line, by axis; None where it refuses it."""
+    """Return how a board reads a line, by axis; None if it refuses the line."""
     content = parse_line(text, MEGA_5X)
     if not isinstance(content, Block):
         return None
@@ -82,7 +82,7 @@ def test_relative_ways_in_degrees_add_up_to_the_last_decimal(ways):
 
 
 def test_a_thousand_like_ways_in_degrees_do_not_drift():
-    """The error of one that is rounded by itself would add up."""
+    """If each motion were rounded by itself, the errors would add up."""
     axes, step = axes_of("degrees"), Motors([1] * len(ZERO))
     at, sums = ZERO, dict.fromkeys("XYZABC", 0.0)
     for _ in range(1000):
@@ -133,7 +133,7 @@ def test_a_road_knows_when_its_motion_may_have_ended():
     assert road.ends_by(ends_s)
     assert not road.ends_by(ends_s - 0.001)
     road.report(Motors((50, 0, 0, 0, 0, 0)), 1.0, idle=False)
-    assert road.ends_s == pytest.approx(1.25)  # it is late: half of it is still to come
+    assert road.ends_s == pytest.approx(1.25)  # the motion is late: half of it is still to come
     road.report(steps, 1.4, idle=True)
     assert not road.ends_by(9.0)
 

@@ -1,4 +1,4 @@
-"""A pendant's program as a text: every row comes back word for word, and says what it means."""
+"""A pendant's program as text: every row comes back unchanged, with its meaning beside it."""
 
 import re
 
@@ -78,7 +78,7 @@ def test_whatever_stands_in_a_file_is_a_program_or_a_sentence(text):
     try:
         read = parse_pendant(f"{FIRST_LINE}\n{text}")
     except PendantFileError:
-        return  # said in a sentence, and by no other error
+        return  # the only error that may be raised
     assert parse_pendant(text_of(read)) == read
 
 
@@ -124,7 +124,7 @@ def test_rows_become_points_and_steps_of_the_fingers():
         "to stack-4",
     ]
     assert points["stack-1"].joints.deg["shoulder"] == pytest.approx(40.0, abs=0.1)
-    Taught(points, {"stack": steps})  # every step goes to a point there is
+    Taught(points, {"stack": steps})  # raises an error if a step's point does not exist
 
 
 def test_rows_that_nobody_understands_become_no_points():
