@@ -79,7 +79,7 @@ class ScriptRunner(ABC, Generic[H]):
         """Return the script that carries out a request."""
 
     @abstractmethod
-    def unasked(self, heard: H) -> None:
+    def unasked(self, message: H) -> None:
         """Take a message that no script waits for; may send a `ProtocolWarning` or an `Alert`."""
 
     def give_up(self) -> None:

@@ -1,4 +1,4 @@
-"""What a board of the GRBL family can do, and how it is used where no arm file says otherwise."""
+"""The registry entry of the GRBL boards: their abilities and the defaults of an arm file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is known of a GRBL board: its state, its position, and the answers that it owes."""
+"""The driver's knowledge of a GRBL board: its state, its position and its unanswered queries."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ from firmware_protocol.grbl.dialect import RING_BYTES_MAX
 from firmware_protocol.grbl.host import Event as HostEvent
 from kinematics.spaces import Motors
 
-# The `?` that a GRBL board has been asked: how long it has been mute, and what they may leave.
+# Unanswered status queries (`?`): how long the board has been mute, and what they may leave behind.
 #
-# A board answers a `?` within milliseconds, but in homing and while it starts. One that was
-# changed on the wire is no `?` to it but a character, and stands in front of the next line.
+# A board answers a `?` within milliseconds, except while it homes or starts up. If the byte is
+# damaged on the wire, the board takes it for an ordinary character in front of the next line.
 
 
 class Polls:
-    """What is unanswered: `since_s` is when the oldest was asked, infinity where none is left.
+    """The unanswered status queries. `since_s` is the time of the oldest, or infinity.
 
-    `stray` tells whether a character may stand in the board's line.
+    `stray` means that the board's input line may hold a stray character.
     """
 
     def __init__(self) -> None:
@@ -45,80 +45,85 @@ class Polls:
         self.since_s = math.inf
 
     def ask(self, now_s: float) -> None:
-        """Take in that a report is asked for; where one was asked for before, that one is lost."""
+        """Record a query. If an earlier one is still unanswered, that one was lost."""
         self.stray |= self.since_s < now_s
         self.since_s = min(self.since_s, now_s)
 
     def answered(self) -> None:
-        """Take in a report."""
+        """Record a report."""
         self.since_s = math.inf
 
-    def begin_anew(self) -> None:
-        """Take in a banner: the board has forgotten what stood in its line."""
+    def restarted(self) -> None:
+        """Record a banner: after a restart, the board's input line is empty."""
         self.since_s = math.inf
         self.stray = False
 
 
-# The greeting of a GRBL board: whether it answers a reset of our own, or was said unasked.
+# The greeting (banner) of a GRBL board: does it answer our own reset, or did the board restart?
 #
-# A board that stands and is reset by 0x18 greets within milliseconds. One whose button was
-# pressed, or that had lost its power, takes longer: its loader comes first. Its counts are zero
-# then, which says nothing where they had been zero before; so the time has to.
+# A board at rest that is reset by 0x18 greets within milliseconds. After its reset button or a
+# power failure it takes longer, because its boot loader runs first. Such a restart zeroes the
+# counts, but zero counts prove nothing if they were zero before. So the delay has to decide.
 
-GREETS_S = 0.4
-"""How long a reset of our own takes a board that stood, and what it says on the wire."""
+OWN_RESET_S = 0.4
+"""Longest time from our own reset of a board at rest to its greeting, including the wire."""
 
 
 class Greeting:
-    """What is expected: `awaited` from a reset of our own until its greeting comes."""
+    """The expected greeting; `awaited` is true from our own reset until the greeting arrives."""
 
     def __init__(self) -> None:
         self.awaited = False
         self._by_s = math.inf
 
     def await_soon(self, now_s: float, asked_s: float) -> None:
-        """Expect that of a board that stands; where it owes a report for long, none is credible."""
+        """Expect the greeting of a board at rest.
+
+        If the board has not answered a query for long, no greeting counts as an answer to ours.
+        """
         self.awaited = True
-        self._by_s = now_s + GREETS_S if asked_s > now_s - GREETS_S else -math.inf
+        self._by_s = now_s + OWN_RESET_S if asked_s > now_s - OWN_RESET_S else -math.inf
 
     def await_late(self) -> None:
-        """Expect that of a board whose motion is ended: it lets its motors go and raises an alarm.
+        """Expect the greeting of a board reset in motion, however late.
 
-        Its position is lost, whatever has reset it.
+        Such a board releases its motors and raises an alarm first. Its position is lost, so it does
+        not matter whose reset it was.
         """
         self.awaited = True
         self._by_s = math.inf
 
     def give_up(self) -> None:
-        """Expect none any longer."""
+        """Stop expecting a greeting."""
         self.awaited = False
 
     def answers(self, now_s: float) -> bool:
-        """Take in that one has come; tell whether it is the one that was awaited."""
+        """Record a greeting; return whether it answers our own reset."""
         answers = self.awaited and now_s <= self._by_s
         self.awaited = False
         return answers
 
 
-COORDINATES = re.compile(rb"<[A-Za-z:0-9]+\|[MW]Pos:([-0-9.,]+)[|>]")
-"""How a report begins."""
-LEAST_RING = 128
-"""What the smallest board has, in bytes: a board that tells of less gets one line at a time."""
-TURNING = (State.RUN, State.JOG, State.HOME)
+REPORTED_POSITION = re.compile(rb"<[A-Za-z:0-9]+\|[MW]Pos:([-0-9.,]+)[|>]")
+"""The start of a status report, with its coordinates."""
+SMALLEST_RING_BYTES = 128
+"""Receive buffer of the smallest board. A board that reports less gets one line at a time."""
+MOVING = (State.RUN, State.JOG, State.HOME)
 HELD = (State.HOLD, State.DOOR, State.TOOL)
-DEAF = (*HELD, State.SLEEP, State.CHECK)
-"""States in which lines are not carried out, and which a reset leaves."""
-ABORTED = (3, 6)
-"""Alarms that our own reset raises where it ends a motion: of a motion, and of homing."""
+LINES_IGNORED = (*HELD, State.SLEEP, State.CHECK)
+"""States in which the board executes no lines; a reset leaves them."""
+ABORT_ALARMS = (3, 6)
+"""Alarms that our own reset raises if it ends a motion (3) or homing (6)."""
 
 
 class BoardState:
-    """What one board has said, and what it is expected to say.
+    """The latest known state of one board, and the answers expected from it.
 
-    `contacted` says that contact was made, `recognised` that the firmware was read without a flaw,
-    `modes_set` that the parser is in the modes of our lines. `aborted` says that a reset has ended
-    a motion, or may have been somebody else's. `lacking` are axes of the arm that the board does
-    not have, and `blocks` is how many lines its planner takes.
+    `contacted` means that contact has been made, `recognised` that the firmware's description was
+    read without a damaged line, and `modes_set` that the parser is in the modes that our lines
+    need. `aborted` means that a reset ended a motion, or that the reset may not have been ours.
+    `lacking` are axes of the arm that the board does not have. `blocks` is the number of lines that
+    the planner holds.
     """
 
     def __init__(self, host: Host, settings: GrblSettings, axes: BoardAxes) -> None:
@@ -129,7 +134,7 @@ class BoardState:
         self.inputs = 0
         self.alarm: AlarmRaised | None = None
         self.firmware = ""
-        self.told: dict[int | str, str] = {}
+        self.reported_settings: dict[int | str, str] = {}
         self.contacted = self.recognised = False
         self.modes_set = False
         self.aborted = False
@@ -147,35 +152,35 @@ class BoardState:
 
     # -- learning -----------------------------------------------------------------------------
 
-    def learn(self, heard: HostEvent, now_s: float) -> Event | None:
-        """Take in anything that the board says; return what the engine should know of it."""
-        match heard:
+    def learn(self, message: HostEvent, now_s: float) -> Event | None:
+        """Update the state from any message; return an event if the engine should know of it."""
+        match message:
             case StatusReported():
-                self._learn_status(heard)
+                self._learn_status(message)
             case AlarmRaised():
-                return self._learn_alarm(heard)
+                return self._learn_alarm(message)
             case Restarted():
-                return self._learn_restart(heard, now_s)
+                return self._learn_restart(message, now_s)
             case BuildInfo():
-                self._learn_build(heard)
+                self._learn_build(message)
             case AxesInfo(_, letters):
                 self._learn_axes("".join(dict.fromkeys(letters)))
             case Version(version):
                 self.firmware = version
             case Setting(key, value):
-                self.told[key] = value
+                self.reported_settings[key] = value
             case Unreadable(data):
                 self.garbled += 1
                 if not self.contacted:
                     self._count_axes(data)
-                return ProtocolWarning(str(heard))
+                return ProtocolWarning(str(message))
             case Unexpected():
-                return ProtocolWarning(str(heard))
+                return ProtocolWarning(str(message))
         return None
 
     def _count_axes(self, report: bytes) -> None:
-        """Learn from a report of another number of coordinates how many axes the board has."""
-        found = COORDINATES.match(report)
+        """Learn the number of axes from a report with an unexpected number of coordinates."""
+        found = REPORTED_POSITION.match(report)
         count = found[1].count(b",") + 1 if found else 0
         if count == len(self._axes.letters):
             self._learn_axes(self._axes.board())
@@ -183,43 +188,44 @@ class BoardState:
             self._learn_axes(AXIS_LETTERS[:count])
 
     def _learn_axes(self, letters: str) -> None:
-        """Take in which axes the board has, in its own order, and which it lacks."""
+        """Record the board's axes, in its own order, and the axes that it lacks."""
         self._host.dialect = replace(self._host.dialect, axes=letters)
         self.lacking = "".join(letter for letter in self._axes.letters if letter not in letters)
 
-    def _learn_status(self, heard: StatusReported) -> None:
-        report = heard.report
-        self.reported = heard
+    def _learn_status(self, message: StatusReported) -> None:
+        report = message.report
+        self.reported = message
         self.polls.answered()
         self.state, self.sub_state = report.state, report.sub_state
         if self.state is not State.ALARM:
             self.alarm = None
         free = report.free_blocks
-        if free is not None and free == self._free:  # a report has no check bytes
+        # a report has no checksum, so a number counts only when two reports in a row give it
+        if free is not None and free == self._free:
             self._most_free = max(self._most_free, free)
         self._free = free
         pins = report.pins or ""
         self.inputs = sum(1 << bit for bit, pin in enumerate(PINS) if pin in pins)
-        if heard.machine_position is not None and not self.lacking:
-            self.position = self._axes.motors(heard.machine_position, self._host.dialect.axes)
+        if message.machine_position is not None and not self.lacking:
+            self.position = self._axes.motors(message.machine_position, self._host.dialect.axes)
 
-    def _learn_alarm(self, heard: AlarmRaised) -> Alert | None:
-        self.alarm, self.state = heard, State.ALARM
-        if self.greeting.awaited and heard.code in ABORTED:
-            self.aborted = True  # we have asked for it
+    def _learn_alarm(self, message: AlarmRaised) -> Alert | None:
+        self.alarm, self.state = message, State.ALARM
+        if self.greeting.awaited and message.code in ABORT_ALARMS:
+            self.aborted = True  # the expected result of our own reset
             self.greeting.await_late()
             return None
-        kind = AlertKind.ALARM if heard.position_kept else AlertKind.ALARM_LOST
+        kind = AlertKind.ALARM if message.position_kept else AlertKind.ALARM_LOST
         return Alert(kind, self.alarm_words()) if self.contacted else None
 
-    def _learn_restart(self, heard: Restarted, now_s: float) -> Alert | None:
+    def _learn_restart(self, message: Restarted, now_s: float) -> Alert | None:
         own = self.greeting.answers(now_s)
         self.aborted |= not own
-        self.polls.begin_anew()
+        self.polls.restarted()
         self.modes_set = False
         self.alarm = self.state = None
-        if heard.banner.firmware:
-            self.firmware = heard.banner.firmware
+        if message.banner.firmware:
+            self.firmware = message.banner.firmware
         if own or not self.contacted:
             return None
         words = "the board was reset, or lost its power, and counts from zero again"
@@ -229,8 +235,9 @@ class BoardState:
         self._planner_blocks = build.blocks
         if build.blocks:
             self.blocks = min(self._settings.max_segments, build.blocks)
-        ring = build.rx_bytes or 0  # a damaged number may leave no room for a line, for ever
-        self._host.ring_bytes = ring if LEAST_RING <= ring <= RING_BYTES_MAX else None
+        # a damaged number might never leave room for a line
+        ring = build.rx_bytes or 0
+        self._host.ring_bytes = ring if SMALLEST_RING_BYTES <= ring <= RING_BYTES_MAX else None
 
     # -- what is known ------------------------------------------------------------------------
 
@@ -241,12 +248,12 @@ class BoardState:
 
     @property
     def variant(self) -> Variant:
-        """Which firmware of the family it is."""
+        """The firmware, out of the GRBL family."""
         return self._host.dialect.variant
 
     @property
     def segment_buffer(self) -> SegmentBuffer:
-        """The board's segment buffer; as the largest of all, until the firmware is known."""
+        """The board's segment buffer; the largest of all until the firmware is known."""
         if self._settings.segments is not None:
             return SegmentBuffer(self._settings.segments)
         if not self.recognised:
@@ -254,7 +261,7 @@ class BoardState:
         return SegmentBuffer(segments_of(self.variant, self._planner_blocks))
 
     def alarm_words(self) -> str:
-        """Say what the board's alarm is, and what to do."""
+        """Return a text that names the board's alarm and its remedy."""
         if self.alarm is None:
             return "the board is locked by an alarm"
         number = "" if self.alarm.code is None else f" {self.alarm.code}"
@@ -264,25 +271,25 @@ class BoardState:
         )
 
     def registers(self) -> Registers:
-        """Return the position as it was reported last."""
+        """Return the position from the latest report."""
         return Registers(self.position or Motors((0,) * len(self._axes.letters)), self.inputs)
 
     @property
     def located(self) -> bool:
-        """Tell whether the machine position follows from the last report."""
+        """Whether the latest report gives the machine position."""
         return self.reported is not None and self.reported.machine_position is not None
 
     @property
     def in_motion(self) -> bool:
-        """Tell whether the board moved when it was heard of last."""
-        return self.state in TURNING or (self.state is State.HOLD and bool(self.sub_state))
+        """Whether the board was moving at its latest report."""
+        return self.state in MOVING or (self.state is State.HOLD and bool(self.sub_state))
 
     @property
     def standing(self) -> bool:
-        """Tell whether the board is Idle with an empty planner; Idle alone may precede a motion."""
+        """Whether the board is Idle with an empty planner; Idle alone may precede a motion."""
         return self.state is State.IDLE and not self.planner_holds()
 
     def planner_holds(self) -> int | None:
-        """Return how many lines were in the planner by the last report; None where it is silent."""
+        """Return the number of lines in the planner by the latest report; None if not reported."""
         free = None if self.reported is None else self.reported.report.free_blocks
         return None if free is None else self._most_free - free

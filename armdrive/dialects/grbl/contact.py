@@ -1,4 +1,4 @@
-"""Finding a GRBL board, and bringing it to where it reads lines. Nothing here moves the arm."""
+"""Make contact with a GRBL board and get it to read lines. Nothing here moves the arm."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Generator
 from dataclasses import dataclass
 
 from armdrive.dialects.exchange import ScriptIO
-from armdrive.dialects.grbl.board import DEAF, TURNING, BoardState
+from armdrive.dialects.grbl.board import LINES_IGNORED, MOVING, BoardState
 from armdrive.dialects.grbl.exchange import (
     REPORTS_TO_OFFSET,
     Answering,
@@ -30,23 +30,22 @@ from firmware_protocol.grbl import (
 from firmware_protocol.grbl.host import Event as HostEvent
 
 TRIES = 3
-"""How often the board's build is asked for, its modes are set, and a report that surprises is
-followed by another."""
-REPORTS_ALIKE = 2
-"""A report has no check bytes: that an output is off is believed when it is told so often."""
-CRITICAL = (1, 2)
-"""After these alarms a board takes no line before a reset; grblHAL goes on to report meanwhile."""
-CALM_S = 1.0
-"""A motion that a program before this one left behind is waited for so long."""
-UNREAD = (
-    "the board says it is idle but reads no line, also after a reset: switch it off and on, then "
+"""Attempts to read the build information, to set the modes, and to confirm a surprising report."""
+CONFIRMING_REPORTS = 2
+"""Reports that must show an output to be off; a report has no checksum, so one may be wrong."""
+CRITICAL_ALARMS = (1, 2)
+"""After these alarms a board accepts no line before a reset; grblHAL still sends reports."""
+LEFTOVER_MOTION_S = 1.0
+"""Time allowed for a motion that an earlier program left running, before it is stopped."""
+READS_NO_LINES = (
+    "the board reports idle but reads no lines, even after a reset: switch it off and on, then "
     "home the arm"
 )
 
 
 @dataclass(slots=True, eq=False)
 class GrblContact:
-    """The way to a board that stands and reads lines."""
+    """Brings a board to rest, ready to read lines."""
 
     io: ScriptIO[HostEvent]
     exchange: GrblExchange
@@ -56,24 +55,24 @@ class GrblContact:
     settings: GrblSettings
 
     def make(self) -> Generator[float, HostEvent | None, Timeout | RequestRejected | None]:
-        """Find the board, whether opening its port has reset it or not. Moves nothing.
+        """Make contact, whether or not opening the port has reset the board. Moves nothing.
 
-        Return what stands against it, where something does.
+        Return the reason for a failure, or None.
         """
         began_s = self.io.now_s
-        # a banner or a report; a board that is starting answers nothing for a while
+        # wait for a banner or a report: a board that is starting up does not answer for a while
         boot_s, every_s = self.settings.boot_s, 2.0 * self.settings.poll_s
         alive = yield from self.exchange.sign_of_life(boot_s, every_s, StatusReported | Restarted)
         if not alive and not (yield from self.exchange.soft_reset()):
             self.io.say(b"", "? (and to a reset)")
             return self.io.silence(began_s)
-        if not (yield from self._calm_down()):
+        if not (yield from self._end_leftover_motion()):
             return self.io.silence(began_s)
-        # a reset may have been lost, or not been made
+        # that reset may have been lost or not needed, so check that the board reads lines
         if not (yield from self.exchange.spoil()) and not (yield from self.exchange.soft_reset()):
             return self.io.silence(began_s)
         yield from self._recognise()
-        # which counts the board's axes, where `$I` does not tell them
+        # the report's coordinates give the number of axes, if `$I` has not named them
         yield from self.exchange.look(self.settings.answer_s)
         if self.board.lacking:
             return RequestRejected(self._lacking_words(), moved=False)
@@ -82,70 +81,72 @@ class GrblContact:
         return None
 
     def _recognise(self) -> Generator[float, HostEvent | None, None]:
-        """Ask for the board's build until it is told without a flaw."""
+        """Ask for the build information until it arrives undamaged."""
         for _ in range(TRIES):
             board, garbled = self.board, self.board.garbled
-            heard = yield from self.exchange.ask(QueryBuildInfo(), self.settings.answer_s)
-            board.recognised = isinstance(heard, Acknowledged) and board.garbled == garbled
-            if board.recognised and not board.lacking:  # a letter may have been damaged, too
+            message = yield from self.exchange.ask(QueryBuildInfo(), self.settings.answer_s)
+            board.recognised = isinstance(message, Acknowledged) and board.garbled == garbled
+            # if an axis is lacking, its letter may have been damaged: ask again
+            if board.recognised and not board.lacking:
                 return
 
     def _lacking_words(self) -> str:
         axes, lacking = self.board.letters, ", ".join(self.board.lacking)
         return (
-            f"the board has {len(axes)} axes ({axes}), and by grbl.axes this arm has motors on "
-            f"{lacking} too: take a board and a firmware with an axis for each motor "
-            "(grbl-Mega-5X, grblHAL, FluidNC), or put the right letters into grbl.axes"
+            f"the board has {len(axes)} axes ({axes}), but grbl.axes also puts motors of this arm "
+            f"on {lacking}: use a board and a firmware with an axis for each motor "
+            "(grbl-Mega-5X, grblHAL, FluidNC), or correct the letters in grbl.axes"
         )
 
-    def _calm_down(self) -> Asking:
-        """See to it that the board stands and reads lines, whatever an earlier program left.
+    def _end_leftover_motion(self) -> Asking:
+        """End what an earlier program left running; return False if the board does not answer.
 
-        A reset forgets a half line. In Idle it keeps position and state, $22 or not (gnea/grbl
-        grbl/main.c: the prior state and sys_position stay), and the motors where $1 is 255.
+        A reset discards a half-received line. In Idle it keeps position and state, whatever $22 is
+        (gnea/grbl grbl/main.c: the prior state and sys_position stay), and the motors stay on if
+        $1 is 255.
         """
         if not (yield from self.exchange.look(self.settings.answer_s)):
             return True
-        end_s = self.io.now_s + CALM_S
-        while self.board.state in TURNING and self.io.now_s < end_s:
+        end_s = self.io.now_s + LEFTOVER_MOTION_S
+        while self.board.state in MOVING and self.io.now_s < end_s:
             yield from self.io.pause(self.io.now_s + self.settings.poll_s)
             yield from self.exchange.look(self.settings.answer_s)
         if self.board.in_motion:
             yield from self.stops.hold()
-        elif self.board.state in DEAF or not (yield from self._may_let_go()):
+        elif self.board.state in LINES_IGNORED or not (yield from self._reset_may_open_gripper()):
             return (yield from self.exchange.soft_reset())
         return True
 
-    def _may_let_go(self) -> Asking:
-        """Tell whether a reset may open the gripper.
+    def _reset_may_open_gripper(self) -> Asking:
+        """Return whether a reset may open the gripper.
 
-        It does not where reports say, twice, that all that it would switch off is off already.
-        They say so with the overrides, every tenth time or twentieth.
+        It cannot if two reports show that everything a reset switches off is off already. Only
+        reports with the overrides show that: every tenth or twentieth one.
         """
         if not (self.outputs.reset_lets_go and self.outputs.reported):
             return self.outputs.reset_lets_go
-        told = 0
+        confirmations = 0
         for _ in range(REPORTS_TO_OFFSET):
             seen = yield from self.exchange.look(self.settings.answer_s)
             if not seen or self.board.reported is None:
                 break
             report = self.board.reported.report
-            told += report.overrides is not None
+            confirmations += report.overrides is not None
             if report.accessories or report.speed:
                 break
-            if told == REPORTS_ALIKE:
+            if confirmations == CONFIRMING_REPORTS:
                 return False
         return True
 
     def clear(self) -> Answering:
-        """Leave alarm, hold, sleep or muteness; the board's position is as good as it was."""
+        """Leave an alarm, a hold, sleep or a mute state; the position is as valid as before."""
         began_s = self.io.now_s
-        heard = yield from self.exchange.look(self.settings.answer_s)
-        critical = self.board.alarm is not None and self.board.alarm.code in CRITICAL
-        if heard and self.board.state in TURNING:
+        message = yield from self.exchange.look(self.settings.answer_s)
+        critical = self.board.alarm is not None and self.board.alarm.code in CRITICAL_ALARMS
+        if message and self.board.state in MOVING:
             yield from self.stops.hold()
         else:
-            may_read = heard and not critical and self.board.state not in DEAF
+            may_read = message and not critical and self.board.state not in LINES_IGNORED
             reads = may_read and (yield from self.exchange.spoil())
             if not reads and not (yield from self.exchange.soft_reset()):
                 return self.io.silence(began_s)
@@ -156,20 +157,20 @@ class GrblContact:
                 return refusal(answer, "the board stays locked")
             yield from self.exchange.look(self.settings.answer_s)
         if self.board.state is not State.IDLE:
-            state = self.board.state or "not told"
+            state = self.board.state or "unknown"
             return RequestRejected(f"the board's state is {state}", moved=False)
         return Done()
 
     def prepare(self) -> Generator[float, HostEvent | None, RequestRejected | None]:
-        """See to it that a motion can begin; return why it cannot, where it cannot.
+        """Make the board ready for a motion; return the reason if that fails, or None.
 
-        A report has no check bytes: one that surprises is believed when it comes twice.
+        A report has no checksum, so a surprising one counts only when it is repeated.
         """
         board = self.board
         seen: object = State.IDLE, board.position
         for _ in range(TRIES):
             if not (yield from self.exchange.look_position(self.settings.answer_s)):
-                words = board.alarm_words() if board.alarm else "the board tells no position"
+                words = board.alarm_words() if board.alarm else "the board reports no position"
                 return RequestRejected(words, moved=False)
             if seen == (board.state, board.position):
                 break
@@ -187,18 +188,18 @@ class GrblContact:
                     return refused
             if not (yield from self.stops.free()):
                 break
-        return RequestRejected(UNREAD, moved=False)
+        return RequestRejected(READS_NO_LINES, moved=False)
 
     def _set_modes(self) -> Generator[float, HostEvent | None, RequestRejected | None]:
-        """Put the parser into the modes that our lines are written for: harmless to repeat."""
-        heard: HostEvent | None = None
+        """Set the parser modes that our lines need; repeating this is harmless."""
+        message: HostEvent | None = None
         for _ in range(0 if self.board.modes_set else TRIES):
             if not (yield from self.exchange.clean_line()):
                 break
-            heard = yield from self.exchange.ask(Modes(relative=True), self.settings.answer_s)
-            if isinstance(heard, Acknowledged):
+            message = yield from self.exchange.ask(Modes(relative=True), self.settings.answer_s)
+            if isinstance(message, Acknowledged):
                 self.board.modes_set = True
                 break
         if self.board.modes_set:
             return None
-        return refusal(heard, "the board's modes could not be set")
+        return refusal(message, "the board's modes could not be set")

@@ -1,10 +1,10 @@
-"""The driver's end of the GRBL dialect: neutral requests to lines, reports to replies.
+"""The driver's end of the GRBL dialect: it turns requests into lines and reports into replies.
 
-    a request   `script` picks the collaborator that carries it out, after contact was made
-    bytes       the codec reads events; the running script gets each from `GrblExchange.listen`, or
-                `unasked` where none runs or waits; both have `BoardState` learn from it first
-    a stop      `stop_asked` is set; the script that moves the arm sees it and asks `GrblStops`
-    time        the script goes on when what it waits for has not come by then
+    a request   `script` makes contact if necessary, and picks the collaborator that carries it out
+    bytes       the codec decodes messages; the running script receives each from
+                `GrblExchange.listen`, and `unasked` receives the others; both update `BoardState`
+    a stop      `stop_asked` is set; the script that moves the arm notices and calls `GrblStops`
+    a deadline  the script is resumed without a message
 
 Sources: gnea/grbl doc/markdown/interface.md, commands.md, jogging.md, settings.md.
 """
@@ -50,22 +50,22 @@ from firmware_protocol.grbl import Acknowledged, Dialect, Host, Line, QuerySetti
 from firmware_protocol.grbl.host import Event as HostEvent
 
 TRIES = 3
-"""How often the settings are read, where what came was incomplete."""
-EEPROM_S = 2.0
-"""Within this, a board has written a setting and answers."""
+"""Attempts to read a complete set of settings."""
+SETTING_WRITE_S = 2.0
+"""Timeout for writing a setting to the board's EEPROM."""
 
 
 class GrblController(ScriptRunner[HostEvent]):
-    """One board of the GRBL family, seen from the driver: hands each request to a collaborator.
+    """The driver's view of one GRBL board; it passes each request to a collaborator.
 
-    `limits` are what the axes can do: by the arm file, until the board's settings are read.
+    `limits` are the limits of the axes: the arm file's until the board's settings have been read.
     """
 
     def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
         settings: GrblSettings = config.device
         axes = BoardAxes.of(config)
         host = Host(
-            Dialect(  # a board without outputs, or homing by axis, refuses their words itself
+            Dialect(  # a board that lacks outputs or homing by axis refuses those words itself
                 axes=axes.board(), ring_bytes=None, outputs=True, single_axis_homing=True
             )
         )
@@ -85,32 +85,32 @@ class GrblController(ScriptRunner[HostEvent]):
     # -- what happens -------------------------------------------------------------------------
 
     def script(self, request: Request) -> Answering:
-        """Carry out a request; the first one makes contact with the board before it."""
+        """Carry out a request, making contact with the board first if necessary."""
         match request:
             case SetOutputs(bits):
                 self.outputs.check(bits)
             case SetGripper():
                 self.outputs.check_gripper()
             case MendSetting(line) if not line.startswith("$"):
-                raise Refused(f"`{line}` is no setting of a GRBL board")
+                raise Refused(f"`{line}` is not a GRBL setting")
         return self._carry_out(request)
 
     def _carry_out(self, request: Request) -> Answering:
-        if not self.board.contacted and (hindrance := (yield from self.contact.make())) is not None:
-            return hindrance
+        if not self.board.contacted and (problem := (yield from self.contact.make())) is not None:
+            return problem
         if isinstance(request, MoveBy):
             request = MoveAlong(iter((request,)), math.inf)
         match request:
             case MoveAlong():
-                if (hindrance := (yield from self.contact.prepare())) is not None:
-                    return hindrance
+                if (problem := (yield from self.contact.prepare())) is not None:
+                    return problem
                 return (yield from self.motion.drive(request, self.bounds))
             case ReadPosition():
                 return (yield from self.exchange.read_position())
             case ReadSettings():
                 return (yield from self._compare())
             case MendSetting(line):
-                return (yield from self.exchange.carry_out(Line(line), EEPROM_S))
+                return (yield from self.exchange.carry_out(Line(line), SETTING_WRITE_S))
             case SetOutputs(bits):
                 return (yield from self.outputs.set(bits))
             case SetGripper(share):
@@ -123,57 +123,57 @@ class GrblController(ScriptRunner[HostEvent]):
             case SwitchOn() | ClearFault():
                 return (yield from self.contact.clear())
             case ReadProgram() | WriteRow():
-                return RequestRejected("a GRBL board keeps no program of its own", moved=False)
+                return RequestRejected("a GRBL board has no program memory", moved=False)
 
     def _compare(self) -> Answering:
-        """Read the settings until they are all there, and learn what the axes can really do."""
-        heard: HostEvent | None = None
-        told, answer_s = self.board.told, self.settings.answer_s
+        """Read the settings until they are complete, and learn the axes' actual limits."""
+        message: HostEvent | None = None
+        reported, answer_s = self.board.reported_settings, self.settings.answer_s
         for _ in range(TRIES):
-            told.clear()
-            heard = yield from self.exchange.ask(QuerySettings(), answer_s)
-            key = idle_key(self.settings, self.board.variant, told)
-            if isinstance(heard, Acknowledged) and isinstance(key, str) and key not in told:
+            reported.clear()
+            message = yield from self.exchange.ask(QuerySettings(), answer_s)
+            key = idle_key(self.settings, self.board.variant, reported)
+            if isinstance(message, Acknowledged) and isinstance(key, str) and key not in reported:
                 yield from self.exchange.ask(Line(f"${key}"), answer_s)
-            if isinstance(heard, Acknowledged) and key in told:
+            if isinstance(message, Acknowledged) and key in reported:
                 break
-        if not isinstance(heard, Acknowledged):
-            return refusal(heard, "the settings could not be read")
-        found = Comparison(self.settings, self.axes, self.board.letters, dict(told), key)
+        if not isinstance(message, Acknowledged):
+            return refusal(message, "the settings could not be read")
+        found = Comparison(self.settings, self.axes, self.board.letters, dict(reported), key)
         self.limits = found.limits()
         firmware = f"{self.board.variant} {self.board.firmware}".strip()
         return DeviceSettings(tuple(found.differences()), firmware)
 
-    def unasked(self, heard: HostEvent) -> None:
-        """Learn from what no script was waiting for."""
-        self.exchange.take(heard)
+    def unasked(self, message: HostEvent) -> None:
+        """Learn from a message that no script waits for."""
+        self.exchange.take(message)
 
     def give_up(self) -> None:
-        """Forget unanswered lines and half a message."""
+        """Forget unanswered lines and a half-received message."""
         self.exchange.give_up()
 
     # -- numbers ------------------------------------------------------------------------------
 
     @property
     def underruns(self) -> int:
-        """How often the board stood still although more of its motion was to come."""
+        """How often the board ran out of lines in the middle of a motion."""
         return self.motion.underruns
 
     @property
     def bounds(self) -> MotionBounds:
-        """What motion the board can do, by all that is known of it now."""
+        """The bounds of the board's motion, as far as they are known now."""
         return MotionBounds(self.limits, self.axes.most_hz, self.board.segment_buffer, self.byte_s)
 
     def usable_rate_hz(self, rate_hz: float) -> float:
-        """Return the rate itself, within what the board can do without pauses between steps."""
+        """Return the rate, limited to what the board can do without pausing between steps."""
         return self.bounds.usable_rate_hz(rate_hz)
 
     def duration_s(self, steps: float, rate_hz: float) -> float:
-        """Return how long the slowest axis takes for so many steps, from rest to rest."""
+        """Return the time the slowest axis takes for these steps, from rest to rest."""
         return self.bounds.duration_s(steps, rate_hz)
 
     def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
-        """Bound how long motion goes on."""
+        """Bound how long motion continues after a stop or after the host falls silent."""
         return self.bounds.stopping(burst_s, parts)
 
 

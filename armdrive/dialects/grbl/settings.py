@@ -1,4 +1,4 @@
-"""What an arm file says in `[grbl]`: how a GRBL board is wired to the arm and set up."""
+"""The `[grbl]` section of an arm file, a board's axes, and the check of a board's settings."""
 
 from __future__ import annotations
 
@@ -21,45 +21,46 @@ UNITS = ("steps", "degrees")
 SERVOS = re.compile(r"M3|M6[78]E[0-9]{1,2}")
 OUTPUTS = re.compile(r"flood|mist|P[0-9]{1,2}")
 PINS = "PDHSRXYZABC"
-"""The letters of a report's pins, as input bits: probe, door, hold, start, reset, limits."""
+"""The pin letters of a report, in the order of the input bits: probe, door, hold, start, reset and
+the limit switches."""
 
 
 @dataclass(frozen=True, slots=True)
 class GrblSettings:
-    """A GRBL board as it is wired and set up.
+    """How a GRBL board is wired to the arm and set up.
 
-    The board's "mm" is one motor step ($100=1), or one degree of what the motor's row calls a turn
-    (one mm for a gripper's motor).
+    The board's "mm" is one motor step ($100=1), or one degree of the motor's turn as its row in the
+    arm file defines it (one mm for a gripper's motor).
     """
 
     axes: str = setting("XYZABC", "the board's letter for each motor, in the arm's order")
     unit: str = setting("steps", "what the board's mm is: steps or degrees", words=UNITS)
     ramp_s: float = setting(
-        0.1, "the time to full speed from which accelerations are expected", low=0.005, high=10.0
+        0.1, "time to full speed, to compute the expected accelerations", low=0.005, high=10.0
     )
     rates: tuple[float, ...] = setting(
         (),
-        "expected of $110 ..., in steps a second; empty: the joints' speeds",
+        "expected $110 ..., in steps a second; empty: from the joints' speeds",
         low=0.1,
         high=1e6,
     )
     accelerations: tuple[float, ...] = setting(
         (),
-        "expected of $120 ..., in steps a second squared; empty: full speed in ramp_s",
+        "expected $120 ..., in steps a second squared; empty: full speed in ramp_s",
         low=0.1,
         high=1e8,
     )
     travel: tuple[float, ...] = setting(
-        (), "expected of $130 ..., in the board's units", low=0.1, high=1e6
+        (), "expected $130 ..., in the board's units", low=0.1, high=1e6
     )
-    junction_steps: float = setting(1.0, "expected of $11, in motor steps", low=0.001, high=1000.0)
-    soft_limits: bool = setting(False, "expected of $20")
-    hard_limits: bool = setting(False, "expected of $21")
+    junction_steps: float = setting(1.0, "expected $11, in motor steps", low=0.001, high=1000.0)
+    soft_limits: bool = setting(False, "expected $20")
+    hard_limits: bool = setting(False, "expected $21")
     hard_limits_checked: str = setting(
-        "", "the day all limit switches were seen to work; config limits writes it"
+        "", "the day on which all limit switches worked; written by config limits"
     )
-    homing: bool = setting(False, "expected of $22")
-    idle_key: str = setting("", "the setting that keeps the motors on; empty: $1")
+    homing: bool = setting(False, "expected $22")
+    idle_key: str = setting("", "the setting that keeps the motors on; empty: $1 or FluidNC's path")
     outputs: tuple[str, ...] = setting(
         ("flood",), "what each output bit switches: flood, mist, P0, P1 ..."
     )
@@ -76,23 +77,23 @@ class GrblSettings:
         2.0, "how far a motor may be off the path that was sent", low=1.0, high=1000.0
     )
     max_segments: int = setting(
-        15, "at most this many motion lines wait in the board's planner", low=1, high=1000
+        15, "most motion lines in the board's planner at a time", low=1, high=1000
     )
-    poll_s: float = setting(0.05, "how often a report is asked for in motion", low=0.01, high=0.2)
+    poll_s: float = setting(0.05, "interval of status queries in motion", low=0.01, high=0.2)
     mute_s: float = setting(
-        1.0, "a board that gives no report for this long is lost", low=0.5, high=10.0
+        1.0, "a board that sends no report for this long is lost", low=0.5, high=10.0
     )
-    answer_s: float = setting(1.0, "an answer takes at most this long", low=0.2, high=30.0)
+    answer_s: float = setting(1.0, "timeout for an answer", low=0.2, high=30.0)
     boot_s: float = setting(
         4.0,
-        "a board that opening its port restarts takes at most this long",
+        "longest start of a board that restarts when its port is opened",
         low=0.5,
         high=30.0,
     )
-    homing_s: float = setting(120.0, "homing takes at most this long", low=1.0, high=290.0)
+    homing_s: float = setting(120.0, "timeout for homing", low=1.0, high=290.0)
     segments: int | None = setting(
         None,
-        "motion segments the board computes ahead; else as its firmware does",
+        "motion segments the board computes ahead; by default, its firmware's number",
         low=1,
         high=100,
     )
@@ -129,26 +130,26 @@ def _is_day(word: str) -> bool:
         return False
 
 
-# How an arm's motors are mapped to a board's axes: letters, units, and how fast they turn.
+# The mapping of an arm's motors to a board's axes: letters, units and speeds.
 #
-# A motion line is relative, in whole motor steps where the board's unit is one:
-# docs/controllers/grbl.md says why. Its feed stands before its axis words and every number has a
-# sign, so that no lost byte makes one number out of two words; none but a lost minus makes a way
-# longer.
+# A motion line is relative, and counts whole motor steps if those are the unit:
+# docs/controllers/grbl.md explains why. The feed precedes the axis words and every number has a
+# sign, so that a lost byte never joins two words into one number. Only a lost minus can make a
+# motion longer.
 
 DECIMALS = 4
-"""The decimals of a distance in degrees; a motor step is never finer than that."""
+"""Decimals of a distance in degrees; they resolve every motor step."""
 FINEST = 400.0
-"""Steps a unit: reports have three decimals, and a step has to show in them."""
+"""Most steps per unit: reports have three decimals, which must resolve a step."""
 
 
 @dataclass(frozen=True, slots=True)
 class BoardAxes:
-    """The axes of an arm's motors, in the motors' order.
+    """The board axes of an arm's motors, in the motors' order.
 
-    `most_hz` is how fast a motor turns when every joint that it moves is at full speed, and
-    `fastest_hz` how fast any motor turns for a single joint: no motion asks for more of a motor,
-    where the board grants no motor more.
+    `most_hz` is each motor's rate when every joint that it moves is at full speed. `fastest_hz` is
+    the highest rate of any motor for a single joint. If the board limits every motor to that, no
+    motion uses a higher rate.
     """
 
     letters: str
@@ -158,7 +159,7 @@ class BoardAxes:
 
     @classmethod
     def of(cls, config: ArmConfig) -> BoardAxes:
-        """Return those of an arm. Raises `ArmFileError`."""
+        """Return the axes of an arm. Raises `ArmFileError`."""
         settings: GrblSettings = config.device
         transmission = config.model.transmission
         if transmission is None:
@@ -192,7 +193,7 @@ class BoardAxes:
         )
 
     def expected(self, settings: GrblSettings) -> Limits:
-        """Return what the arm file expects of the board."""
+        """Return the limits that the arm file expects of the board."""
         rates_hz = settings.rates or tuple(min(most, self.fastest_hz) for most in self.most_hz)
         slopes = settings.accelerations or tuple(rate / settings.ramp_s for rate in rates_hz)
         return Limits(
@@ -206,11 +207,11 @@ class BoardAxes:
         return tuple(count / per for count, per in zip(steps, self.steps_per_unit, strict=True))
 
     def board(self) -> str:
-        """Return the letters of a board that has these axes and no others, in its own order."""
+        """Return the letters of a board with exactly these axes, in the board's order."""
         return "".join(letter for letter in AXIS_LETTERS if letter in self.letters)
 
     def motors(self, position: tuple[float, ...], board: str) -> Motors:
-        """Return whole motor steps out of a board's machine position."""
+        """Convert a board's machine position into whole motor steps."""
         placed: Mapping[str, float] = dict(zip(board, position, strict=True))
         return Motors(
             math.floor(placed[letter] * per + 0.5)
@@ -220,7 +221,7 @@ class BoardAxes:
     def words(self, start: Motors, end: Motors) -> str:
         """Return the relative axis words from one absolute position to another.
 
-        They are differences of absolute numbers that were rounded once, so that nothing drifts.
+        They are differences of rounded absolute positions, so that rounding errors do not add up.
         """
         return "".join(
             f"{letter}{_written(there - here, per)}"
@@ -235,7 +236,7 @@ class BoardAxes:
         )
 
     def _rounded(self, position: Motors) -> list[int]:
-        """Return an absolute position in the last decimal that is written."""
+        """Return an absolute position as a whole number of the last written decimal."""
         return [
             count if per == 1.0 else round(count / per * 10**DECIMALS)
             for count, per in zip(position, self.steps_per_unit, strict=True)
@@ -243,7 +244,7 @@ class BoardAxes:
 
 
 def _per_degree(per_unit: float, index: int, config: ArmConfig) -> float:
-    """Return steps a degree of a turning motor; of the gripper's, steps a mm."""
+    """Return a turning motor's steps per degree, or the gripper's steps per mm."""
     turning = index < len(config.model.arm.joint_names)
     return math.radians(per_unit) if turning else per_unit
 
@@ -254,19 +255,20 @@ def _written(amount: int, per: float) -> str:
     return f"{amount / 10**DECIMALS:+.{DECIMALS}f}".rstrip("0").rstrip(".")
 
 
-def feed(way: MotorPath) -> str:
-    """Return a line's F word, never faster than its speed; without a point where it can be."""
-    per_minute = max(way.speed * 60.0, 10.0**-DECIMALS)
+def feed(path: MotorPath) -> str:
+    """Return a line's F word, never faster than its speed, without a decimal point if possible."""
+    per_minute = max(path.speed * 60.0, 10.0**-DECIMALS)
     decimals = min(max(3 - math.floor(math.log10(per_minute)), 0), DECIMALS)
     scaled = math.floor(per_minute * 10**decimals + 1e-6)
     text = f"{max(scaled, 1) / 10**decimals:.{decimals}f}"
     return f"F{text.rstrip('0').rstrip('.') if '.' in text else text}"
 
 
-# A board's settings against the arm file: what differs, what it does to motion, what mends it.
+# A comparison of a board's settings with the arm file: the differences, their effect on motion, and
+# the lines that correct them.
 
-Told = Mapping[int | str, str]
-"""A board's settings as it tells them, by key."""
+ReportedSettings = Mapping[int | str, str]
+"""A board's settings by key, as the board reports them."""
 
 ALWAYS_ON = 255
 MPOS_AND_BUFFER = 3
@@ -274,38 +276,41 @@ STEPS_PER_UNIT, RATES, ACCELERATIONS, TRAVEL = 100, 110, 120, 130
 REPORT, JUNCTION, INCHES, SOFT_LIMITS, HARD_LIMITS, HOMING = 10, 11, 13, 20, 21, 22
 SAME = 1e-3
 """Settings are reported with three decimals."""
-BARELY = 0.02
-"""So much slower than expected goes unmentioned."""
+RATE_TOLERANCE = 0.02
+"""An axis that is slower than expected by no more than this share is not reported."""
 
 
-def idle_key(settings: GrblSettings, variant: Variant, told: Told) -> int | str:
-    """Return the key of the setting that keeps the motors on: FluidNC has a path for it."""
+def idle_key(settings: GrblSettings, variant: Variant, reported: ReportedSettings) -> int | str:
+    """Return the key of the setting that keeps the motors on; FluidNC uses a path."""
     word = settings.idle_key
     if not word:
-        return "/stepping/idle_ms" if variant is Variant.FLUIDNC and 1 not in told else 1
+        return "/stepping/idle_ms" if variant is Variant.FLUIDNC and 1 not in reported else 1
     return int(word) if word.isdigit() else word
 
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """What is expected of one board: `board` is the order of its axes, as its settings count."""
+    """Compares the settings that a board reports with those that the arm file expects.
+
+    `board` are the letters of the board's axes, in the order in which its settings number them.
+    """
 
     settings: GrblSettings
     axes: BoardAxes
     board: str
-    told: Told
+    reported: ReportedSettings
     idle: int | str = 1
 
     def number(self, key: int) -> float | None:
-        """Return a setting as a number, None where the board tells none."""
+        """Return a setting as a number; None if the board does not report one."""
         try:
-            value = float(self.told.get(key, ""))
+            value = float(self.reported.get(key, ""))
         except ValueError:
             return None
         return value if math.isfinite(value) else None
 
     def limits(self) -> Limits:
-        """Return what the board's axes can really do; what it does not tell is as expected."""
+        """Return the axes' actual limits; those that the board does not report are as expected."""
         expected = self.axes.expected(self.settings)
         return replace(
             expected,
@@ -321,7 +326,7 @@ class Comparison:
         )
 
     def differences(self) -> Iterator[Difference]:
-        """Give what differs from the arm file, with the line that mends it."""
+        """Yield each difference from the arm file, with the line that corrects it."""
         yield from self._idle()
         yield from self._reports()
         yield from self._axes()
@@ -332,7 +337,7 @@ class Comparison:
         yield from self._switches()
 
     def _idle(self) -> Iterator[Difference]:
-        found = self.told.get(self.idle)
+        found = self.reported.get(self.idle)
         try:
             on = found is not None and float(found) == ALWAYS_ON
         except ValueError:
@@ -340,7 +345,7 @@ class Comparison:
         if not on:
             yield Difference(
                 f"${self.idle} (motors on while standing)",
-                found or "not told",
+                found or "not reported",
                 str(ALWAYS_ON),
                 f"${self.idle}={ALWAYS_ON}",
             )
@@ -361,11 +366,11 @@ class Comparison:
             if steps is not None and abs(steps - wanted) > SAME:
                 yield self._of(STEPS_PER_UNIT, index, steps, wanted, f"steps a unit of {letter}")
             rate, wanted = self._of_axis(RATES, index), expected.rates[index] * 60.0
-            if rate is not None and rate < wanted * (1.0 - BARELY):
+            if rate is not None and rate < wanted * (1.0 - RATE_TOLERANCE):
                 what = f"the fastest rate of {letter}: motion is slower than asked"
                 yield self._of(RATES, index, rate, wanted, what, must=False)
             slope, wanted = self._of_axis(ACCELERATIONS, index), expected.accelerations[index]
-            if slope is not None and slope < wanted * (1.0 - BARELY):
+            if slope is not None and slope < wanted * (1.0 - RATE_TOLERANCE):
                 what = f"the acceleration of {letter}: motion starts and stops more slowly"
                 yield self._of(ACCELERATIONS, index, slope, wanted, what, must=False)
             if self.settings.travel and self.settings.soft_limits:

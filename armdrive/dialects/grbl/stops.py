@@ -1,4 +1,4 @@
-"""How a GRBL board is stopped, and the outputs that a stop's reset switches off."""
+"""Stop a GRBL board, and restore the outputs that a stop's reset switches off."""
 
 from __future__ import annotations
 
@@ -7,9 +7,15 @@ from collections.abc import Generator
 from dataclasses import dataclass
 
 from armdrive.dialects.exchange import ScriptIO
-from armdrive.dialects.grbl.board import DEAF, HELD, TURNING, BoardState
-from armdrive.dialects.grbl.exchange import LATE_REPORT_S, Answering, Asking, GrblExchange, refusal
-from armdrive.dialects.grbl.planner import AGAIN_S, InFlightLines
+from armdrive.dialects.grbl.board import HELD, LINES_IGNORED, MOVING, BoardState
+from armdrive.dialects.grbl.exchange import (
+    REPORT_TIMEOUT_S,
+    Answering,
+    Asking,
+    GrblExchange,
+    refusal,
+)
+from armdrive.dialects.grbl.planner import RESEND_S, InFlightLines
 from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.errors import Refused
 from armdrive.tasks import Done, RequestRejected
@@ -24,17 +30,17 @@ from firmware_protocol.grbl import (
 )
 from firmware_protocol.grbl.host import Event as HostEvent
 
-TOLD = {"M3", "flood", "mist"}
-"""The outputs of which a status report says that they are on (gnea/grbl grbl/report.c)."""
+REPORTED_OUTPUTS = {"M3", "flood", "mist"}
+"""The outputs whose state a status report shows (gnea/grbl grbl/report.c)."""
 
 Switching = Generator[float, HostEvent | None, RequestRejected | None]
 
 
 class GrblOutputs:
-    """Switches outputs and drives a gripper that is no stepper; knows what was last asked of them.
+    """Switches outputs and drives a servo or output gripper, and remembers their last state.
 
-    `reset_lets_go` says that a reset can switch off what the gripper hangs on, and `reported` that
-    a status report tells whether that is on.
+    `reset_lets_go` means that a reset can switch off the output that holds the gripper, and
+    `reported` that a status report shows the state of that output.
     """
 
     def __init__(self, exchange: GrblExchange, settings: GrblSettings, gripper: str) -> None:
@@ -45,11 +51,11 @@ class GrblOutputs:
         self._share: float | None = None
         self.reset_lets_go = gripper in ("servo", "output")
         outputs = settings.outputs[settings.gripper_output :][:1]
-        hangs_on = (settings.servo,) if gripper == "servo" else outputs
-        self.reported = set(hangs_on) <= TOLD
+        gripper_outputs = (settings.servo,) if gripper == "servo" else outputs
+        self.reported = set(gripper_outputs) <= REPORTED_OUTPUTS
 
     def check(self, bits: int) -> None:
-        """Raise `Refused` where the arm file names no output for one of the bits."""
+        """Raise `Refused` if the arm file names no output for one of the bits."""
         if bits >> len(self._settings.outputs):
             raise Refused(
                 f"this board has {len(self._settings.outputs)} outputs, {bits} needs more: "
@@ -57,7 +63,7 @@ class GrblOutputs:
             )
 
     def check_gripper(self) -> None:
-        """Raise `Refused` where the gripper is driven by a motor."""
+        """Raise `Refused` if a motor drives the gripper."""
         if not self.reset_lets_go:
             raise Refused("this arm's gripper is driven by a motor, not by a servo or output")
 
@@ -69,10 +75,10 @@ class GrblOutputs:
         return refused or Done()
 
     def set_gripper(self, share: float) -> Answering:
-        """Open the gripper so far: 0 is closed, 1 is open."""
+        """Open the gripper to a share from 0, closed, to 1, open."""
         if self._gripper == "output":
             bit = 1 << self._settings.gripper_output
-            closed = share < 0.5  # the driver asks for 0 or 1 alone
+            closed = share < 0.5  # the driver asks only for 0 or 1
             before = self._bits or 0
             on = closed == self._settings.gripper_closes
             return (yield from self.set(before | bit if on else before & ~bit))
@@ -82,7 +88,7 @@ class GrblOutputs:
         return refused or Done()
 
     def restore(self) -> Generator[float, HostEvent | None, None]:
-        """Switch on again what a reset switches off: a valve or a servo must not drop its load."""
+        """Restore what a reset switched off, so that a valve or a servo does not drop its load."""
         if self._share is not None:
             yield from self._turn_servo(self._share)
         if self._bits:
@@ -96,7 +102,7 @@ class GrblOutputs:
         return (yield from self._carry_out((line,), "the gripper's servo"))
 
     def _switch(self, bits: int) -> Switching:
-        """Switch the outputs; flood and mist have one word to switch both off."""
+        """Switch the outputs. A single command switches both flood and mist off."""
         words = self._settings.outputs
         on = {word for bit, word in enumerate(words) if bits >> bit & 1}
         commands: list[Line | Coolant | DigitalOutput] = []
@@ -114,33 +120,34 @@ class GrblOutputs:
     def _carry_out(
         self, commands: tuple[Line | Coolant | DigitalOutput, ...], what: str
     ) -> Switching:
-        """Say lines one at a time; return why one was refused."""
+        """Send lines one at a time; return the reason if one was refused, or None."""
         for command in commands:
-            heard = yield from self._exchange.ask(command, self._settings.answer_s)
-            if not isinstance(heard, Acknowledged):
-                return refusal(heard, what)
+            message = yield from self._exchange.ask(command, self._settings.answer_s)
+            if not isinstance(message, Acknowledged):
+                return refusal(message, what)
         return None
 
 
-# How a GRBL board is brought to a stand-still, and what it takes to go on afterwards.
+# Stop a GRBL board, and make it ready to continue.
 #
 # A feed hold, a wait for `Hold:0` and then a reset keep the position; a reset in motion loses it.
-# A jog is cancelled by 0x85, once: a cancel that arrives as the jog ends leaves the board Idle and
-# reading no line. Seen on 3 of 259 jogs of a grbl-Mega-5X and on 2 of 264 of an ATmega328p, with a
-# cancel every 20 ms.
+# A jog is cancelled by 0x85, sent only once: a cancel that arrives just as the jog ends leaves the
+# board Idle but reading no lines. With a cancel every 20 ms, that happened to 3 of 259 jogs of a
+# grbl-Mega-5X and to 2 of 264 of an ATmega328p.
 
 STOP_POLL_S = 0.02
-"""How often a board that brakes is looked at."""
-IDLE_LOOKS = 10
-LATE_OK_S = 0.3
-"""The ok of a jog's line that has not come by then was lost."""
+"""Interval of queries while the board brakes."""
+IDLE_REPORTS = 10
+"""After more Idle reports than this, the firmware evidently ignores a hold at rest."""
+OK_TIMEOUT_S = 0.3
+"""The ok of a jog's line counts as lost after this."""
 
 
 @dataclass(slots=True, eq=False)
 class GrblStops:
-    """The ways to a stand-still.
+    """Stops the board.
 
-    `brake_s` is how long the motion under way takes to a stand-still at most.
+    `brake_s` is the longest time that the present motion takes to stop.
     """
 
     io: ScriptIO[HostEvent]
@@ -151,27 +158,28 @@ class GrblStops:
     brake_s: float = 1.0
 
     def _watch(self, step_s: float) -> Generator[float, HostEvent | None, StatusReported | None]:
-        """Ask for a report and wait a moment for it."""
+        """Query once and return the latest report received within `step_s`."""
         self.exchange.press(Realtime.STATUS)
         end_s = self.io.now_s + step_s
         found: StatusReported | None = None
         while self.io.now_s < end_s and not self.io.stop_hard:
-            heard = yield from self.exchange.listen(end_s)
-            if isinstance(heard, StatusReported):
-                found = heard
+            message = yield from self.exchange.listen(end_s)
+            if isinstance(message, StatusReported):
+                found = message
         return found
 
     def hold(self) -> Asking:
-        """Brake, wait until the board stands, and reset it; False where steps may be lost.
+        """Brake, wait until the board stands, and reset it; return False if steps may be lost.
 
-        The reset is what empties ring and planner: a hold alone would go on at the next resume.
-        A board that was never seen to stand may have been reset by somebody else meanwhile. One
-        that is mute is left in its hold: nobody sees whether a reset would kill a motion.
+        The reset empties receive buffer and planner; after a hold alone, the motion would continue
+        at the next resume. If no report has shown the board at rest, it may have been reset some
+        other way in the meantime, so the reset counts as one in motion. A mute board is left in its
+        hold, because no report shows whether a reset would interrupt a motion.
         """
         end_s = self.io.now_s + self.brake_s + self.settings.answer_s
         idle, stood = 0, False
         while self._may_wait(end_s):
-            if self.board.state not in HELD:  # a second hold has no effect, and one may be lost
+            if self.board.state not in HELD:  # the first hold may be lost; a second is harmless
                 self.exchange.press(Realtime.FEED_HOLD)
             seen = yield from self._watch(STOP_POLL_S)
             if seen is None:
@@ -182,7 +190,7 @@ class GrblStops:
                 (state in HELD and not sub_state)
                 or state in (State.ALARM, State.SLEEP, State.CHECK)
                 or (state is State.DOOR and sub_state == 1)
-                or idle > IDLE_LOOKS  # a firmware that takes no hold while it stands
+                or idle > IDLE_REPORTS
             )
             if stood:
                 break
@@ -191,20 +199,21 @@ class GrblStops:
         return (yield from self.reset_and_restore(moving=not stood)) and stood
 
     def _may_wait(self, end_s: float) -> bool:
-        """Tell whether a stand-still is waited for: not of a mute board, nor in an emergency."""
+        """Return whether to keep waiting for the board to stop: not if mute or in an emergency."""
         in_time = self.io.now_s < end_s
         return in_time and not self.io.stop_hard and not self.exchange.mute
 
     def kill(self, lines: InFlightLines) -> Asking:
-        """Stop dead; False where that ended a motion, as the board says or was seen to be in.
+        """Stop at once; return False if that interrupted a motion.
 
-        Its words may be lost, or those of a board that somebody else has just reset.
+        The board says so, but its message may be lost, or be due to a reset that was not ours. So
+        its last reported state and the unfinished lines count as well.
         """
-        moving = self.board.state in TURNING or not lines.empty
+        moving = self.board.state in MOVING or not lines.empty
         return (yield from self.reset_and_restore(moving=moving)) and not moving
 
     def reset_and_restore(self, *, moving: bool) -> Asking:
-        """Reset the board, and have its outputs and gripper as they were; tell what it kept."""
+        """Reset the board and restore its outputs; return whether it kept its position."""
         alarmed = self.board.alarm is not None and not self.board.alarm.position_kept
         answered = yield from self.exchange.soft_reset(patient=False, moving=moving)
         kept = answered and not self.board.aborted and not alarmed
@@ -213,22 +222,23 @@ class GrblStops:
         return kept
 
     def cancel_jog(self, lines: InFlightLines) -> Asking:
-        """End a jog and keep the position; False where steps may be lost.
+        """End a jog and keep the position; return False if steps may be lost.
 
-        The line that is unanswered is waited for: a cancel does not reach lines in the ring. If the
-        board still jogs after `AGAIN_S`, the byte of the cancel may be lost. A feed hold follows:
-        it ends a jog as well, and one too many shows as Hold. Once the board is Idle, a line that
-        it has to refuse proves that it reads lines, and that none is left in its ring to move it.
+        First wait for the answer to the last line, because a cancel does not affect lines still in
+        the receive buffer. If the board still jogs after `RESEND_S`, the cancel may be lost. Then
+        send a feed hold, which ends a jog as well; a superfluous one shows as Hold. Once the board
+        is Idle, a line that it must refuse proves that it reads lines and that its receive buffer
+        holds no motion.
         """
         end_s = self.io.now_s + self.settings.answer_s
         while lines.unanswered and self.io.now_s < end_s and not self.io.stop_hard:
-            heard = yield from self.exchange.listen(min(end_s, self.io.now_s + LATE_OK_S))
-            if isinstance(heard, Acknowledged):
+            message = yield from self.exchange.listen(min(end_s, self.io.now_s + OK_TIMEOUT_S))
+            if isinstance(message, Acknowledged):
                 lines.answered(self.io.now_s)
-            elif heard is None and self.io.now_s >= lines.oldest_sent_s + LATE_OK_S:
+            elif message is None and self.io.now_s >= lines.oldest_sent_s + OK_TIMEOUT_S:
                 break
         end_s = self.io.now_s + self.brake_s + self.settings.answer_s
-        hold_s = self.io.now_s + AGAIN_S
+        hold_s = self.io.now_s + RESEND_S
         self.exchange.press(Realtime.JOG_CANCEL)
         while self._may_wait(end_s):
             seen = yield from self._watch(STOP_POLL_S)
@@ -241,23 +251,23 @@ class GrblStops:
                 if (yield from self.exchange.spoil()) and (yield from self._still_idle()):
                     return True
                 break
-            elif self.board.state in (*DEAF, State.ALARM, State.RUN):
+            elif self.board.state in (*LINES_IGNORED, State.ALARM, State.RUN):
                 break
         if self.io.stop_hard:
             return (yield from self.kill(lines))
         return (yield from self.hold())
 
     def _still_idle(self) -> Asking:
-        """Look whether the board stands, behind all lines that it was sent."""
+        """Query whether the board stands, after all lines that were sent."""
         self.exchange.forget_lines()
-        seen = yield from self.exchange.look(LATE_REPORT_S)
+        seen = yield from self.exchange.look(REPORT_TIMEOUT_S)
         return seen and self.board.standing
 
     def free(self) -> Asking:
-        """Reset a board that is Idle and reads no line, and tell whether it reads one now.
+        """Reset an Idle board that reads no lines; return whether it reads them now.
 
-        A resume would free it as well, and have it carry out what waits in its ring. A reset of a
-        board that stands keeps the position.
+        A resume would also make it read lines, but it would execute those waiting in its receive
+        buffer. Resetting a board at rest keeps the position.
         """
         kept = yield from self.reset_and_restore(moving=False)
         return kept and (yield from self.exchange.spoil())

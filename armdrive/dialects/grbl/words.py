@@ -1,4 +1,4 @@
-"""What a board of the GRBL family and its host say, in words, and how one is recognised."""
+"""Describe the messages of GRBL boards and their hosts in words, and recognise such a board."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ _CODES: Mapping[str, str] = MappingProxyType(
         "G53": "in machine coordinates", "G54": "", "G90": "absolute", "G91": "relative", "G94": "",
         "M3": "output on", "M4": "output on", "M5": "output off", "M8": "coolant on",
         "M9": "coolant off",
-        "M62": "output on behind the motion", "M63": "output off behind the motion",
+        "M62": "output on after the motion", "M63": "output off after the motion",
         "M64": "output on", "M65": "output off",
     }
 )  # fmt: skip
-"""Words of G-code in words; those that say nothing new are empty."""
+"""G-code words and their meanings. Words that only repeat the usual modes have none."""
 
 _ARGUMENTS: Mapping[str, str] = MappingProxyType({"F": "feed", "S": "power", "P": "number"})
-"""Letters of G-code that are no axes."""
+"""G-code letters that are not axes."""
 
 _SYSTEM: Mapping[str, str] = MappingProxyType(
     {
@@ -46,8 +46,8 @@ _JOG = "$J="
 def _report(message: StatusReport) -> str:
     state = message.state.value if isinstance(message.state, State) else message.state
     sub = "" if message.sub_state is None else f":{message.sub_state}"
-    place = message.machine_position or message.work_position or ()
-    at = f" at {' '.join(f'{each:g}' for each in place)}" if place else ""
+    position = message.machine_position or message.work_position or ()
+    at = f" at {' '.join(f'{each:g}' for each in position)}" if position else ""
     feed = f", feed {message.feed:g}" if message.feed else ""
     room = "" if message.free_blocks is None else f", room for {message.free_blocks} blocks"
     pins = f", pins {message.pins}" if message.pins else ""
@@ -73,7 +73,7 @@ SENTENCES: Sentences = MappingProxyType(
 
 
 def lines(data: bytes) -> str:
-    """Return what a host writes, in words: real-time characters first, then line by line."""
+    """Describe the bytes that a host writes: real-time characters first, then each line."""
     urgent, rest = split_realtime(data)
     return "; ".join((*map(plain, urgent), *_lines(rest.decode("latin-1"))))
 
@@ -94,9 +94,9 @@ def _block(line: str) -> str:
         return "no G-code"
     codes = [_code(letter.upper() + number) for letter, number in found if letter.upper() in "GM"]
     axes = [f"{_name(letter)} {number}" for letter, number in found if letter.upper() not in "GM"]
-    told = [each for each in codes if each]
+    meanings = [each for each in codes if each]
     return (
-        ": ".join(part for part in (" ".join(["jog"] * jog + told), ", ".join(axes)) if part)
+        ": ".join(part for part in (" ".join(["jog"] * jog + meanings), ", ".join(axes)) if part)
         or "set the modes"
     )
 
@@ -106,12 +106,12 @@ def _name(letter: str) -> str:
 
 
 def _code(word: str) -> str:
-    """Return a code in words: `G01` is `G1`."""
+    """Return the meaning of a code; `G01` is the same as `G1`."""
     letter, number = word[0], word[1:].lstrip("0") or "0"
     return _CODES.get(letter + number, word)
 
 
-def _weighed(line: bytes) -> Message:
+def _classify(line: bytes) -> Message:
     if line.startswith(b"<"):
         return Message(line, Weight.PASSING)
     if line.lower().startswith(b"grbl"):
@@ -120,22 +120,22 @@ def _weighed(line: bytes) -> Message:
     return Message(line, Weight.SELF if own else Weight.ANSWER)
 
 
-TALK = Describer(lambda: AnswerLines(b"\r\n", _weighed), decode_answer, lines, sentences=SENTENCES)
+TALK = Describer(lambda: AnswerLines(b"\r\n", _classify), decode_answer, lines, sentences=SENTENCES)
 
 
-# How a board of the GRBL family is recognised: by its banner, a report, an alarm or a refusal.
+# Recognise a GRBL board by its banner, a report, an alarm or a refusal.
 
 BAUD = 115_200
 _OLD = re.compile(r"grbl 0\.", re.IGNORECASE)
 _FIRMWARE = "GRBL 1.1, grbl-Mega-5X, grblHAL or FluidNC"
 _BEGUN_BANNER = re.compile(rb"(?:^|[\r\n])(grbl(?:hal)? [0-9][!-~]*)", re.IGNORECASE)
-"""Enough of a banner, where its end was lost or something stands before it."""
+"""The start of a banner, which is enough even if its end is lost."""
 _REFUSAL = re.compile(rb"(?:^|[\r\n])error:[0-9]{1,3}\r?\n")
 
 
-def _sign(heard: bytes) -> Identity | None:
-    firmware, restarted, seen = "", False, _REFUSAL.search(heard) is not None
-    for line in lines_of(heard, b"\r\n"):
+def _sign(received: bytes) -> Identity | None:
+    firmware, restarted, seen = "", False, _REFUSAL.search(received) is not None
+    for line in lines_of(received, b"\r\n"):
         try:
             answer = decode_answer(line)
         except RemoteProtocolError:
@@ -148,7 +148,7 @@ def _sign(heard: bytes) -> Identity | None:
             restarted = True
         elif isinstance(answer, Version) and answer.version:
             firmware = f"{firmware or 'GRBL'} ({answer.version})"
-    begun = _BEGUN_BANNER.search(heard)
+    begun = _BEGUN_BANNER.search(received)
     if not firmware and begun:
         firmware, restarted = begun[1].decode("ascii"), True
     if _OLD.match(firmware):
@@ -158,7 +158,7 @@ def _sign(heard: bytes) -> Identity | None:
             restarted,
             f"put {_FIRMWARE} on the board",
         )
-    found = Identity("grbl", firmware or "GRBL, version not told", restarted)
+    found = Identity("grbl", firmware or "GRBL, version unknown", restarted)
     return found if seen or firmware else None
 
 
@@ -166,8 +166,8 @@ RECOGNITION = Recognition(
     _sign,
     Certainty.WORDED,
     (Probe("?", "grbl", BAUD, bytes((Realtime.STATUS,)), 0.5, times=2),),
-    # no line end is ever sent to a board that did not restart: it could complete a line that
-    # another program left half sent
+    # only for a board that has just restarted: on any other, the line end could complete a line
+    # that another program left half sent
     details=Probe("$I", "grbl", BAUD, b"$I\n", 0.5),
     installable=_FIRMWARE,
 )

@@ -1,6 +1,6 @@
-"""The driver's end of the TeachMover dialect: neutral requests to lines, status lines to replies.
+"""The driver's end of the TeachMover dialect: it turns requests into lines, and reads the answers.
 
-A burst is one `@STEP`; nothing can end it early, and its answer comes when the motion has ended.
+A burst is one `@STEP`. Nothing can end it early, and its answer comes when the motion has ended.
 """
 
 from __future__ import annotations
@@ -55,21 +55,21 @@ from firmware_protocol.teachmover import (
 from firmware_protocol.teachmover.host import Event as HostEvent
 from kinematics.spaces import Motors
 
-# The TeachMover's own program over the wire: a dump, whose end is a silence.
+# A dump of the program in the TeachMover's own memory.
 #
-# Nothing marks the end of a dump, so it is over when no byte has come for longer than a row takes.
+# Nothing marks the end of a dump, so it ends when no byte has come for longer than a row takes.
 
 LONGEST_ROW = len("-32768," * 8)
-"""Characters of a row at most, its CR for the last comma."""
+"""Characters of the longest row; a CR takes the place of the last comma."""
 
-ENDLESS = 2.0
-"""A dump that takes so many times as long as the longest one does is not one."""
+OVERLONG_FACTOR = 2.0
+"""A dump that takes this many times as long as the longest possible one is no dump."""
 
 
 class Dump:
-    """One dump being taken in: how long it is waited for, and what it came to.
+    """Receives one dump, and decides how long to wait for it.
 
-    `byte_s` is a character's time on the wire, and `margin_s` what a row may be late.
+    `byte_s` is a character's time on the wire, and `margin_s` the delay that a row may have.
     """
 
     def __init__(self, host: Host, byte_s: float, margin_s: float) -> None:
@@ -77,12 +77,12 @@ class Dump:
         self.data = host.send(QDump())
         self._first_s = (len(self.data) + len("1\r")) * byte_s + margin_s
         self._pause_s = LONGEST_ROW * byte_s + margin_s
-        self._longest_s = self._first_s + MAX_ROWS * LONGEST_ROW * byte_s * ENDLESS
+        self._longest_s = self._first_s + MAX_ROWS * LONGEST_ROW * byte_s * OVERLONG_FACTOR
         self._bad = ""
         self._ended: Completed | None = None
 
-    def heard(self, event: HostEvent | None) -> None:
-        """Take what the codec says: a row that cannot be read spoils the whole."""
+    def take(self, event: HostEvent | None) -> None:
+        """Take a message from the codec; one unreadable row makes the whole dump invalid."""
         if isinstance(event, Completed):
             self._ended = event
         elif isinstance(event, Garbled):
@@ -91,27 +91,27 @@ class Dump:
     def wait(
         self, began_s: float, now_s: Callable[[], float], last_byte_s: Callable[[], float]
     ) -> Generator[float, HostEvent | None, None]:
-        """Wait until the rows are over, or nothing has come that could be one."""
+        """Wait until the rows have ended, or until the first one is overdue."""
         while self._ended is None:
             until_s = began_s + self._first_s
             if self._host.dumping:
                 until_s = min(last_byte_s() + self._pause_s, began_s + self._longest_s)
             if now_s() >= until_s:
                 return
-            self.heard((yield until_s))
+            self.take((yield until_s))
 
     def reply(self) -> Reply | None:
-        """Return what was asked for, or why not; None where nothing answered."""
+        """Return the program, or a rejection with the reason; None if nothing answered."""
         if self._host.dumping:
             self._host.end_dump()
-            while self._ended is None:  # half a row first, where it broke off in one
-                self.heard(self._host.next_event())
+            while self._ended is None:  # an unfinished row comes first, as a garbled one
+                self.take(self._host.next_event())
         if self._ended is None:
             return None
         if self._bad:
-            return RequestRejected(f"its program cannot be read: {self._bad}", moved=False)
+            return RequestRejected(f"the arm's program cannot be read: {self._bad}", moved=False)
         if self._ended.status is not Status.DONE:
-            return RequestRejected("it does not tell its program", moved=False)
+            return RequestRejected("the arm does not send its program", moved=False)
         return DeviceProgram(tuple(row.words for row in self._ended.rows))
 
 
@@ -121,23 +121,23 @@ LONGEST_REGISTERS = len("1\r-32768,-32768,-32768,-32768,-32768,-32768,65535\r")
 STILL = (0, 0, 0, 0, 0, 0)
 
 FIRST_LINE = b"@25sd,,,,,d\r"
-"""Makes an Armdroid harmless that somebody took for a TeachMover.
+"""Makes an Armdroid harmless that was taken for a TeachMover.
 
 An Armdroid reads letters, not lines, and the D of `@READ` would repeat the last motion of five of
-its motors. Here `25s` sets a slow speed and empties its accumulator, the first `d` empties its
-index, five commas write zeros where the numbers of that motion were, and the last `d` moves
-nothing by nothing. A TeachMover understands none of it and answers `0`.
+its motors. In this line, `25s` sets a slow speed and clears the Armdroid's accumulator, and the
+first `d` clears its index. The five commas write zeros over the numbers of that motion, so that the
+last `d` moves every motor by zero steps. A TeachMover does not understand the line and answers `0`.
 """
 
 HOST_S = 0.03
-"""What an operating system and an adapter may add to a message's way."""
+"""Delay that the operating system and an adapter may add to a message."""
 CONTACT_S = 0.25
-"""How long the answer to the first line is waited for, beyond its time on the wire."""
+"""Timeout for the answer to the first line, beyond its time on the wire."""
 
 
 @dataclass(frozen=True, slots=True)
 class TeachMoverSettings:
-    """What was never published, or differs from arm to arm, as settings of the arm file."""
+    """The arm file's settings for facts that were never published or differ between arms."""
 
     speed_table: tuple[tuple[int, float], ...] = setting(
         (
@@ -167,36 +167,36 @@ class TeachMoverSettings:
             within("teachmover.speed_table's rate", rate_hz, 1.0, 20_000.0)
 
 
-SLOWEST_ANSWER = 2.0
-"""An answer this many times later than the doubtful arm's is no longer waited for."""
+ANSWER_FACTOR = 2.0
+"""The timeout of an answer, as a multiple of the slowest arm's motion time."""
 
 
 class StepTimes:
-    """How long a `@STEP` takes: by the arm file's table, and as measured."""
+    """The duration of a `@STEP`, from the arm file's table and from measured motions."""
 
     def __init__(self, table: SpeedTable, speed_doubt: float) -> None:
         self._table = table
         self._meter = SpeedMeter(table, speed_doubt)
 
     def longest_s(self, steps: float, setting: int) -> float:
-        """Return how long so many steps take on an arm that is as slow as it may be."""
+        """Return how long these steps take if the arm is as slow as it may be."""
         return steps / self._table.rate_hz(setting) * self._meter.part(setting).doubt
 
     def motion_s(self, command: Command) -> tuple[float, float]:
-        """Return how long the motion should take, and how long it may."""
+        """Return the expected and the longest possible duration of a command's motion."""
         if not isinstance(command, Step):
             return 0.0, 0.0
         busiest = max(abs(steps) for steps in command.steps)
         motion_s = busiest / self._table.rate_hz(command.speed)
-        return motion_s, motion_s * max(self._meter.part(command.speed).doubt, 1.0) * SLOWEST_ANSWER
+        return motion_s, motion_s * max(self._meter.part(command.speed).doubt, 1.0) * ANSWER_FACTOR
 
     def measured(self, setting: int, motion_s: float, moved_s: float) -> bool:
-        """Learn how fast the arm is; False where no such motion takes so long."""
+        """Learn the arm's speed from a motion; return False if its duration is impossible."""
         return self._meter.part(setting).learn(motion_s, moved_s)
 
 
 class TeachMoverController(ScriptRunner[HostEvent]):
-    """One TeachMover, seen from the driver."""
+    """The driver's view of one TeachMover."""
 
     def __init__(self, abilities: Abilities, settings: TeachMoverSettings, baud: int) -> None:
         self._host = Host()
@@ -207,41 +207,41 @@ class TeachMoverController(ScriptRunner[HostEvent]):
         self._times = StepTimes(self._table, settings.speed_doubt)
         self._outputs: int | None = None
         self._heard_s = 0.0
-        self._met = not settings.careful_contact
+        self._contacted = not settings.careful_contact
 
     def script(self, request: Request) -> Generator[float, HostEvent | None, Reply]:
-        """Send one line and wait for its answer, as long as such a motion may last."""
+        """Send one line and wait for its answer, for as long as its motion may last."""
         if isinstance(request, ClearFault | SwitchOn):  # the next motion switches its motors on
             return Done()
         if isinstance(request, ReadSettings):
             return DeviceSettings()
         command = None if isinstance(request, ReadProgram) else self._command(request)
-        if not self._met:
-            yield from self._meet()
+        if not self._contacted:
+            yield from self._make_contact()
         if command is None:
             return (yield from self._dump())
         data = self._host.send(command)
         began_s = self.io.now_s
         self.io.say(data, data.decode("ascii").strip())
-        motion_s, patient_s = self._times.motion_s(command)
+        motion_s, timeout_s = self._times.motion_s(command)
         answer = LONGEST_REGISTERS if isinstance(command, Read) else len("1\r")
         wire_s = (len(data) + answer) * self._byte_s
-        until_s = began_s + patient_s + wire_s + self._settings.answer_margin_s
-        heard = yield from self.io.hear(until_s, lambda event: isinstance(event, Completed))
-        if not isinstance(heard, Completed):
+        until_s = began_s + timeout_s + wire_s + self._settings.answer_margin_s
+        message = yield from self.io.hear(until_s, lambda event: isinstance(event, Completed))
+        if not isinstance(message, Completed):
             self.give_up()
             return self.io.silence(began_s)
         moved_s = self.io.now_s - began_s - wire_s
-        return self._reply(heard, self._timely(command, motion_s, moved_s))
+        return self._reply(message, self._plausible(command, motion_s, moved_s))
 
     def receive(self, data: bytes, now_s: float) -> None:
-        """Take bytes from the arm, and note when: a silence is what ends a dump."""
+        """Take bytes from the arm, and note the time: a pause ends a dump."""
         if data:
             self._heard_s = now_s
         super().receive(data, now_s)
 
     def _dump(self) -> Generator[float, HostEvent | None, Reply]:
-        """Ask for the program in the arm's memory, and wait until no more of it comes."""
+        """Read the program in the arm's memory, waiting until no more rows come."""
         dump = Dump(self._host, self._byte_s, self._settings.answer_margin_s)
         began_s = self._heard_s = self.io.now_s
         self.io.say(dump.data, dump.data.decode("ascii").strip())
@@ -252,19 +252,19 @@ class TeachMoverController(ScriptRunner[HostEvent]):
             return self.io.silence(began_s)
         return reply
 
-    def _meet(self) -> Generator[float, HostEvent | None, None]:
-        """Say the first line, and wait for whatever comes: a `0`, or nothing at all."""
-        self._met = True
+    def _make_contact(self) -> Generator[float, HostEvent | None, None]:
+        """Send the first line, and wait for its answer: a `0`, or nothing at all."""
+        self._contacted = True
         self.io.say(FIRST_LINE, "a line that moves no arm")
         until_s = self.io.now_s + (len(FIRST_LINE) + len("0\r")) * self._byte_s + CONTACT_S
-        heard = yield from self.io.hear(until_s, lambda event: isinstance(event, Stray))
-        if heard is not None:
+        message = yield from self.io.hear(until_s, lambda event: isinstance(event, Stray))
+        if message is not None:
             yield from self.io.pause(self.io.now_s + 2.0 * self._byte_s)
         self.give_up()
 
-    def unasked(self, heard: HostEvent) -> None:
-        """Tell of a line that answers nothing."""
-        self.io.tell(ProtocolWarning(str(heard)))
+    def unasked(self, message: HostEvent) -> None:
+        """Report a line that answers no request."""
+        self.io.tell(ProtocolWarning(str(message)))
 
     def give_up(self) -> None:
         """Give up on the unanswered command."""
@@ -272,17 +272,17 @@ class TeachMoverController(ScriptRunner[HostEvent]):
         self._host.discard()
 
     def usable_rate_hz(self, rate_hz: float) -> float:
-        """Return the rate of the fastest setting that is no faster; the slowest one's otherwise."""
+        """Return the rate of the fastest setting not above `rate_hz`, or of the slowest one."""
         return self._table.rate_hz(self._table.setting(rate_hz))
 
     def duration_s(self, steps: float, rate_hz: float) -> float:
-        """Return how long so many steps take on an arm that is as slow as it may be."""
+        """Return how long these steps take if the arm is as slow as it may be."""
         return self._times.longest_s(steps, self._table.setting(rate_hz))
 
     def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
-        """Return a burst behind its line, whoever stops: nothing ends it early.
+        """Bound the motion after a stop: a line on the wire and its burst, which nothing ends.
 
-        A burst may be a single step of any speed.
+        A burst may also be a single step at any speed.
         """
         slowest_hz = min((part.rate_hz for part in parts), default=0.0)
         motion_s = max(burst_s, self.duration_s(1.0, slowest_hz))
@@ -290,8 +290,8 @@ class TeachMoverController(ScriptRunner[HostEvent]):
         confirmed_s = stands_s + ANSWER * self._byte_s + HOST_S
         return Stopping(stands_s, motion_s, stands_s, motion_s, confirmed_s)
 
-    def _timely(self, command: Command, motion_s: float, moved_s: float) -> bool:
-        """Learn how fast the arm is; False where a motion cannot have taken so long."""
+    def _plausible(self, command: Command, motion_s: float, moved_s: float) -> bool:
+        """Learn the arm's speed from a command; return False if its duration is impossible."""
         if not isinstance(command, Step):
             return True
         return not self.io.overdue and self._times.measured(command.speed, motion_s, moved_s)
@@ -311,16 +311,16 @@ class TeachMoverController(ScriptRunner[HostEvent]):
             case WriteRow(words):
                 return QWrite(ProgramRow.from_words(words))
             case _:
-                raise Refused(f"a TeachMover knows no {type(request).__name__}")
+                raise Refused(f"a TeachMover cannot carry out {type(request).__name__}")
 
-    def _reply(self, event: Completed, timely: bool) -> Reply:
+    def _reply(self, event: Completed, plausible: bool) -> Reply:
         if event.status is Status.STOPPED:
             return Interrupted()
         if event.status is Status.FAILED:
             return RequestRejected()
         registers = event.registers
         if registers is None:
-            return Done(timely)
+            return Done(plausible)
         return Registers(
             Motors(registers.positions),
             registers.inputs,

@@ -1,8 +1,8 @@
-"""The program in an arm's own memory as a value: rows of absolute registers, and what they mean.
+"""The program in a TeachMover's own memory: its rows, its file format and its meaning on an arm.
 
-Registers count half-steps from wherever they were zeroed; `origin` is what they have to be added
-to, to be motor steps of the model, in the arm that the rows were read from. Rows that mean the same
-places under another origin are other rows.
+A row holds absolute registers, which count half-steps from wherever they were zeroed. Adding the
+arm's `origin` to registers gives motor steps of the model. So with another origin, other rows lead
+to the same places.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ from firmware_protocol.teachmover.messages import MOVE_KIND
 from kinematics.spaces import Joints, Motors
 
 _SPAN = 1 << 16
-"""Registers wrap after so many steps."""
+"""Registers wrap around after this many steps."""
 
 
 def is_move(row: ProgramRow) -> bool:
-    """Tell whether a row is surely a move; what other kinds mean is unknown."""
+    """Return whether a row is certainly a move; the meaning of other kinds is unknown."""
     return row.kind == MOVE_KIND and row.speed <= SPEED_MAX
 
 
 @dataclass(frozen=True, slots=True, repr=False)
 class PendantProgram:
-    """Rows of a program in their order; `origin` is None where nobody knows what they mean."""
+    """A program's rows in order; `origin` is None if the registers' zero point is unknown."""
 
     rows: tuple[ProgramRow, ...] = ()
     origin: tuple[int, ...] | None = None
@@ -43,76 +43,82 @@ class PendantProgram:
     def from_words(
         cls, rows: Sequence[Sequence[int]], origin: tuple[int, ...] | None = None
     ) -> PendantProgram:
-        """Read the rows from eight words each; raises `DeviceFault` for what is no row."""
+        """Decode the rows from eight words each. Raises `DeviceFault` if one is invalid."""
         try:
             return cls(tuple(ProgramRow.from_words(row) for row in rows), origin)
         except RemoteProtocolError as error:
             raise DeviceFault(f"the program in the arm cannot be read: {error}") from None
 
-    def __repr__(self) -> str:  # in a recording of calls, where the rows pass as bytes anyway
+    def __repr__(self) -> str:  # short, for recordings of calls, which contain the rows as bytes
         return f"<PendantProgram of {len(self.rows)} rows, origin {self.origin}>"
 
     @property
     def words(self) -> tuple[tuple[int, ...], ...]:
-        """Every row in its eight words."""
+        """The eight words of every row."""
         return tuple(row.words for row in self.rows)
 
     def require_fitting(self, most: int) -> None:
-        """Raise `BadRequest` for more rows than a memory has, or for a number twice."""
+        """Raise `BadRequest` if there are more rows than `most`, or two with the same number."""
         count = len(self.rows)
         if count > most:
             raise BadRequest(f"{count} rows are more than the arm's memory can hold: {most}")
         self.require_once()
 
     def require_once(self) -> None:
-        """Raise `BadRequest` for a number that two different rows have."""
+        """Raise `BadRequest` if two different rows have the same number."""
         seen: dict[int, ProgramRow] = {}
         for row in self.rows:
             if seen.setdefault(row.number, row) != row:
-                raise BadRequest(f"row {row.number} is there twice: the arm keeps one of a number")
+                raise BadRequest(
+                    f"row {row.number} is there twice: the arm keeps only one row of each number"
+                )
 
     def require_origin(self, origin: tuple[int, ...] | None) -> None:
-        """Raise `Refused` where the rows are known to mean other places under this origin."""
+        """Raise `Refused` if the rows certainly lead to other places with this origin."""
         if self.origin is None or origin is None or not _shift(self.origin, origin):
             return
         raise Refused(
-            "the arm's registers count from elsewhere than when this program was read, so that its "
-            f"rows would lead to other places now: by {self.shift_to(origin)} half-steps. To "
-            "shift it, call `moved_to()`; if it is meant as it is, call `without_origin()`"
+            "the arm's registers count from elsewhere than when this program was read, so its rows "
+            f"would now lead to places that differ by {self.shift_to(origin)} half-steps. To shift "
+            "the program, call `moved_to()`; to keep its numbers, call `without_origin()`"
         )
 
     def shift_to(self, origin: tuple[int, ...]) -> tuple[int, ...]:
-        """Return by how much registers differ that mean the same places under another origin."""
+        """Return what to add to registers to reach the same places with another origin."""
         return _shift(self.origin or origin, origin) or (0,) * len(origin)
 
     def moved_to(self, origin: tuple[int, ...] | None) -> PendantProgram:
-        """Return the rows that mean the same places under another origin.
+        """Return the rows that lead to the same places with another origin.
 
-        Raises `Refused` where either origin is unknown, a row is no move (nobody knows what its
-        numbers mean), or a register would leave its 16 bits.
+        Raises `Refused` if either origin is unknown, if a row is not a move (so the meaning of its
+        numbers is unknown), or if a register would exceed its 16 bits.
         """
         if self.origin is None or origin is None:
-            whose = "the program was read" if self.origin is None else "the arm"
-            raise Refused(f"nobody knows what the registers counted from of {whose}: home it first")
+            if self.origin is None:
+                raise Refused(
+                    "the program's origin is unknown: home the arm it was read from, and read it "
+                    "again"
+                )
+            raise Refused("the arm's registers count from an unknown position: home it first")
         by = self.shift_to(origin)
         if not any(by):
             return self
         return PendantProgram(tuple(_shifted(row, by) for row in self.rows), origin)
 
     def without_origin(self) -> PendantProgram:
-        """Return the same rows, meant as numbers alone."""
+        """Return the same rows as mere numbers, without their origin."""
         return replace(self, origin=None)
 
 
 def _shift(old: Sequence[int], new: Sequence[int]) -> tuple[int, ...]:
-    """Return what to add to registers; empty where nothing has to be."""
+    """Return what to add to the registers; empty if nothing."""
     by = tuple((a - b + _SPAN // 2) % _SPAN - _SPAN // 2 for a, b in zip(old, new, strict=True))
     return by if any(by) else ()
 
 
 def _shifted(row: ProgramRow, by: tuple[int, ...]) -> ProgramRow:
     if not is_move(row):
-        raise Refused(f"row {row.number} is of an unknown kind: nobody knows how to shift it")
+        raise Refused(f"row {row.number} is of an unknown kind, so it cannot be shifted")
     there = tuple(count + step for count, step in zip(row.positions, by, strict=True))
     try:
         return replace(row, positions=there)
@@ -120,21 +126,21 @@ def _shifted(row: ProgramRow, by: tuple[int, ...]) -> ProgramRow:
         raise Refused(f"row {row.number} cannot be shifted: {error}") from None
 
 
-# A pendant's program as a text that a person can read, compare and edit: one row a line.
+# A pendant's program as a text file that people can read, compare and edit: one row a line.
 #
-# What a row means stands behind it as a comment, for reading alone. A row that is surely a move is
-# written as one; any other keeps the device's own words, so that every row comes back word for
-# word.
+# A comment after each row says what it means; it is ignored when the file is read. A row that is
+# certainly a move is written as `move`. Any other keeps the device's own words, so that it can be
+# written back unchanged.
 
 FIRST_LINE = "armdrive pendant program 1"
 LARGEST_BYTES = 1_000_000
-"""A file of a program that is larger is none."""
+"""A larger file is no program."""
 
 HEADING = """\
 # The program in the memory of {arm}, as it was read {when}.
 # `move`: row, the arm's own speed (0 to 245), six absolute registers in half-steps.
-# `raw`: row, and seven words as the arm tells them; what such a row does is not known.
-# `origin`: what the registers have to be added to, to be motor steps of the model.
+# `raw`: row, and seven words as the arm sends them; what such a row does is unknown.
+# `origin`: add these to the registers to get motor steps of the model.
 """
 
 _NUMBER = re.compile(r"-?[0-9]{1,9}")
@@ -149,7 +155,7 @@ def pendant_text(
     motors: Sequence[str],
     meanings: Sequence[str],
 ) -> str:
-    """Return the text of a program; `meanings` stand behind the rows, one each, '' for none."""
+    """Return a program as text; `meanings` are the comments after the rows, '' for none."""
     head = ("#     row speed", *motors)
     lines = [_columns(head)]
     for row, meaning in zip(program.rows, meanings, strict=True):
@@ -161,7 +167,7 @@ def pendant_text(
 
 
 def parse_pendant(text: str) -> PendantProgram:
-    """Read the text of a program. Raises `PendantFileError` that names the line."""
+    """Parse a program. Raises `PendantFileError`, which names the line."""
     lines = [
         (number, words)
         for number, line in enumerate(text.splitlines(), 1)
@@ -169,7 +175,7 @@ def parse_pendant(text: str) -> PendantProgram:
     ]
     if not lines or lines[0][1] != FIRST_LINE.split():
         raise PendantFileError(
-            f"it is no program of a pendant: its first line would be `{FIRST_LINE}`"
+            f"this is not a pendant program: the first line must be `{FIRST_LINE}`"
         )
     origin: tuple[int, ...] | None = None
     rows: list[ProgramRow] = []
@@ -194,15 +200,15 @@ def _row(words: list[str], line: int) -> ProgramRow:
 
 
 def _numbers(words: list[str], wanted: int, line: int) -> tuple[int, ...]:
-    told = words[1:]
-    wrong = next((word for word in told if not _NUMBER.fullmatch(word)), None)
+    given = words[1:]
+    wrong = next((word for word in given if not _NUMBER.fullmatch(word)), None)
     if wrong is not None:
-        raise PendantFileError(f"line {line}: {wrong!r} is no whole number of up to nine digits")
-    if len(told) != wanted:
+        raise PendantFileError(f"line {line}: {wrong!r} is not a whole number of up to nine digits")
+    if len(given) != wanted:
         raise PendantFileError(
-            f"line {line}: {wanted} numbers stand behind `{words[0]}`, not {len(told)}"
+            f"line {line}: `{words[0]}` needs {wanted} numbers, not {len(given)}"
         )
-    return tuple(int(word) for word in told)
+    return tuple(int(word) for word in given)
 
 
 def _fields(row: ProgramRow) -> tuple[str, ...]:
@@ -212,7 +218,7 @@ def _fields(row: ProgramRow) -> tuple[str, ...]:
 
 
 def _columns(fields: Sequence[str]) -> str:
-    """Lay fields out so that rows stand below one another."""
+    """Format fields in columns that line up from row to row."""
     first, *rest = fields
     if first.startswith("#"):
         return first + "".join(f"{name:>12.11}" for name in rest)
@@ -220,20 +226,20 @@ def _columns(fields: Sequence[str]) -> str:
     return f"{first}{number:>5} {second:>5}" + "".join(f"{each:>12}" for each in positions)
 
 
-# What the rows of a pendant's program mean on one arm: joint angles, fingers, and how fast.
+# The meaning of a pendant program's rows on one arm: joint angles, gripper opening and speed.
 #
-# Registers are added to the program's origin, which makes them motor steps of the arm's model.
+# Registers plus the program's origin are motor steps of the arm's model.
 
 SLOWEST = 0.01
-"""No step of a sequence is slower: a share of the limits."""
+"""The slowest speed of a sequence's step, as a share of the limits."""
 
 SAME_MM = 1.0
-"""Fingers that differ by less between two rows are left alone."""
+"""If the gripper's opening changes by less than this between two rows, the gripper is not moved."""
 
 
 @dataclass(frozen=True, slots=True)
 class RowPlace:
-    """Where a row leads: joint angles, the fingers' opening, the busiest motor's rate."""
+    """A row's target (joint angles, gripper opening), the busiest motor's rate, and the speed."""
 
     joints: Joints
     opening_mm: float
@@ -242,12 +248,12 @@ class RowPlace:
 
 
 def rate_hz(config: ArmConfig, row: ProgramRow) -> float:
-    """Return half-steps a second of a row's busiest motor, by the arm file's table."""
+    """Return the half-steps a second of a row's busiest motor, from the arm file's table."""
     return SpeedTable(config.device.speed_table).rate_hz(row.speed)
 
 
 def place_of(config: ArmConfig, program: PendantProgram, row: ProgramRow) -> RowPlace | None:
-    """Return where a row leads; None of one that is no move, or where no origin is known."""
+    """Return a row's target; None if it is not a move or the origin is unknown."""
     transmission = config.model.transmission
     if not is_move(row) or program.origin is None or transmission is None:
         return None
@@ -259,16 +265,16 @@ def place_of(config: ArmConfig, program: PendantProgram, row: ProgramRow) -> Row
 
 
 def meaning(config: ArmConfig, program: PendantProgram, row: ProgramRow) -> str:
-    """Return what a row means, in words; what is not known of it is left out."""
+    """Describe a row in words, as far as its meaning is known."""
     if not is_move(row):
-        return "not a move that is known"
+        return "not a known move"
     fast = f"{rate_hz(config, row):.0f} steps/s"
     place = place_of(config, program, row)
     return fast if place is None else f"{fast}; {place.joints}; fingers {place.opening_mm:.1f} mm"
 
 
 def text_of(config: ArmConfig, program: PendantProgram, when: str) -> str:
-    """Return a program as a file has it, with what each row means on this arm."""
+    """Return a program as the text of a file, with the meaning of each row on this arm."""
     transmission = config.model.transmission
     names = [motor.name for motor in transmission.motors] if transmission else []
     meanings = [meaning(config, program, row) for row in program.rows]
@@ -276,7 +282,7 @@ def text_of(config: ArmConfig, program: PendantProgram, when: str) -> str:
 
 
 def view(config: ArmConfig, program: PendantProgram) -> dict[str, Any]:
-    """Return a program as plain data, with where each row leads on this arm."""
+    """Return a program as plain data, with the target of each row on this arm."""
     rows = []
     for row in program.rows:
         place = place_of(config, program, row)
@@ -294,9 +300,9 @@ def view(config: ArmConfig, program: PendantProgram) -> dict[str, Any]:
 def move_row(
     config: ArmConfig, number: int, speed: float, positions: tuple[int, ...]
 ) -> ProgramRow:
-    """Return the row of a motion to these registers, at a share of the fastest speed.
+    """Return the row for a motion to these registers, at a share of the fastest speed.
 
-    Raises `BadField` for what no row can say.
+    Raises `BadField` if a row cannot hold a value.
     """
     table = SpeedTable(config.device.speed_table)
     return ProgramRow.move(number, table.setting(table.points[-1][1] * speed), positions)
@@ -305,16 +311,16 @@ def move_row(
 def taught_by(
     config: ArmConfig, program: PendantProgram, name: str, note: str = ""
 ) -> tuple[dict[str, Point], StepList]:
-    """Return points and a sequence over them that do what a pendant's program does.
+    """Return points and a sequence that do the same as a pendant's program.
 
-    Points are named after the sequence and their rows. Where a row moves nothing but the fingers,
-    it is a step of the fingers; where it moves both, the arm goes first. Raises `Refused` where
-    nobody knows what the rows mean.
+    Points are named after the sequence and their rows. A row that moves only the fingers becomes a
+    gripper step. For a row that moves both, the arm moves first. Raises `Refused` if the meaning of
+    the rows is unknown.
     """
     if program.origin is None:
         raise Refused(
-            "the rows say registers, and nobody knows what those counted from: read the program "
-            "again from an arm that has been homed"
+            "the program's origin is unknown, so its registers mean no posture: home the arm, and "
+            "read the program again"
         )
     if not program.rows:
         raise Refused("the program has no rows: there is nothing to make points of")
@@ -346,4 +352,4 @@ PENDANT = PendantTools(
     taught_by=taught_by,
     largest_bytes=LARGEST_BYTES,
 )
-"""The TeachMover's memory, for whoever goes through the registry's row."""
+"""The functions for a TeachMover's program memory, for the registry entry."""

@@ -1,4 +1,4 @@
-"""What a TeachMover and its host say, in words, and how one is recognised."""
+"""Describe the messages of a TeachMover and its host in words, and recognise a TeachMover."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ from firmware_protocol.teachmover.messages import (
 from firmware_protocol.teachmover.wire import decode_command, decode_reply, encode_command
 
 MOTORS = ("base", "shoulder", "elbow", "right wrist", "left wrist", "gripper")
-"""In the order of `@STEP` and `@READ`."""
+"""The motors' names in the order of `@STEP` and `@READ`."""
 
 _STATUS: Mapping[Status, str] = MappingProxyType(
     {
@@ -87,7 +87,7 @@ SENTENCES: Sentences = MappingProxyType(
         Close: lambda message: f"close the gripper until its switch trips{_at_speed(message)}",
         Set: lambda message: f"give control to the pendant{_at_speed(message)}",
         Arm: lambda message: f"begin commands with {message.attention} from now on",
-        QDump: lambda _: "tell the arm's own program",
+        QDump: lambda _: "send the arm's own program",
         QWrite: lambda message: f"write into the arm's own program: {_row(message.row)}",
         ProgramRow: _row,
     }
@@ -96,23 +96,23 @@ SENTENCES: Sentences = MappingProxyType(
 
 def _sent(data: bytes) -> object:
     if data == FIRST_LINE:
-        return "moves nothing, and makes an Armdroid harmless that somebody took for a TeachMover"
+        return "moves nothing, and makes an Armdroid harmless that was taken for a TeachMover"
     return decode_command(data.strip().lstrip(b"@"))
 
 
 TALK = Describer(lambda: AnswerLines(b"\r\n", answer), decode_reply, _sent, sentences=SENTENCES)
 
 
-# How a TeachMover is recognised: by its registers, right behind a status line.
+# Recognise a TeachMover by its registers directly after a status line.
 
 BAUD = 9600
 _HARMLESS = "a line that moves no arm"
 
 
-def _sign(heard: bytes) -> Identity | None:
-    """Take seven numbers for a TeachMover's registers behind a status line alone."""
+def _sign(received: bytes) -> Identity | None:
+    """Recognise seven numbers as a TeachMover's registers only after a status line."""
     before: object = None
-    for line in lines_of(heard, b"\r"):
+    for line in lines_of(received, b"\r"):
         try:
             reply = decode_reply(line)
         except RemoteProtocolError:
@@ -134,7 +134,7 @@ RECOGNITION = Recognition(
     _sign,
     Certainty.BARE,
     (
-        # said late: an Armdroid that was too busy to answer has nothing to repeat after this
+        # sent late: an Armdroid that was too busy to answer has no motion to repeat after this
         Probe(_HARMLESS, "teachmover", BAUD, FIRST_LINE, 0.5, risk=Risk.SETTINGS),
         Probe(
             "@READ",

@@ -31,7 +31,7 @@ SENT = [
     (
         "teachmover",
         FIRST_LINE,
-        "moves nothing, and makes an Armdroid harmless that somebody took for a TeachMover",
+        "moves nothing, and makes an Armdroid harmless that was taken for a TeachMover",
     ),
     ("robko01", bytes.fromhex("aa 01 01 0b ab 0a"), "read the positions"),
     ("armdroid", b"6,20-d", "move the base by -20"),

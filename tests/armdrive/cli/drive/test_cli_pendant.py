@@ -88,7 +88,7 @@ def test_a_program_of_a_homed_arm_becomes_points_that_can_be_gone_to(call, tmp_p
 
 
 def test_rows_without_an_origin_become_no_points(call, rows):
-    assert "counted from" in call.refused("pendant", "points", str(rows), "there", code=3)
+    assert "origin is unknown" in call.refused("pendant", "points", str(rows), "there", code=3)
 
 
 def test_ctrl_c_in_the_middle_of_writing_names_the_rows(call, rows, monkeypatch):

@@ -1,4 +1,4 @@
-"""What a GRBL board does besides motion: alarms, resets, settings, homing, outputs."""
+"""A GRBL board apart from motion: alarms, resets, settings, homing, outputs."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ def test_disabling_drops_the_current_and_enabling_wakes_the_board():
     arm = ready()
     arm.disable()
     assert arm.status.current is Current.OFF
-    arm.sleep(0.5)  # the board keeps the motors for $1, 255 ms, before it lets go
+    arm.sleep(0.5)  # the board holds the motors for the time in $1, 255 ms, before it releases them
     assert not arm.twin.world.energised
     assert arm.status.trust is Trust.SUSPECT
     arm.enable()
@@ -38,7 +38,7 @@ def test_a_board_that_is_reset_in_motion_is_told_of_in_words():
         handle.wait(5.0)
     assert arm.status.state is State.ERROR_STOP
     assert arm.status.trust is Trust.SUSPECT
-    arm.sleep(1.0)  # its loader waits for 1.5 s
+    arm.sleep(1.0)  # the boot loader waits for 1.5 s
     assert "counts from zero" in arm.status.error
     arm.reset()
     assert arm.status.state is State.STANDBY

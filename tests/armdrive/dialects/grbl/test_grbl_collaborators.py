@@ -1,4 +1,4 @@
-"""What a GRBL controller is composed of, each part by itself, against a board that a test plays."""
+"""The collaborators of a GRBL controller, each tested alone against a scripted board."""
 
 import math
 
@@ -23,7 +23,7 @@ LIMITS = Limits((1.0,) * 6, (400.0,) * 6, (4000.0,) * 6, 1.0)
 
 
 class Parts(ScriptRunner):
-    """The parts, and what runs a script of theirs: a request is the script itself."""
+    """The collaborators, and a controller that runs their scripts: a request is a script."""
 
     def __init__(self, gripper="stepper", **device):
         made = config(device=device)
@@ -44,16 +44,16 @@ class Parts(ScriptRunner):
     def unasked(self, heard):
         self.exchange.take(heard)
 
-    usable_rate_hz = duration_s = stopping = None  # nobody asks for a motion
+    usable_rate_hz = duration_s = stopping = None  # not called: no test requests a motion
 
     def hear_line(self, *lines, at_s=0.0):
-        """Hear lines that nothing waits for; return what the engine is told."""
+        """Receive lines that no script waits for; return the events for the engine."""
         for line in lines:
             self.receive(line.encode() + b"\r\n", at_s)
         return [*iter(self.next_event, None)]
 
     def run(self, script, plays):
-        """Run a script to its end, with a board that answers each piece as `plays` has it."""
+        """Run a script to its end; `plays` gives the board's answers to each piece."""
         now_s = self.io.now_s
         self.begin(script, now_s)
         while self.busy:
@@ -67,7 +67,7 @@ class Parts(ScriptRunner):
 
 
 def standing(piece):
-    """Play a board that stands, and carries out every line but the one it has to refuse."""
+    """Play a board at rest that executes every line except the one it must refuse."""
     if piece == b"?":
         return [IDLE]
     if piece == b"\x18":
@@ -77,7 +77,7 @@ def standing(piece):
     return []
 
 
-# What is known of a board.
+# The known state of a board.
 
 
 def test_a_report_tells_state_position_and_inputs():
@@ -95,7 +95,7 @@ def test_a_board_stands_when_it_is_idle_and_its_planner_is_as_empty_as_it_ever_w
     parts.hear_line(IDLE.replace("Bf:15", "Bf:13"))
     assert parts.board.planner_holds() == 2
     assert not parts.board.standing
-    parts.hear_line(IDLE.replace("Bf:15", "Bf:77"), IDLE)  # told once, and not believed
+    parts.hear_line(IDLE.replace("Bf:15", "Bf:77"), IDLE)  # reported once, so not believed
     assert parts.board.standing
 
 
@@ -165,7 +165,7 @@ def test_a_poll_before_which_one_was_unanswered_may_have_left_a_character():
     assert parts.board.polls.since_s == 1.0
     parts.hear_line(IDLE, at_s=1.3)
     assert parts.board.polls.since_s == math.inf
-    assert parts.board.polls.stray  # it may stand in the line still
+    assert parts.board.polls.stray  # it may still be in the board's input line
 
 
 def test_the_segment_buffer_is_the_largest_until_the_firmware_is_known():
@@ -176,7 +176,7 @@ def test_the_segment_buffer_is_the_largest_until_the_firmware_is_known():
     assert board.segment_buffer == SegmentBuffer(9)
 
 
-# Questions and answers.
+# Queries and answers.
 
 
 def test_a_line_is_carried_out_refused_or_answered_by_nothing():
@@ -223,7 +223,7 @@ def test_a_reset_that_is_lost_is_pressed_again_on_a_board_that_moves():
     assert parts.board.aborted
 
 
-# Stops, and what a reset switches off.
+# Stops, and the outputs that a reset switches off.
 
 
 def test_a_hold_waits_until_the_board_stands_and_brings_its_outputs_back():
@@ -279,7 +279,7 @@ def test_what_no_output_or_gripper_can_do_is_refused_before_anything_is_sent():
     Parts(gripper="servo").outputs.check_gripper()
 
 
-# How long motion goes on.
+# How long motion continues.
 
 
 def bounds(segments=9, most_hz=(300.0,) * 6):

@@ -1,4 +1,4 @@
-"""First contact with a GRBL board: its axes are learnt, and nothing moves, whatever was left."""
+"""First contact with a GRBL board: the driver learns its axes, and nothing moves."""
 
 from dataclasses import replace
 
@@ -42,18 +42,18 @@ def test_the_axes_are_learnt_whether_the_board_begins_anew_or_not(banner):
 @pytest.mark.parametrize("firmware", FIRMWARES)
 def test_a_board_with_too_few_axes_is_told_of_in_words(firmware):
     twin = simulate(config(gripper="servo", device={"axes": "XYZAB"}), firmware=firmware)
-    with pytest.raises(DeviceFault, match=r"the board has 5 axes \(XYZAB\).* on C too"):
+    with pytest.raises(DeviceFault, match=r"the board has 5 axes \(XYZAB\).* on C:"):
         connect_simulated(config(), twin=twin)
 
 
-# What another program left behind.
+# A board that another program has used.
 
 HALF_LINES = ["G1G91X10F300", "G1G91X10F300(a", "G1G91X10F300 (a) Y", "$J=G91X10F300", "$H", "$C"]
 IN_A_COMMENT = "G1G91X10F300;a"
 
 
 def left(made, said, **options):
-    """Return an arm whose board another program has used, and what it had counted by then."""
+    """Return an arm whose board another program has used, and the board's counts by then."""
     twin = simulate(made, **options)
     twin.link.read(0.05)
     for number, data in enumerate(said):
@@ -159,11 +159,11 @@ def test_one_false_report_of_outputs_that_are_off_lets_go_of_nothing():
     assert twin.board.details()["outputs"]["spindle"] == "M3"
 
 
-# How soon the board brakes.
+# The delay before the board brakes.
 
 
 def segments(arm):
-    """How many segments of 10 ms the board may drive before it begins to brake."""
+    """Return the segments of 10 ms that the board may drive before it starts to brake."""
     return arm.core.controller.board.segment_buffer.segments
 
 
@@ -187,7 +187,7 @@ def test_a_firmware_that_is_not_read_without_a_flaw_counts_as_the_slowest(times,
     assert segments(arm) == wanted
 
 
-# What `$I` tells, disturbed: a line has no check bytes.
+# A damaged answer to `$I`: a line has no checksum.
 
 
 def disturbed_build(pattern, changed, times=1, **options):
@@ -214,5 +214,5 @@ def test_a_letter_that_was_damaged_is_asked_for_again():
 def test_a_line_for_which_there_is_never_room_ends_the_motion_in_words():
     arm = ready()
     arm.core.controller.board.blocks = 0
-    with pytest.raises(DeviceFault, match="does not go on"):
+    with pytest.raises(DeviceFault, match="makes no progress"):
         arm.move_j(base_deg=3, wait=False).wait(20.0)

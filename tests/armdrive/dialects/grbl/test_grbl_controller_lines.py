@@ -1,4 +1,4 @@
-"""What a GRBL driver writes and reckons: lines that survive a lost byte, times, settings."""
+"""The lines, durations and settings of a GRBL driver; a lost byte never changes a motion."""
 
 import math
 from dataclasses import replace
@@ -8,7 +8,13 @@ from grbl_arm import config
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from armdrive.dialects.grbl.planner import InFlightLines, Limits, SegmentBuffer, planned_s, way
+from armdrive.dialects.grbl.planner import (
+    InFlightLines,
+    Limits,
+    SegmentBuffer,
+    line_path,
+    planned_s,
+)
 from armdrive.dialects.grbl.settings import BoardAxes, Comparison, feed
 from armdrive.errors import ArmFileError
 from armdrive.registry.arm_files import parse_arm
@@ -28,7 +34,7 @@ def axes_of(unit="steps"):
 
 
 def moved(text):
-    """Return what a board makes of a line, by axis; None where it refuses it."""
+    """Return how a board reads a line, by axis; None if it refuses the line."""
     content = parse_line(text, MEGA_5X)
     if not isinstance(content, Block):
         return None
@@ -45,7 +51,7 @@ def moved(text):
 def test_a_line_that_lost_a_byte_goes_no_further_than_twice_or_is_refused(steps, lasts_s, jog):
     axes = axes_of()
     head = "$J=G91" if jog else "G91G1"
-    text = f"{head}{feed(way(steps, lasts_s, LIMITS))}{axes.words(ZERO, steps)}"
+    text = f"{head}{feed(line_path(steps, lasts_s, LIMITS))}{axes.words(ZERO, steps)}"
     whole = dict(zip("XYZABC", steps, strict=True))
     assert moved(text) == {letter: count for letter, count in whole.items() if count}
     for index in range(len(text)):
@@ -57,7 +63,7 @@ def test_a_line_that_lost_a_byte_goes_no_further_than_twice_or_is_refused(steps,
 
 @given(STEPS, st.floats(0.01, 100.0))
 def test_a_feed_is_never_faster_than_asked_and_hardly_slower(steps, lasts_s):
-    asked = way(steps, lasts_s, LIMITS)
+    asked = line_path(steps, lasts_s, LIMITS)
     written = float(feed(asked)[1:]) / 60.0
     assert asked.speed * 0.998 - 1e-4 <= written <= asked.speed * (1 + 1e-9)
     assert len("$J=G91" + feed(asked)) <= 20
@@ -76,7 +82,7 @@ def test_relative_ways_in_degrees_add_up_to_the_last_decimal(ways):
 
 
 def test_a_thousand_like_ways_in_degrees_do_not_drift():
-    """The error of one that is rounded by itself would add up."""
+    """If each motion were rounded by itself, the errors would add up."""
     axes, step = axes_of("degrees"), Motors([1] * len(ZERO))
     at, sums = ZERO, dict.fromkeys("XYZABC", 0.0)
     for _ in range(1000):
@@ -92,7 +98,7 @@ def test_a_thousand_like_ways_in_degrees_do_not_drift():
 def test_the_planners_time_is_what_a_planner_takes(lines):
     limits = Limits((1.0,) * 6, (400.0, 150.0, 300.0, 300.0, 300.0, 200.0), (3000.0,) * 6, 1.0)
     rack = PathRack(ZERO, PathLimits((1.0,) * 6, limits.rates, limits.accelerations, 1.0))
-    ways = [way(steps, lasts_s, limits) for steps, lasts_s in lines]
+    ways = [line_path(steps, lasts_s, limits) for steps, lasts_s in lines]
     for (steps, _), one in zip(lines, ways, strict=True):
         rack.queue(steps, one.speed, 0.0)
     rack.resume(0.0)
@@ -103,7 +109,7 @@ def test_a_road_knows_where_on_it_a_position_is():
     road = InFlightLines(ZERO, LIMITS, 2.0, SegmentBuffer(9))
     for index in range(3):
         steps = Motors((100, 10 * index, 0, 0, 0, 0))
-        road.send(steps, way(steps, 0.3, LIMITS), 0.0)
+        road.send(steps, line_path(steps, 0.3, LIMITS), 0.0)
         road.answered(0.0)
     assert road.report(Motors((50, 1, 0, 0, 0, 0)), 0.0, idle=False)
     assert road.waiting == 3
@@ -120,14 +126,14 @@ def test_a_road_knows_when_its_motion_may_have_ended():
     road = InFlightLines(ZERO, LIMITS, 2.0, SegmentBuffer(9))
     assert not road.ends_by(1.0)  # nothing is under way
     steps = Motors((100, 0, 0, 0, 0, 0))
-    road.send(steps, way(steps, 0.5, LIMITS), 0.0)
+    road.send(steps, line_path(steps, 0.5, LIMITS), 0.0)
     road.answered(0.01)
     ends_s = road.ends_s
     assert 0.5 <= ends_s <= 0.8
     assert road.ends_by(ends_s)
     assert not road.ends_by(ends_s - 0.001)
     road.report(Motors((50, 0, 0, 0, 0, 0)), 1.0, idle=False)
-    assert road.ends_s == pytest.approx(1.25)  # it is late: half of it is still to come
+    assert road.ends_s == pytest.approx(1.25)  # the motion is late: half of it is still to come
     road.report(steps, 1.4, idle=True)
     assert not road.ends_by(9.0)
 
@@ -205,5 +211,5 @@ def test_a_line_fits_the_shortest_board():
     far = Motors([-123_456] * 6)
     for unit in ("steps", "degrees"):
         words = axes_of(unit).words(ZERO, far)
-        assert len("$J=G91" + feed(way(far, 400.0, LIMITS)) + words) <= GRBL.max_line
-    assert math.isfinite(planned_s([way(far, 400.0, LIMITS)], LIMITS))
+        assert len("$J=G91" + feed(line_path(far, 400.0, LIMITS)) + words) <= GRBL.max_line
+    assert math.isfinite(planned_s([line_path(far, 400.0, LIMITS)], LIMITS))

@@ -1,4 +1,4 @@
-"""A disturbed wire between a GRBL board and its driver: nothing false is trusted."""
+"""A disturbed wire between a GRBL board and its driver: no wrong position is trusted."""
 
 import re
 from dataclasses import replace
@@ -30,7 +30,7 @@ def honest(arm):
 
 
 def survive(arm):
-    """Move; a fault has to latch and to be left again, and what is trusted has to be true."""
+    """Move; a fault must latch and be cleared, and a trusted position must be right."""
     try:
         arm.move_j(base_deg=12, shoulder_deg=43)
         arm.jog_j(shoulder_deg=2)
@@ -140,7 +140,7 @@ def test_no_board_at_all_is_told_after_a_while():
 def test_a_board_in_a_hold_or_asleep_is_woken_by_connecting_and_moves_nothing():
     arm = found()
     arm.disable()
-    arm.sleep(1.0)  # it sags
+    arm.sleep(1.0)  # meanwhile the arm sags
     arm.close()
     before = arm.twin.world.motors
     twin = replace(arm.twin, link=Disturbed(link_to(arm.twin.device)))
@@ -164,7 +164,7 @@ def test_an_emergency_stop_of_which_nothing_is_heard_is_no_kept_position():
 def test_a_board_that_resets_while_it_is_stopped_is_no_kept_position():
     arm = found()
     arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
-    assert not arm.twin.device.registers.largest  # so that zeros give no hint
+    assert not arm.twin.device.registers.largest  # so zero counts do not show a restart
     arm.move_j(base_deg=40, wait=False)
     arm.sleep(0.1)
     arm.twin.board.reset()
@@ -226,7 +226,7 @@ def line_at(baud, ahead_s):
 def test_a_queue_that_runs_empty_in_mid_motion_is_counted_and_shown():
     none, quick_s = line_at(115_200, 0.4)
     assert none == 0
-    many, slow_s = line_at(9600, 0.1)  # a line takes 35 ms there, and a segment 33
+    many, slow_s = line_at(9600, 0.1)  # at 9600 baud a line takes 35 ms, and a segment 33
     assert many >= 5
     assert slow_s > 1.5 * quick_s
 
@@ -238,10 +238,10 @@ def test_a_motion_that_waits_between_single_steps_is_no_underrun():
     assert arm.status.underruns == before
 
 
-# Settings that are read over it: a difference is believed when it is read twice.
+# Settings read over a disturbed wire: a difference counts only if it is read twice.
 
 A_HUNDRED_BECOMES_TEN = without(3)
-"""What is left of `$100=` sets what reports tell to another number."""
+"""The rest of a damaged `$100=` changes $10, the contents of reports."""
 
 
 def connected(times):

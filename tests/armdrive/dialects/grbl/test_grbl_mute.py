@@ -1,4 +1,4 @@
-"""A GRBL board that gives no answer any more, its wire intact: how soon it is noticed, and how."""
+"""A GRBL board that falls silent on an intact wire: how soon the driver notices, and how."""
 
 import pytest
 from grbl_arm import (
@@ -20,7 +20,7 @@ LOOK_S = 0.01
 
 
 def noticed_s(arm, most_s=10.0):
-    """Return after how long the arm is in error-stop."""
+    """Return the time until the arm is in error-stop."""
     began_s = arm.status.time_s
     while arm.status.state is not State.ERROR_STOP:
         assert arm.status.time_s < began_s + most_s

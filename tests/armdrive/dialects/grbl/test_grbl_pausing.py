@@ -1,4 +1,4 @@
-"""A GRBL arm that is paused while its wire is disturbed: what was drawn is sent no more."""
+"""A GRBL arm paused while its wire is disturbed: a segment already drawn is not sent."""
 
 import pytest
 from backlash_bench import off_steps, played_arm
@@ -14,7 +14,7 @@ GOAL = {"base_deg": 60.0, "shoulder_deg": 60.0}
 
 
 def pause_and_resume(arm, after_s, disturb):
-    """Pause in mid-motion: the arm stands in time, and goes on to where it should."""
+    """Pause in mid-motion: the arm stops in time, and continues to its target."""
     handle = arm.move_j(wait=False, **GOAL)
     arm.sleep(after_s)
     disturb(arm)

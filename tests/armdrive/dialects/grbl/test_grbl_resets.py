@@ -1,4 +1,4 @@
-"""A GRBL board's resets and holds on a bad day: one is lost, or a greeting is not its answer."""
+"""Lost resets and holds of a GRBL board, and greetings that answer no reset of the driver."""
 
 from dataclasses import replace
 
@@ -29,7 +29,7 @@ FIRMWARES = ["grbl", "mega5x", "grblhal", "fluidnc"]
 
 
 def lose(arm, what):
-    """Have the byte of a stop be lost, or all that is on the wire with it."""
+    """Lose the byte of a stop, or everything on the wire with it."""
     if what == "message":
         arm.twin.faults.add("drop", "next", side="host")
     else:
@@ -87,7 +87,7 @@ def test_an_emergency_stop_that_is_lost_is_said_again_on_every_firmware(firmware
 def test_one_that_arrives_is_said_once(begin, firmware):
     arm = ready(firmware=firmware)
     begin(arm)
-    for more_s in (0.30, 0.31, 0.32, 0.33):  # with a report under way, and without
+    for more_s in (0.30, 0.31, 0.32, 0.33):  # with and without a report on its way
         arm.sleep(more_s - 0.3)
     arm.estop()
     arm.sleep(2.5)
@@ -129,7 +129,7 @@ def test_homing_that_is_stopped_ends_in_time_although_a_byte_is_lost(firmware, w
 
 
 def at_zeros(**options):
-    """An arm whose counts are zero, so that a reset of the board shows nowhere else."""
+    """Return an arm whose counts are zero, so that only the greeting shows a reset."""
     arm = found(**options)
     arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
     assert not arm.twin.device.registers.largest
@@ -138,7 +138,7 @@ def at_zeros(**options):
 
 
 def reset_instead(arm):
-    """Have somebody press the board's own button in the moment of the driver's reset."""
+    """Press the board's own button just as the driver sends its reset."""
 
     def press(_):
         assert not arm.twin.device.registers.largest
@@ -185,7 +185,7 @@ def test_nor_is_one_that_a_mute_board_says_as_it_is_reset():
     arm.sleep(0.5)
     assert arm.status.trust is Trust.REFERENCED
     arm.sleep(0.1)
-    arm.twin.board.reset()  # it starts for longer than is waited for a report
+    arm.twin.board.reset()  # its start takes longer than the timeout of a report
     arm.reset()
     assert arm.status.trust is Trust.SUSPECT
     assert arm.status.state is State.STANDBY

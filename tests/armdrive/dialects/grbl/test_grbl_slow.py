@@ -19,7 +19,7 @@ from kinematics import Pose
 CANCEL, HOLD, RESUME = b"\x85", b"!", b"~"
 BOARDS = ("mega5x", "grbl")
 STEPS = {**MACHINE, **{100 + axis: 1.0 for axis in range(6)}, 110: 60_000.0, 120: 4000.0}
-"""Units of one step, and a ramp of 0.1 s at 400 steps/s."""
+"""One step per unit, and a ramp of 0.1 s to 400 steps/s."""
 
 # -- the simulated boards ---------------------------------------------------------------------
 
@@ -77,7 +77,7 @@ def test_the_planner_reads_empty_while_motion_is_still_to_come(firmware):
 
 
 def hung(firmware):
-    """A board that was sent a cancel in the last tenth of a millisecond of its jog."""
+    """Return a board that received a cancel in the last tenth of a millisecond of its jog."""
     bench = Bench(STEPS, firmware=firmware)
     bench.say("$J=G91X20F6000", 0.05)
     bench.wait(bench.board.drive.done_s - bench.now_s - 1e-4)
@@ -144,7 +144,7 @@ def test_what_is_too_slow_for_the_board_takes_the_time_asked_for_and_says_so():
 
 
 def jogged(arm, speed, for_s):
-    """Jog, renewed as a held key does."""
+    """Jog, with renewals like those of a held key."""
     for _ in range(round(for_s / 0.1)):
         arm.hold(Jog.joint(base=1.0), speed=speed, for_s=0.4)
         arm.sleep(0.1)
@@ -209,7 +209,7 @@ def test_a_jog_cancel_that_is_lost_is_followed_by_a_hold():
 
 
 class Hangs:
-    """Hangs a simulated board as soon as it is Idle after a cancel."""
+    """Makes a simulated board hang as soon as it is Idle after a cancel."""
 
     def __init__(self, arm):
         self.board = arm.twin.board.grbl
@@ -252,7 +252,7 @@ def test_one_that_hangs_between_two_motions_moves_nothing_and_a_reset_frees_it()
     arm.move_j(base_deg=2)
     before = arm.twin.world.motors
     arm.twin.board.grbl.hung = True
-    with pytest.raises(DeviceFault, match="answered a line with nothing"):
+    with pytest.raises(DeviceFault, match="did not answer a line"):
         arm.move_j(base_deg=5)
     assert arm.twin.world.motors == before
     assert not arm.twin.board.grbl.hung

@@ -1,4 +1,4 @@
-"""Characters that stand in a GRBL board's line before ours: nothing false is carried out."""
+"""Stray characters in a GRBL board's input line: the board executes no damaged line."""
 
 import pytest
 from grbl_arm import config, found, lost, ready, rule, standing_as_said, without
@@ -12,7 +12,7 @@ OTHERS = [b"(", b"$", b"G", b"X", b"M", b"%", b"0", b"~", b"$H", b"\r"]
 
 
 def changed_poll(arm, to):
-    """Have the next `?` of the idle wire arrive as something else."""
+    """Damage the next `?` on the idle wire."""
     arm.sleep(1.0)
     arm.twin.link.to.append(rule(rb"\?", lambda _: to))
     arm.sleep(1.0)
@@ -65,7 +65,7 @@ def test_on_a_wire_that_is_well_nothing_more_is_said():
 @pytest.mark.parametrize("gripper", [None, "servo"])
 def test_a_line_that_noise_has_spoiled_is_refused_and_the_position_is_still_known(noise, gripper):
     arm = ready(config(gripper=gripper))
-    arm.move_j(base_deg=1)  # which has set the board's modes
+    arm.move_j(base_deg=1)  # sets the board's modes
     before = arm.twin.world.motors
     arm.twin.link.inner.write(noise, arm.status.time_s)
     with pytest.raises(DeviceFault, match="refused"):

@@ -1,4 +1,4 @@
-"""Pendant programs for tests: any there may be, and plain ones."""
+"""Pendant programs for tests: random ones and plain ones."""
 
 from __future__ import annotations
 
@@ -21,6 +21,6 @@ PROGRAMS = st.lists(ROWS, max_size=12, unique_by=lambda row: row.number).map(
 
 
 def program(*numbers: int) -> PendantProgram:
-    """Rows of these numbers, each to another place."""
+    """Return a program whose rows have these numbers, each with another target."""
     rows = (ProgramRow.move(n, 200, (100 * n, -7 * n, n, 0, -n, 50)) for n in numbers)
     return PendantProgram(tuple(rows))

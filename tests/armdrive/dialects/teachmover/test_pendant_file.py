@@ -1,4 +1,4 @@
-"""A pendant's program as a text: every row comes back word for word, and says what it means."""
+"""A pendant's program as text: every row comes back unchanged, with its meaning beside it."""
 
 import re
 
@@ -59,13 +59,13 @@ def test_rows_stand_below_their_motors():
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        ("move 1 240 1 2 3 4 5", "line 2: 8 numbers stand behind `move`, not 7"),
+        ("move 1 240 1 2 3 4 5", "line 2: `move` needs 8 numbers, not 7"),
         ("move 1 246 1 2 3 4 5 6", "line 2: .*246"),
         ("move 1 240 1 2 3 4 5 40000", "line 2: .*40000"),
-        ("move 1 240 1 2 3 4 5 six", "line 2: 'six' is no whole number"),
+        ("move 1 240 1 2 3 4 5 six", "line 2: 'six' is not a whole number"),
         ("jump 1 240 1 2 3 4 5 6", "line 2: a row begins with `move` or `raw`, not 'jump'"),
         ("raw 1 70000 1 2 3 4 5 6", "line 2: 70000"),
-        ("origin 1 2 3", "line 2: 6 numbers"),
+        ("origin 1 2 3", "line 2: `origin` needs 6 numbers"),
     ],
 )
 def test_a_line_that_is_none_is_named(line, words):
@@ -78,12 +78,12 @@ def test_whatever_stands_in_a_file_is_a_program_or_a_sentence(text):
     try:
         read = parse_pendant(f"{FIRST_LINE}\n{text}")
     except PendantFileError:
-        return  # said in a sentence, and by no other error
+        return  # the only error that may be raised
     assert parse_pendant(text_of(read)) == read
 
 
 def test_what_is_no_program_at_all_is_refused():
-    with pytest.raises(PendantFileError, match="first line would be"):
+    with pytest.raises(PendantFileError, match="first line must be"):
         parse_pendant("[points.pick]\n")
 
 
@@ -103,7 +103,7 @@ def test_a_row_says_its_speed_posture_and_fingers_where_the_origin_is_known():
     assert re.fullmatch(r"470 steps/s; base 10\.\d°, shoulder .*; fingers \d+\.\d mm", words)
     assert meaning(CONFIG, PendantProgram((row,)), row) == "470 steps/s"
     odd = ProgramRow(1, 240, ZERO, kind=9)
-    assert meaning(CONFIG, PendantProgram((odd,), ZERO), odd) == "not a move that is known"
+    assert meaning(CONFIG, PendantProgram((odd,), ZERO), odd) == "not a known move"
 
 
 def test_rows_become_points_and_steps_of_the_fingers():
@@ -124,11 +124,11 @@ def test_rows_become_points_and_steps_of_the_fingers():
         "to stack-4",
     ]
     assert points["stack-1"].joints.deg["shoulder"] == pytest.approx(40.0, abs=0.1)
-    Taught(points, {"stack": steps})  # every step goes to a point there is
+    Taught(points, {"stack": steps})  # raises an error if a step's point does not exist
 
 
 def test_rows_that_nobody_understands_become_no_points():
-    with pytest.raises(Refused, match="nobody knows what those counted from"):
+    with pytest.raises(Refused, match="the program's origin is unknown"):
         taught_by(CONFIG, PendantProgram(()), "stack")
     with pytest.raises(Refused, match="has no rows"):
         taught_by(CONFIG, PendantProgram((), ZERO), "stack")

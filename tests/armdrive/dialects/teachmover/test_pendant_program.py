@@ -1,4 +1,4 @@
-"""The program in a TeachMover's own memory: read, written, and what goes wrong on the way."""
+"""Reading and writing the program in a TeachMover's own memory, also with errors."""
 
 from dataclasses import replace
 
@@ -100,7 +100,7 @@ def test_rows_of_other_numbers_are_not_left_to_run_with_the_new_ones_unless_said
     with Arm.connect("sim:teachmover") as arm:
         arm.write_pendant_program(program(1, 2, 3, 4))
         before = memory(arm)
-        with pytest.raises(Refused, match="rows 3 to 4 besides"):
+        with pytest.raises(Refused, match="also has rows 3 to 4"):
             arm.write_pendant_program(program(1, 2))
         assert memory(arm) == before
         arm.write_pendant_program(program(1, 2), leave_others=True)
@@ -114,7 +114,7 @@ def test_a_digit_that_was_turned_in_a_dump_is_noticed():
         arm.write_pendant_program(rows)
         link.back.append(Rule(b"2,", garbled(-3, ord("7")), times=1))
         assert arm.read_pendant_program().words == rows.words
-        assert not link.back[0].applies(b"2,")  # it was turned, once
+        assert not link.back[0].applies(b"2,")  # the damage has been done, once
 
 
 def test_a_row_that_is_always_disturbed_makes_no_program():
@@ -201,7 +201,7 @@ def test_rows_read_under_another_reference_are_refused_until_they_are_shifted():
         arm.write_pendant_program(program(1, 2))
         read = arm.read_pendant_program()
         arm.move_j(base_deg=20.0)
-        arm.disable()  # @RESET: the registers count from here now
+        arm.disable()  # @RESET: from now on, the registers count from here
         arm.enable()
         arm.declare_posture(arm.twin.world.joints)
         sent = arm.engine.bytes_sent
@@ -221,7 +221,7 @@ def test_rows_read_under_another_reference_are_refused_until_they_are_shifted():
 def test_an_arm_that_nobody_has_referenced_tells_no_origin():
     with Arm.connect("sim:teachmover") as arm:
         assert arm.read_pendant_program().origin is None
-        with pytest.raises(Refused, match="nobody knows what the registers counted from"):
+        with pytest.raises(Refused, match="the program's origin is unknown"):
             program(1).moved_to((0,) * 6)
 
 
