@@ -14,7 +14,7 @@ class ProtocolError(ValueError):
 
 
 class LocalProtocolError(ProtocolError):
-    """This program asked for something that the dialect does not allow, or not at this time."""
+    """The caller asked for something that the dialect does not allow, or not at this time."""
 
 
 class BadField(LocalProtocolError):
