@@ -1,1 +1,1 @@
-"""The dialects of arm controllers as sans-IO codecs: messages to bytes and back, both ends."""
+"""Sans-IO codecs for the arm controllers' dialects: messages to bytes and back, for both ends."""

@@ -1,26 +1,26 @@
-"""What the codecs refuse, and whose fault it was.
+"""The codecs' errors, by the side that made the mistake.
 
-ProtocolError                root of the room
-+-- LocalProtocolError       we asked for nonsense: nothing was sent
-|   +-- BadField             a field of a message outside its range
-+-- RemoteProtocolError      the other side sent what the dialect does not have
+ProtocolError                base class
++-- LocalProtocolError       this program asked for something invalid; nothing was sent
+|   +-- BadField             a message field is out of range
++-- RemoteProtocolError      the other side sent something that the dialect does not define
 """
 
 from __future__ import annotations
 
 
 class ProtocolError(ValueError):
-    """Root of everything this room refuses."""
+    """Base class of the codecs' errors."""
 
 
 class LocalProtocolError(ProtocolError):
-    """Our own side asked for something that the dialect does not have, or not now."""
+    """The caller asked for something that the dialect does not allow, or not at this time."""
 
 
 class BadField(LocalProtocolError):
-    """A field of a message that is not what the dialect can carry.
+    """A message field has a value that the dialect cannot carry.
 
-    `field` names it, `value` is what was given and `allowed` says in words what fits.
+    `field` is its name, `value` is the given value, and `allowed` describes the valid values.
     """
 
     def __init__(self, field: str, value: object, allowed: str) -> None:
@@ -31,14 +31,14 @@ class BadField(LocalProtocolError):
 
 
 class RemoteProtocolError(ProtocolError):
-    """The other side sent something that cannot be read, or that does not belong here."""
+    """The other side sent something that is unreadable or out of place."""
 
 
 def whole(field: str, value: object, low: int, high: int) -> int:
-    """Return `value` where it is a whole number from low to high, or raise `BadField`.
+    """Return `value` if it is an integer from low to high, or raise `BadField`.
 
-    Booleans, floats and text are refused, also where they equal a whole number: a float that
-    reaches a codec was not rounded by the one who knew how.
+    Booleans, floats and text are refused even if they equal an integer: the caller must decide how
+    to round.
     """
     if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
         raise BadField(field, value, f"a whole number from {low} to {high}")

@@ -1,6 +1,6 @@
-"""What the fields of a message can hold, stated once a field by `@checks(speed=...)`.
+"""Rules for message fields, declared once per field with `@checks(speed=...)`.
 
-A rule takes a field's name and its value, and returns the value to keep, or raises `BadField`.
+A rule takes a field's name and value, and returns the value to store or raises `BadField`.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ Rule: TypeAlias = Callable[[str, Any], Any]
 
 
 def checks(**rules: Rule) -> Callable[[type[M]], type[M]]:
-    """Have the fields of a frozen message checked when it is built, in this order.
+    """Check the fields of a frozen message when it is built, in the given order.
 
-    It stands below `@dataclass`. What several fields say together is looked at behind the rules, by
-    the class's own `__post_init__` if it has one.
+    Write this decorator below `@dataclass`. If the class has a `__post_init__`, it runs after the
+    rules and can check fields against each other.
     """
 
     def add(kind: type[M]) -> type[M]:
@@ -42,7 +42,7 @@ def checks(**rules: Rule) -> Callable[[type[M]], type[M]]:
 
 
 def whole_from(low: int, high: int) -> Rule:
-    """Return the rule of a whole number from low to high."""
+    """Return a rule that accepts integers from low to high."""
     return lambda field, value: whole(field, value, low, high)
 
 
@@ -50,19 +50,19 @@ BYTE = whole_from(0, 255)
 
 
 def numbered(members: type[IntEnum]) -> Rule:
-    """Return the rule of a member of an enumeration whose numbers have no gap."""
+    """Return a rule that accepts members of an enumeration; its values must be consecutive."""
     return lambda field, value: members(whole(field, value, min(members), max(members)))
 
 
 def boolean(field: str, value: object) -> bool:
-    """Return True or False, or raise `BadField`: a number is neither."""
+    """Return `value` if it is True or False, or raise `BadField`; numbers are refused."""
     if not isinstance(value, bool):
         raise BadField(field, value, "True or False")
     return value
 
 
 def an_instance(kind: type, allowed: str) -> Rule:
-    """Return the rule of a value of one class."""
+    """Return a rule that accepts instances of one class."""
 
     def rule(field: str, value: object) -> object:
         if not isinstance(value, kind):
@@ -73,17 +73,17 @@ def an_instance(kind: type, allowed: str) -> Rule:
 
 
 def optional(rule: Rule) -> Rule:
-    """Return the rule of a field that may be left out."""
+    """Return a rule that accepts None as well."""
     return lambda field, value: None if value is None else rule(field, value)
 
 
 def each(rule: Rule) -> Rule:
-    """Return the rule of any number of values; they are kept as a tuple."""
+    """Return a rule for a sequence of values, stored as a tuple."""
     return lambda field, values: tuple(rule(field, value) for value in values)
 
 
 def row_of(rule: Rule, count: int | range, allowed: str) -> Rule:
-    """Return the rule of a row of so many values, kept as a tuple; `BadField` names the one."""
+    """Return a rule for a tuple or list of `count` values; `BadField` names the invalid value."""
     counts = count if isinstance(count, range) else (count,)
 
     def check(field: str, values: object) -> tuple[Any, ...]:

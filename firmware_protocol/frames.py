@@ -1,13 +1,12 @@
-"""CAN frames of our own, and the bytes that carry them through byte links and recordings.
+"""CAN frames, and the records that carry them through byte links and recordings.
 
-A record is one frame:
+A record holds one frame:
 
     C5 KIND ID.. DATA.. CRC CRC     KIND: bits 3-0 length, 7 extended, 6 remote
-                                    ID: 2 bytes, 4 where extended, high byte first
-                                    CRC: CRC-16 (CCITT, from FFFF) of all before it
+                                    ID: 2 bytes, or 4 if extended, high byte first
+                                    CRC: CRC-16 (CCITT, from FFFF) of all preceding bytes
 
-Frames are those of classic CAN. A remote frame has no data here, and the length that it asks for
-is not kept.
+Frames are classic CAN. Remote frames have no data, and their requested length is not stored.
 """
 
 from __future__ import annotations
@@ -21,8 +20,7 @@ from firmware_protocol.errors import BadField, whole
 
 STANDARD_ID_MAX, EXTENDED_ID_MAX = 0x7FF, 0x1FFF_FFFF
 DATA_MAX = 8
-RECORD_MAX = 16
-"""Bytes of the longest record."""
+RECORD_MAX = 16  # bytes in the longest record
 
 _SYNC = 0xC5
 _EXTENDED, _REMOTE, _UNUSED, _LENGTH = 0x80, 0x40, 0x30, 0x0F
@@ -38,7 +36,7 @@ def _flag(field: str, value: object) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """A frame of classic CAN. Raises `BadField` where it cannot be one."""
+    """A classic CAN frame. Raises `BadField` for invalid fields."""
 
     can_id: int
     data: bytes = b""
@@ -54,13 +52,13 @@ class Frame:
             raise BadField("data", self.data, f"at most {most} bytes")
 
     def __str__(self) -> str:
-        """Write it as candump does: `123#01F6`, eight digits where extended, `123#R` if remote."""
+        """Format as candump does: `123#01F6`, eight digits if extended, `123#R` if remote."""
         number = f"{self.can_id:08X}" if self.extended else f"{self.can_id:03X}"
         return f"{number}#{'R' if self.remote else self.data.hex().upper()}"
 
     @classmethod
     def parse(cls, text: str) -> Frame:
-        """Read what `str` writes; dots between bytes and small letters too. Raises `BadField`."""
+        """Parse the format of `str`; also dots between bytes, and lower case. Raises `BadField`."""
         found = re.fullmatch(_TEXT, text, re.IGNORECASE)
         if found is None:
             raise BadField("frame", text, "three or eight hex digits, a #, and R or 0 to 8 bytes")
@@ -79,10 +77,10 @@ def pack(frame: Frame) -> bytes:
 
 
 class Unpacker:
-    """Frames out of records, whatever the chunks they come in. Never raises.
+    """Extracts frames from a stream of records in any chunks. Never raises.
 
-    Where a record turns out to be none, the search goes on at its second byte, so no good one is
-    lost behind bad bytes. Held is less than one record.
+    After an invalid record, the search goes on at its second byte, so that bad bytes never hide a
+    good record. The buffer holds less than one record.
     """
 
     def __init__(self) -> None:
@@ -91,17 +89,17 @@ class Unpacker:
 
     @property
     def buffered(self) -> int:
-        """How many bytes are held."""
+        """Number of buffered bytes."""
         return len(self._pending)
 
     @property
     def skipped(self) -> int:
-        """How many bytes belonged to no record, so far."""
+        """Number of bytes so far that belonged to no record."""
         return self._skipped
 
     def feed(self, data: bytes) -> list[Frame]:
-        """Take bytes, in any portions; return the frames that they complete."""
-        if not self._pending:  # a bus is looked at far more often than it carries
+        """Take bytes in any chunks; return the frames that they complete."""
+        if not self._pending:  # fast path: most polls of a bus bring nothing or one whole record
             if not data:
                 return []
             if len(data) <= RECORD_MAX and (frame := _whole(bytes(data))) is not None:
@@ -126,10 +124,7 @@ class Unpacker:
         return frames
 
     def silence(self) -> list[Frame]:
-        """Say that the record which has begun will not be finished.
-
-        Returns the frames that it had swallowed.
-        """
+        """Abandon the incomplete record; return the frames found inside it."""
         frames: list[Frame] = []
         while self._pending:
             del self._pending[0]
@@ -139,7 +134,7 @@ class Unpacker:
 
 
 def _size(pending: bytes | bytearray, at: int) -> int | None:
-    """Return the length of the record that begins at an index: None not yet known, 0 none does."""
+    """Return the length of the record at an index: None if not yet known, 0 if there is none."""
     if pending[at] != _SYNC:
         return 0
     if len(pending) < at + _HEADER:
@@ -153,7 +148,7 @@ def _size(pending: bytes | bytearray, at: int) -> int | None:
 
 @lru_cache(maxsize=4096)
 def _whole(record: bytes) -> Frame | None:
-    """Return the frame of bytes that are one whole record; both ends of a bus read the same."""
+    """Return the frame of one whole record, or None; cached, as all nodes of a bus read it."""
     if _size(record, 0) != len(record):
         return None
     body = record[:-_CRC]

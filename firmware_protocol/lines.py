@@ -1,4 +1,4 @@
-"""Cut a stream of bytes into lines, in bounded memory, for every dialect that speaks in lines."""
+"""Split a byte stream into lines in bounded memory, for every dialect that uses lines."""
 
 from __future__ import annotations
 
@@ -8,31 +8,28 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-E = TypeVar("E")
-"""What a host makes of a line."""
+E = TypeVar("E")  # a host's event for a line
 
-SHOWN_BYTES = 32
-"""How much of a dropped line is kept to be shown."""
-MAX_EARLY = 256
-"""How many events from before the last command are kept for a host's owner, the newest."""
+SHOWN_BYTES = 32  # how much of a dropped line is kept for messages
+MAX_EARLY = 256  # most events from before the latest command that a host keeps: the newest
 
 
 @dataclass(frozen=True, slots=True)
 class Dropped:
-    """Bytes that were thrown away: how they began, and why."""
+    """Discarded bytes: their beginning, and the reason."""
 
     start: bytes
     reason: str
 
 
 class LineSplitter:
-    """Lines out of bytes, whatever the chunks they come in.
+    """Splits bytes, in any chunks, into lines.
 
-    A line ends at any byte of `terminators`; empty lines are skipped, so that CR LF ends one
-    line and not two. A line longer than `max_length` bytes is dropped up to its terminator and
-    reported once, at the moment it becomes too long (its terminator may never come). At most
-    `max_lines` entries wait to be fetched: in a flood the last of them is a report, and what
-    comes after it is lost until entries are fetched.
+    A line ends at any byte of `terminators`. Empty lines are skipped, so that CR LF ends one line.
+    A line longer than `max_length` bytes is dropped up to its terminator and reported once, as
+    soon as it becomes too long (its terminator may never come). At most `max_lines` entries are
+    queued. When the queue is full, its last entry reports the overflow, and further lines are lost
+    until entries are fetched.
     """
 
     def __init__(self, terminators: bytes, max_length: int = 256, max_lines: int = 256) -> None:
@@ -45,17 +42,17 @@ class LineSplitter:
 
     @property
     def partial(self) -> bytes:
-        """The beginning of a line whose terminator has not come yet."""
+        """The incomplete line at the end of the input."""
         return bytes(self._partial)
 
     @property
     def buffered(self) -> int:
-        """How many bytes are held."""
+        """Number of buffered bytes."""
         held = sum(len(e.start if isinstance(e, Dropped) else e) for e in self._waiting)
         return held + len(self._partial)
 
     def feed(self, data: bytes) -> None:
-        """Take bytes, in any portions."""
+        """Take bytes in any chunks."""
         *ended, rest = self._ends.split(data)
         for piece in ended:
             self._extend(piece)
@@ -63,14 +60,14 @@ class LineSplitter:
         self._extend(rest)
 
     def next_line(self) -> bytes | Dropped | None:
-        """Return the next line without its terminator, or a report, or None when there is none."""
+        """Return the next line without its terminator, or a report; None if the queue is empty."""
         return self._waiting.popleft() if self._waiting else None
 
     def discard(self) -> None:
-        """Forget every byte held: the next byte begins a new line.
+        """Discard all buffered bytes; the next byte begins a new line.
 
-        Meant for after a silence. While a line is still coming in, its tail would be taken for a
-        whole line.
+        Call this only while the line is quiet: the rest of a line that is still arriving would be
+        taken for a whole line.
         """
         self._waiting.clear()
         self._partial.clear()
@@ -82,7 +79,7 @@ class LineSplitter:
         if len(self._partial) + len(piece) <= self._max_length:
             self._partial += piece
             return
-        shown = min(SHOWN_BYTES, self._max_length)  # bytes that are here whatever the chunks
+        shown = min(SHOWN_BYTES, self._max_length)  # so the report does not depend on the chunks
         start = (bytes(self._partial) + piece[:shown])[:shown]
         self._partial.clear()
         self._dropping = True
@@ -105,10 +102,10 @@ class LineSplitter:
 
 
 class AnswerLines(Generic[E]):
-    """A device's lines as events for a host, which never takes an early one for an answer.
+    """Turns a device's lines into events, and keeps early lines from passing for answers.
 
-    `read` makes an event of a line, or nothing; it is told whether the line is an early one, which
-    had begun before the command was sent. Lines of nothing but `padding` are skipped.
+    A line is early if it began before the command was sent. `read` takes a line and whether it is
+    early, and returns an event or None. Lines that consist only of `padding` are skipped.
     """
 
     def __init__(
@@ -127,34 +124,34 @@ class AnswerLines(Generic[E]):
 
     @property
     def buffered(self) -> int:
-        """How many received bytes are held."""
+        """Number of buffered bytes."""
         return self._lines.buffered
 
     @property
     def partial(self) -> bytes:
-        """The beginning of a line whose terminator has not come yet; empty if it says nothing."""
+        """The incomplete line at the end of the input; empty if it is only padding."""
         partial = self._lines.partial
         return partial if partial.strip(self._padding) else b""
 
     def feed(self, data: bytes) -> None:
-        """Take bytes, in any portions."""
+        """Take bytes in any chunks."""
         self._lines.feed(data)
 
     def keep_early(self) -> None:
-        """Read what was received by now: a command that is sent next is not answered by it."""
+        """Interpret all complete lines now, so that none can answer the next command."""
         while (event := self._next()) is not None:
             self._early.append(event)
 
     def mark_early(self, *, early: bool = True) -> None:
-        """Call the line that has begun an early one, or none."""
+        """Mark the incomplete line as early, or remove the mark."""
         self._began_early = early and bool(self.partial)
 
     def next_event(self) -> E | None:
-        """Return the next event, or None when there is none."""
+        """Return the next event, or None."""
         return self._early.popleft() if self._early else self._next()
 
     def discard(self) -> None:
-        """Forget all bytes received and all events not fetched; the next byte begins a line."""
+        """Discard all received bytes and unread events; the next byte begins a line."""
         self._lines.discard()
         self._early.clear()
         self._began_early = False

@@ -1,4 +1,4 @@
-"""Events that wait to be fetched: only so many, the newest."""
+"""A bounded event queue that keeps the newest events."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ _Event = TypeVar("_Event")
 
 @dataclass(frozen=True, slots=True)
 class Overrun:
-    """So many events were not fetched in time, the oldest; they are lost."""
+    """Reports that the oldest `count` events were not fetched in time and are lost."""
 
     count: int
 
 
 class Waiting(Generic[_Event]):
-    """A queue that does not grow beyond `most`, and says how many it has dropped."""
+    """A queue of at most `most` events that reports how many it has dropped."""
 
     def __init__(self, most: int) -> None:
         self._events: deque[_Event] = deque()
@@ -28,20 +28,20 @@ class Waiting(Generic[_Event]):
         return len(self._events)
 
     def put(self, event: _Event) -> None:
-        """Add an event; the oldest gives way to it where there is no room."""
+        """Add an event; drop the oldest if the queue is full."""
         if len(self._events) == self._most:
             self._events.popleft()
             self._lost += 1
         self._events.append(event)
 
     def next(self) -> _Event | Overrun | None:
-        """Return the oldest; before it how many were lost, and None where there is none."""
+        """Return the number of lost events if any, else the oldest event, or None."""
         if self._lost:
             lost, self._lost = self._lost, 0
             return Overrun(lost)
         return self._events.popleft() if self._events else None
 
     def clear(self) -> None:
-        """Forget them all."""
+        """Discard all events."""
         self._events.clear()
         self._lost = 0

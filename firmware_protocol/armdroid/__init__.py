@@ -1,4 +1,4 @@
-"""The Armdroid dialect of the serial driver sketch: both ends, and what they say to each other."""
+"""The dialect of the Armdroid's serial driver sketch: messages, host and device."""
 
 from firmware_protocol.armdroid.device import ROOM_BYTES as ROOM_BYTES
 from firmware_protocol.armdroid.device import Device as Device

@@ -1,7 +1,8 @@
-"""The board's end of the Armdroid dialect: characters in, answers out, no clock, no wire.
+"""The board's end of the Armdroid dialect: characters in, answers out, no clock, no I/O.
 
-One command at a time: after a command's event its answer is owed, and what comes in meanwhile
-waits, as it does in the board during a motion. Nothing that the host sends raises.
+The device handles one command at a time: after a command's event the owner must send the answer,
+and further characters are queued, as in the real board during a motion. No input from the host
+raises.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ from firmware_protocol.errors import LocalProtocolError
 
 # The sketch's character machine: an accumulator, an argument index and the arguments it keeps.
 #
-# Numbers are `int` of 16 bit, as on the AVR boards that the sketch was written for, and wrap.
+# Numbers are 16-bit `int` and wrap, as on the AVR boards that the sketch was written for.
 
 
 _DIGITS = b"0123456789"
@@ -54,19 +55,19 @@ _PLAIN: dict[int, Request] = {
 }
 _WITH_NUMBERS = frozenset(b"dDst")
 MEANT = frozenset(_DIGITS) | frozenset(b"-,") | _WITH_NUMBERS | frozenset(_PLAIN)
-"""Every byte that the sketch does something with."""
+"""Every byte that the sketch does not ignore."""
 
 
 def wrapped(value: int) -> int:
-    """Return what a signed 16-bit number makes of a value."""
+    """Return a value wrapped to a signed 16-bit number."""
     return (value + _SIGN) % _WORD - _SIGN
 
 
 class Characters:
-    """What the sketch remembers between characters.
+    """The sketch's state between characters.
 
-    It never clears its arguments except for `r` and a new session, and `h`, `o`, `v`, `V` and `g`
-    leave the accumulator as it is.
+    Only `r` and a new session clear the arguments; `h`, `o`, `v`, `V` and `g` leave the accumulator
+    unchanged.
     """
 
     def __init__(self) -> None:
@@ -86,11 +87,11 @@ class Characters:
 
     @property
     def clean(self) -> bool:
-        """Whether nothing is half received: the next command means what it says."""
+        """Whether no half-received command can alter the next one."""
         return self._index == 0 and self._accumulator == 0
 
     def take(self, byte: int) -> Request | None:
-        """Take one character; return the command that it completes, if it does."""
+        """Take one character; return the command that it completes, or None."""
         if byte in _DIGITS:
             self._accumulator = wrapped(self._accumulator * 10 + byte - _DIGITS[0])
         elif byte == ord("-"):
@@ -106,12 +107,12 @@ class Characters:
         return None
 
     def reset(self) -> None:
-        """Forget everything, as at the start of a session."""
+        """Reset all state, as at the start of a session."""
         self._arguments = [0] * KEPT
         self._index = self._accumulator = 0
 
     def _shift(self) -> None:
-        # the sixth is written behind the sketch's array of five: where it lands is not simulated
+        # the sketch writes the sixth past the end of its array; the effect is not simulated
         if self._index < KEPT:
             self._arguments[self._index] = self._accumulator
         self._index = (self._index + 1) % MOTORS
@@ -130,20 +131,19 @@ class Characters:
         return DriveOne(motor, value) if 1 <= motor <= MOTORS else DriveNone(motor, value)
 
 
-ROOM_BYTES = 4096
-"""How many received characters wait at most; an AVR board with a hardware port has room for 64."""
+ROOM_BYTES = 4096  # input buffer; an AVR board with a hardware port has room for 64
 
 
 @dataclass(frozen=True, slots=True)
 class Ignored:
-    """A character that the sketch does nothing with, CR and LF among them."""
+    """A character that the sketch ignores, such as CR or LF."""
 
     byte: int
 
 
 @dataclass(frozen=True, slots=True)
 class Overrun:
-    """So many characters came while there was no room for them; they are lost."""
+    """Reports that `count` characters arrived while the buffer was full and are lost."""
 
     count: int
 
@@ -152,11 +152,11 @@ DeviceEvent: TypeAlias = Request | Ignored | Overrun
 
 
 class Device:
-    """The machine that a simulated arm speaks with. Raises `LocalProtocolError` for its owner.
+    """The protocol machine of a simulated board. Raises `LocalProtocolError` if misused.
 
-    A `Clear` or `DropArguments` of the host is seen as what the board makes of it: a `DriveOne`
-    of 0 steps or a `DriveNone`. The same holds for other dialects' texts: the `D` in `@READ` is
-    a `DriveAll` by the arguments that were kept.
+    The host's `Clear` and `DropArguments` arrive as the board interprets them: as a `DriveOne` of 0
+    steps or a `DriveNone`. Text of other dialects is interpreted likewise: the `D` in `@READ` is a
+    `DriveAll` by the kept arguments.
     """
 
     def __init__(self, room_bytes: int = ROOM_BYTES) -> None:
@@ -168,39 +168,39 @@ class Device:
 
     @property
     def unanswered(self) -> Request | None:
-        """What still needs an answer."""
+        """The command that still needs an answer."""
         return self._request
 
     @property
     def buffered(self) -> int:
-        """How many received characters wait."""
+        """Number of queued characters."""
         return len(self._waiting)
 
     @property
     def arguments(self) -> tuple[int, ...]:
-        """The five kept arguments, as `ReportArguments` asks for them."""
+        """The five kept arguments, for the answer to `ReportArguments`."""
         return self._characters.arguments
 
     @property
     def accumulator(self) -> int:
-        """The number that is being received, as `ReportArguments` asks for it."""
+        """The number that is being received, for the answer to `ReportArguments`."""
         return self._characters.accumulator
 
     @property
     def clean(self) -> bool:
-        """Whether nothing is half received: the next command means what it says."""
+        """Whether no half-received command can alter the next one."""
         return self._characters.clean
 
     def receive_data(self, data: bytes) -> None:
-        """Take characters from the host, in any portions. What finds no room is lost."""
+        """Take characters from the host in any chunks; those that do not fit are lost."""
         room = 0 if self._lost else self._room_bytes - len(self._waiting)
         self._waiting += data[:room]
         self._lost += max(len(data) - room, 0)
 
     def next_event(self) -> DeviceEvent | None:
-        """Return what the next characters say, or None while there are none or an answer is owed.
+        """Return the next event; None if there is none or an answer is outstanding.
 
-        `Overrun` stands where the lost characters stood.
+        `Overrun` takes the place of the lost characters.
         """
         if self._request is not None:
             return None
@@ -213,8 +213,8 @@ class Device:
     def send(self, answer: Answer | Welcome) -> bytes:
         """Return the bytes of an answer.
 
-        Raises `LocalProtocolError` where it is not the one that is owed. `Welcome` belongs to no
-        command: it begins a session, in which everything half received is forgotten.
+        Raises `LocalProtocolError` if the outstanding command needs another answer. `Welcome`
+        answers no command: it begins a session and discards all half-received input.
         """
         if isinstance(answer, Welcome):
             self._welcome()
@@ -227,7 +227,7 @@ class Device:
         return encode_answer(answer)
 
     def forget(self) -> Request | None:
-        """Start anew, as after a loss of power, and return what was unanswered."""
+        """Reset, as after a loss of power; return the unanswered command."""
         request, self._request = self._request, None
         self._characters.reset()
         self._waiting.clear()
@@ -235,7 +235,7 @@ class Device:
         return request
 
     def _read(self) -> tuple[int, DeviceEvent | None]:
-        """Take waiting characters up to the first that says something; return how many."""
+        """Read queued characters up to the first event; return the number read and the event."""
         for at, byte in enumerate(self._waiting):
             if byte not in MEANT:
                 return at + 1, Ignored(byte)

@@ -1,9 +1,9 @@
-"""The host's end of the Armdroid dialect: one command out, its answer in, no clock, no wire.
+"""The host's end of the Armdroid dialect: one command out, its answer in, no clock, no I/O.
 
-An answer is one line; the answer to a motion comes after its end. The board takes characters in
-order and keeps those that come during a motion, so an answer tells that everything sent before it
-is over. Lines that do not belong complete nothing: they become `Stray` (readable, but not the
-answer that is awaited) or `Unreadable`. Nothing that the board sends raises.
+An answer is one line; the answer to a motion comes after the motion's end. The board processes
+characters in order and queues those that arrive during a motion, so an answer shows that every
+earlier command is done. Other lines become `Stray` (readable, but not the expected answer) or
+`Unreadable`. No input from the board raises.
 """
 
 from __future__ import annotations
@@ -30,8 +30,7 @@ from firmware_protocol.armdroid.wire import END, decode_answer, encode_command
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
 from firmware_protocol.lines import AnswerLines, Dropped
 
-LINE_BYTES = 80
-"""The sketch's own buffer for a line; its longest answer has 51 characters."""
+LINE_BYTES = 80  # the sketch's own line buffer; its longest answer has 51 characters
 
 _CLEARING = (Clear, DriveOne, DriveAll, DropArguments, ZeroOffsets)
 
@@ -45,9 +44,9 @@ class Completed:
 
     @property
     def as_asked(self) -> bool:
-        """Whether the board has understood the number that it repeats.
+        """Whether the number in the answer is the number in the command.
 
-        It has not where a left-over number was in its accumulator: send `Clear`, then again.
+        If not, the board's accumulator held a left-over number: send `Clear`, then the command.
         """
         match self.command, self.answer:
             case SetSpeed(asked), SpeedReported(told):
@@ -59,14 +58,14 @@ class Completed:
 
 @dataclass(frozen=True, slots=True)
 class Stray:
-    """A readable answer that nobody awaits, for example the late one of a given-up command."""
+    """A readable but unexpected answer, for example a late answer after `give_up`."""
 
     answer: Answer
 
 
 @dataclass(frozen=True, slots=True)
 class Unreadable:
-    """A line that is no answer, or one that had begun before the command was sent, and why."""
+    """A line that is not an answer, or that began before the command was sent."""
 
     data: bytes
     reason: str
@@ -76,10 +75,10 @@ Event: TypeAlias = Completed | Stray | Unreadable | Welcome
 
 
 class Host:
-    """The machine that speaks to the board. Raises `LocalProtocolError` for its owner's mistakes.
+    """The host's protocol machine. Raises `LocalProtocolError` if misused.
 
-    It has no clock: it is the owner who gives up on an answer. It holds at most 256 lines of 80
-    bytes and `MAX_EARLY` events.
+    There is no clock: the caller decides when to give up on an answer. The host holds at most 256
+    lines of 80 bytes and `MAX_EARLY` events.
     """
 
     def __init__(self) -> None:
@@ -89,28 +88,28 @@ class Host:
 
     @property
     def outstanding(self) -> Command | None:
-        """The command whose answer has not come yet."""
+        """The command that has not been answered yet."""
         return self._command
 
     @property
     def clean(self) -> bool:
-        """Whether nothing half received can be left in the board, as far as is known.
+        """Whether the board holds no half-received command, as far as the host knows.
 
-        False at first and after `give_up`: then make the next command a `Clear`.
+        False at first and after `give_up`: then send `Clear` next.
         """
         return self._clean
 
     @property
     def buffered(self) -> int:
-        """How many received bytes are held."""
+        """Number of buffered bytes."""
         return self._lines.buffered
 
     def send(self, command: Command) -> bytes:
-        """Return the bytes that give a command to the board.
+        """Return a command's bytes.
 
-        Raises `LocalProtocolError` while another is unanswered, and for a `DropArguments` while
-        the board may hold something half received. Lines that were received before this call,
-        or had begun, are never taken for this command's answer.
+        Raises `LocalProtocolError` while another command is unanswered, and for `DropArguments`
+        while the board may hold half-received input. Lines that began before this call are never
+        taken for this command's answer.
         """
         if self._command is not None:
             raise LocalProtocolError(
@@ -125,28 +124,28 @@ class Host:
         return encode_command(command)
 
     def receive_data(self, data: bytes) -> None:
-        """Take bytes from the board, in any portions."""
+        """Take bytes from the board in any chunks."""
         self._lines.feed(data)
 
     def next_event(self) -> Event | None:
-        """Return what the bytes received so far say, one event at a time, then None."""
+        """Return the next event from the bytes received so far, or None."""
         return self._lines.next_event()
 
     def give_up(self) -> Command | None:
-        """Forget the unanswered command, after a timeout, and return it.
+        """Stop waiting for the unanswered command, after a timeout, and return it.
 
-        Its motion may still be under way, and its answer come later. Send `Version` next: the
-        late answer is a `Stray` then, and the version's own answer tells that the board is
-        through with all that was sent before.
+        Its motion may still be under way, and its answer may come later. Send `Version` next: the
+        late answer is then a `Stray`, and the answer to `Version` shows that the board has finished
+        every earlier command.
         """
         command, self._command = self._command, None
         self._clean = False
         return command
 
     def discard(self) -> None:
-        """Forget all bytes received and all events not fetched; the next byte begins a line.
+        """Discard all received bytes and unread events; the next byte begins a line.
 
-        Meant for after a silence. The unanswered command stays unanswered.
+        Call this only while the line is quiet. The unanswered command stays unanswered.
         """
         self._lines.discard()
 

@@ -1,8 +1,8 @@
-"""What a host asks of an Armdroid with the serial driver sketch, as values checked when built.
+"""Commands and answers of the Armdroid's serial driver sketch; fields are checked when built.
 
 Source: Armdroid/Armdroid-Arduino-Library, examples/SerialDriver/SerialDriver.ino (firmware 2.0,
-protocol 1.0a) and Armdroid.cpp. Counts are whole motor steps, 48 a turn, in signed 16 bit, as the
-sketch keeps them on an AVR board. What does not fit raises `BadField`.
+protocol 1.0a) and Armdroid.cpp. Counts are whole motor steps, 48 per turn, as signed 16-bit
+numbers, like the sketch's on an AVR board. Invalid values raise `BadField`.
 """
 
 from __future__ import annotations
@@ -16,14 +16,12 @@ from firmware_protocol.fields import BYTE, boolean, checks, optional, row_of, wh
 
 MOTORS = 6
 """1 gripper, 2 left wrist, 3 right wrist, 4 elbow, 5 shoulder, 6 base."""
-KEPT = MOTORS - 1
-"""How many arguments the sketch keeps; the sixth number is its accumulator."""
+KEPT = MOTORS - 1  # arguments that the sketch keeps; the sixth number is its accumulator
 STEPS_MIN, STEPS_MAX = -(1 << 15), (1 << 15) - 1
 STEPS_PER_TURN = 48
-RPM_DEFAULT = 100
-"""The speed after the board has started."""
+RPM_DEFAULT = 100  # the speed after a start of the board
+# One step per millisecond. Above it the sketch steps as fast as it can; at 0 it divides by zero.
 RPM_MAX = 60 * 1000 // STEPS_PER_TURN
-"""One step a millisecond. Above it the sketch steps as fast as it can; 0 it divides by."""
 
 
 STEPS = whole_from(STEPS_MIN, STEPS_MAX)
@@ -35,9 +33,9 @@ SIX_STEPS = row_of(STEPS, MOTORS, f"{MOTORS} counts of steps")
 class DriveOne:
     """Move one motor, 1 to 6, by relative steps; the answer comes at the motion's end.
 
-    It leaves arguments behind in the board: the first becomes the motor's number and the others
-    stay what the last `DriveAll` made them. A `D` that somebody else sends later moves motors 1
-    to 5 by those numbers. `DropArguments` takes them away.
+    The board keeps the arguments: the first becomes the motor's number, and the others remain from
+    the last `DriveAll`. If another program later sends a `D`, motors 1 to 5 move by these numbers.
+    `DropArguments` clears them.
     """
 
     letter: ClassVar[str] = "d"
@@ -50,9 +48,9 @@ class DriveOne:
 class DriveAll:
     """Move all six motors together by relative steps, each at the same rate until it is done.
 
-    All six numbers are always written, so that what the board has kept never matters here. It
-    keeps the first five: the letter `D` alone, in the text `@READ` say, moves motors 1 to 5 once
-    more. `DropArguments` takes them away.
+    The host always sends all six numbers, so that kept arguments do not matter. The board keeps the
+    first five: the letter `D` alone, as in the text `@READ`, moves motors 1 to 5 once more.
+    `DropArguments` clears them.
     """
 
     letter: ClassVar[str] = "D"
@@ -75,7 +73,7 @@ class ReportOffsets:
 
 @dataclass(frozen=True, slots=True)
 class ZeroOffsets:
-    """Call the present position zero; the board forgets its accumulator and arguments too."""
+    """Set the offsets to zero here; the board clears its accumulator and arguments too."""
 
     letter: ClassVar[str] = "r"
 
@@ -85,7 +83,7 @@ class ZeroOffsets:
 class SetSpeed:
     """Set the speed of later motions, 1 to 1250 rpm.
 
-    The board waits a whole number of milliseconds between steps, so that many speeds are one.
+    The board waits a whole number of milliseconds between steps, so many speeds are equivalent.
     """
 
     letter: ClassVar[str] = "s"
@@ -93,7 +91,7 @@ class SetSpeed:
 
     @property
     def step_interval_ms(self) -> int:
-        """The least time between two steps at this speed."""
+        """The shortest time between two steps at this speed."""
         return RPM_MAX // self.rpm
 
 
@@ -115,7 +113,7 @@ class Version:
 
 @dataclass(frozen=True, slots=True)
 class InterfaceKind:
-    """Ask which interface to the motors the firmware was built for."""
+    """Ask which motor interface the firmware was built for."""
 
     letter: ClassVar[str] = "V"
 
@@ -129,11 +127,11 @@ class ReportArguments:
 
 @dataclass(frozen=True, slots=True)
 class Clear:
-    """Empty the accumulator and the argument index whatever was left in them; moves nothing.
+    """Reset the accumulator and the argument index from any state; moves nothing.
 
-    A comma takes the left-over number out of the accumulator, and a `d` of 0 steps resets the
-    index. Numbers that another program left half sent would else become part of the next motion:
-    make this the first command of a session and the first after a command that was given up.
+    A comma removes a left-over number from the accumulator, and a `d` of 0 steps resets the index.
+    Otherwise numbers that another program sent without a letter would become part of the next
+    motion. Send this first in a session, and first after `give_up`.
     """
 
     letter: ClassVar[str] = "d"
@@ -141,10 +139,10 @@ class Clear:
 
 @dataclass(frozen=True, slots=True)
 class DropArguments:
-    """Make the kept arguments zero, so that a stray `D` moves nothing; moves nothing itself.
+    """Set the kept arguments to zero, so that a stray `D` moves nothing; moves nothing itself.
 
-    Only after `Clear` or any drive: with the index elsewhere the last comma would write behind
-    the sketch's array of five.
+    Valid only after `Clear` or a drive: with any other index, the last comma would write past the
+    end of the sketch's array of five.
     """
 
     letter: ClassVar[str] = "d"
@@ -153,9 +151,9 @@ class DropArguments:
 @dataclass(frozen=True, slots=True)
 @checks(motor=BYTE, steps=STEPS)
 class DriveNone:
-    """What a board makes of a `d` for a motor that does not exist: it moves nothing and answers.
+    """A `d` for a motor that does not exist: the board moves nothing and answers.
 
-    Only devices meet it. `motor` is the low byte of the first argument, as the sketch takes it.
+    Only devices receive this. `motor` is the low byte of the first argument, as in the sketch.
     """
 
     letter: ClassVar[str] = "d"
@@ -170,10 +168,10 @@ class DriveNone:
 @dataclass(frozen=True, slots=True)
 @checks(rpm=STEPS)
 class OddSpeed:
-    """An `s` with a speed that no host of ours sends. Only devices meet it.
+    """An `s` with a speed outside 1 to 1250, which `Host` never sends. Only devices receive this.
 
-    At 0 the sketch divides by zero, which on an AVR means that later motions never end; below 0
-    and above 1250 it steps as fast as it can.
+    At 0 the sketch divides by zero; on an AVR, later motions then never end. Below 0 and above 1250
+    it steps as fast as it can.
     """
 
     letter: ClassVar[str] = "s"
@@ -200,10 +198,10 @@ Command: TypeAlias = (
 )
 
 Request: TypeAlias = Command | DriveNone | OddSpeed
-"""What a device can be asked: it sees `Clear` and `DropArguments` as drives that move nothing."""
+"""A device's input: `Clear` and `DropArguments` arrive as drives that move nothing."""
 
 
-# What an Armdroid with the serial driver sketch says, as values checked when they are built.
+# The answers.
 
 _WORD = re.compile(r"[!-.0-~]{1,16}")
 
@@ -217,7 +215,7 @@ def _word(field: str, value: object) -> str:
 @dataclass(frozen=True, slots=True)
 @checks(offsets=SIX_STEPS)
 class OffsetsReported:
-    """Where the motors are, in steps from where the offsets were zeroed. They wrap at 16 bit."""
+    """The motors' positions, in steps from where the offsets were zeroed; they wrap at 16 bits."""
 
     offsets: tuple[int, ...]
 
@@ -225,7 +223,7 @@ class OffsetsReported:
 @dataclass(frozen=True, slots=True)
 @checks(rpm=STEPS)
 class SpeedReported:
-    """The number that was taken for a speed."""
+    """The number that the board took for the speed."""
 
     rpm: int
 
@@ -241,7 +239,7 @@ class TorqueReported:
 @dataclass(frozen=True, slots=True)
 @checks(firmware=_word, protocol=optional(_word))
 class VersionReported:
-    """The versions; sketches up to 1.3 name one alone, and `protocol` is None."""
+    """The versions; sketches up to 1.3 report only the firmware's, so `protocol` is None."""
 
     firmware: str = "2.0"
     protocol: str | None = "1.0a"
@@ -250,7 +248,7 @@ class VersionReported:
 @dataclass(frozen=True, slots=True)
 @checks(kind=_word)
 class InterfaceReported:
-    """The interface to the motors: `direct-drive`, or `logic-drive` of the prototype models."""
+    """The motor interface: `direct-drive`, or `logic-drive` on the prototype models."""
 
     kind: str = "direct-drive"
 
@@ -266,9 +264,9 @@ class ArgumentsReported:
 
 @dataclass(frozen=True, slots=True)
 class Welcome:
-    """What a board with native USB says when its port is opened; it has then forgotten arguments.
+    """The greeting of a board with native USB when its port is opened; its arguments are cleared.
 
-    Commands that were sent before it are carried out after it.
+    The board carries out commands sent before the greeting after it.
     """
 
 
@@ -293,4 +291,4 @@ ANSWER_TO: dict[str, type[Answer]] = {
     "V": InterfaceReported,
     "g": ArgumentsReported,
 }
-"""What answers each letter that is a command; every other letter is ignored."""
+"""The answer to each command letter; the sketch ignores all other letters."""

@@ -1,7 +1,7 @@
-"""The bytes of an Armdroid: commands and answers to bytes, and an answer's line back.
+"""Encode an Armdroid's commands and answers, and decode answers.
 
-A command has no line end: its letter ends it. A number's minus sign stands behind it, since the
-sketch negates what it has accumulated. Answers are lines with CR LF.
+A command has no line end; its letter ends it. A minus sign follows its number, because the sketch
+negates the accumulated value. Answers are lines with CR LF.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _NAME = rb"([!-.0-~]{1,16})"
 
 
 def encode_command(command: Command) -> bytes:
-    """Return the characters that give a command."""
+    """Return a command's characters."""
     match command:
         case DriveOne():
             body = f"{command.motor},{_number(command.steps)}"
@@ -64,7 +64,7 @@ def encode_answer(answer: Answer | Welcome) -> bytes:
 
 
 def decode_answer(line: bytes) -> Answer | Welcome:
-    """Read a line, without its end, that the board has sent; raises `RemoteProtocolError`."""
+    """Decode a line from the board, without its end. Raises `RemoteProtocolError`."""
     if line == WELCOME:
         return Welcome()
     for pattern, read in _READERS:
@@ -72,7 +72,7 @@ def decode_answer(line: bytes) -> Answer | Welcome:
         if found is not None:
             try:
                 return read([group.decode("ascii") for group in found.groups()])
-            except BadField as error:  # it was not we who chose the value
+            except BadField as error:  # the board chose the value
                 raise RemoteProtocolError(str(error)) from None
     raise RemoteProtocolError("the line is no answer of the serial driver sketch")
 

@@ -1,4 +1,4 @@
-"""CANopen (CiA 301) and its profile for drives (CiA 402): the master's end and a drive's end."""
+"""CANopen (CiA 301) and its drive profile (CiA 402), for the master and for drives."""
 
 from firmware_protocol.canopen.cob import (
     NODE_MAX,
@@ -155,7 +155,7 @@ from firmware_protocol.waiting import (
     Overrun,
 )
 
-# a name a line would double the file
+# one name per line would double the file
 # fmt: off
 __all__ = [
     "ALL_NODES", "CONSUMER_HEARTBEAT", "CONTROLWORD", "DEVICE_NAME", "DEVICE_TYPE",

@@ -1,6 +1,6 @@
-"""Which CAN id carries which service of which node: the predefined connection set of CiA 301.
+"""CAN ids of services and nodes: the predefined connection set of CiA 301.
 
-id = base of the service + node, 1 to 127; NMT, SYNC and TIME belong to no node
+id = base of the service + node (1 to 127); NMT, SYNC and TIME belong to no node
 """
 
 from __future__ import annotations
@@ -12,20 +12,20 @@ from firmware_protocol.errors import BadField, RemoteProtocolError, whole
 from firmware_protocol.frames import DATA_MAX, Frame
 
 NODE_MAX = 0x7F
-"""The highest number of a node; 0 is all of them, in NMT commands alone."""
+"""The highest node number; 0 addresses all nodes, in NMT commands only."""
 
 
 class Service(Enum):
-    """What a frame is for, and its id: `common`, or one to which the node's number is added.
+    """A service and its base id; the node's number is added unless the id is `common`.
 
-    A PDO is named by the device: it transmits the T, receives the R.
+    PDOs are named from the device's side: it transmits TPDOs and receives RPDOs.
     """
 
     base: int
     common: bool
 
     def __new__(cls, words: str, base: int, common: bool = False) -> Self:
-        """Make one that is known by its words."""
+        """Make a member whose value is its description."""
         one = object.__new__(cls)
         one._value_, one.base, one.common = words, base, common
         return one
@@ -52,19 +52,19 @@ _BY_BASE = {service.base: service for service in Service if not service.common}
 
 
 def checked_node(node: object) -> int:
-    """Return the number of one node, or raise `BadField`."""
+    """Return a valid node number, or raise `BadField`."""
     return whole("node", node, 1, NODE_MAX)
 
 
 def cob_id(service: Service, node: int = 0) -> int:
-    """Return the id of a service; `node` is 0 for what belongs to none. Raises `BadField`."""
+    """Return a service's id; `node` is 0 for services without a node. Raises `BadField`."""
     if not isinstance(service, Service):
         raise BadField("service", service, "a Service")
     return service.base + (whole("node", node, 0, 0) if service.common else checked_node(node))
 
 
 def service_of(can_id: int) -> tuple[Service, int] | None:
-    """Return the service and the node of an id; None where it is none of this set."""
+    """Return the service and node of an id; None if it is not in the set."""
     if can_id in _BY_COMMON:
         return _BY_COMMON[can_id], 0
     service, node = _BY_BASE.get(can_id & ~NODE_MAX), can_id & NODE_MAX
@@ -72,12 +72,12 @@ def service_of(can_id: int) -> tuple[Service, int] | None:
 
 
 def is_for(frame: Frame, can_id: int) -> bool:
-    """Whether a frame is a data frame with that id of 11 bits."""
+    """Return whether a frame is a data frame with this 11-bit id."""
     return frame.can_id == can_id and not frame.extended and not frame.remote
 
 
 def opened(frame: Frame, *services: Service) -> tuple[Service, int]:
-    """Return service and node of a frame that is one of these, or raise `RemoteProtocolError`."""
+    """Return a frame's service and node. Raises `RemoteProtocolError` for other services."""
     found = None if frame.extended or frame.remote else service_of(frame.can_id)
     if found is None or found[0] not in services:
         words = " or ".join(service.value for service in services)
@@ -86,7 +86,7 @@ def opened(frame: Frame, *services: Service) -> tuple[Service, int]:
 
 
 def sized(frame: Frame, low: int, high: int = DATA_MAX) -> bytes:
-    """Return the data of a frame of so many bytes, or raise `RemoteProtocolError`."""
+    """Return a frame's data if its length is in range, or raise `RemoteProtocolError`."""
     if not low <= len(frame.data) <= high:
         belong = f"{low}" if low == high else f"{low} to {high}"
         raise RemoteProtocolError(f"{len(frame.data)} bytes where {belong} belong")

@@ -1,4 +1,4 @@
-"""A drive's end of CiA 402: its states, and in profile position which target it drives to."""
+"""The drive's end of CiA 402: the state machine, and the set-points of profile position mode."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from firmware_protocol.errors import BadField
 
 @dataclass(frozen=True, slots=True)
 class SetPoint:
-    """A target that the drive was handed, in its own units."""
+    """A target that the drive has received, in the drive's units."""
 
     target: int
     relative: bool
@@ -39,13 +39,13 @@ _BITS = {
     (False, True): StatusBit.ACKNOWLEDGED,
     (True, True): StatusBit.REACHED | StatusBit.ACKNOWLEDGED,
 }
-"""The bits of the statusword, by whether the target is reached and the set-point acknowledged."""
+"""Statusword bits for (target reached, set-point acknowledged)."""
 
 
 class SetPoints:
-    """Set-points of a drive since it was enabled: one that is driven to, and one that waits.
+    """The set-points of an enabled drive: an active one and a pending one.
 
-    `word` is the controlword that enabled it: a bit 4 that is up in it is no rising one.
+    `word` is the controlword that enabled the drive; if its bit 4 is set, that is no rising edge.
     """
 
     def __init__(self, word: Controlword) -> None:
@@ -58,25 +58,25 @@ class SetPoints:
 
     @property
     def active(self) -> SetPoint | None:
-        """What is driven to."""
+        """The target that the drive is moving to."""
         return self._active
 
     @property
     def halted(self) -> bool:
-        """Whether it is to stand still."""
+        """Whether a halt is commanded."""
         return self._halted
 
     @property
     def bits(self) -> StatusBit:
-        """Its bits of the statusword."""
+        """The statusword bits for the set-points."""
         reached = self._stands if self._halted else self._active is None
         acknowledged = self._acknowledged or self._next is not None
         return _BITS[reached, acknowledged]
 
     def control(self, word: Controlword, target: int) -> SetPoint | None:
-        """Take a controlword, and what 607A holds; returns what is driven to from now on.
+        """Process a controlword and the target in 607A; return the new active set-point.
 
-        None where that has not changed: a set-point that waits comes out of `arrived`.
+        None if the active set-point has not changed; `arrived` returns a pending one.
         """
         asked = word.has(ControlBit.NEW_SET_POINT)
         rising, self._asked = asked and not self._asked, asked
@@ -89,13 +89,13 @@ class SetPoints:
         return self._take(SetPoint(target, word.has(ControlBit.RELATIVE), at_once))
 
     def arrived(self) -> SetPoint | None:
-        """Say that the active target is reached; returns the one that waited, now active."""
+        """Report that the active target is reached; return the pending set-point, now active."""
         self._active, self._next = self._next, None
         self._stands = self._active is None
         return self._active
 
     def stood(self) -> None:
-        """Say that the motor stands, after a halt."""
+        """Report that the motor is at rest after a halt."""
         self._stands = True
 
     def _halt(self, halted: bool) -> None:
@@ -112,13 +112,13 @@ class SetPoints:
         return point
 
 
-# A drive's end of CiA 402: controlwords in, its state, its set-points and its statusword out.
+# The drive's end of CiA 402: controlwords in; state, set-points and statusword out.
 #
-# What moves, how long a reaction or a quick stop takes, and what is wrong, its owner says.
+# The owner simulates the motion, the duration of a fault reaction or quick stop, and faults.
 
 
 class DriveDevice:
-    """The machine of a simulated drive. It begins in NOT_READY, with nothing wrong."""
+    """The state machine of a simulated drive. It begins in NOT_READY, without a fault."""
 
     def __init__(self, quick_stop: QuickStopOption = QuickStopOption.QUICK_RAMP) -> None:
         self.quick_stop = QuickStopOption(quick_stop)
@@ -129,22 +129,22 @@ class DriveDevice:
 
     @property
     def state(self) -> DriveState:
-        """What the drive is."""
+        """The drive's state."""
         return self._state
 
     @property
     def points(self) -> SetPoints:
-        """Its set-points; of use while it is enabled."""
+        """The drive's set-points; meaningful while the drive is enabled."""
         return self._points
 
     def statusword(self, bits: StatusBit = NO_STATUS) -> Statusword:
-        """Return what it says, with what its owner adds: voltage, warning, following error."""
+        """Return the statusword, with bits from the owner: voltage, warning, following error."""
         return _statusword(self._state, bits, self._points.bits)
 
     def control(
         self, word: Controlword, target: int = 0
     ) -> tuple[tuple[Transition, ...], SetPoint | None]:
-        """Obey a controlword; returns what has changed, and what is driven to from now on."""
+        """Obey a controlword; return the transitions and the new active set-point."""
         rising = word.has(ControlBit.FAULT_RESET) and not self._word.has(ControlBit.FAULT_RESET)
         self._word = word
         taken: tuple[Transition, ...] = ()
@@ -155,7 +155,7 @@ class DriveDevice:
         return taken, self._points.control(word, target)
 
     def happen(self, happening: Happening) -> Transition | None:
-        """Take note of what happens in the drive; returns what it changes."""
+        """Process an event inside the drive; return the transition that it causes."""
         if happening is Happening.FAULT:
             self._faulty = True
         if happening is Happening.QUICK_STOPPED and self.quick_stop.stays:
@@ -163,12 +163,12 @@ class DriveDevice:
         return self._change(happening)
 
     def mend(self) -> None:
-        """Say that nothing is wrong any more: a fault can be reset from now on."""
+        """Report that the cause of the fault is gone, so that the fault can be reset."""
         self._faulty = False
 
     def _obey(self, command: Command) -> tuple[Transition, ...]:
         taken = []
-        while (row := self._change(command)) is not None:  # 3 is followed by 4
+        while (row := self._change(command)) is not None:  # transition 3 leads on to 4
             taken.append(row)
         at_once = self.quick_stop is QuickStopOption.DISABLE
         if self._state is DriveState.QUICK_STOP and taken and at_once:

@@ -1,7 +1,7 @@
 """The drive profile CiA 402: controlword (6040), statusword (6041), modes and states of a drive.
 
-Bits 4, 5, 6 and 9 of the one, 12 and 13 of the other mean what the mode says; here they have their
-names in profile position, and in homing where those differ.
+The mode defines the meaning of bits 4, 5, 6 and 9 of the controlword and bits 12 and 13 of the
+statusword. They are named for profile position; comments give the meaning in homing if it differs.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ class ControlBit(IntFlag):
     SWITCH_ON = 1 << 0
     ENABLE_VOLTAGE = 1 << 1
     NO_QUICK_STOP = 1 << 2
-    """0 is the quick stop."""
+    """0 commands a quick stop."""
     ENABLE_OPERATION = 1 << 3
     NEW_SET_POINT = 1 << 4
-    """Rising: take the target. In homing: go home."""
+    """Rising edge: take the target. In homing: start homing."""
     AT_ONCE = 1 << 5
-    """What is under way gives way to it; else it comes behind."""
+    """The target replaces the active one; otherwise it is queued after it."""
     RELATIVE = 1 << 6
     FAULT_RESET = 1 << 7
-    """Rising: leave the fault."""
+    """Rising edge: reset the fault."""
     HALT = 1 << 8
-    """Stand still, and stay enabled."""
+    """Stop, and stay enabled."""
     CHANGE_ON_SET_POINT = 1 << 9
-    """Go through the set-point before the next without stopping there."""
+    """Pass through the active set-point to the next one without stopping."""
 
 
 class StatusBit(IntFlag):
@@ -46,33 +46,33 @@ class StatusBit(IntFlag):
     ENABLED = 1 << 2
     FAULT = 1 << 3
     VOLTAGE = 1 << 4
-    """The power section has its voltage."""
+    """The power section has voltage."""
     NO_QUICK_STOP = 1 << 5
     DISABLED = 1 << 6
     WARNING = 1 << 7
     REMOTE = 1 << 9
-    """The controlword is obeyed."""
+    """The drive obeys the controlword."""
     REACHED = 1 << 10
-    """The target is reached; while halted, the drive stands."""
+    """The target is reached; during a halt: the drive is at rest."""
     LIMITED = 1 << 11
-    """A limit inside the drive is at work."""
+    """An internal limit is active."""
     ACKNOWLEDGED = 1 << 12
-    """The set-point was taken, or there is no room for another. In homing: home is found."""
+    """The set-point was accepted, or there is no room for another. In homing: home was found."""
     FOLLOWING_ERROR = 1 << 13
-    """In homing: it has failed."""
+    """In homing: homing failed."""
 
 
 class Command(Enum):
-    """What a controlword tells the state machine: mask, value, and the word that says it."""
+    """A command to the state machine: mask and value to recognise it, and the word to send."""
 
     DISABLE_VOLTAGE = (0x82, 0x00, 0x00)
     QUICK_STOP = (0x86, 0x02, 0x02)
     SHUT_DOWN = (0x87, 0x06, 0x06)
     SWITCH_ON = (0x8F, 0x07, 0x07)
-    """Also: disable operation."""
+    """Also means disable operation."""
     ENABLE_OPERATION = (0x8F, 0x0F, 0x0F)
     FAULT_RESET = (0x80, 0x80, 0x80)
-    """Upon the rising edge alone."""
+    """Acts on the rising edge only."""
 
     def __init__(self, mask: int, wanted: int, word: int) -> None:
         self.mask = mask
@@ -81,7 +81,7 @@ class Command(Enum):
 
 
 class DriveState(Enum):
-    """A state of the drive: mask and value of the statusword by which it is known."""
+    """A state of the drive, with the statusword's mask and value for it."""
 
     NOT_READY = (0x4F, 0x00)
     DISABLED = (0x4F, 0x40)
@@ -103,12 +103,12 @@ class DriveState(Enum):
 
     @property
     def holds(self) -> bool:
-        """Whether the motor has current, so that the arm does not sag."""
+        """Whether the motor has current and holds the arm."""
         return self in (DriveState.ENABLED, DriveState.QUICK_STOP, DriveState.FAULT_REACTION)
 
 
 NO_CONTROL, NO_STATUS = ControlBit(0), StatusBit(0)
-"""No bit beside those of the command, and of the state."""
+"""No bits besides those of the command or the state."""
 
 _STATE_BITS = 0x6F
 _OPERATION_BITS = ControlBit.NEW_SET_POINT | ControlBit.AT_ONCE | ControlBit.RELATIVE
@@ -117,7 +117,7 @@ _FREE = _OPERATION_BITS | ControlBit.HALT | ControlBit.CHANGE_ON_SET_POINT
 
 @dataclass(frozen=True, slots=True)
 class Controlword:
-    """What a drive is told, 16 bits."""
+    """A 16-bit controlword."""
 
     value: int
 
@@ -126,33 +126,33 @@ class Controlword:
 
     @classmethod
     def of(cls, command: Command, bits: ControlBit = NO_CONTROL) -> Controlword:
-        """Make one of a command and of bits that leave it as it is."""
+        """Build a controlword from a command and bits that do not change the command."""
         if bits & ~_FREE:
             raise BadField("bits", bits, "none of those that are the command's")
         return cls(int(command.word | bits))
 
     @property
     def command(self) -> Command:
-        """What it tells the state machine; every controlword tells it something."""
+        """The command to the state machine; every controlword contains one."""
         return _command_of(self.value)
 
     @property
     def bits(self) -> ControlBit:
-        """Its named bits."""
+        """The named bits."""
         return ControlBit(self.value & _ALL_CONTROL)
 
     def has(self, bit: ControlBit) -> bool:
         """Whether a bit is set."""
-        return bool(self.value & int(bit))  # flags among themselves are slow, and asked often
+        return bool(self.value & int(bit))  # combining IntFlags is slow, and this is called often
 
     def __str__(self) -> str:
-        """Write it as manuals do, with its command."""
+        """Format as in manuals, with the command."""
         return f"{self.value:04X} ({self.command.name.lower().replace('_', ' ')})"
 
 
 @dataclass(frozen=True, slots=True)
 class Statusword:
-    """What a drive says of itself, 16 bits."""
+    """A 16-bit statusword."""
 
     value: int
 
@@ -161,33 +161,33 @@ class Statusword:
 
     @classmethod
     def of(cls, state: DriveState, bits: StatusBit = NO_STATUS) -> Statusword:
-        """Make one of a state and of bits that leave it as it is."""
+        """Build a statusword from a state and bits that do not change the state."""
         if bits & _STATE_BITS:
             raise BadField("bits", bits, "none of those that are the state's")
         return cls(int(state.wanted | bits))
 
     @property
     def state(self) -> DriveState | None:
-        """The drive's state; None for a pattern that CiA 402 does not have."""
+        """The drive's state; None for a pattern that CiA 402 does not define."""
         return _state_of(self.value)
 
     @property
     def bits(self) -> StatusBit:
-        """Its named bits."""
+        """The named bits."""
         return StatusBit(self.value & _ALL_STATUS)
 
     def has(self, bit: StatusBit) -> bool:
         """Whether a bit is set."""
-        return bool(self.value & int(bit))  # flags among themselves are slow, and asked often
+        return bool(self.value & int(bit))  # combining IntFlags is slow, and this is called often
 
     def __str__(self) -> str:
-        """Write it as manuals do, with its state."""
+        """Format as in manuals, with the state."""
         state = self.state
         words = "no state" if state is None else state.name.lower().replace("_", " ")
         return f"{self.value:04X} ({words})"
 
 
-# Drives say and hear the same few words again and again.
+# Cached, because the same few words recur all the time.
 
 
 @lru_cache(maxsize=256)
@@ -204,11 +204,11 @@ _ALL_CONTROL = sum(ControlBit)
 _ALL_STATUS = sum(StatusBit)
 
 
-# The choices of CiA 402: modes of operation, and what a drive does upon a quick stop.
+# Options of CiA 402: modes of operation, and the reaction to a quick stop.
 
 
 class OperationMode(IntEnum):
-    """What is written to 6060, and shown in 6061 once it is so."""
+    """A mode of operation: written to 6060, and shown in 6061 once active."""
 
     NONE = 0
     PROFILE_POSITION = 1
@@ -224,48 +224,48 @@ class OperationMode(IntEnum):
 
 
 def mode_of(shown: int) -> OperationMode | None:
-    """Return the mode that 6061 shows; None for one of the maker's, or reserved."""
+    """Return the mode for a value of 6061; None for a manufacturer's or reserved mode."""
     whole("shown", shown, -128, 127)
     return next((mode for mode in OperationMode if mode == shown), None)
 
 
 def supported_modes(word: int) -> frozenset[OperationMode]:
-    """Return the modes that object 6502 says the drive has: bit n is mode n + 1."""
+    """Return the modes listed in object 6502: bit n stands for mode n + 1."""
     whole("word", word, 0, 0xFFFF_FFFF)
     return frozenset(mode for mode in OperationMode if mode and word >> mode - 1 & 1)
 
 
 def supported_word(modes: frozenset[OperationMode]) -> int:
-    """Return what object 6502 says of these modes."""
+    """Return the value of object 6502 for these modes."""
     return sum(1 << mode - 1 for mode in modes if mode)
 
 
 class QuickStopOption(IntEnum):
-    """What is written to 605A: how the drive stops, and whether it then disables itself.
+    """A value of 605A: how the drive stops, and whether it then disables itself.
 
-    Otherwise it stays in QUICK_STOP and holds.
+    If not, the drive stays in QUICK_STOP and holds.
     """
 
     DISABLE = 0
-    """No ramp: the motor loses its current at once."""
+    """No ramp: the current is switched off at once."""
     RAMP = 1
     QUICK_RAMP = 2
-    """Most drives' default."""
+    """The default of most drives."""
     CURRENT_LIMIT = 3
     VOLTAGE_LIMIT = 4
     RAMP_AND_STAY = 5
     QUICK_RAMP_AND_STAY = 6
-    """What an arm without brakes wants."""
+    """The right choice for an arm without brakes."""
     CURRENT_LIMIT_AND_STAY = 7
     VOLTAGE_LIMIT_AND_STAY = 8
 
     @property
     def stays(self) -> bool:
-        """Whether the drive stays in QUICK_STOP when it has stopped."""
+        """Whether the drive stays in QUICK_STOP after stopping."""
         return self >= QuickStopOption.RAMP_AND_STAY
 
 
-# The state machine of a CiA 402 drive: one table, which the drive obeys and the master plans by.
+# The state machine of a CiA 402 drive: one table, used by the drive and by the master's planning.
 #
 #     0, 1  NOT_READY -> DISABLED -> READY -> SWITCHED_ON -> ENABLED -> QUICK_STOP
 #     13    any state -> FAULT_REACTION -> FAULT -> DISABLED
@@ -274,7 +274,7 @@ class QuickStopOption(IntEnum):
 
 
 class Happening(Enum):
-    """What changes a drive's state without a command."""
+    """An event that changes a drive's state without a command."""
 
     INITIALISED = "its self-test is done"
     QUICK_STOPPED = "the quick stop has ended, and its option says to disable"
@@ -287,7 +287,7 @@ Cause: TypeAlias = Command | Happening
 
 @dataclass(frozen=True, slots=True)
 class Transition:
-    """A row of the table. `number` is CiA 402's."""
+    """A row of the table. `number` is the transition's number in CiA 402."""
 
     number: int
     begin: DriveState
@@ -296,7 +296,7 @@ class Transition:
 
     @property
     def drops_current(self) -> bool:
-        """Whether the motor holds before and not behind it: an arm without brakes sags."""
+        """Whether the motor loses its current here, so that an arm without brakes sags."""
         return self.begin.holds and not self.end.holds
 
 
@@ -308,7 +308,7 @@ TRANSITIONS: tuple[Transition, ...] = (
     Transition(1, _NOT_READY, Happening.INITIALISED, _DISABLED),
     Transition(2, _DISABLED, Command.SHUT_DOWN, _READY),
     Transition(3, _READY, Command.SWITCH_ON, _ON),
-    Transition(3, _READY, Command.ENABLE_OPERATION, _ON),  # and from there by 4, at once
+    Transition(3, _READY, Command.ENABLE_OPERATION, _ON),  # and at once on by transition 4
     Transition(4, _ON, Command.ENABLE_OPERATION, _ENABLED),
     Transition(5, _ENABLED, Command.SWITCH_ON, _ON),
     Transition(6, _ON, Command.SHUT_DOWN, _READY),
@@ -327,27 +327,27 @@ TRANSITIONS: tuple[Transition, ...] = (
     ),
     Transition(14, _REACTION, Happening.REACTED, _FAULT),
     Transition(15, _FAULT, Command.FAULT_RESET, _DISABLED),
-    Transition(16, _QUICK, Command.ENABLE_OPERATION, _ENABLED),  # not every drive has it
+    Transition(16, _QUICK, Command.ENABLE_OPERATION, _ENABLED),  # optional: some drives lack it
 )
 
 _BY_CAUSE = {(row.begin, row.cause): row for row in TRANSITIONS}
 RESUMES, RESETS = 16, 15
-"""Transitions that the master takes only when it is told to."""
+"""Transitions that the master takes only on request."""
 
 
 def transition(state: DriveState, cause: Cause) -> Transition | None:
-    """Return what a cause does in a state; None where it does nothing."""
+    """Return the transition that a cause triggers in a state; None if there is none."""
     return _BY_CAUSE.get((state, cause))
 
 
 def way(
     state: DriveState, goal: DriveState, *, reset: bool = False, resume: bool = False
 ) -> tuple[Transition, ...] | None:
-    """Return the commands that lead from a state to another, the shortest way; None for no way.
+    """Return the shortest sequence of commands from one state to another; None if there is none.
 
-    Out of a fault only with `reset`, and from a quick stop back only with `resume`, which not every
-    drive has. No way to a state that holds the arm leads through one that drops it. What a drive
-    does by itself is waited for: no way leads out of NOT_READY or FAULT_REACTION.
+    A fault is left only with `reset`. A quick stop is resumed only with `resume`, which some
+    drives lack. A path between states that hold the arm never passes through a state that drops it.
+    The drive leaves NOT_READY and FAULT_REACTION by itself, so no path begins there.
     """
     refused = {RESETS: not reset, RESUMES: not resume}
     found: dict[DriveState, tuple[Transition, ...]] = {state: ()}

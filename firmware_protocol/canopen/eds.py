@@ -1,4 +1,4 @@
-"""An EDS file's text (CiA 306) read into a dictionary. Whoever has the file reads it."""
+"""Parse the text of an EDS file (CiA 306) into an object dictionary."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from firmware_protocol.canopen.objects import (
 from firmware_protocol.errors import BadField, RemoteProtocolError
 
 ARRAY, RECORD, VARIABLE = 0x08, 0x09, 0x07
-"""Kinds of objects, by CiA 301."""
+"""Object codes of CiA 301."""
 
 _OBJECT = re.compile(r"([0-9A-F]{4})(?:sub([0-9A-F]{1,2}))?", re.IGNORECASE)
 _NODE = re.compile(r"\$NODEID", re.IGNORECASE)
@@ -26,8 +26,8 @@ _NODE = re.compile(r"\$NODEID", re.IGNORECASE)
 def read_eds(text: str) -> Dictionary:
     """Return the objects of an EDS or DCF file. Raises `RemoteProtocolError`, with the section.
 
-    Objects of types that are of the device's own are left as bytes; units are read where the
-    keyword `Unit` tells them, which CiA 306 does not have.
+    Objects of manufacturer-specific types stay bytes. The unit comes from the keyword `Unit`,
+    which is an extension of CiA 306.
     """
     parser = RawConfigParser(strict=False, inline_comment_prefixes=(";",), default_section="")
     try:
@@ -55,7 +55,7 @@ def read_eds(text: str) -> Dictionary:
 
 
 def _compact(index: int, section: SectionProxy) -> Iterator[ObjectEntry]:
-    """Give the entries of an array that is described in one section."""
+    """Yield the entries of an array that is described in a single section."""
     count = _number(section, "CompactSubObj", 0)
     if not count:
         return
@@ -97,12 +97,12 @@ def _word(section: SectionProxy, key: str) -> str:
 
 
 def _clean(value: str | None) -> str:
-    """Return one line of text out of what a maker wrote."""
+    """Return the text as a single clean line."""
     return "".join(c if c.isprintable() else " " for c in value or "").strip()
 
 
 def _access(section: SectionProxy) -> Access:
-    word = (section.get("AccessType") or Access.RO.value).lower()  # a DOMAIN may leave it out
+    word = (section.get("AccessType") or Access.RO.value).lower()  # optional for a DOMAIN
     try:
         return Access(word)
     except ValueError:
@@ -120,7 +120,7 @@ def _whole(key: str, value: str) -> int:
     except ValueError:
         pass
     try:
-        return int(value)  # 010, which is ten
+        return int(value)  # "010" means ten
     except ValueError:
         raise RemoteProtocolError(f"{key} {value} is no whole number") from None
 
@@ -133,7 +133,7 @@ def _type(number: int) -> DataType:
 
 
 def _default(kind: DataType, text: str | None) -> tuple[Value | None, bool]:
-    """Return a default value, and whether the node's number is added to it."""
+    """Return a default value, and whether to add the node's number."""
     if not text:
         return None, False
     bare, times = _NODE.subn("", text)
@@ -145,7 +145,7 @@ def _default(kind: DataType, text: str | None) -> tuple[Value | None, bool]:
 def _value(kind: DataType, text: str) -> Value | None:
     if kind.limits is not None:
         number = _whole("DefaultValue", text)
-        wraps = kind.signed and number > kind.limits[1]  # FFh of an I8 is -1
+        wraps = kind.signed and number > kind.limits[1]  # FFh as an I8 is -1
         return number - (1 << (kind.bits or 0)) if wraps else number
     if kind is DataType.BOOLEAN:
         return bool(_whole("DefaultValue", text))
@@ -156,4 +156,4 @@ def _value(kind: DataType, text: str) -> Value | None:
             return (_clean(text) or None) if text.isascii() else None
         return bytes.fromhex(text) or None
     except ValueError:
-        return None  # what makers write for bytes has many forms
+        return None  # manufacturers write byte strings in many forms

@@ -1,4 +1,4 @@
-"""EMCY: a device says by itself that something is wrong, or is right again."""
+"""EMCY: a device reports an error, or the end of all errors, without being asked."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from firmware_protocol.canopen.cob import Service, checked_node, cob_id, opened,
 from firmware_protocol.errors import BadField, whole
 from firmware_protocol.frames import Frame
 
-# What the error codes of CiA 301 and CiA 402 mean: of an EMCY, and of object 603F.
+# The meanings of the CiA 301 and CiA 402 error codes, in EMCY frames and in object 603F.
 #
-# The first digits are a class, the others single it out. What no row says exactly is said
-# by the row of its class.
+# The first digits are the class of the error, the others specify it. A code without a row of its
+# own is described by the row of its class.
 
 ERROR_WORDS: dict[int, str] = {
     0x0000: "no error any more",
@@ -103,12 +103,12 @@ ERROR_WORDS: dict[int, str] = {
 }
 """Sources: CiA 301, table of emergency error codes; CiA 402-2 (IEC 61800-7-201), error codes."""
 
-_FIRST_ERROR = 0x100  # 00xx: none is left
+_FIRST_ERROR = 0x100  # 00xx means no error
 _CLASSES = (0xFFFF, 0xFFF0, 0xFF00, 0xF000)
 
 
 class ErrorRegister(IntFlag):
-    """The bits of object 1001, which an EMCY carries too."""
+    """The bits of object 1001, also sent in every EMCY."""
 
     GENERIC = 0x01
     CURRENT = 0x02
@@ -120,7 +120,7 @@ class ErrorRegister(IntFlag):
 
 
 def error_words(code: int) -> str:
-    """Return what an error code means, as closely as the table has it."""
+    """Return the most specific description of an error code in the table."""
     if code < _FIRST_ERROR:
         return ERROR_WORDS[0]
     known = (code & mask for mask in _CLASSES if code & mask in ERROR_WORDS and code & mask)
@@ -129,12 +129,12 @@ def error_words(code: int) -> str:
 
 
 MAKERS_BYTES = 5
-"""How many bytes of an EMCY the maker of the device has for itself."""
+"""Manufacturer-specific bytes in an EMCY."""
 
 
 @dataclass(frozen=True, slots=True)
 class Emergency:
-    """What a node reports: error code, the error register (object 1001), the maker's bytes."""
+    """A node's error report: code, error register (object 1001), manufacturer-specific bytes."""
 
     node: int
     code: int
@@ -150,17 +150,17 @@ class Emergency:
 
     @property
     def over(self) -> bool:
-        """Whether it says that no error is left."""
+        """Whether the report means that no error remains."""
         return self.code < 0x100
 
     @property
     def words(self) -> str:
-        """What the code means."""
+        """The description of the code."""
         return error_words(self.code)
 
     @property
     def kinds(self) -> ErrorRegister:
-        """The named bits of the register."""
+        """The named bits of the error register."""
         named = ErrorRegister(0)
         for bit in ErrorRegister:
             named |= bit & self.register
@@ -168,13 +168,13 @@ class Emergency:
 
     @property
     def frame(self) -> Frame:
-        """The frame that says so."""
+        """The CAN frame."""
         data = self.code.to_bytes(2, "little") + bytes((self.register,)) + self.detail
         return Frame(cob_id(Service.EMCY, self.node), data)
 
     @classmethod
     def read(cls, frame: Frame) -> Emergency:
-        """Read a frame; raises `RemoteProtocolError`."""
+        """Decode a frame. Raises `RemoteProtocolError`."""
         _, node = opened(frame, Service.EMCY)
         data = sized(frame, 8, 8)
         return cls(node, int.from_bytes(data[:2], "little"), data[2], data[3:])

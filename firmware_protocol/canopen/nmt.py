@@ -1,7 +1,7 @@
-"""NMT and SYNC: what a master orders nodes to become, and how a node says what it is.
+"""NMT and SYNC: a master's commands to nodes, and the nodes' boot-up messages and heartbeats.
 
-Deadlines are the callers': there is no clock here. How long a heartbeat may be missing is told to
-the device by an entry of object 1016, to be chosen there what happens then (6007).
+There is no clock here; callers keep the deadlines. Object 1016 sets how long a device tolerates a
+missing heartbeat, and object 6007 sets the reaction.
 """
 
 from __future__ import annotations
@@ -15,27 +15,27 @@ from firmware_protocol.frames import Frame
 
 ALL_NODES = 0
 HEARTBEAT_MAX_MS = 0xFFFF
-"""The longest period of objects 1016 and 1017."""
-_TOGGLE = 0x80  # node guarding's bit, of those who answered a remote frame
+"""The longest time in objects 1016 and 1017."""
+_TOGGLE = 0x80  # used by node guarding's answers to remote frames
 
 
 class NmtCommand(IntEnum):
-    """What a master orders."""
+    """A master's command."""
 
     START = 0x01
     STOP = 0x02
     PRE_OPERATIONAL = 0x80
     RESET_NODE = 0x81
-    """The device begins anew, as after power on."""
+    """Restart the device, as after power-on."""
     RESET_COMMUNICATION = 0x82
-    """Its communication alone begins anew."""
+    """Restart only the communication."""
 
 
 class NodeState(IntEnum):
-    """What a node says it is."""
+    """A node's state."""
 
     BOOTING = 0x00
-    """Said once, by a node that has just begun: the boot-up message."""
+    """Sent once after a start: the boot-up message."""
     STOPPED = 0x04
     OPERATIONAL = 0x05
     PRE_OPERATIONAL = 0x7F
@@ -47,12 +47,12 @@ SPEAKS: dict[NodeState, frozenset[str]] = {
     NodeState.PRE_OPERATIONAL: frozenset(("nmt", "heartbeat", "sdo", "sync", "emcy")),
     NodeState.OPERATIONAL: frozenset(("nmt", "heartbeat", "sdo", "sync", "emcy", "pdo")),
 }
-"""Which services a node in a state takes part in: CiA 301, relation of states and objects."""
+"""The services available in each state, by CiA 301."""
 
 
 @dataclass(frozen=True, slots=True)
 class Nmt:
-    """An order to one node, or to `ALL_NODES`. Nobody answers it."""
+    """A command to one node or to `ALL_NODES`. There is no answer."""
 
     command: NmtCommand
     node: int = ALL_NODES
@@ -64,12 +64,12 @@ class Nmt:
 
     @property
     def frame(self) -> Frame:
-        """The frame that orders it."""
+        """The CAN frame."""
         return Frame(cob_id(Service.NMT), bytes((self.command, self.node)))
 
     @classmethod
     def read(cls, frame: Frame) -> Nmt:
-        """Read a frame; raises `RemoteProtocolError`."""
+        """Decode a frame. Raises `RemoteProtocolError`."""
         opened(frame, Service.NMT)
         command, node = sized(frame, 2, 2)
         try:
@@ -80,7 +80,7 @@ class Nmt:
 
 @dataclass(frozen=True, slots=True)
 class Heartbeat:
-    """A node is alive, and what it is. The boot-up message is the one with `BOOTING`."""
+    """A sign of life with the node's state. With `BOOTING` it is the boot-up message."""
 
     node: int
     state: NodeState
@@ -92,17 +92,17 @@ class Heartbeat:
 
     @property
     def booted(self) -> bool:
-        """Whether the node has just begun: whatever it was told before is forgotten."""
+        """Whether the node has just started and lost its earlier set-up."""
         return self.state is NodeState.BOOTING
 
     @property
     def frame(self) -> Frame:
-        """The frame that says so."""
+        """The CAN frame."""
         return Frame(cob_id(Service.HEARTBEAT, self.node), bytes((self.state,)))
 
     @classmethod
     def read(cls, frame: Frame) -> Heartbeat:
-        """Read a frame; raises `RemoteProtocolError`. The bit of node guarding is left out."""
+        """Decode a frame, ignoring node guarding's toggle bit. Raises `RemoteProtocolError`."""
         _, node = opened(frame, Service.HEARTBEAT)
         (byte,) = sized(frame, 1, 1)
         try:
@@ -113,9 +113,9 @@ class Heartbeat:
 
 @dataclass(frozen=True, slots=True)
 class HeartbeatWatch:
-    """An entry of object 1016: the device watches that node, and reacts after so much silence.
+    """An entry of object 1016: a node to monitor, and its heartbeat timeout.
 
-    0 ms watches nothing. What it does then is for a drive in 6007.
+    0 ms switches the monitoring off. On a drive, object 6007 sets the reaction.
     """
 
     node: int
@@ -127,18 +127,18 @@ class HeartbeatWatch:
 
     @property
     def value(self) -> int:
-        """What is written to the object."""
+        """The value to write to the object."""
         return self.node << 16 | self.silence_ms
 
     @classmethod
     def of(cls, value: int) -> HeartbeatWatch | None:
-        """Read the object's value; None where it watches nobody."""
+        """Decode the object's value; None if no node is monitored."""
         whole("value", value, 0, 0xFFFF_FFFF)
         node, silence_ms = value >> 16 & 0xFF, value & HEARTBEAT_MAX_MS
         return cls(node, silence_ms) if 1 <= node <= NODE_MAX and silence_ms else None
 
 
-# A device's end of NMT: one table of its states, and what it says of them.
+# The device's end of NMT.
 
 _ORDERED = {
     NmtCommand.START: NodeState.OPERATIONAL,
@@ -150,9 +150,9 @@ _ORDERED = {
 
 
 class NmtNode:
-    """The NMT state of a device. It boots until its owner says `booted`, then obeys.
+    """The NMT state machine of a device. It boots until the owner calls `booted`.
 
-    An order reaches a node in any state but `BOOTING`; a reset brings it back there.
+    Commands act in every state except `BOOTING`; a reset leads back to `BOOTING`.
     """
 
     def __init__(self, node: int) -> None:
@@ -161,25 +161,25 @@ class NmtNode:
 
     @property
     def state(self) -> NodeState:
-        """What the node is."""
+        """The node's state."""
         return self._state
 
     @property
     def heartbeat(self) -> Heartbeat:
-        """What it says of itself now; its period is its owner's business."""
+        """The current heartbeat message; the owner sends it periodically."""
         return Heartbeat(self._node, self._state)
 
     def takes(self, service: str) -> bool:
-        """Whether it takes part in a service: `sdo`, `pdo`, `sync`, `emcy`, as it is now."""
+        """Return whether a service (`sdo`, `pdo`, `sync`, `emcy`) is available in this state."""
         return service in SPEAKS[self._state]
 
     def booted(self) -> Frame:
-        """Say that it has begun: it is pre-operational; returns the boot-up message."""
+        """Enter pre-operational after a start; return the boot-up message."""
         self._state = NodeState.PRE_OPERATIONAL
         return Heartbeat(self._node, NodeState.BOOTING).frame
 
     def receive_frame(self, frame: Frame) -> NmtCommand | None:
-        """Obey an order; returns it, or None where the frame is none for this node."""
+        """Obey a command; return it, or None if the frame is not a command to this node."""
         try:
             order = Nmt.read(frame)
         except RemoteProtocolError:
@@ -190,15 +190,15 @@ class NmtNode:
         return order.command
 
 
-# SYNC: the beat by which devices take over what PDOs brought them, and answer with theirs.
+# SYNC: the signal on which devices apply received PDOs and send their own.
 
 COUNTER_MAX = 240
-"""Where the counter of SYNC begins anew at 1, at the latest (object 1019)."""
+"""The highest SYNC counter; after it the counter restarts at 1 (object 1019)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sync:
-    """One beat; with a counter where object 1019 asks for one."""
+    """A SYNC message, with a counter if object 1019 requires one."""
 
     counter: int | None = None
 
@@ -208,21 +208,21 @@ class Sync:
 
     @property
     def frame(self) -> Frame:
-        """The frame of it."""
+        """The CAN frame."""
         return Frame(cob_id(Service.SYNC), b"" if self.counter is None else bytes((self.counter,)))
 
     def after(self, overflow: int = COUNTER_MAX) -> Sync:
-        """Return the next beat; a counter begins anew at 1 behind `overflow`, 2 to 240."""
+        """Return the next SYNC; a counter restarts at 1 after `overflow` (2 to 240)."""
         if self.counter is None:
             return self
         return Sync(self.counter % whole("overflow", overflow, 2, COUNTER_MAX) + 1)
 
     @classmethod
     def read(cls, frame: Frame) -> Sync:
-        """Read a frame; raises `RemoteProtocolError`."""
+        """Decode a frame. Raises `RemoteProtocolError`."""
         opened(frame, Service.SYNC)
         data = sized(frame, 0, 1)
         try:
             return cls(data[0] if data else None)
-        except BadField as error:  # of what came, not of what we chose
+        except BadField as error:  # the sender chose the value
             raise RemoteProtocolError(f"SYNC: {error}") from None

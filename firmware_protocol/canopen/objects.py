@@ -1,4 +1,4 @@
-"""The objects of a device: their places, types and values, and those that drives have."""
+"""Object dictionaries: places, types and values, and the objects of CiA 402 drives."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from firmware_protocol.canopen.cob import checked_node
 from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError, whole
 
 Value: TypeAlias = bool | int | float | str | bytes
-"""What an object holds: a bool, whole number, float, ASCII text, or bytes of no known meaning."""
+"""An object's value: bool, int, float, ASCII text, or bytes without a known meaning."""
 
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """An object of a dictionary: index and sub-index."""
+    """The address of an object in a dictionary: index and sub-index."""
 
     index: int
     sub: int = 0
@@ -28,17 +28,17 @@ class Place:
         whole("sub", self.sub, 0, 0xFF)
 
     def __str__(self) -> str:
-        """Write it as manuals do: `6040:00`."""
+        """Format as in manuals: `6040:00`."""
         return f"{self.index:04X}:{self.sub:02X}"
 
     @property
     def packed(self) -> bytes:
-        """The three bytes of it."""
+        """The three bytes on the wire."""
         return self.index.to_bytes(2, "little") + bytes((self.sub,))
 
 
 class DataType(IntEnum):
-    """A type, by its number in an object dictionary and in an EDS file."""
+    """A data type, by its number in object dictionaries and EDS files."""
 
     BOOLEAN = 0x01
     I8 = 0x02
@@ -66,28 +66,28 @@ class DataType(IntEnum):
     U56 = 0x1A
     U64 = 0x1B
 
-    @cached_property  # every PDO asks for it
+    @cached_property  # used for every PDO
     def size(self) -> int | None:
-        """How many bytes a value has; None where that differs from value to value."""
+        """Bytes per value; None if the length varies."""
         return _SIZES.get(self)
 
     @cached_property
     def bits(self) -> int | None:
-        """How many bits a value has in a PDO; None where it cannot be mapped."""
+        """Bits per value in a PDO; None if the type cannot be mapped."""
         return 1 if self is DataType.BOOLEAN else None if self.size is None else 8 * self.size
 
     @cached_property
     def signed(self) -> bool:
-        """Whether it is a whole number with a sign."""
+        """Whether the type is a signed integer."""
         return self in _SIGNED
 
     @cached_property
     def limits(self) -> tuple[int, int] | None:
-        """The least and the greatest whole number; None for what is none."""
+        """The smallest and the largest integer; None for other types."""
         return _LIMITS.get(self)
 
     def pack(self, value: Value) -> bytes:
-        """Return the bytes of a value; raises `BadField` for one of another type or too large."""
+        """Return a value's bytes. Raises `BadField` for a wrong type or a value out of range."""
         if (limits := self.limits) is not None:
             number = whole(self.name, value, *limits)
             return number.to_bytes(_SIZES[self], "little", signed=self.signed)
@@ -102,10 +102,10 @@ class DataType(IntEnum):
         raise BadField(self.name, value, _ALLOWED.get(self, "bytes"))
 
     def unpack(self, data: bytes, *, exact: bool = True) -> Value:
-        """Return the value of bytes; raises `RemoteProtocolError`.
+        """Return the value of bytes. Raises `RemoteProtocolError`.
 
-        Where the length is not `exact`, as in an SDO frame that did not tell it, bytes behind the
-        value are left out.
+        If the length is not `exact`, as in an SDO frame without a size, bytes after the value are
+        ignored.
         """
         size = self.size
         if size is not None and (len(data) != size if exact else len(data) < size):
@@ -129,7 +129,7 @@ class DataType(IntEnum):
             raise BadField(self.name, value, "a number that it can hold") from None
 
 
-# the name of a whole number tells its sign and its bits
+# an integer type's name contains its sign and its number of bits
 _WHOLE = {kind: int(kind.name[1:]) // 8 for kind in DataType if kind.name[1:].isdigit()}
 _SIGNED = frozenset(kind for kind in _WHOLE if kind.name.startswith("I"))
 _LIMITS = {
@@ -154,34 +154,34 @@ _ALLOWED = {
 }
 
 
-# Objects of a device as data: index, sub-index, name, type, access, unit, what it is at first.
+# Objects as data: index, sub-index, name, type, access, unit, default.
 
 
 class Access(Enum):
-    """What may be done with an object, in the words of EDS files."""
+    """An object's access rights, in the words of EDS files."""
 
     CONST = "const"
     RO = "ro"
     WO = "wo"
     RW = "rw"
     RWR = "rwr"
-    """Read and written; in a PDO that the device transmits."""
+    """Read and write; may be mapped into a transmitted PDO."""
     RWW = "rww"
-    """Read and written; in a PDO that the device receives."""
+    """Read and write; may be mapped into a received PDO."""
 
     @property
     def readable(self) -> bool:
-        """Whether it can be read over the bus."""
+        """Whether the object can be read over the bus."""
         return self is not Access.WO
 
     @property
     def writable(self) -> bool:
-        """Whether it can be written over the bus."""
+        """Whether the object can be written over the bus."""
         return self not in (Access.CONST, Access.RO)
 
 
 def one_line(field: str, value: object) -> str:
-    """Return text that a line of an EDS file can hold, or raise `BadField`."""
+    """Return text that fits on a line of an EDS file, or raise `BadField`."""
     fits = isinstance(value, str) and value.isprintable() and value == value.strip()
     if not fits or not value or " ;" in str(value):
         raise BadField(field, value, "one line of text, without blanks around it and without ' ;'")
@@ -190,10 +190,10 @@ def one_line(field: str, value: object) -> str:
 
 @dataclass(frozen=True, slots=True)
 class ObjectEntry:
-    """One object, or one sub-index of a record.
+    """An object, or one sub-index of a record.
 
-    `unit` is in the drive's own words, since CiA 402 leaves position units to its factors.
-    `adds_node`: the node's number is added to `default`, as COB-ids want it.
+    `unit` is free text, because the drive's factors define its position units. With `adds_node`,
+    the node's number is added to `default`, as for COB-ids.
     """
 
     place: Place
@@ -223,16 +223,16 @@ class ObjectEntry:
             one_line("default", default)
 
     def initial(self, node: int) -> Value | None:
-        """Return what the object is at first, on a node."""
+        """Return the object's initial value on a node."""
         if self.adds_node and isinstance(self.default, int):
             return self.default + checked_node(node)
         return self.default
 
 
 class Dictionary:
-    """The objects of a device, in the order of their places. Raises `BadField` for two of one.
+    """A device's objects, sorted by place. Raises `BadField` for duplicates.
 
-    `records` names the indices whose objects are sub-indices; one without is called like its first.
+    `records` names the indices that have sub-indices; an unnamed one takes its first entry's name.
     """
 
     def __init__(
@@ -273,24 +273,24 @@ class Dictionary:
 
     @property
     def records(self) -> dict[int, str]:
-        """The names of what has sub-indices."""
+        """The names of the indices that have sub-indices."""
         return dict(self._records)
 
     def find(self, place: Place) -> ObjectEntry | None:
-        """Return the object at a place; None where there is none."""
+        """Return the object at a place, or None."""
         return self._entries.get(place)
 
     def named(self, name: str) -> ObjectEntry:
-        """Return the object of a name; raises `LocalProtocolError` unless there is just one."""
+        """Return the object with a name. Raises `LocalProtocolError` unless exactly one has it."""
         found = [entry for entry in self if entry.name == name]
         if len(found) != 1:
             raise LocalProtocolError(f"{len(found)} objects are called {name!r}")
         return found[0]
 
 
-# The objects of CiA 301 and CiA 402 that arms on such drives need.
+# The objects of CiA 301 and CiA 402 that arms with such drives need.
 #
-# Position units are the drive's (`inc` where no factor is set: increments of its encoder).
+# Position units are defined by the drive (`inc`, encoder increments, if no factor is set).
 # Sources: CiA 301, object dictionary; CiA 402-2 and -3 (IEC 61800-7-201), objects of the profile.
 
 _U8, _U16, _U32 = DataType.U8, DataType.U16, DataType.U32
@@ -298,23 +298,23 @@ _I8, _I16, _I32 = DataType.I8, DataType.I16, DataType.I32
 _RO, _RW, _CONST = Access.RO, Access.RW, Access.CONST
 _RWW = Access.RWW
 
-# the names of places that drivers and simulated drives use
+# names for the places that drivers and simulated drives use
 DEVICE_TYPE = Place(0x1000)
 ERROR_REGISTER = Place(0x1001)
 ERROR_COUNT, LAST_ERROR = Place(0x1003, 0), Place(0x1003, 1)
 DEVICE_NAME = Place(0x1008)
 CONSUMER_HEARTBEAT = Place(0x1016, 1)
-"""Whose silence the drive minds, and from when on: `nmt.HeartbeatWatch`."""
+"""The node whose heartbeat the drive monitors, and the timeout: `nmt.HeartbeatWatch`."""
 PRODUCER_HEARTBEAT_MS = Place(0x1017)
 VENDOR, PRODUCT, REVISION, SERIAL_NUMBER = (Place(0x1018, sub) for sub in (1, 2, 3, 4))
 HEARTBEAT_REACTION = Place(0x6007)
-"""What it does then (abort connection option code): 0 nothing, 1 fault, 2 disable, 3 quick stop."""
+"""The reaction (abort connection option code): 0 nothing, 1 fault, 2 disable, 3 quick stop."""
 ERROR_CODE = Place(0x603F)
 CONTROLWORD = Place(0x6040)
 STATUSWORD = Place(0x6041)
 QUICK_STOP_OPTION = Place(0x605A)
 FAULT_REACTION_OPTION = Place(0x605E)
-"""What it does upon a fault: 0 lets the motor turn freely, so that an arm sags; 2 brakes first."""
+"""The reaction to a fault: 0 releases the motor, so that an arm sags; 2 brakes first."""
 MODE = Place(0x6060)
 MODE_SHOWN = Place(0x6061)
 POSITION_DEMAND = Place(0x6062)
@@ -334,10 +334,10 @@ QUICK_STOP_DECELERATION = Place(0x6085)
 ENCODER_INCREMENTS = Place(0x608F, 1)
 HOMING_METHOD = Place(0x6098)
 HOMING_SPEED, HOMING_CREEP = Place(0x6099, 1), Place(0x6099, 2)
-"""How fast a drive searches for its switch, and how fast it leaves it."""
+"""The speed towards the home switch, and the speed off the switch."""
 HOMING_ACCELERATION = Place(0x609A)
 PERIOD, PERIOD_POWER = Place(0x60C2, 1), Place(0x60C2, 2)
-"""Over how long cyclic targets are interpolated: a number of units, and the power of ten of one."""
+"""The interpolation time of cyclic targets: a number of units, and the unit's power of ten."""
 FOLLOWING_ERROR = Place(0x60F4)
 DIGITAL_INPUTS = Place(0x60FD)
 SUPPORTED_MODES = Place(0x6502)
@@ -407,4 +407,4 @@ STANDARD = Dictionary(
         0x60C2: "Interpolation time period",
     },
 )
-"""What a drive of CiA 402 has, as far as arms use it; an EDS file tells what one really has."""
+"""The objects of a CiA 402 drive that arms use; an EDS file describes a particular drive."""

@@ -1,6 +1,6 @@
-"""PDOs: what they carry, how a master sets them up, and when a device sends and obeys them.
+"""PDOs: their mapping, their set-up by a master, and their handling in a device.
 
-One carries a mapping of objects, packed one behind the other, the low byte first.
+A PDO carries the mapped objects one after the other, low byte first.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from firmware_protocol.frames import DATA_MAX, STANDARD_ID_MAX, Frame
 
 @dataclass(frozen=True, slots=True)
 class Mapped:
-    """An object in a PDO. It is one of whole bytes here: no BOOLEAN, nothing of varying length."""
+    """An object in a PDO. It must consist of whole bytes: no BOOLEAN, no variable length."""
 
     place: Place
     type: DataType
@@ -33,19 +33,19 @@ class Mapped:
 
     @property
     def size(self) -> int:
-        """How many bytes it has."""
+        """Number of bytes."""
         return self.type.size or 0
 
     @property
     def word(self) -> int:
-        """The entry of a mapping parameter: index, sub-index, bits."""
+        """The entry in a mapping parameter: index, sub-index, bits."""
         return self.place.index << 16 | self.place.sub << 8 | 8 * self.size
 
     @classmethod
     def of(cls, word: int, dictionary: Dictionary) -> Mapped:
-        """Read an entry that a device told; raises `RemoteProtocolError`.
+        """Decode a device's mapping entry. Raises `RemoteProtocolError`.
 
-        The entry tells the length alone, so the dictionary has to tell the type.
+        The entry contains only the length, so the type comes from the dictionary.
         """
         whole("word", word, 0, 0xFFFF_FFFF)
         place = Place(word >> 16, word >> 8 & 0xFF)
@@ -61,13 +61,13 @@ class Mapped:
 
 @dataclass(frozen=True, slots=True)
 class Mapping:
-    """The objects of a PDO, in order: at least one, and at most eight bytes."""
+    """The objects of a PDO, in order: at least one object, at most eight bytes."""
 
     entries: tuple[Mapped, ...]
     size: int = field(init=False, repr=False, compare=False)
-    """How many bytes the PDO has."""
+    """Number of bytes in the PDO."""
     _parts: tuple[tuple[DataType, slice], ...] = field(init=False, repr=False, compare=False)
-    """The type of each entry and where its bytes are: worked out once, and not with every PDO."""
+    """Each entry's type and the slice of its bytes, computed once instead of for every PDO."""
 
     def __post_init__(self) -> None:
         known = isinstance(self.entries, tuple)
@@ -82,7 +82,7 @@ class Mapping:
 
     @classmethod
     def of_objects(cls, dictionary: Dictionary, *places: Place) -> Mapping:
-        """Map objects of a dictionary. Raises `BadField` for one that cannot be."""
+        """Map objects of a dictionary. Raises `BadField` for an object that cannot be mapped."""
         found = [dictionary.find(place) for place in places]
         for place, entry in zip(places, found, strict=True):
             if entry is None or not entry.mappable:
@@ -90,62 +90,62 @@ class Mapping:
         return cls(tuple(Mapped(entry.place, entry.type) for entry in found if entry is not None))
 
     def pack(self, values: Sequence[Value]) -> bytes:
-        """Return the data of one PDO, of a value for each entry. Raises `BadField`."""
+        """Return a PDO's data for one value per entry. Raises `BadField`."""
         if len(values) != len(self.entries):
             raise BadField("values", values, f"{len(self.entries)} of them")
         pairs = zip(self._parts, values, strict=True)
         return b"".join([kind.pack(value) for (kind, _), value in pairs])
 
     def unpack(self, data: bytes) -> tuple[Value, ...]:
-        """Return the values of one PDO; raises `RemoteProtocolError` where it is too short.
+        """Return a PDO's values. Raises `RemoteProtocolError` if it is too short.
 
-        What is behind the last entry is left out, as CiA 301 wants it.
+        Bytes after the last entry are ignored, as CiA 301 requires.
         """
         if len(data) < self.size:
             raise RemoteProtocolError(f"{len(data)} bytes where the PDO has {self.size}")
         return tuple([kind.unpack(data[where]) for kind, where in self._parts])
 
 
-# How a PDO of a device is set up: the list of SDO writes, in the order that devices insist on.
+# Setting up a device's PDO: a list of SDO writes, in the order that devices insist on.
 #
-#     disable (bit 31 of its COB-ID), no entries, the entries, how many, when it is sent, enable
+#     disable (bit 31 of the COB-ID), entry count 0, entries, entry count, transmission, enable
 #
-# It may be written in the state pre-operational alone. Until the last write has been taken, the PDO
-# does not exist: a list that breaks off leaves the drive deaf to it, not misled by it.
+# The writes are valid only in pre-operational. Until the last write succeeds, the PDO does not
+# exist: after an incomplete list the drive ignores the PDO instead of misreading it.
 # Source: CiA 301, PDO communication and mapping parameters.
 
 PDO_MAX = 512
-"""How many PDOs of a direction a device can have; the first four have COB-IDs of their own."""
+"""Most PDOs per direction in a device; the first four have predefined COB-IDs."""
 NOT_VALID, NO_REMOTE = 1 << 31, 1 << 30
-"""Bits of the COB-ID: the PDO does not exist; it is not sent upon a remote frame."""
+"""Bits of the COB-ID: the PDO does not exist; remote frames do not trigger it."""
 EVERY_SYNC, ON_EVENT = 1, 255
-"""Transmission types: with every SYNC; when the device profile says so."""
+"""Transmission types: on every SYNC; on events defined by the device profile."""
 
 _RESERVED = range(241, 252)
 
 
 class Direction(Enum):
-    """Whether the device receives or transmits it."""
+    """Whether the device receives or transmits a PDO."""
 
     RECEIVED = "RPDO"
     TRANSMITTED = "TPDO"
 
 
 PARAMETERS = {Direction.RECEIVED: (0x1400, 0x1600), Direction.TRANSMITTED: (0x1800, 0x1A00)}
-"""Where the objects of communication and of mapping begin."""
+"""The first indices of the communication and of the mapping parameters."""
 PDO_PARAMETERS = range(0x1400, 0x1C00)
-"""Indices of all of them."""
+"""The indices of all PDO parameters."""
 PDO_SERVICES = {
     Direction.RECEIVED: (Service.RPDO1, Service.RPDO2, Service.RPDO3, Service.RPDO4),
     Direction.TRANSMITTED: (Service.TPDO1, Service.TPDO2, Service.TPDO3, Service.TPDO4),
 }
-"""Those that have COB-IDs of their own."""
+"""The PDOs with predefined COB-IDs."""
 _COB, _TRANSMISSION, _INHIBIT, _EVENT = 1, 2, 3, 5  # sub-indices
 
 
 @dataclass(frozen=True, slots=True)
 class Write:
-    """One object to be written, with what."""
+    """A write to one object."""
 
     place: Place
     type: DataType
@@ -153,24 +153,24 @@ class Write:
 
     @property
     def data(self) -> bytes:
-        """The bytes to download."""
+        """The bytes to write."""
         return self.type.pack(self.value)
 
 
 def switched_off(direction: Direction, number: int, node: int) -> Write:
-    """Return what has one of the first four PDOs of a direction not exist."""
+    """Return the write that disables one of the first four PDOs of a direction."""
     cob = cob_id(PDO_SERVICES[direction][number - 1], node) | NOT_VALID
     return Write(Place(PARAMETERS[direction][0] + number - 1, _COB), DataType.U32, cob)
 
 
 @dataclass(frozen=True, slots=True)
 class PdoSetup:
-    """A PDO as it is to be. `number` counts from 1.
+    """The desired configuration of a PDO. `number` counts from 1.
 
-    `transmission` is 0 to 240 (at every so many-th SYNC; 0 at the next after a change) or 252 to
-    255. `inhibit_100us` is the least time between two, `event_ms` the longest (of a received PDO:
-    after which its absence is an error); None leaves the device's own. `can_id` defaults to the
-    one that CiA 301 gives to the first four.
+    `transmission` is 1 to 240 (on every nth SYNC), 0 (on the first SYNC after a change) or 252 to
+    255. `inhibit_100us` is the shortest time between two transmissions, `event_ms` the longest
+    (for a received PDO: the timeout after which its absence is an error); None keeps the device's
+    value. `can_id` defaults to the predefined id of CiA 301, for the first four PDOs.
     """
 
     direction: Direction
@@ -203,14 +203,14 @@ class PdoSetup:
 
     @property
     def frame_id(self) -> int:
-        """The id of its frames."""
+        """The CAN id of the frames."""
         if self.can_id is not None:
             return self.can_id
         return cob_id(PDO_SERVICES[self.direction][self.number - 1], self.node)
 
     @property
     def writes(self) -> tuple[Write, ...]:
-        """What is written, in this order."""
+        """The SDO writes, in order."""
         communication, mapping = (base + self.number - 1 for base in PARAMETERS[self.direction])
         cob = self.frame_id | NO_REMOTE * self.no_remote
         entries = self.mapping.entries
@@ -236,14 +236,14 @@ class PdoSetup:
         )
 
 
-# A device's end of PDOs: what its objects make of them, when each is sent and acted on.
+# The device's end of PDOs: the configuration in its objects, sending, and receiving.
 #
-# No clock and no wire: its owner hands times in, in seconds, and frames out.
+# No clock and no I/O: the owner passes times in seconds and transmits the frames.
 # Source: CiA 301, PDO communication and mapping parameters.
 
 SYNCHRONOUS_MOST = 240
 AT_CHANGE = 0
-"""The transmission type of what is sent at the SYNC behind a change."""
+"""Transmission type: sent on the first SYNC after a change."""
 ENTRIES_MOST = 8
 _REMOTE_ALONE = range(241, 254)
 _INHIBIT_S, _EVENT_S = 1e-4, 1e-3
@@ -251,7 +251,7 @@ _INHIBIT_S, _EVENT_S = 1e-4, 1e-3
 
 @dataclass(slots=True)
 class DevicePdo:
-    """One that exists, and where it stands."""
+    """A configured PDO and its state."""
 
     can_id: int
     mapping: Mapping
@@ -260,16 +260,16 @@ class DevicePdo:
     event_s: float = 0.0
     places: tuple[Place, ...] = field(init=False)
     beats: int = 0
-    """How many SYNCs have passed since it was sent."""
+    """SYNCs since the latest transmission."""
     data: bytes = b""
-    """What came, and waits for the SYNC; or what was sent last."""
+    """Received data that waits for a SYNC, or the data sent last."""
     due_s: float = math.inf
-    """When its event timer has it sent."""
+    """When the event timer expires."""
     free_s: float = -math.inf
-    """When it may be sent again."""
+    """When the inhibit time ends."""
     size: int = field(init=False)
     synchronous: bool = field(init=False)
-    """Whether it goes by SYNC."""
+    """Whether the PDO is synchronous."""
     _codec: struct.Struct = field(init=False)
 
     def __post_init__(self) -> None:
@@ -279,23 +279,23 @@ class DevicePdo:
         self._codec = struct.Struct("<" + "".join(map(_code, self.mapping.entries)))
 
     def pack(self, values: Sequence[int]) -> bytes:
-        """Return the data of it."""
+        """Return the PDO's data."""
         return self._codec.pack(*values)
 
     def unpack(self, data: bytes) -> list[tuple[Place, int]]:
-        """Return the objects and their values of data that is long enough."""
+        """Return the objects with their values; the data must be long enough."""
         return [*zip(self.places, self._codec.unpack_from(data), strict=True)]
 
 
 Reader: TypeAlias = Callable[[float], int]
-"""Returns what an object is at a moment."""
+"""Returns an object's value at a given time."""
 _Transmitted: TypeAlias = tuple[DevicePdo, list[Reader]]
 
 
 class DevicePdos:
-    """The PDOs that exist. `value` is what an object holds; `reader` finds out how to read it.
+    """The configured PDOs. `value` returns an object's value; `reader` returns its reader.
 
-    `say` brings a frame to the bus; `act` is handed what a PDO has brought, once that is acted on.
+    `say` transmits a frame; `act` receives the contents of a PDO when they take effect.
     """
 
     def __init__(
@@ -315,26 +315,26 @@ class DevicePdos:
 
     @property
     def received(self) -> Collection[int]:
-        """The ids of the frames that carry them to the drive."""
+        """The CAN ids of the received PDOs."""
         return self._received.keys()
 
     def rebuild(self) -> None:
-        """Read the objects again."""
+        """Read the configuration from the objects again."""
         self._received = {pdo.can_id: pdo for pdo in self._described(Direction.RECEIVED)}
         self._by_sync, self._by_event = [], []
         for pdo in self._described(Direction.TRANSMITTED):
             readers = [self._reader(place) for place in pdo.places]
             (self._by_sync if pdo.synchronous else self._by_event).append((pdo, readers))
 
-    # When they are sent, and acted on.
+    # Sending and receiving.
 
     @property
     def due_s(self) -> float:
-        """When the next one is to be sent by its timer."""
+        """When the next event timer expires."""
         return min((pdo.due_s for pdo, _ in self._by_event), default=math.inf)
 
     def sync(self, now_s: float) -> None:
-        """Tell how the drive stands at this moment, and only then do what came before it."""
+        """Send the drive's present values, then apply the PDOs received before this SYNC."""
         for pdo, readers in self._by_sync:
             self._send_in_turn(pdo, pdo.pack([read(now_s) for read in readers]), now_s)
         for pdo in self._received.values():
@@ -343,7 +343,7 @@ class DevicePdos:
                 self._act(pdo.unpack(data), now_s)
 
     def take(self, frame: Frame, now_s: float) -> bool:
-        """Take what a frame brings, now or at the next SYNC; False where it is too short."""
+        """Apply a received PDO, now or on the next SYNC; return False if it is too short."""
         pdo = self._received[frame.can_id]
         if len(frame.data) < pdo.size:
             return False
@@ -354,7 +354,7 @@ class DevicePdos:
         return True
 
     def tell_changes(self, now_s: float) -> None:
-        """Send those that go by themselves, where something has changed or their time has come."""
+        """Send the event-driven PDOs whose contents have changed or whose timer has expired."""
         for pdo, readers in self._by_event:
             data = pdo.pack([read(now_s) for read in readers])
             if pdo.free_s <= now_s and (data != pdo.data or pdo.due_s <= now_s):
@@ -377,10 +377,10 @@ class DevicePdos:
         if not pdo.synchronous:
             pdo.due_s = max(now_s + pdo.event_s, pdo.free_s) if pdo.event_s else math.inf
 
-    # What may be written into the objects that describe them.
+    # Checks for writes to the PDO parameters.
 
     def refusal(self, place: Place, value: int) -> AbortCode | None:
-        """Return why an object of these may not become a value; None where it may."""
+        """Return the abort code for writing a value to a PDO parameter; None if it is valid."""
         number = place.index & 0x1FF
         received = place.index < PARAMETERS[Direction.TRANSMITTED][0]
         base, _ = PARAMETERS[Direction.RECEIVED if received else Direction.TRANSMITTED]
@@ -415,7 +415,7 @@ class DevicePdos:
         return None if fits else AbortCode.NOT_MAPPABLE
 
     def _described(self, direction: Direction) -> Iterator[DevicePdo]:
-        """Give those of a direction that the objects describe, and that this drive can have."""
+        """Yield the valid PDOs of a direction, as configured in the objects."""
         for number in range(len(PDO_SERVICES[direction])):
             communication, mapping = (base + number for base in PARAMETERS[direction])
             cob, transmission, inhibit, event = (
@@ -428,14 +428,17 @@ class DevicePdos:
             words = [self._value(Place(mapping, sub)) for sub in range(1, count + 1)]
             try:
                 mapped = Mapping(tuple(Mapped.of(word, self._dictionary) for word in words))
-            except (BadField, RemoteProtocolError):  # as shipped it maps what this drive lacks
+            except (
+                BadField,
+                RemoteProtocolError,
+            ):  # maps objects that this drive lacks
                 continue
             can_id = cob & STANDARD_ID_MAX
             yield DevicePdo(can_id, mapped, transmission, inhibit * _INHIBIT_S, event * _EVENT_S)
 
 
 def _code(entry: Mapped) -> str:
-    """Return what `struct` calls a whole number; drives map no others."""
+    """Return the `struct` code of an integer type; drives map only integers."""
     code = {1: "b", 2: "h", 4: "i", 8: "q"}[entry.size]
     return code if entry.type.signed else code.upper()
 

@@ -1,4 +1,4 @@
-"""SDO, by which objects are read and written: what client and server say, and why they abort."""
+"""SDO, the service that reads and writes objects: messages, abort codes and segments."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from firmware_protocol.canopen.objects import Place
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
 
 EVENTS_MAX = 64
-"""How many events of a client or a server wait to be fetched, the newest."""
+"""Most queued events of a client or a server; the newest are kept."""
 
 
 class AbortCode(IntEnum):
-    """The codes that CiA 301 has, with what each says; a device may send others."""
+    """The abort codes of CiA 301 with their descriptions; devices may send others."""
 
     words: str
 
     def __new__(cls, code: int, words: str) -> Self:
-        """Make a whole number that has words."""
+        """Make an integer member with a description."""
         one = int.__new__(cls, code)
         one._value_, one.words = code, words
         return one
@@ -59,25 +59,25 @@ class AbortCode(IntEnum):
 
 
 def abort_words(code: int) -> str:
-    """Return what an abort code says."""
+    """Return the description of an abort code."""
     known = (each.words for each in AbortCode if each == code)
     return next(known, f"abort code {code:08X}, which CiA 301 does not have")
 
 
-# What SDO client and server say to each other.
+# The messages of SDO client and server.
 
 SEGMENT_MAX = 7
 EXPEDITED_MAX = 4
-"""How many bytes an initiating frame carries itself."""
+"""Most bytes that an initiating frame itself can carry."""
 
 _EXPEDITED, _SIZED = 0x02, 0x01
 
 
 @dataclass(frozen=True, slots=True)
 class Content:
-    """What initiates a transfer of data: up to four bytes, or how many bytes will follow.
+    """The content of an initiating frame: up to four bytes, or the number of bytes to follow.
 
-    `size` is None where it is not told; bytes without a size are always four.
+    `size` is None if the frame does not contain it; there are then always four bytes.
     """
 
     data: bytes | None
@@ -92,7 +92,7 @@ class Content:
 
     @property
     def flags(self) -> int:
-        """The low bits of the command."""
+        """The low bits of the command byte."""
         spare = 0 if self.data is None else EXPEDITED_MAX - len(self.data)
         return spare << 2 | _EXPEDITED * (self.data is not None) | _SIZED * (self.size is not None)
 
@@ -105,7 +105,7 @@ class Content:
 
     @classmethod
     def read(cls, command: int, packed: bytes) -> Content:
-        """Read it out of a command and the last four bytes."""
+        """Decode a command byte and the last four bytes."""
         if not command & _SIZED:
             return cls(packed if command & _EXPEDITED else None, None)
         if not command & _EXPEDITED:
@@ -116,14 +116,14 @@ class Content:
 
 @dataclass(frozen=True, slots=True)
 class StartUpload:
-    """A client asks for an object."""
+    """The client requests an object."""
 
     place: Place
 
 
 @dataclass(frozen=True, slots=True)
 class StartDownload:
-    """A client begins to write an object."""
+    """The client begins to write an object."""
 
     place: Place
     content: Content
@@ -131,7 +131,7 @@ class StartDownload:
 
 @dataclass(frozen=True, slots=True)
 class Upload:
-    """A server begins to tell an object."""
+    """The server begins to send an object."""
 
     place: Place
     content: Content
@@ -139,21 +139,21 @@ class Upload:
 
 @dataclass(frozen=True, slots=True)
 class DownloadStarted:
-    """A server has taken a `StartDownload`."""
+    """The server has accepted a `StartDownload`."""
 
     place: Place
 
 
 @dataclass(frozen=True, slots=True)
 class NextSegment:
-    """A client asks for the next segment of an upload."""
+    """The client requests the next segment of an upload."""
 
     toggle: bool
 
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """A piece of data, of either side."""
+    """A segment of data, from either side."""
 
     toggle: bool
     data: bytes
@@ -166,14 +166,14 @@ class Segment:
 
 @dataclass(frozen=True, slots=True)
 class SegmentTaken:
-    """A server has taken a segment."""
+    """The server has accepted a segment."""
 
     toggle: bool
 
 
 @dataclass(frozen=True, slots=True)
 class Abort:
-    """Either side gives a transfer up."""
+    """Either side aborts the transfer."""
 
     place: Place
     code: int
@@ -183,7 +183,7 @@ class Abort:
 
     @property
     def words(self) -> str:
-        """Why."""
+        """The reason, in words."""
         return abort_words(self.code)
 
 
@@ -200,17 +200,17 @@ Response: TypeAlias = Upload | DownloadStarted | Segment | SegmentTaken | Abort
 #     0x, 1x       a segment          20, 30            taken
 #     80 ii ii ss  abort, code        80 ii ii ss       abort, code
 #
-# Bit 4 of what has to do with segments toggles. Block transfers are not spoken.
+# Bit 4 toggles in all segment frames. Block transfers are not supported.
 # Source: CiA 301, SDO protocols.
 
 SDO_SIZE = 8
-"""Bytes of every SDO frame."""
+"""Bytes in every SDO frame."""
 
 _KIND = 0xE0
 _TOGGLE, _LAST = 0x10, 0x01
 _SEGMENT, _ABORT = 0x00, 0x80
-_DOWNLOAD, _UPLOAD, _NEXT = 0x20, 0x40, 0x60  # of a client
-_SEGMENT_TAKEN, _DATA, _TAKEN = 0x20, 0x40, 0x60  # of a server
+_DOWNLOAD, _UPLOAD, _NEXT = 0x20, 0x40, 0x60  # sent by a client
+_SEGMENT_TAKEN, _DATA, _TAKEN = 0x20, 0x40, 0x60  # sent by a server
 
 
 def encode(message: Request | Response) -> bytes:
@@ -237,7 +237,7 @@ def encode(message: Request | Response) -> bytes:
 
 
 def decode_request(data: bytes) -> Request:
-    """Read what a client sends; raises `RemoteProtocolError`."""
+    """Decode a client's message. Raises `RemoteProtocolError`."""
     kind = _kind(data)
     if kind not in _REQUESTS:
         raise RemoteProtocolError(f"no SDO request begins with {data[0]:02x} here")
@@ -245,7 +245,7 @@ def decode_request(data: bytes) -> Request:
 
 
 def decode_response(data: bytes) -> Response:
-    """Read what a server sends; raises `RemoteProtocolError`."""
+    """Decode a server's message. Raises `RemoteProtocolError`."""
     kind = _kind(data)
     if kind not in _RESPONSES:
         raise RemoteProtocolError(f"no SDO response begins with {data[0]:02x} here")
@@ -253,7 +253,7 @@ def decode_response(data: bytes) -> Response:
 
 
 def place_of(data: bytes) -> Place:
-    """Return the object that the bytes of an initiating frame name."""
+    """Return the object named in an initiating frame."""
     return Place(int.from_bytes(data[1:3], "little"), data[3])
 
 
@@ -296,14 +296,14 @@ _RESPONSES: dict[int, Callable[[bytes], Response]] = {
 }
 
 
-# Data in segments, cut and put together: the part of a transfer that both sides have in common.
+# Splitting data into segments and joining them, for both sides.
 
 SIZE_MAX = 4096
-"""Bytes of the longest object that is transferred, unless a machine is told otherwise."""
+"""Default limit for the size of a transferred object, in bytes."""
 
 
 class Sending:
-    """Data that leaves in segments, one after another."""
+    """Data being sent in segments."""
 
     def __init__(self, data: bytes) -> None:
         self._data = data
@@ -312,23 +312,23 @@ class Sending:
 
     @property
     def done(self) -> bool:
-        """Whether the last segment was said to have arrived. No data at all is one segment too."""
+        """Whether the last segment was confirmed. Empty data is sent as one segment."""
         return self._at >= max(1, len(self._data))
 
     @property
     def segment(self) -> Segment:
-        """The segment whose turn it is."""
+        """The current segment."""
         end = self._at + SEGMENT_MAX
         return Segment(self.toggle, self._data[self._at : end], end >= len(self._data))
 
     def advance(self) -> None:
-        """Turn to the next segment."""
+        """Move on to the next segment."""
         self._at += SEGMENT_MAX
         self.toggle = not self.toggle
 
 
 class Receiving:
-    """Data that comes in segments. Held is never more than `size_max` bytes."""
+    """Data being received in segments, at most `size_max` bytes."""
 
     def __init__(self, size: int | None, size_max: int) -> None:
         self._size = size
@@ -339,14 +339,14 @@ class Receiving:
 
     @property
     def data(self) -> bytes:
-        """What has come."""
+        """The data received so far."""
         return bytes(self._data)
 
     def take(self, segment: Segment) -> AbortCode | None:
-        """Add the segment whose turn it is; returns why the transfer cannot go on, if it cannot.
+        """Add the next segment; return an abort code if the transfer cannot go on.
 
-        What was announced and what comes must agree: a segment that came twice, or one that was
-        lost, shows so where the toggle bit does not tell.
+        The announced size must match the data: this detects lost and repeated segments that the
+        toggle bit misses.
         """
         if len(self._data) + len(segment.data) > self._most:
             return self._too_much

@@ -1,11 +1,11 @@
 """The client's end of SDO: one transfer at a time with one node, frames in, frames and events out.
 
-Nothing that is on the bus raises or keeps it from the next transfer. It has no clock: the owner's
-deadline for the whole transfer ends it by `abandon`, and nothing is ever repeated by itself.
+No frame on the bus raises or prevents the next transfer. There is no clock: the owner keeps a
+deadline for the whole transfer and calls `abandon`. The client never retries by itself.
 
-What is repeated by the bus is left aside, since its toggle bit or its object is another. What comes
-so late that it answers the next transfer of the very same object is taken for that one's answer:
-nothing in it tells otherwise. So leave a server that was given up its time, or read back.
+Repeated frames are ignored, because their toggle bit or object differs. A late response is taken
+for the answer to a newer transfer of the same object, because nothing in it shows the difference.
+So give the server time after abandoning a transfer, or read the object back.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ from firmware_protocol.waiting import Overrun, Waiting
 
 @dataclass(frozen=True, slots=True)
 class Uploaded:
-    """An object was read. Where its length was not told, `exact` is False and there are 4 bytes."""
+    """An object was read. If the server sent no length, `exact` is False and `data` has 4 bytes."""
 
     place: Place
     data: bytes
@@ -53,14 +53,14 @@ class Uploaded:
 
 @dataclass(frozen=True, slots=True)
 class Downloaded:
-    """An object was written, and the server has taken it."""
+    """An object was written and accepted by the server."""
 
     place: Place
 
 
 @dataclass(frozen=True, slots=True)
 class Aborted:
-    """A transfer was given up: by the server, or by us over what the server sent."""
+    """A transfer was aborted by the server, or by the client after an invalid response."""
 
     place: Place
     code: int
@@ -68,20 +68,20 @@ class Aborted:
 
     @property
     def words(self) -> str:
-        """Why."""
+        """The reason, in words."""
         return abort_words(self.code)
 
 
 @dataclass(frozen=True, slots=True)
 class StrayResponse:
-    """A readable response that nobody awaits: repeated, late, or to another client."""
+    """A readable but unexpected response: repeated, late, or for another client."""
 
     response: Response
 
 
 @dataclass(frozen=True, slots=True)
 class GarbledResponse:
-    """A frame of the server that is no response, and why."""
+    """A frame from the server that is not a valid response, and the reason."""
 
     frame: Frame
     reason: str
@@ -93,7 +93,7 @@ SdoEvent: TypeAlias = Uploaded | Downloaded | Aborted | StrayResponse | GarbledR
 @dataclass(slots=True)
 class _Reading:
     place: Place
-    segments: Receiving | None = None  # once it has begun
+    segments: Receiving | None = None  # set once segments begin
 
 
 @dataclass(slots=True)
@@ -104,7 +104,7 @@ class _Writing:
 
 
 class SdoClient:
-    """The machine that reads and writes the objects of one node."""
+    """The client that reads and writes the objects of one node."""
 
     def __init__(self, node: int, *, size_max: int = SIZE_MAX) -> None:
         self._request_id = cob_id(Service.SDO_REQUEST, node)
@@ -115,7 +115,7 @@ class SdoClient:
 
     @property
     def busy(self) -> Place | None:
-        """The object of the transfer that is under way."""
+        """The object of the current transfer."""
         return None if self._current is None else self._current.place
 
     def upload(self, place: Place) -> Frame:
@@ -134,14 +134,14 @@ class SdoClient:
         return self._frame(StartDownload(place, Content(data if expedited else None, len(data))))
 
     def abandon(self, code: AbortCode = AbortCode.TIMED_OUT) -> Frame | None:
-        """Give up what is under way, without an event; returns the frame that tells the server."""
+        """Abort the current transfer without an event; return the abort frame for the server."""
         if self._current is None:
             return None
         place, self._current = self._current.place, None
         return self._frame(Abort(place, code))
 
     def receive_frame(self, frame: Frame) -> Frame | None:
-        """Take any frame of the bus; returns what is to be sent now. Never raises."""
+        """Process any frame on the bus; return the frame to send next. Never raises."""
         if not is_for(frame, self._response_id):
             return None
         try:
@@ -153,7 +153,7 @@ class SdoClient:
         return None if request is None else self._frame(request)
 
     def next_event(self) -> SdoEvent | None:
-        """Return what has happened so far, one event at a time, then None."""
+        """Return the next event, or None."""
         return self._events.next()
 
     def _must_be_free(self) -> None:
@@ -213,13 +213,14 @@ class SdoClient:
     def _end(self, event: SdoEvent) -> Request | None:
         self._current = None
         self._events.put(event)
-        return None  # nothing is left to be said
+        return None  # the transfer is over
 
 
 def _names(place: Place, current: _Reading | _Writing) -> bool:
-    """Whether an abort means this transfer; in segments, some servers name no object.
+    """Return whether an abort belongs to this transfer.
 
-    Before, such an abort is a late one: it answers what came twice of the transfer before.
+    During segments some servers name no object. Before the first segment, such an abort is late: it
+    answers a repeated frame of the previous transfer.
     """
     in_segments = current.started if isinstance(current, _Writing) else current.segments is not None
     return place == current.place or (in_segments and place == Place(0))

@@ -1,8 +1,8 @@
-"""A device's end of SDO: requests of one client in, responses and questions to its owner out.
+"""The device's end of SDO: one client's requests in, responses and events out.
 
-The owner is asked for an object (`ReadAsked`), or to take one (`WriteAsked`), and answers now or
-later by `supply`, `accept` or `refuse`. A newer request takes the place of an older one, as in any
-device, and an answer to what nobody awaits any more is no frame. Nothing on the bus raises.
+The owner receives `ReadAsked` and `WriteAsked` events and answers them, at once or later, with
+`supply`, `accept` or `refuse`. A newer request replaces an older one, as in any device; an answer
+to a replaced request sends nothing. No frame on the bus raises.
 """
 
 from __future__ import annotations
@@ -42,14 +42,14 @@ from firmware_protocol.waiting import Overrun, Waiting
 
 @dataclass(frozen=True, slots=True)
 class ReadAsked:
-    """The client wants an object."""
+    """The client requests an object."""
 
     place: Place
 
 
 @dataclass(frozen=True, slots=True)
 class WriteAsked:
-    """The client wants an object to become this; four bytes of unknown length if not `exact`."""
+    """The client writes an object; if not `exact`, the four bytes may be longer than the value."""
 
     place: Place
     data: bytes
@@ -58,14 +58,14 @@ class WriteAsked:
 
 @dataclass(frozen=True, slots=True)
 class GivenUp:
-    """The client has given up a transfer."""
+    """The client has aborted a transfer."""
 
     abort: Abort
 
 
 @dataclass(frozen=True, slots=True)
 class IgnoredRequest:
-    """A frame to this server that it does nothing with, and why."""
+    """A frame to this server that was ignored, and the reason."""
 
     frame: Frame
     reason: str
@@ -78,7 +78,7 @@ SdoServerEvent: TypeAlias = Ask | GivenUp | IgnoredRequest | Overrun
 @dataclass(slots=True)
 class _Asked:
     ask: Ask
-    accepted: Response | None  # what says that a write was taken
+    accepted: Response | None  # the response that confirms a write
 
 
 @dataclass(slots=True)
@@ -94,7 +94,7 @@ class _Taking:
 
 
 class SdoServer:
-    """The machine by which a device offers its objects."""
+    """The server that gives a client access to a device's objects."""
 
     def __init__(self, node: int, *, size_max: int = SIZE_MAX) -> None:
         self._request_id = cob_id(Service.SDO_REQUEST, node)
@@ -105,11 +105,11 @@ class SdoServer:
 
     @property
     def asked(self) -> Ask | None:
-        """What the owner has not answered."""
+        """The request that the owner has not answered."""
         return self._current.ask if isinstance(self._current, _Asked) else None
 
     def receive_frame(self, frame: Frame) -> Frame | None:
-        """Take any frame of the bus; returns what is to be sent now. Never raises."""
+        """Process any frame on the bus; return the frame to send next. Never raises."""
         if not is_for(frame, self._request_id):
             return None
         try:
@@ -122,11 +122,11 @@ class SdoServer:
         return self._hear(request)
 
     def next_event(self) -> SdoServerEvent | None:
-        """Return what has happened so far, one event at a time, then None."""
+        """Return the next event, or None."""
         return self._events.next()
 
     def supply(self, ask: ReadAsked, data: bytes) -> Frame | None:
-        """Answer a `ReadAsked`; returns the frame, None where it is not awaited any more."""
+        """Answer a `ReadAsked`; return the frame, or None if the request was replaced."""
         if not isinstance(data, bytes) or len(data) > self._size_max:
             raise BadField("data", data, f"at most {self._size_max} bytes")
         if ask != self.asked:
@@ -136,18 +136,18 @@ class SdoServer:
         return self._frame(Upload(ask.place, Content(data if expedited else None, len(data))))
 
     def accept(self, ask: WriteAsked) -> Frame | None:
-        """Say that a `WriteAsked` was taken; None where that is not awaited any more."""
+        """Confirm a `WriteAsked`; return the frame, or None if the request was replaced."""
         if not isinstance(self._current, _Asked) or ask != self._current.ask:
             return None
         accepted, self._current = self._current.accepted, None
         return None if accepted is None else self._frame(accepted)
 
     def refuse(self, ask: Ask, code: AbortCode) -> Frame | None:
-        """Abort what was asked; None where it is not awaited any more."""
+        """Refuse a request; return the abort frame, or None if the request was replaced."""
         return self._give_up(ask.place, code) if ask == self.asked else None
 
     def reset(self) -> None:
-        """Forget everything, as in a reset."""
+        """Discard all state, as in a reset."""
         self._current = None
         self._events.clear()
 
@@ -202,7 +202,7 @@ class SdoServer:
     def _ask(self, ask: Ask, accepted: Response | None) -> Frame | None:
         self._current = _Asked(ask, accepted)
         self._events.put(ask)
-        return None  # the owner answers
+        return None  # the owner sends the response later
 
     def _give_up(self, place: Place, code: AbortCode) -> Frame:
         self._current = None
@@ -218,11 +218,11 @@ def _place(current: _Asked | _Telling | _Taking | None) -> Place:
     return current.ask.place if isinstance(current, _Asked) else current.place
 
 
-# What a device's objects hold, read and written by the rules of its dictionary.
+# The values of a device's objects, with access by the rules of its dictionary.
 
 
 class ObjectStore:
-    """The values of a device. What has no value yet is told to be so, not made up."""
+    """The values of a device's objects. Reading an object without a value is an abort."""
 
     def __init__(self, dictionary: Dictionary, node: int) -> None:
         self._dictionary = dictionary
@@ -231,30 +231,30 @@ class ObjectStore:
         self.restore()
 
     def restore(self) -> None:
-        """Begin anew with what the dictionary says of each object."""
+        """Reset every object to its initial value in the dictionary."""
         initial = ((entry.place, entry.initial(self._node)) for entry in self._dictionary)
         self._values = {place: value for place, value in initial if value is not None}
 
     def value(self, place: Place) -> Value | None:
-        """Return what an object holds, None where nothing yet. Raises `BadField` if unknown."""
+        """Return an object's value, or None if it has none. Raises `BadField` if unknown."""
         self._entry(place)
         return self._values.get(place)
 
     def number(self, place: Place, default: int = 0) -> int:
-        """Return the whole number that an object holds; the default where there is none."""
+        """Return an object's integer value, or the default if it has none."""
         value = self._values.get(place)
         return default if value is None else int(value)
 
     def set(self, place: Place, value: Value) -> None:
-        """Set an object from inside the device, whatever its access. Raises `BadField`."""
+        """Set an object from inside the device, regardless of its access. Raises `BadField`."""
         kind = self._entry(place).type
-        if (limits := kind.limits) is not None:  # PDOs bring these again and again
+        if (limits := kind.limits) is not None:  # fast path for values from PDOs
             self._values[place] = whole(kind.name, value, *limits)
         else:
-            self._values[place] = kind.unpack(kind.pack(value))  # as it would come by the bus
+            self._values[place] = kind.unpack(kind.pack(value))  # rounded as on the bus
 
     def read(self, place: Place) -> bytes | AbortCode:
-        """Return what a client is told, or why it is not."""
+        """Return an object's bytes for a client, or the abort code."""
         entry = self._dictionary.find(place)
         if entry is None:
             return self._missing(place)
@@ -264,7 +264,7 @@ class ObjectStore:
         return AbortCode.NO_DATA if value is None else entry.type.pack(value)
 
     def write(self, place: Place, data: bytes, *, exact: bool = True) -> AbortCode | None:
-        """Take what a client writes; returns why not, or None. Unasked-for bytes are cut off."""
+        """Write a client's bytes; return an abort code or None. Unless `exact`, cut excess off."""
         entry = self._dictionary.find(place)
         if entry is None:
             return self._missing(place)
@@ -277,12 +277,12 @@ class ObjectStore:
             return AbortCode.TOO_LONG
         try:
             self.set(place, entry.type.unpack(data, exact=exact))
-        except (BadField, RemoteProtocolError):  # text that is none
+        except (BadField, RemoteProtocolError):  # invalid text, for example
             return AbortCode.VALUE
         return None
 
     def answer(self, server: SdoServer, ask: Ask) -> Frame | None:
-        """Answer what a server was asked; returns the frame, None where nobody awaits it."""
+        """Answer a server's request; return the frame, or None if the request was replaced."""
         if isinstance(ask, ReadAsked):
             told = self.read(ask.place)
             if isinstance(told, AbortCode):

@@ -1,15 +1,14 @@
-"""The master's end of profile position: the handshake by which a drive takes a target.
+"""The master's end of profile position mode: the handshake that hands a target to a drive.
 
     WAITING    until the drive has room: bit 12 is 0
-    ASKING     bit 4 is up, until the drive acknowledges: bit 12 is 1
-    RELEASING  bit 4 is down, until the drive has seen that: bit 12 is 0
+    ASKING     bit 4 is set, until the drive acknowledges: bit 12 is 1
+    RELEASING  bit 4 is clear, until the drive has seen that: bit 12 is 0
     UNDER_WAY  until the target is reached: bit 10 is 1
-    HALTING    bit 8 is up, until the drive stands: bit 10 is 1
+    HALTING    bit 8 is set, until the drive is at rest: bit 10 is 1
 
-The target (607A) is to be written before `controlword` is sent. There is no clock: deadlines are
-the owner's, and where a drive does not say that it has arrived, its position does. Statuswords are
-to be fed in the order in which the drive said them, of one PDO or of SDO alone; repeated and lost
-ones do no harm.
+Write the target (607A) before sending `controlword`. There is no clock: the owner keeps deadlines,
+and checks the position if a drive does not report its arrival. Pass statuswords in the order in
+which the drive sent them, from a single PDO or from SDO only; lost and repeated ones do no harm.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ from firmware_protocol.errors import LocalProtocolError
 
 
 class Phase(Enum):
-    """How far a set-point has come."""
+    """A phase of the handshake."""
 
     FREE = "free"
     WAITING = "waiting"
@@ -48,22 +47,22 @@ class Taken:
 
 @dataclass(frozen=True, slots=True)
 class Reached:
-    """The drive says that it is where it should be."""
+    """The drive reports that it has reached the target."""
 
 
 @dataclass(frozen=True, slots=True)
 class Stood:
-    """The drive says that it stands, after a halt."""
+    """The drive reports that it is at rest after a halt."""
 
 
 @dataclass(frozen=True, slots=True)
 class FollowingError:
-    """The drive is farther from where it should be than its window (6065) allows."""
+    """The drive's following error exceeds its window (6065)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Disabled:
-    """The drive has left ENABLED, so the set-point is lost; None is a state that there is not."""
+    """The drive has left ENABLED and lost the set-point; `state` None is an undefined state."""
 
     state: DriveState | None
 
@@ -74,27 +73,27 @@ _IN_HANDSHAKE = (Phase.WAITING, Phase.ASKING, Phase.RELEASING)
 
 
 class SetPointHost:
-    """The machine that gives one drive its targets, while that is enabled.
+    """Hands targets to one enabled drive.
 
-    A halt ends a set-point: bit 8 stays up until the next one is acknowledged, which takes the
-    place of the old, so that nothing goes on by itself when it comes down.
+    A halt ends a set-point: bit 8 stays set until the next set-point is acknowledged. That one
+    replaces the old, so that the halted motion never resumes when bit 8 is cleared.
     """
 
     def __init__(self) -> None:
         self._phase = Phase.FREE
         self._bits = NO_CONTROL
         self._halted = False
-        self._moved = False  # bit 10 was seen at 0 since the set-point was asked for
+        self._moved = False  # bit 10 has been 0 since the set-point was requested
         self._following = False
 
     @property
     def phase(self) -> Phase:
-        """How far the set-point has come."""
+        """The phase of the handshake."""
         return self._phase
 
     @property
     def controlword(self) -> Controlword:
-        """What is to be sent now; to send it again changes nothing."""
+        """The controlword to send now; repeating it changes nothing."""
         bits = self._bits
         if self._phase is Phase.ASKING:
             bits |= ControlBit.NEW_SET_POINT
@@ -103,10 +102,10 @@ class SetPointHost:
         return Controlword.of(Command.ENABLE_OPERATION, bits)
 
     def begin(self, *, at_once: bool = True, relative: bool = False) -> None:
-        """Begin to hand over the target. Raises `LocalProtocolError` while one is handed over.
+        """Begin to hand over the target. Raises `LocalProtocolError` during a handover.
 
-        `at_once` replaces what is under way, else the target comes behind it. Behind a halt it has
-        to be at once.
+        With `at_once` the target replaces the active one; otherwise it follows it. After a halt,
+        `at_once` is required.
         """
         if self._phase in (*_IN_HANDSHAKE, Phase.HALTING):
             raise LocalProtocolError(f"a set-point is {self._phase.value}: first wait or forget it")
@@ -117,20 +116,20 @@ class SetPointHost:
         self._phase, self._moved = Phase.WAITING, False
 
     def halt(self) -> None:
-        """Have the drive stand still and hold; at any time."""
+        """Stop the drive and hold; allowed at any time."""
         asked = self._phase not in (Phase.FREE, Phase.WAITING)
         self._halted = True
         self._phase = Phase.HALTING if asked else Phase.FREE
 
     def forget(self) -> None:
-        """Wait no longer: for what did not come in time, or because the owner disables the drive.
+        """Stop waiting, after a timeout or because the owner disables the drive.
 
-        Whether the drive has taken the set-point is not known then. A halt stays.
+        The drive may or may not have accepted the set-point. A halt stays in force.
         """
         self._phase = Phase.FREE
 
     def hear(self, word: Statusword) -> tuple[SetPointEvent, ...]:
-        """Take what the drive says; returns what that means. Never raises."""
+        """Process a statusword; return the events. Never raises."""
         if word.state is not DriveState.ENABLED:
             idle, self._phase = self._phase is Phase.FREE, Phase.FREE
             self._following = False

@@ -1,4 +1,4 @@
-"""The GRBL family's dialect: GRBL 1.1, grbl-Mega-5X, grblHAL and FluidNC, both ends."""
+"""The dialect of GRBL 1.1, grbl-Mega-5X, grblHAL and FluidNC, for both ends."""
 
 from firmware_protocol.grbl.answers import Alarm as Alarm
 from firmware_protocol.grbl.answers import AxesInfo as AxesInfo

@@ -1,6 +1,6 @@
-"""What a device says of lines and of itself: ok, errors, alarms, banners, settings, messages.
+"""A board's answers and messages: ok, errors, alarms, banners, settings, build info.
 
-Values checked when built, each with its line.
+Fields are checked when a message is built; each message can format its line.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ CODE = whole_from(1, CODE_MAX)
 
 @dataclass(frozen=True, slots=True)
 class Ok:
-    """The line was taken."""
+    """The line was accepted."""
 
     line: ClassVar[str] = "ok"
 
@@ -35,7 +35,7 @@ class Ok:
 @dataclass(frozen=True, slots=True)
 @checks(code=CODE)
 class Error:
-    """The line was refused and did nothing."""
+    """The line was refused and had no effect."""
 
     code: int
 
@@ -45,7 +45,7 @@ class Error:
 @dataclass(frozen=True, slots=True)
 @checks(code=CODE)
 class Alarm:
-    """The machine has locked itself."""
+    """The machine is locked."""
 
     code: int
 
@@ -87,7 +87,7 @@ def _key(field: str, value: object) -> object:
 @dataclass(frozen=True, slots=True)
 @checks(key=_key, value=printable)
 class Setting:
-    """A setting's value, as text. A key that is no number, as FluidNC's paths, stays text.
+    """A setting's value, as text. Keys that are not numbers, such as FluidNC's paths, stay text.
 
     Startup lines come as the keys N0 and N1.
     """
@@ -117,7 +117,7 @@ class Feedback:
 @dataclass(frozen=True, slots=True)
 @checks(text=printable, code=optional(CODE))
 class StartupEcho:
-    """A startup line was executed, or refused with a code; this is no answer to any line."""
+    """A startup line was executed, or refused with a code; this does not answer a line."""
 
     text: str
     code: int | None = None
@@ -131,14 +131,14 @@ class StartupEcho:
 @dataclass(frozen=True, slots=True)
 @checks(text=printable)
 class Bracketed:
-    """Any other line in brackets, as `[HLP:...]` or `[FIRMWARE:grblHAL]`: what stands inside."""
+    """The contents of any other line in brackets, such as `[HLP:...]` or `[FIRMWARE:grblHAL]`."""
 
     text: str
 
     line = Template("[{text}]")
 
 
-# What it tells when asked for its build, its modes and its coordinates.
+# Answers about the build, the modes and the coordinates.
 
 BLOCKS_MAX = 65535
 
@@ -146,7 +146,7 @@ BLOCKS_MAX = 65535
 @dataclass(frozen=True, slots=True)
 @checks(version=within(":"), note=printable)
 class Version:
-    """The firmware's version and the owner's note, out of `$I`."""
+    """The firmware's version and the owner's note, from `$I`."""
 
     version: str
     note: str = ""
@@ -162,9 +162,9 @@ class Version:
     more=each(within(",")),
 )
 class BuildInfo:
-    """Option letters, planner blocks and the receive ring, out of `$I`; FluidNC gives letters.
+    """Option letters, planner blocks and the receive buffer, from `$I`; FluidNC sends only letters.
 
-    `more` is what newer firmwares add, as it came.
+    `more` contains additional fields of newer firmware, unparsed.
     """
 
     letters: str
@@ -187,7 +187,7 @@ class BuildInfo:
 @dataclass(frozen=True, slots=True)
 @checks(count=whole_from(1, len(AXIS_LETTERS)))
 class AxesInfo:
-    """How many motors the board drives as axes, and their letters; two may share a letter."""
+    """The number of axis motors and their letters; two motors may share a letter."""
 
     count: int
     letters: str
@@ -219,7 +219,7 @@ class ParserState:
 @dataclass(frozen=True, slots=True)
 @checks(values=coordinates)
 class Parameter:
-    """Coordinates that the device keeps: G54 to G59, G28, G30, G92, TLO or PRB.
+    """Stored coordinates: G54 to G59, G28, G30, G92, TLO or PRB.
 
     `success` belongs to PRB: whether the last probing touched something.
     """
@@ -242,7 +242,7 @@ class Parameter:
 
 
 def is_parameter(name: object) -> bool:
-    """Tell whether `$#` answers with such a name."""
+    """Return whether answers to `$#` use this name."""
     if not isinstance(name, str):
         return False
     return name in ("TLO", "PRB") or (name[:1] == "G" and name[1:2].isdigit() and name.isascii())

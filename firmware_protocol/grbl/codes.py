@@ -1,4 +1,4 @@
-"""The error and alarm codes of the GRBL family: what each means, what to do, and about position.
+"""The GRBL family's error and alarm codes: meaning, remedy, and whether the position is kept.
 
 Sources: gnea/grbl doc/csv (error_codes_en_US.csv, alarm_codes_en_US.csv); grblHAL/core errors.h
 and alarms.h; the alarm names of FluidNC's Protocol.cpp. Codes above GRBL's own mean different
@@ -23,7 +23,7 @@ class ErrorCode:
 
 @dataclass(frozen=True, slots=True)
 class AlarmCode:
-    """Why the machine locked itself. `position_kept` is false where it may have lost steps."""
+    """Why the machine is locked. `position_kept` is false if it may have lost steps."""
 
     code: int
     meaning: str
@@ -133,10 +133,10 @@ _FLUIDNC_ALARM_ROWS = (
 )
 
 ERRORS = {row[0]: ErrorCode(*row) for row in _ERROR_ROWS}
-"""GRBL's own errors, which the whole family has."""
+"""GRBL's own errors, common to the family."""
 GRBLHAL_ERRORS = {row[0]: ErrorCode(*row) for row in _GRBLHAL_ERROR_ROWS}
 ALARMS = {row.code: row for row in _ALARM_ROWS}
-"""GRBL's own alarms, which the whole family has."""
+"""GRBL's own alarms, common to the family."""
 GRBLHAL_ALARMS = {row.code: row for row in _GRBLHAL_ALARM_ROWS}
 FLUIDNC_ALARMS = {row.code: row for row in _FLUIDNC_ALARM_ROWS}
 
@@ -146,12 +146,12 @@ _LOOK_UP = "look the code up in the firmware's own list"
 
 
 def error_code(code: int, variant: Variant = Variant.GRBL) -> ErrorCode:
-    """Return what an error means on this firmware; one that is in no table says so."""
+    """Return an error's meaning on this firmware, or a placeholder for an unknown code."""
     row = ERRORS.get(code) or _MORE_ERRORS.get(variant, {}).get(code)
     return row or ErrorCode(code, f"error {code}, which is not in the table", _LOOK_UP)
 
 
 def alarm_code(code: int, variant: Variant = Variant.GRBL) -> AlarmCode:
-    """Return what an alarm means on this firmware; an unknown one keeps no position."""
+    """Return an alarm's meaning on this firmware; an unknown alarm loses the position."""
     row = ALARMS.get(code) or _MORE_ALARMS.get(variant, {}).get(code)
     return row or AlarmCode(code, f"alarm {code}, which is not in the table", _LOOK_UP)

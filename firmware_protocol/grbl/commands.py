@@ -1,4 +1,4 @@
-"""What a host sends to a board of the GRBL family: `$` commands and g-code, checked when built."""
+"""A host's lines to a GRBL board: `$` commands and g-code, checked when built."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ RESTORABLE = "$#*"
 
 @dataclass(frozen=True, slots=True)
 class Help:
-    """Ask which commands there are."""
+    """Ask for the list of commands."""
 
     text: ClassVar[str] = "$"
 
@@ -43,7 +43,7 @@ class QuerySettings:
 
 @dataclass(frozen=True, slots=True)
 class QueryBuildInfo:
-    """Ask for version, options, ring size and, on some firmwares, the axes."""
+    """Ask for version, options, buffer size and, on some firmware, the axes."""
 
     text: ClassVar[str] = "$I"
 
@@ -57,14 +57,14 @@ class QueryParameters:
 
 @dataclass(frozen=True, slots=True)
 class QueryParserState:
-    """Ask for the modes in force."""
+    """Ask for the active modes."""
 
     text: ClassVar[str] = "$G"
 
 
 @dataclass(frozen=True, slots=True)
 class QueryStartupLines:
-    """Ask for the lines that are executed at every start."""
+    """Ask for the startup lines."""
 
     text: ClassVar[str] = "$N"
 
@@ -78,7 +78,7 @@ class Unlock:
 
 @dataclass(frozen=True, slots=True)
 class CheckMode:
-    """Enter or leave the mode in which lines are checked and nothing moves; leaving it resets."""
+    """Enter or leave check mode, in which nothing moves; leaving it resets the board."""
 
     text: ClassVar[str] = "$C"
 
@@ -92,7 +92,7 @@ class Sleep:
 
 @dataclass(frozen=True, slots=True)
 class Home:
-    """Home all axes, or the ones named, where the firmware can: GRBL takes one letter."""
+    """Home all axes, or those named if the firmware supports it; GRBL takes one letter."""
 
     axes: str = ""
 
@@ -107,7 +107,7 @@ class Home:
 @dataclass(frozen=True, slots=True)
 @checks(setting=whole_from(0, SETTING_MAX), value=number)
 class SetSetting:
-    """Write one setting into EEPROM."""
+    """Write a setting to EEPROM."""
 
     setting: int
     value: float
@@ -118,7 +118,7 @@ class SetSetting:
 @dataclass(frozen=True, slots=True)
 @checks(which=whole_from(0, STARTUP_LINES - 1), line=line_text)
 class StoreStartupLine:
-    """Write a line of g-code that is executed at every start."""
+    """Store a line of g-code that runs at every start."""
 
     which: int
     line: str
@@ -129,7 +129,7 @@ class StoreStartupLine:
 @dataclass(frozen=True, slots=True)
 @checks(note=line_text)
 class StoreBuildInfo:
-    """Write the owner's text that `$I` shows."""
+    """Store the owner's note that `$I` shows."""
 
     note: str
 
@@ -138,7 +138,7 @@ class StoreBuildInfo:
 
 @dataclass(frozen=True, slots=True)
 class Restore:
-    """Put defaults back: of the settings (`$`), the coordinate systems (`#`), or all (`*`)."""
+    """Restore the defaults of the settings (`$`), the coordinate systems (`#`), or all (`*`)."""
 
     what: str = "$"
 
@@ -149,18 +149,17 @@ class Restore:
     text = Template("$RST={what}")
 
 
-# Lines of g-code that a host sends: moves, modes, outputs and waits, checked when built.
+# G-code lines: moves, modes, outputs and waits, checked when built.
 #
-# Distances are in the machine's own unit, which is "mm" to GRBL and for an arm degrees or motor
-# steps, whatever its settings say; feeds are in that unit a minute. Everything here raises
-# `BadField`.
+# Distances are in the machine's unit: "mm" to GRBL, but degrees or motor steps on an arm, depending
+# on its settings. Feeds are in that unit per minute. Invalid values raise `BadField`.
 
 PORT_MAX = 255
-"""The greatest number of an output that is admitted; boards have few."""
+"""The highest output number; real boards have only a few outputs."""
 PORT = whole_from(0, PORT_MAX)
 DWELL_MAX_S = 3600.0
 FEED_MIN = 0.0001
-"""The slowest feed that can be written; to GRBL 0 is none at all."""
+"""The lowest feed that can be written; GRBL takes 0 for no feed."""
 COORDINATE_SYSTEMS = (54, 59)
 
 _DISTANCE = {None: "", False: "G90", True: "G91"}
@@ -174,10 +173,10 @@ def _check_absolute(relative: bool | None, machine: bool) -> None:
 @dataclass(frozen=True, slots=True)
 @checks(axes=axis_values, feed=optional(number_from(FEED_MIN)))
 class Move:
-    """A straight move of the axes named: G1 at `feed`, or G0 as fast as may be where it is None.
+    """A straight move of the named axes: G1 at `feed`, or G0 at full speed if `feed` is None.
 
-    `relative` writes G90 or G91 into the line, None leaves the mode as it is. `machine` means
-    machine coordinates (G53), for this line alone.
+    `relative` adds G91 (True) or G90 (False) to the line; None keeps the mode. `machine` selects
+    machine coordinates (G53) for this line only.
     """
 
     axes: Mapping[str, float] = field(hash=False)
@@ -200,9 +199,9 @@ class Move:
 @dataclass(frozen=True, slots=True)
 @checks(axes=axis_values, feed=number_from(FEED_MIN))
 class Jog:
-    """A jog (`$J=`) of the axes named, in millimetres (G21) whatever the mode is.
+    """A jog (`$J=`) of the named axes, always in millimetres (G21).
 
-    It changes no mode, a jog cancel ends it, and over-travel is refused where $20=1.
+    A jog does not change the modes, a jog cancel ends it, and over-travel is refused if $20=1.
     """
 
     axes: Mapping[str, float] = field(hash=False)
@@ -223,9 +222,9 @@ class Jog:
 @dataclass(frozen=True, slots=True)
 @checks(coordinate_system=whole_from(*COORDINATE_SYSTEMS))
 class Modes:
-    """Put the modes that matter to a known state: plane XY, millimetres, units a minute.
+    """Set the relevant modes to a known state: plane XY, millimetres, units per minute.
 
-    Send it after every banner: a reset, or a startup line, may have changed them.
+    Send this after every banner, because a reset or a startup line may have changed the modes.
     """
 
     relative: bool = False
@@ -240,7 +239,7 @@ class Modes:
 @dataclass(frozen=True, slots=True)
 @checks(speed=number_from(0))
 class SpindleOn:
-    """Turn the spindle on (M3, or M4 the other way), or give a servo its position."""
+    """Turn the spindle on (M3, or M4 in reverse), or set a servo's position."""
 
     speed: float
     counterclockwise: bool = False
@@ -289,7 +288,7 @@ class DigitalOutput:
 @dataclass(frozen=True, slots=True)
 @checks(port=PORT, value=number)
 class AnalogOutput:
-    """Give an output a value, in step with the motion (M67) or at once (M68)."""
+    """Set an output's value, in step with the motion (M67) or at once (M68)."""
 
     port: int
     value: float
@@ -304,7 +303,7 @@ class AnalogOutput:
 @dataclass(frozen=True, slots=True)
 @checks(seconds=number_from(0, DWELL_MAX_S))
 class Dwell:
-    """Wait when the motion before it has ended; its `ok` comes when the wait is over."""
+    """Wait after the end of the preceding motion; the `ok` comes after the wait."""
 
     seconds: float
 
@@ -314,12 +313,12 @@ class Dwell:
 @dataclass(frozen=True, slots=True)
 @checks(text=line_text)
 class Line:
-    """Any text, for what has no message of its own; empty, it asks for an `ok` and no more."""
+    """Any other text; an empty line only asks for an `ok`."""
 
     text: str = ""
 
 
-# Everything a host can send as a line, and which of it writes EEPROM.
+# All lines that a host can send, and those that write EEPROM.
 
 SystemCommand: TypeAlias = (
     Help
@@ -337,7 +336,7 @@ SystemCommand: TypeAlias = (
     | StoreBuildInfo
     | Restore
 )
-"""The lines that begin with `$`, but for jogs."""
+"""The lines that begin with `$`, except jogs."""
 
 GcodeCommand: TypeAlias = (
     Move | Modes | SpindleOn | SpindleOff | Coolant | DigitalOutput | AnalogOutput | Dwell
@@ -351,18 +350,18 @@ _WRITES_EEPROM = re.compile(
 
 
 def writes_eeprom(text: str) -> bool:
-    """Tell whether a line makes GRBL write EEPROM.
+    """Return whether a line makes GRBL write EEPROM.
 
-    While it does, received bytes are lost: nothing else may be under way then.
+    During the write GRBL loses received bytes, so no other line may be sent.
     """
     return _WRITES_EEPROM.match(re.sub(r"[ /]|\([^)]*\)", "", text.upper())) is not None
 
 
-# Whether a line fits the board that it is for: its length, its axes, its options.
+# Checks of a line against the board: length, axes, options.
 
 
 def check_command(command: Command, dialect: Dialect) -> None:
-    """Raise `LocalProtocolError` where this board could not read the line, or would refuse it."""
+    """Raise `LocalProtocolError` if this board cannot read the line or would refuse it."""
     if isinstance(command, Move | Jog | Home):
         strangers = set(command.axes) - set(dialect.axes)
         if strangers:

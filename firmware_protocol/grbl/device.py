@@ -1,8 +1,8 @@
 """The board's end of the GRBL dialect: real-time commands and lines in, answers out, no clock.
 
-What it keeps is one number, how many lines have been fetched and not been answered. Ring and
-planner belong to whoever owns it: a simulated ring feeds this machine what comes out of it, with
-the real-time commands taken out before by `split_realtime`. Nothing that the host sends raises.
+The only state is the number of fetched and unanswered lines. The owner simulates the receive buffer
+and the planner: it picks real-time commands out with `split_realtime` and feeds the buffer's output
+to this machine. No input from the host raises.
 """
 
 from __future__ import annotations
@@ -38,21 +38,21 @@ from firmware_protocol.grbl.realtime import Realtime, is_picked_out, realtime_of
 from firmware_protocol.grbl.reports import Answer, encode_answer
 from firmware_protocol.grbl.words import take_number
 
-# Bytes into lines as GRBL's main loop does it: spaces and comments away, letters made capital.
+# Splits bytes into lines as GRBL's main loop does: without spaces and comments, in upper case.
 #
 # A slash is dropped too, but in the `$` lines of FluidNC, whose settings have names with slashes.
 # Source: gnea/grbl grbl/protocol.c. CR and LF each end a line, and an empty line is a line.
 
 
 MAX_WAITING = 256
-"""How many lines wait to be fetched."""
+"""Most queued lines."""
 
 _CR, _LF, _SPACE = 0x0D, 0x0A, 0x20
 
 
 @dataclass(frozen=True, slots=True)
 class Unusable:
-    """A line that cannot be executed whole: how it began, and why. It is answered with error 11."""
+    """A line that cannot be executed, with the reason. It is answered with error 11."""
 
     start: str
     reason: str
@@ -75,17 +75,17 @@ class LineReader:
 
     @property
     def partial(self) -> str:
-        """The beginning of a line whose end has not come yet."""
+        """The incomplete line at the end of the input."""
         return self._kept.decode("latin-1")
 
     @property
     def buffered(self) -> int:
-        """How many characters are held."""
+        """Number of buffered characters."""
         held = sum(len(e.start if isinstance(e, Unusable) else e) for e in self._waiting)
         return held + len(self._kept)
 
     def feed(self, data: bytes) -> None:
-        """Take bytes, in any portions."""
+        """Take bytes in any chunks."""
         for byte in data:
             if byte in (_CR, _LF):
                 self._end(byte)
@@ -94,18 +94,18 @@ class LineReader:
                 self._keep(byte)
 
     def next_line(self) -> str | Unusable | None:
-        """Return the next line as GRBL stores it, or None when there is none."""
+        """Return the next line as GRBL stores it, or None."""
         return self._waiting.popleft() if self._waiting else None
 
     def discard(self) -> None:
-        """Forget everything held, as a reset does; the next byte begins a new line."""
+        """Discard everything, as a reset does; the next byte begins a new line."""
         self._waiting.clear()
         self._after_cr = False
         self._begin()
 
     @property
     def _in_path(self) -> bool:
-        """Tell whether a slash belongs to the name of a setting, as of `$/stepping/idle_ms`."""
+        """Return whether a slash is part of a setting's name, as in `$/stepping/idle_ms`."""
         return self._has_paths and self._kept.startswith(b"$")
 
     def _begin(self) -> None:
@@ -153,7 +153,7 @@ def clean_line(text: str) -> str:
     return reader.partial
 
 
-# A received line and what it asks for: nothing, a `$` command, a block, or a refusal.
+# Parses a received line: empty, a `$` command, a block, or a refusal.
 
 GRBL_SETTING_MAX = 255
 OVERLONG = 11
@@ -163,12 +163,12 @@ _JOG = "$J="
 
 @dataclass(frozen=True, slots=True)
 class Empty:
-    """A line of nothing, or of a comment; its answer is an ok."""
+    """An empty line or a comment; its answer is an ok."""
 
 
 @dataclass(frozen=True, slots=True)
 class Rejected:
-    """A line that is refused whatever the state: the code to answer with, and why."""
+    """A line that is refused in any state, with the error code and the reason."""
 
     code: int
     reason: str
@@ -208,7 +208,7 @@ _PLAIN: dict[str, Callable[[], SystemCommand]] = {
     "$SLP": Sleep,
 }
 _KNOWN_LETTERS = "$GCXJ#HSIR"
-"""What stands behind the `$` of commands; any other sign begins the number of a setting."""
+"""Characters after the `$` of a command; any other begins a setting's number."""
 
 
 def _system(text: str, dialect: Dialect) -> SystemCommand:
@@ -261,7 +261,7 @@ def _key(text: str, start: int) -> tuple[int, int]:
 
 
 MAX_REALTIME = 512
-"""No real-time command is taken while so many events wait."""
+"""Most queued events; beyond that, real-time commands are dropped."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -273,7 +273,7 @@ class RealtimeReceived:
 
 @dataclass(frozen=True, slots=True)
 class LineReceived:
-    """A line as GRBL stores it, and what it asks for. Answer it with `Ok` or `Error`."""
+    """A line as GRBL stores it, and its content. Answer it with `Ok` or `Error`."""
 
     text: str
     content: Content
@@ -298,22 +298,22 @@ class Device:
 
     @property
     def dialect(self) -> Dialect:
-        """What this board admits."""
+        """The board's dialect."""
         return self._dialect
 
     @property
     def unanswered(self) -> int:
-        """How many lines have been fetched and not been answered."""
+        """Number of fetched and unanswered lines."""
         return self._unanswered
 
     @property
     def buffered(self) -> int:
-        """How many characters and real-time commands are held."""
+        """Number of buffered characters and real-time commands."""
         held = sum(1 if isinstance(e, Realtime) else len(_text(e)) for e in self._waiting)
         return held + self._lines.buffered
 
     def receive_data(self, data: bytes) -> None:
-        """Take bytes from the host, in any portions."""
+        """Take bytes from the host in any chunks."""
         grblhal = self._dialect.grblhal_realtime
         start = 0
         for at, byte in enumerate(data):
@@ -326,7 +326,7 @@ class Device:
         self._fetch_lines()
 
     def next_event(self) -> Request | None:
-        """Return the next real-time command or line, or None when there is none."""
+        """Return the next real-time command or line, or None."""
         if not self._waiting:
             return None
         entry = self._waiting.popleft()
@@ -353,7 +353,7 @@ class Device:
         return encode_answer(answer)
 
     def discard(self) -> None:
-        """Forget the bytes received and the lines unanswered, as a soft reset does."""
+        """Discard received bytes and unanswered lines, as a soft reset does."""
         self._lines.discard()
         self._waiting.clear()
         self._unanswered = 0

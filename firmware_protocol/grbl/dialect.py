@@ -1,4 +1,4 @@
-"""What one firmware of the GRBL family admits: its axes, line length, ring and extra words."""
+"""The properties of one GRBL firmware: axes, line length, receive buffer and extra words."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ RING_BYTES_MAX = 1 << 16
 
 
 class Variant(StrEnum):
-    """Which firmware of the family speaks. grbl-Mega-5X says it is GRBL."""
+    """The firmware. grbl-Mega-5X identifies itself as GRBL."""
 
     GRBL = "Grbl"
     GRBLHAL = "GrblHAL"
@@ -45,13 +45,13 @@ class Dialect:
 
     @property
     def grblhal_realtime(self) -> bool:
-        """Tell whether the real-time bytes that grblHAL added mean something."""
+        """Whether the firmware supports grblHAL's additional real-time bytes."""
         return self.variant is Variant.GRBLHAL
 
 
 GRBL = Dialect()
 MEGA_5X = Dialect(axes="XYZABC", ring_bytes=255, outputs=True, single_axis_homing=True)
-"""Its axes are a choice of the build: five or six, and their letters too."""
+"""The build determines the number of axes (five or six) and their letters."""
 GRBLHAL = Dialect(
     Variant.GRBLHAL,
     "XYZABC",

@@ -1,13 +1,13 @@
-"""The host's end of the GRBL dialect: lines out, answers matched to them, no clock, no wire.
+"""The host's end of the GRBL dialect: lines out, answers matched to them, no clock, no I/O.
 
-Its state is the queue of lines that are unanswered, and whether a banner is awaited:
+The state is the queue of unanswered lines, and whether the host waits for a banner:
 
     ready      --send-->             ready, one line more
     ready      --ok, error-->        ready, the oldest line less
     any        --soft reset sent-->  resetting: no line may be sent
     any        --banner-->           ready, no line; the lines that were unanswered are lost
 
-Real-time commands are never counted. Nothing that the board sends raises.
+Real-time commands are not counted. No input from the board raises.
 """
 
 from __future__ import annotations
@@ -35,19 +35,19 @@ from firmware_protocol.grbl.reports import (
 from firmware_protocol.grbl.status import StatusReport
 from firmware_protocol.lines import AnswerLines, Dropped
 
-# What a host learns from a board.
+# The host's events.
 
 
 @dataclass(frozen=True, slots=True)
 class Acknowledged:
-    """The board took a line: for a motion that it is planned, not that it is over."""
+    """The board accepted a line. A motion is then planned, but not finished."""
 
     command: Command
 
 
 @dataclass(frozen=True, slots=True)
 class Refused:
-    """The board refused a line, which did nothing. `code` is None where it answered in words."""
+    """The board refused a line, without effect. `code` is None if the answer was in words."""
 
     command: Command
     code: int | None
@@ -57,7 +57,7 @@ class Refused:
 
 @dataclass(frozen=True, slots=True)
 class AlarmRaised:
-    """The board has locked itself. `position_kept` is false where steps may have been lost."""
+    """The board is locked. `position_kept` is false if steps may have been lost."""
 
     code: int | None
     meaning: str
@@ -67,9 +67,9 @@ class AlarmRaised:
 
 @dataclass(frozen=True, slots=True)
 class Restarted:
-    """The board has started anew: its position is suspect, and `lost` lines have no answer.
+    """The board has restarted: its position is suspect, and the `lost` lines get no answer.
 
-    Of the lost lines some may have been executed.
+    Some of the lost lines may have been executed.
     """
 
     banner: Banner
@@ -91,14 +91,14 @@ class StatusReported:
 
 @dataclass(frozen=True, slots=True)
 class Unexpected:
-    """An answer to a line where no line was unanswered."""
+    """An answer while no line was unanswered."""
 
     answer: Ok | Error | WordedError
 
 
 @dataclass(frozen=True, slots=True)
 class Unreadable:
-    """Bytes that cannot be read, and why."""
+    """Unreadable bytes, and the reason."""
 
     data: bytes
     reason: str
@@ -158,14 +158,14 @@ class Positions:
 
 
 LINE_BYTES_MAX = 512
-"""A longer line from the board is dropped and reported."""
+"""Longer lines from the board are dropped and reported."""
 _LINE_ENDS = b"\r\n"
 _IN_WORDS = "the firmware answered in words"
 
 
 @dataclass(frozen=True, slots=True)
 class _Sent:
-    """A line that is unanswered."""
+    """An unanswered line."""
 
     command: Command
     size: int
@@ -205,7 +205,7 @@ class Host:
 
     @property
     def outstanding_lines(self) -> tuple[Command, ...]:
-        """The lines that are unanswered, the oldest first."""
+        """The unanswered lines, oldest first."""
         return tuple(sent.command for sent in self._outstanding)
 
     @property
@@ -215,16 +215,16 @@ class Host:
 
     @property
     def awaits_banner(self) -> bool:
-        """Tell whether a soft reset was sent and no banner has come since."""
+        """Whether the host waits for the banner after a soft reset."""
         return self._resetting
 
     @property
     def buffered(self) -> int:
-        """How many received bytes are held."""
+        """Number of buffered bytes."""
         return self._lines.buffered
 
     def room_for(self, command: Command) -> bool:
-        """Tell whether a line may be sent now."""
+        """Return whether a line may be sent now."""
         return self._hindrance(_Sent.of(command)) is None
 
     def send(self, command: Command) -> bytes:
@@ -259,11 +259,11 @@ class Host:
         return bytes((command,))
 
     def receive_data(self, data: bytes) -> None:
-        """Take bytes from the board, in any portions."""
+        """Take bytes from the board in any chunks."""
         self._lines.feed(data)
 
     def next_event(self) -> Event | None:
-        """Return what the bytes received so far say, one event at a time, then None."""
+        """Return the next event from the bytes received so far, or None."""
         return self._lines.next_event()
 
     def forget_outstanding(self) -> tuple[Command, ...]:
@@ -280,7 +280,7 @@ class Host:
         return lost
 
     def discard(self) -> None:
-        """Forget all bytes received and all events not fetched; unanswered lines stay."""
+        """Discard all received bytes and unread events; unanswered lines stay."""
         self._lines.discard()
 
     def _hindrance(self, line: _Sent) -> str | None:
@@ -342,7 +342,7 @@ class Host:
         return Restarted(banner, self.forget_outstanding())
 
     def _learn(self, answer: object) -> None:
-        """Find out the firmware from what `$I` answers."""
+        """Learn the firmware from the answers to `$I`."""
         if answer == Bracketed("FIRMWARE:grblHAL"):
             self.dialect = replace(self.dialect, variant=Variant.GRBLHAL)
         elif isinstance(answer, Version) and "FluidNC" in answer.version:

@@ -1,4 +1,4 @@
-"""Lines that a device sends, read: one table of how they begin."""
+"""Decoding of a board's lines, by a table of their beginnings."""
 
 from __future__ import annotations
 
@@ -43,14 +43,14 @@ Info: TypeAlias = (
 
 @dataclass(frozen=True, slots=True)
 class WordedError:
-    """A refusal in words in place of a number, as older and talkative firmwares give it."""
+    """A refusal in words instead of a number, from older or verbose firmware."""
 
     text: str
 
 
 @dataclass(frozen=True, slots=True)
 class WordedAlarm:
-    """An alarm in words in place of a number."""
+    """An alarm in words instead of a number."""
 
     text: str
 
@@ -60,7 +60,7 @@ Answer: TypeAlias = Ok | Error | Alarm | Banner | StatusReport | Info
 
 END = b"\r\n"
 PADDING = b" \t\0"
-"""Bytes that mean nothing at either end of a line."""
+"""Bytes that are ignored at either end of a line."""
 
 _CODE = re.compile(r" ?([0-9]{1,3})")
 _BANNER = re.compile(
@@ -78,7 +78,7 @@ def encode_answer(answer: Answer) -> bytes:
 
 
 def decode_answer(line: bytes) -> Answer | WordedError | WordedAlarm:
-    """Read a line without its end; raises `RemoteProtocolError`."""
+    """Decode a line without its end. Raises `RemoteProtocolError`."""
     body = line.strip(PADDING)
     if not all(0x20 <= byte <= 0x7E for byte in body):
         raise RemoteProtocolError("the line has bytes that are no printable ASCII")
@@ -87,7 +87,7 @@ def decode_answer(line: bytes) -> Answer | WordedError | WordedAlarm:
         if text.startswith(start):
             try:
                 return reader(text)
-            except LocalProtocolError as error:  # what does not fit was not our choice
+            except LocalProtocolError as error:  # the board chose the value
                 raise RemoteProtocolError(str(error)) from None
     raise RemoteProtocolError("the line is nothing that this firmware family sends")
 

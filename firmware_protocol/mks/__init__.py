@@ -1,4 +1,4 @@
-"""The MKS SERVO42D/57D on CAN: the host's end of a bus of drives, and a drive's end."""
+"""The MKS SERVO42D/57D on CAN, for the host of a bus of drives and for a drive."""
 
 from firmware_protocol.mks.answers import (
     BOARDS,
@@ -142,7 +142,7 @@ from firmware_protocol.waiting import (
     Overrun,
 )
 
-# a name a line would double the file
+# one name per line would double the file
 # fmt: off
 __all__ = [
     "ACC_MAX", "ANGLE_ERROR_PER_TURN", "BOARDS", "BROADCAST", "COUNTS_PER_TURN",

@@ -1,4 +1,4 @@
-"""What an MKS drive answers: readings, settings, and how it fares with what it was told to do."""
+"""An MKS drive's answers: readings, settings, and the outcomes of commands."""
 
 from __future__ import annotations
 
@@ -27,35 +27,35 @@ _Int32: TypeAlias = Annotated[int, signed(4)]
 
 @dataclass(frozen=True, slots=True)
 class EncoderRead(Message, code=Code.ENCODER):
-    """Where the shaft is, in counts from the zero that was set."""
+    """The shaft's position, in counts from the zero that was set."""
 
     counts: _Int48
 
 
 @dataclass(frozen=True, slots=True)
 class RawEncoderRead(Message, code=Code.RAW_ENCODER):
-    """Where the shaft is, in counts, whatever zero was set."""
+    """The shaft's raw position in counts, regardless of the zero."""
 
     counts: _Int48
 
 
 @dataclass(frozen=True, slots=True)
 class SpeedRead(Message, code=Code.SPEED):
-    """How fast the shaft turns; positive is counter-clockwise."""
+    """The shaft's speed; positive is counter-clockwise."""
 
     speed_rpm: Annotated[int, signed(2)]
 
 
 @dataclass(frozen=True, slots=True)
 class PulsesRead(Message, code=Code.PULSES):
-    """The pulses that were commanded."""
+    """The commanded pulses."""
 
     pulses: _Int32
 
 
 @dataclass(frozen=True, slots=True)
 class AngleErrorRead(Message, code=Code.ANGLE_ERROR):
-    """How far the shaft is from where it was commanded; 51200 is a turn."""
+    """The shaft's following error; 51200 is one turn."""
 
     error: _Int32
 
@@ -76,21 +76,21 @@ class EnabledRead(Message, code=Code.ENABLED):
 
 @dataclass(frozen=True, slots=True)
 class StallRead(Message, code=Code.STALL):
-    """Whether a protection has let the shaft go."""
+    """Whether a protection has released the shaft."""
 
     on: Switch
 
 
 @dataclass(frozen=True, slots=True)
 class StateRead(Message, code=Code.STATE):
-    """What the motor does."""
+    """The motor's state."""
 
     state: Annotated[MotorState, choice(MotorState)]
 
 
 @dataclass(frozen=True, slots=True)
 class HomingRead(Message, code=Code.HOMING_STATE):
-    """How the return to zero at power-on stands and, from 1.0.7 on, the one by a `Home`."""
+    """The state of the return to zero at power-on and, since 1.0.7, of a `Home`."""
 
     at_power_on: HomingState
     by_command: HomingState | None = None
@@ -108,7 +108,7 @@ class HomingRead(Message, code=Code.HOMING_STATE):
 
     @classmethod
     def read(cls, payload: bytes) -> Self:
-        """Read a payload; ValueError where there is no such state."""
+        """Decode a payload. Raises ValueError for an unknown state."""
         return cls(*map(HomingState, sized(payload, 1, 2)))
 
 
@@ -122,15 +122,15 @@ BOARDS = {
     7: "SERVO35D, RS485",
     8: "SERVO35D, CAN",
 }
-"""What the number of a board means, by the manual 1.0.9."""
+"""The boards by number, from the manual 1.0.9."""
 
 
 @dataclass(frozen=True, slots=True)
 class VersionRead(Message, code=Code.VERSION):
-    """Whether the encoder is calibrated, the board's number, and the firmware.
+    """Whether the encoder is calibrated, the board's number, and the firmware's version.
 
-    The firmware has three numbers by what public programs read and two bytes by the manual 1.0.9,
-    which does not say how to read those: `version` is None for them.
+    Public programs read three numbers as the firmware's version. The manual 1.0.9 has two bytes
+    and does not explain them; `version` is then None.
     """
 
     calibrated: bool
@@ -145,17 +145,17 @@ class VersionRead(Message, code=Code.VERSION):
 
     @property
     def version(self) -> tuple[int, int, int] | None:
-        """The version, as `abilities_of` takes it."""
+        """The version, for `abilities_of`."""
         return None if len(self.firmware) < 3 else (*self.firmware[:2], self.firmware[2])
 
     @property
     def payload(self) -> bytes:
-        """Calibration and board in one byte, firmware."""
+        """Calibration and board in one byte, then the firmware."""
         return bytes((self.calibrated << 4 | self.board,)) + self.firmware
 
     @classmethod
     def read(cls, payload: bytes) -> Self:
-        """Read a payload."""
+        """Decode a payload."""
         sized(payload, 3, 4)
         return cls(payload[0] > 0x0F, payload[0] & 0x0F, payload[1:])
 
@@ -175,14 +175,14 @@ Reading: TypeAlias = (
 )
 READINGS: tuple[type[Reading], ...] = get_args(Reading)
 
-# -- settings, as they are read ------------------------------------------------------------------
+# -- settings, as read back ----------------------------------------------------------------------
 
 _UNREADABLE = b"\xff\xff"
 
 
 @dataclass(frozen=True, slots=True)
 class SettingRead:
-    """A setting's payload as it is set, or None where the drive does not tell it."""
+    """A setting's payload, in the format of the write; None if the drive does not report it."""
 
     code: Code
     value: bytes | None
@@ -200,11 +200,11 @@ class SettingRead:
 
     @classmethod
     def of(cls, code: Code, payload: bytes) -> Self:
-        """Read a payload."""
+        """Decode a payload."""
         return cls(code, None if payload == _UNREADABLE else payload)
 
 
-# -- outcomes: the numbers by which a drive says how it fares, one table a kind ------------------
+# -- outcomes: the status numbers, one table per kind of request ---------------------------------
 
 _PLAIN = {0: Outcome.FAILED, 1: Outcome.DONE}
 _MOTION = {
@@ -219,7 +219,7 @@ _TABLES: dict[Code, dict[int, Outcome]] = {
     **dict.fromkeys(MOTION_CODES, _MOTION),
     **dict.fromkeys((Code.ENABLE, Code.EMERGENCY_STOP, Code.ARM, Code.ZERO), _PLAIN),
     **dict.fromkeys((Code.CLEAR_STALL, Code.RESTART, Code.REPORT), _PLAIN),
-    # 2 is of a current that is not kept; a device here says 1 of that too
+    # 2 is for a current that is not stored; the simulated device sends 1 for that too
     Code.CURRENT: {0: Outcome.FAILED, 1: Outcome.DONE, 2: Outcome.DONE},
     Code.HOME: {0: Outcome.FAILED, 1: Outcome.STARTED, 2: Outcome.DONE},
     Code.CALIBRATE: {0: Outcome.STARTED, 1: Outcome.DONE, 2: Outcome.FAILED},
@@ -228,7 +228,7 @@ _TABLES: dict[Code, dict[int, Outcome]] = {
 
 @dataclass(frozen=True, slots=True)
 class Status:
-    """How a drive fares with a code; `reading` is what a report by itself is to tell."""
+    """The outcome of a request; `reading` is the code of an automatic report being set up."""
 
     code: Code
     outcome: Outcome
@@ -245,14 +245,14 @@ class Status:
 
     @property
     def payload(self) -> bytes:
-        """The number, behind what it is about."""
+        """The code of the reading, if any, and the number."""
         numbers = {outcome: key for key, outcome in reversed(_TABLES[self.code].items())}
         about = b"" if self.reading is None else bytes((self.reading,))
         return about + bytes((numbers[self.outcome],))
 
     @classmethod
     def of(cls, code: Code, payload: bytes) -> Status:
-        """Read a payload; raises `RemoteProtocolError`, or ValueError for an unknown reading."""
+        """Decode a payload. Raises `RemoteProtocolError`, or ValueError for an unknown reading."""
         reading = Code(sized(payload, 2)[0]) if code is Code.REPORT else None
         (number,) = sized(payload if reading is None else payload[1:], 1)
         outcome = _TABLES.get(code, {}).get(number)

@@ -1,7 +1,7 @@
-"""One MKS drive's end of the bus: requests out of frames, answers into frames, no clock, no motor.
+"""The drive's end of an MKS bus: frames to requests, answers to frames, no clock, no motor.
 
-It knows what concerns the bus: its ids, what it replies, which requests its firmware has. What a
-request does to a motor, and that motions need a mode on the bus, is its owner's business.
+The device handles ids, reply modes, and which requests its firmware supports. The owner simulates
+the motor and checks that motions are requested in a bus mode.
 """
 
 from __future__ import annotations
@@ -40,14 +40,14 @@ from firmware_protocol.mks.wire import decode_request, encode
 from firmware_protocol.waiting import Overrun, Waiting
 
 WAITING_MAX = 256
-"""How many frames wait to be fetched, the newest."""
+"""Most queued frames; the newest are kept."""
 
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """A request, and whether it was put to this drive alone.
+    """A request, and whether it was addressed to this drive only.
 
-    What is put to several is answered by firmware before 1.0.2 alone.
+    Only firmware before 1.0.2 answers requests to several drives.
     """
 
     request: Request
@@ -56,7 +56,7 @@ class Asked:
 
 @dataclass(frozen=True, slots=True)
 class Ignored:
-    """A frame for this drive that it does nothing with, and why."""
+    """A frame to this drive that was ignored, and the reason."""
 
     frame: Frame
     reason: str
@@ -66,12 +66,13 @@ DeviceEvent: TypeAlias = Asked | Ignored | Overrun
 
 
 class Device:
-    """The machine that a simulated drive speaks with. Raises `LocalProtocolError` for its owner.
+    """The protocol machine of a simulated drive. Raises `LocalProtocolError` if misused.
 
-    Several requests may be open at once: the owner keeps what it was asked and says later how it
-    went. By which id a drive answers a `SetId` is not documented; `new_id_answers`, as a public
-    driver's authors tell. Frames to others are nothing to it. Another drive's answers by its own
-    id, or its group's, it takes for requests, since nothing in them tells otherwise.
+    Several requests may be open at once: the owner keeps them and reports their outcomes later.
+    Which id a drive uses to answer a `SetId` is not documented; `new_id_answers` selects the new
+    one, as the authors of a public driver report. The device ignores frames to other drives. It
+    takes another drive's answers with its own id, or its group's, for requests, because nothing in
+    them shows the difference.
     """
 
     def __init__(
@@ -96,46 +97,46 @@ class Device:
 
     @property
     def node(self) -> int:
-        """The drive's own id."""
+        """The drive's id."""
         return self._node
 
     @property
     def group(self) -> int | None:
-        """The id of its group."""
+        """The id of the drive's group."""
         return self._group
 
     @property
     def replies(self) -> ReplyMode:
-        """What it says of what it is told to do."""
+        """Which replies the drive sends to commands."""
         return self._replies
 
     @property
     def bitrate(self) -> Bitrate:
-        """The speed at which it listens."""
+        """The bus speed."""
         return self._bitrate
 
     @property
     def abilities(self) -> frozenset[Ability]:
-        """What its firmware can do."""
+        """The firmware's abilities."""
         return self._abilities
 
     @property
     def buffered(self) -> int:
-        """How many received bytes are held outside of whole frames."""
+        """Number of buffered bytes outside of complete frames."""
         return self._unpacker.buffered
 
     def receive_data(self, data: bytes) -> None:
-        """Take bytes from the bus, in any portions."""
+        """Take bytes from the bus in any chunks."""
         for frame in self._unpacker.feed(data):
             self._take(frame)
 
     def silence(self) -> None:
-        """Say that nothing has come for longer than a record pauses."""
+        """Report that the line has been quiet for longer than any pause within a record."""
         for frame in self._unpacker.silence():
             self._take(frame)
 
     def next_event(self) -> DeviceEvent | None:
-        """Return what was received so far, one event at a time, then None."""
+        """Return the next event, or None."""
         waiting = self._waiting.next()
         if waiting is None or isinstance(waiting, Overrun):
             return waiting
@@ -150,11 +151,11 @@ class Device:
         return Asked(request, alone)
 
     def tell(self, asked: Asked, outcome: Outcome) -> bytes:
-        """Say how it goes with a request that is no read, at once or later.
+        """Report the outcome of a request other than a read, at once or later.
 
-        Returns the bytes, none where the drive does not say so. `Outcome.DONE` is what makes a
-        `SetId`, `SetGroup`, `SetReplies` or `SetBitrate` take effect here. Raises `BadField` for
-        an outcome that the request cannot have, `GoSynchronous` has none.
+        Returns the bytes to send, empty if the drive does not send this outcome. `Outcome.DONE`
+        makes a `SetId`, `SetGroup`, `SetReplies` or `SetBitrate` take effect. Raises `BadField` for
+        an outcome that the request cannot have; `GoSynchronous` has none.
         """
         request = asked.request
         reading = request.reading if isinstance(request, ReportByItself) else None
@@ -170,7 +171,7 @@ class Device:
         return pack(encode(by_id, status)) if said else b""
 
     def answer(self, asked: Asked, reading: Reading | SettingRead) -> bytes:
-        """Return the bytes of the answer to a read; none where it was put to several drives."""
+        """Return the bytes of the answer to a read; empty if it was sent to several drives."""
         request = asked.request
         kind = SettingRead if isinstance(request, ReadSetting) else Reading
         reads = isinstance(request, Read | ReadSetting) and isinstance(reading, kind)
@@ -181,11 +182,11 @@ class Device:
         return self.report(reading) if self._speaks_to(asked) else b""
 
     def report(self, reading: Reading | SettingRead) -> bytes:
-        """Return the bytes of a reading that is told unasked."""
+        """Return the bytes of an automatic report."""
         return pack(encode(self._node, reading))
 
     def discard(self) -> None:
-        """Forget everything received, as without current."""
+        """Discard everything received, as after a loss of power."""
         self._unpacker = Unpacker()
         self._waiting.clear()
 

@@ -1,8 +1,8 @@
-"""How MKS messages are written: a message declares the form of each of its fields.
+"""The encoding of MKS messages: each message declares the form of its fields.
 
-A form says which values fit, and which bytes they are. What a message refuses, its payload, and
-how a payload is read all follow from the forms of its fields, so that none of them is written
-down for a message by itself. A few that are irregular write and read their payload on their own.
+A form defines a field's valid values and their bytes. Validation, encoding and decoding of a
+message all follow from the forms of its fields. A few irregular messages define their own
+`payload` and `read`.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ Choice = TypeVar("Choice", bound=Enum)
 
 @dataclass(frozen=True, slots=True)
 class Form:
-    """What a field may be, and how it is written in so many bytes.
+    """A field's size in bytes, its valid values and their encoding.
 
-    `check` raises `BadField` for a value that does not fit. `unpack` raises ValueError for bytes
-    that are no value; it is handed as many as there should be.
+    `check` raises `BadField` for an invalid value. `unpack` takes exactly `size` bytes and raises
+    ValueError if they encode no value.
     """
 
     size: int
@@ -33,7 +33,7 @@ class Form:
 
 
 def unsigned(size: int, low: int = 0, high: int | None = None, unit: int = 1) -> Form:
-    """Return the form of a whole number from low to high, written in multiples of a unit."""
+    """Return the form of an integer from low to high, sent in multiples of a unit."""
     most = (1 << 8 * size) - 1 if high is None else high
 
     def check(field: str, value: object) -> None:
@@ -49,7 +49,7 @@ def unsigned(size: int, low: int = 0, high: int | None = None, unit: int = 1) ->
 
 
 def signed(size: int, most: int | None = None) -> Form:
-    """Return the form of a number with a sign, at most `most` either way where that is told."""
+    """Return the form of a signed integer, limited to -most..most if `most` is given."""
     high = (1 << 8 * size - 1) - 1 if most is None else most
     low = -high - 1 if most is None else -high
     return Form(
@@ -61,7 +61,7 @@ def signed(size: int, most: int | None = None) -> Form:
 
 
 def choice(kind: type[Enum]) -> Form:
-    """Return the form of a member of an enumeration of bytes."""
+    """Return the form of a member of an enumeration, sent as one byte."""
     return Form(
         1,
         lambda field, value: one_of(field, value, kind),
@@ -71,21 +71,21 @@ def choice(kind: type[Enum]) -> Form:
 
 
 def one_of(field: str, value: object, choices: type[Choice]) -> Choice:
-    """Return a member of an enumeration, or raise `BadField`."""
+    """Return the member of an enumeration for a value, or raise `BadField`."""
     if not isinstance(value, choices):
         raise BadField(field, value, f"a {choices.__name__}")
     return value
 
 
 def switch(field: str, value: object) -> bool:
-    """Return True or False, or raise `BadField`."""
+    """Return `value` if it is True or False, or raise `BadField`."""
     if not isinstance(value, bool):
         raise BadField(field, value, "True or False")
     return value
 
 
 def sized(payload: bytes, *sizes: int) -> bytes:
-    """Return a payload of one of these lengths; raises `RemoteProtocolError`."""
+    """Return a payload if it has one of these lengths. Raises `RemoteProtocolError`."""
     if len(payload) not in sizes:
         belong = " or ".join(map(str, sizes))
         raise RemoteProtocolError(f"{len(payload)} bytes where {belong} belong")
@@ -99,12 +99,12 @@ def _read_switch(data: bytes) -> bool:
 
 
 Switch: TypeAlias = Annotated[bool, Form(1, switch, lambda value: bytes((value,)), _read_switch)]
-"""Something that is on or off."""
+"""An on/off field."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Layout:
-    """The forms of a message's fields: in the order of its fields, and where each is written."""
+    """The forms of a message's fields in declaration order, and each one's place in the payload."""
 
     checked: tuple[tuple[str, Form], ...]
     written: tuple[tuple[str, Form, slice], ...]
@@ -124,11 +124,11 @@ def _layout_of(message: type[Message]) -> _Layout:
 
 
 class Message:
-    """A request or a reading: a code, and a payload that follows from the forms of its fields.
+    """A request or a reading: a code, and a payload derived from the forms of its fields.
 
-    A subclass is a frozen dataclass. It is given its `code`, what a drive `needs` to understand it
-    where not every firmware does, and the `order` in which its fields are written where that is
-    another one.
+    Subclasses are frozen dataclasses. Class arguments: the `code`; the ability that a drive `needs`
+    to understand the message, if some firmware lacks it; and the `order` of the fields in the
+    payload, if it differs from the declaration.
     """
 
     __slots__ = ()
@@ -140,12 +140,12 @@ class Message:
     def __init_subclass__(
         cls, code: Code | None = None, needs: Ability | None = None, order: tuple[str, ...] = ()
     ) -> None:
-        if code is not None:  # a dataclass with slots is made twice, and keeps this then
+        if code is not None:  # a slotted dataclass is created twice; keep the first values
             cls.code, cls.needs, cls.order = code, needs, order
 
     @classmethod
     def _laid_out(cls) -> _Layout:
-        """Return the forms, worked out once: a stream of orders asks for them again and again."""
+        """Return the forms; cached, because a stream of commands needs them all the time."""
         if cls._layout is None:
             cls._layout = _layout_of(cls)
         return cls._layout
@@ -156,13 +156,13 @@ class Message:
 
     @property
     def payload(self) -> bytes:
-        """What follows its code."""
+        """The bytes after the code."""
         written = self._laid_out().written
         return b"".join([form.pack(getattr(self, name)) for name, form, _ in written])
 
     @classmethod
     def read(cls, payload: bytes) -> Self:
-        """Read a payload. Raises `RemoteProtocolError`, or ValueError for what no value is."""
+        """Decode a payload. Raises `RemoteProtocolError`, or ValueError for an invalid value."""
         layout = cls._laid_out()
         sized(payload, layout.size)
         return cls(**{name: form.unpack(payload[at]) for name, form, at in layout.written})

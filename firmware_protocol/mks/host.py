@@ -1,11 +1,11 @@
-"""The host's end of a bus of MKS drives: requests out, events in, no clock, no wire.
+"""The host's end of a bus of MKS drives: requests out, events in, no clock, no I/O.
 
-What goes in and out are records of frames (`firmware_protocol.frames`). One host speaks to several
-drives. An answer belongs to the request that its drive and its code name; it is matched when it
-comes in, so what came before a request never answers it. An answer to a request that was given up
-may be taken for that to the next of its code: nothing in it tells them apart.
+Input and output are frame records (`firmware_protocol.frames`). One host talks to several drives.
+An answer is matched on arrival to the request with the same drive and code, so that an earlier
+answer never matches a later request. A late answer after `forget` may be taken for the answer to
+the next request with this code, because nothing in it shows the difference.
 
-What is broadcast, or sent to a group, has no answer. Nothing that is on the bus raises.
+Requests to a group and broadcasts have no answers. No frame on the bus raises.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ from firmware_protocol.mks.wire import decode_answer, encode
 from firmware_protocol.waiting import Waiting
 
 EVENTS_MAX = 256
-"""How many events wait to be fetched, the newest."""
+"""Most queued events; the newest are kept."""
 
 
 class Host:
-    """The machine that speaks to the drives. Raises `LocalProtocolError` for its owner's mistakes.
+    """The host's protocol machine. Raises `LocalProtocolError` if misused.
 
-    It has no clock: its owner ends the waiting (`forget`), and tells what only a position can tell
-    (`settle`), since a drive need not say that a motion is done.
+    There is no clock: the caller calls `forget` after a timeout. A drive need not report the end of
+    a motion, so the caller calls `settle` once the position shows that the drive is at rest.
     """
 
     def __init__(self, nodes: Iterable[int], groups: Iterable[int] = ()) -> None:
@@ -56,32 +56,32 @@ class Host:
 
     @property
     def buffered(self) -> int:
-        """How many received bytes are held."""
+        """Number of buffered bytes."""
         return self._unpacker.buffered
 
     def add(self, node: int) -> None:
-        """Speak to one more drive."""
+        """Add a drive."""
         whole("node", node, 1, NODE_MAX)
         self._drives.setdefault(node, Expecting(node))
 
     def unanswered(self, node: int) -> tuple[Request, ...]:
-        """Return the requests to a drive without a first answer; not in the order of sending."""
+        """Return a drive's requests without a first answer, in no particular order."""
         return self._drive(node).unanswered
 
     def under_way(self, node: int) -> tuple[Motion, ...]:
-        """Return what a drive said has begun, and not that it ended."""
+        """Return the motions that a drive has reported as started and not as ended."""
         return self._drive(node).under_way
 
     def stored(self, node: int) -> tuple[Motion, ...]:
-        """Return what waits in a drive for the synchronous start."""
+        """Return the motions that a drive has stored for the synchronous start."""
         return self._drive(node).stored
 
     def send(self, node: int, request: Request) -> bytes:
-        """Return the bytes that put a request to a drive, a group or `BROADCAST`.
+        """Return the bytes of a request to a drive, a group or `BROADCAST`.
 
-        Motions and stops are never refused, nor is an `EmergencyStop`. Raises
-        `LocalProtocolError` for an id that is nobody's, for what makes no sense to several
-        drives, and while an earlier request whose answer has the same code is unanswered.
+        Motions, stops and `EmergencyStop` are never refused. Raises `LocalProtocolError` for an
+        unknown id, for a request that several drives cannot take, and while an earlier request is
+        unanswered whose answer has the same code.
         """
         data = pack(encode(node, request))
         if isinstance(request, SetGroup) and request.node in self._drives:
@@ -112,7 +112,7 @@ class Host:
         return self._events.next()
 
     def forget(self, node: int, request: Request | None = None) -> None:
-        """Wait no longer for the first answer to a request to a drive, or for anything of it."""
+        """Stop waiting for the first answer to one request to a drive, or to all of them."""
         drive = self._drive(node)
         if request is None:
             drive.clear()
@@ -120,9 +120,9 @@ class Host:
             drive.forget(request)
 
     def settle(self, node: int) -> None:
-        """Say that a drive is known to stand: what was under way there has ended.
+        """Report that a drive is known to be at rest, so that its motions have ended.
 
-        Otherwise the next motion would seem to supersede one whose end was never said.
+        Otherwise the next motion would seem to supersede a motion whose end was never reported.
         """
         self._drive(node).settle()
 
@@ -155,7 +155,7 @@ class Host:
         return event
 
     def _by_new_id(self, node: int, event: Stray) -> Event:
-        """Find the drive that was given the id by which it answers."""
+        """Match an answer from the new id of a drive after `SetId`."""
         for drive in self._drives.values():
             if drive.awaited(Code.NODE) == SetId(node):
                 return drive.hear(event.answer)

@@ -1,20 +1,20 @@
-"""What a host hears from MKS drives, and which request each reply is about.
+"""A host's events from MKS drives, and the matching of replies to requests.
 
-A reply names a drive and a code and nothing else. Of readings, settings and actions one of a code
-is open at a time. Motions of a code may follow each other unanswered:
+A reply contains only a drive and a code. Of each reading, setting and action, only one request per
+code is open at a time. Several motions with one code may be unanswered:
 
-    STARTED     is said of the oldest that is unanswered
-    STORED      too; what is stored is under way from the synchronous start on
-    DONE,       end the one that is under way; where none is, the oldest that is unanswered,
-    LIMIT_STOP  whose STARTED was lost then
-    FAILED      is said of the one that was superseded, where there is one; else of the oldest
-                that is unanswered, else of the one under way
+    STARTED     belongs to the oldest unanswered motion
+    STORED      likewise; a stored motion is under way from the synchronous start on
+    DONE,       end the motion under way, or else the oldest unanswered one, whose STARTED
+    LIMIT_STOP  was then lost
+    FAILED      belongs to a superseded motion if there is one, else to the oldest unanswered
+                motion, else to the motion under way
 
-What gives way to a new target (F5 alone) or to a stop is superseded. By a public transcription of
-the manual the drive says FAILED of it, beside the STARTED of the new one, in an order that is not
-documented: so a FAILED while a new one is unanswered is taken for the old one. Where that is
-wrong, the new one stays unanswered. Duplicated, lost and reordered replies never raise, and may
-be taken for another motion's: the position is the better witness.
+A motion is superseded by a new target (F5 only) or by a stop. According to a public transcription
+of the manual, the drive then reports FAILED for the old motion and STARTED for the new one, in an
+undocumented order. So a FAILED while the new motion is unanswered is assigned to the old one; if
+that is wrong, the new motion stays unanswered. Duplicate, lost and reordered replies never raise,
+but may be assigned to the wrong motion: the position is more reliable.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ from firmware_protocol.mks.requests import (
 from firmware_protocol.mks.values import Code, Outcome
 from firmware_protocol.waiting import Overrun
 
-# -- what is heard, one event at a time ----------------------------------------------------------
+# -- events --------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,7 @@ class _OfMotion:
 
 @dataclass(frozen=True, slots=True)
 class Answered:
-    """A read and its answer."""
+    """A read request and its answer."""
 
     node: int
     request: Read | ReadSetting
@@ -68,17 +68,17 @@ class Answered:
 
 @dataclass(frozen=True, slots=True)
 class Started(_OfMotion):
-    """A motion, a homing or a calibration has begun."""
+    """A motion, homing or calibration has started."""
 
 
 @dataclass(frozen=True, slots=True)
 class Done(_OfRequest):
-    """A setting or an action was taken, or a motion has ended where it should."""
+    """A setting or action was accepted, or a motion has reached its target."""
 
 
 @dataclass(frozen=True, slots=True)
 class Failed(_OfRequest):
-    """Refused, or ended short of its end."""
+    """The request was refused, or the motion ended early."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,17 +88,17 @@ class LimitStop(_OfMotion):
 
 @dataclass(frozen=True, slots=True)
 class StoredForStart(_OfMotion):
-    """A motion waits for the synchronous start."""
+    """A motion is stored for the synchronous start."""
 
 
 @dataclass(frozen=True, slots=True)
 class Superseded(_OfMotion):
-    """A motion was given up by the drive for a newer one, which goes on."""
+    """The drive has abandoned a motion in favour of a newer one, which continues."""
 
 
 @dataclass(frozen=True, slots=True)
 class Reported:
-    """A reading that the drive tells by itself, as it was asked to."""
+    """A reading in an automatic report that was requested earlier."""
 
     node: int
     reading: Reading
@@ -106,7 +106,7 @@ class Reported:
 
 @dataclass(frozen=True, slots=True)
 class Stray:
-    """A readable answer that nobody awaits: a late one, or that of a second drive of this id."""
+    """A readable but unexpected answer: late, or from a second drive with this id."""
 
     node: int
     answer: Answer
@@ -114,7 +114,7 @@ class Stray:
 
 @dataclass(frozen=True, slots=True)
 class Garbled:
-    """A frame with a drive's id that is no answer of this dialect, and why."""
+    """A frame with a drive's id that is not a valid answer, and the reason."""
 
     frame: Frame
     reason: str
@@ -122,7 +122,7 @@ class Garbled:
 
 @dataclass(frozen=True, slots=True)
 class Foreign:
-    """A frame of somebody else on the bus."""
+    """A frame from another device on the bus."""
 
     frame: Frame
 
@@ -147,11 +147,11 @@ Event: TypeAlias = (
 Heard: TypeAlias = Started | Done | LimitStop | StoredForStart | Superseded | Failed
 
 UNANSWERED_MAX = 8
-"""How many motions of a code wait for their first reply; of more, the oldest is forgotten."""
+"""Most motions per code that wait for their first reply; beyond that, the oldest is dropped."""
 
 
 class Course:
-    """The motions of one code that a drive was sent, and how far they came."""
+    """Tracks the motions with one code that were sent to a drive."""
 
     def __init__(self, node: int, code: Code) -> None:
         self._node = node
@@ -164,40 +164,40 @@ class Course:
 
     @property
     def unanswered(self) -> tuple[Motion, ...]:
-        """What was sent and not answered, the oldest first."""
+        """The unanswered motions, oldest first."""
         return tuple(self._unanswered)
 
     @property
     def under_way(self) -> Motion | None:
-        """What the drive said it does."""
+        """The motion that the drive has reported as started."""
         return self._under_way
 
     @property
     def stored(self) -> Motion | None:
-        """What waits for the synchronous start."""
+        """The motion stored for the synchronous start."""
         return self._stored
 
     def send(self, motion: Motion) -> None:
-        """Take note of what is sent."""
+        """Record a motion that is being sent."""
         self._unanswered.append(motion)
 
     def go(self) -> None:
-        """Take note of the synchronous start, which no drive answers."""
+        """Record the synchronous start, which drives do not answer."""
         if self._stored is not None:
             self._begin(self._stored)
             self._stored, self._begun_unsaid = None, True
 
     def forget(self, motion: Motion) -> None:
-        """Wait no longer for the first reply to a motion."""
+        """Stop waiting for the first reply to a motion."""
         if motion in self._unanswered:
             self._unanswered.remove(motion)
 
     def settle(self) -> None:
-        """Take it as known that nothing is under way."""
+        """Record that no motion is under way."""
         self._under_way = self._superseded = None
 
     def hear(self, outcome: Outcome) -> Heard | None:
-        """Return what a reply says, or None where nobody awaits it."""
+        """Return the event for a reply, or None if the reply is unexpected."""
         match outcome:
             case Outcome.STARTED:
                 return self._started()
@@ -253,13 +253,13 @@ class Course:
         return None if ended is None else Failed(self._node, ended)
 
 
-# -- all that one drive was asked ----------------------------------------------------------------
+# -- all requests to one drive -------------------------------------------------------------------
 
 
 class Expecting:
-    """The requests to one drive whose answers have not come, and the reports it was asked for.
+    """A drive's unanswered requests, and the automatic reports requested from it.
 
-    Of motions several may be unanswered, of everything else one of each code.
+    Several motions may be unanswered, but only one other request per code.
     """
 
     def __init__(self, node: int) -> None:
@@ -270,22 +270,22 @@ class Expecting:
 
     @property
     def unanswered(self) -> tuple[Request, ...]:
-        """Every request without a first answer; not in the order of sending."""
+        """All requests without a first answer, in no particular order."""
         motions = (course.unanswered for course in self._courses.values())
         return (*self._asked.values(), *chain.from_iterable(motions))
 
     @property
     def under_way(self) -> tuple[Motion, ...]:
-        """Every motion that the drive said has begun, and not that it ended."""
+        """All motions that the drive has reported as started and not as ended."""
         return _without_none(course.under_way for course in self._courses.values())
 
     @property
     def stored(self) -> tuple[Motion, ...]:
-        """Every motion that waits for the synchronous start."""
+        """All motions stored for the synchronous start."""
         return _without_none(course.stored for course in self._courses.values())
 
     def send(self, request: Request) -> None:
-        """Take note of a request; raises `LocalProtocolError` while one like it is unanswered."""
+        """Record a request. Raises `LocalProtocolError` while a similar one is unanswered."""
         if isinstance(request, Motion):
             if request.code not in self._courses:
                 self._courses[request.code] = Course(self._node, request.code)
@@ -305,17 +305,17 @@ class Expecting:
         self._asked[code] = request
 
     def go(self) -> None:
-        """Take note of the synchronous start."""
+        """Record the synchronous start."""
         for course in self._courses.values():
             course.go()
 
     def settle(self) -> None:
-        """Take it as known that the motor stands."""
+        """Record that the motor is at rest."""
         for course in self._courses.values():
             course.settle()
 
     def forget(self, request: Request) -> None:
-        """Await no answer to a request any more."""
+        """Stop waiting for the answer to a request."""
         if isinstance(request, Motion):
             if request.code in self._courses:
                 self._courses[request.code].forget(request)
@@ -323,16 +323,16 @@ class Expecting:
             del self._asked[answer_code(request)]
 
     def clear(self) -> None:
-        """Await nothing any more."""
+        """Stop waiting for all answers."""
         for expected in (self._asked, self._courses, self._reports):
             expected.clear()
 
     def awaited(self, code: int) -> Request | None:
-        """Return the request, other than a motion, that an answer of a code belongs to."""
+        """Return the request (not a motion) that an answer with this code belongs to."""
         return next((request for key, request in self._asked.items() if key == code), None)
 
     def hear(self, answer: Answer) -> Event:
-        """Return what an answer means."""
+        """Return the event for an answer."""
         if isinstance(answer, Status):
             return self._status(answer) or Stray(self._node, answer)
         request = self._asked.get(answer.code)

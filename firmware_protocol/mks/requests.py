@@ -1,9 +1,9 @@
-"""What a host says to an MKS drive: what it reads, sets up, orders and sets going.
+"""A host's requests to an MKS drive: reads, settings, motions and actions.
 
-Each is checked when it is built; `forms` says how. What moves a drive works in a bus mode alone.
-Targets are absolute or relative, in encoder counts (`...Axis`) or in pulses, which are microsteps.
-`acc` is the drive's own measure of a ramp (`ramp_rpm_s`), and 0 has none. A nine-byte example of F4
-in the manual is a misprint: no frame of CAN is so long.
+Fields are checked when a request is built (see `forms`). Motions work only in a bus mode. Targets
+are absolute or relative, in encoder counts (`...Axis`) or in pulses, which are microsteps. `acc` is
+the drive's own unit for a ramp (`ramp_rpm_s`); 0 means no ramp. The manual's nine-byte example of
+F4 is a misprint: a CAN frame has at most eight bytes.
 """
 
 from __future__ import annotations
@@ -39,32 +39,32 @@ from firmware_protocol.mks.values import (
 
 @dataclass(frozen=True, slots=True)
 class ReadEncoder(Message, code=Code.ENCODER):
-    """Ask where the shaft is, in counts from the zero that was set; F4 and F5 count so too."""
+    """Ask for the shaft's position in counts from the set zero, the scale of F4 and F5."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReadRawEncoder(Message, code=Code.RAW_ENCODER, needs=Ability.RAW_ENCODER):
-    """Ask where the shaft is, in counts, whatever zero was set."""
+    """Ask for the shaft's raw position in counts, regardless of the zero."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReadSpeed(Message, code=Code.SPEED):
-    """Ask how fast the shaft turns."""
+    """Ask for the shaft's speed."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReadPulses(Message, code=Code.PULSES):
-    """Ask for the pulses that were commanded."""
+    """Ask for the commanded pulses."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReadInputs(Message, code=Code.INPUTS, needs=Ability.INPUTS):
-    """Ask for the levels of the switches' inputs and of the outputs."""
+    """Ask for the levels of the switch inputs and of the outputs."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReadAngleError(Message, code=Code.ANGLE_ERROR):
-    """Ask how far the shaft is from where it was commanded."""
+    """Ask for the shaft's following error."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,12 +74,12 @@ class ReadEnabled(Message, code=Code.ENABLED):
 
 @dataclass(frozen=True, slots=True)
 class ReadHoming(Message, code=Code.HOMING_STATE):
-    """Ask how a return to zero stands."""
+    """Ask for the state of a return to zero."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReadStall(Message, code=Code.STALL):
-    """Ask whether a protection has let the shaft go: after a stall, or too large an error."""
+    """Ask whether a protection has released the shaft, after a stall or too large an error."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +89,7 @@ class ReadVersion(Message, code=Code.VERSION, needs=Ability.VERSION):
 
 @dataclass(frozen=True, slots=True)
 class ReadState(Message, code=Code.STATE):
-    """Ask what the motor does."""
+    """Ask for the motor's state."""
 
 
 Read: TypeAlias = (
@@ -108,20 +108,20 @@ Read: TypeAlias = (
 READS: tuple[type[Read], ...] = get_args(Read)
 READ_CODES = frozenset(read.code for read in READS)
 
-# -- settings, which a drive keeps without current -----------------------------------------------
+# -- settings, which survive a loss of power -----------------------------------------------------
 #
-# A setting is read back (`ReadSetting`) in the form in which it is set. The mode that checks no
-# check bytes (0F) is left out: it is meant for typing by hand.
+# `ReadSetting` returns a setting in the format of the write. The mode without check bytes (0F) is
+# left out: it is meant for typing by hand.
 
 CURRENT_MAX_MA = 5200
-"""Of a SERVO57D; a 42D, 35D or 28D takes 3000. The manual warns of setting the maximum at once."""
+"""For a SERVO57D; a 42D, 35D or 28D takes 3000. The manual warns: do not start at the maximum."""
 MICROSTEPS_MAX = 256
 
 
 def _read_replies(data: bytes) -> ReplyMode:
     if max(data) > 1:
         raise RemoteProtocolError(f"{data.hex(' ')} where zeros and ones belong")
-    return ReplyMode(data) if data[0] else ReplyMode.NONE  # the second means nothing then
+    return ReplyMode(data) if data[0] else ReplyMode.NONE  # the second byte then has no meaning
 
 
 _Replies: TypeAlias = Annotated[
@@ -153,7 +153,7 @@ _Microsteps: TypeAlias = Annotated[
 ]
 _Node: TypeAlias = Annotated[int, unsigned(2, 1, NODE_MAX)]
 _Word: TypeAlias = Annotated[int, unsigned(2)]
-_Kept: TypeAlias = Annotated[  # nothing is written where it is kept
+_Kept: TypeAlias = Annotated[  # empty if the current is stored
     bool,
     Form(0, checked_switch, lambda value: b"" if value else b"\0", lambda data: data != b"\0"),
 ]
@@ -161,21 +161,21 @@ _Kept: TypeAlias = Annotated[  # nothing is written where it is kept
 
 @dataclass(frozen=True, slots=True)
 class SetMode(Message, code=Code.MODE):
-    """Choose who commands the motor; `Mode.BUS_FOC` for an arm."""
+    """Set the source of commands and the kind of control; `Mode.BUS_FOC` for an arm."""
 
     mode: Annotated[Mode, choice(Mode)]
 
 
 @dataclass(frozen=True, slots=True)
 class SetCurrent(Message, code=Code.CURRENT):
-    """Set the motor's current; not to `keep` it works from 1.0.7 on."""
+    """Set the motor's current; setting it without storing (`keep`) works since 1.0.7."""
 
     current_ma: Annotated[int, unsigned(2, 1, CURRENT_MAX_MA)]
     keep: _Kept = True
 
     @classmethod
     def read(cls, payload: bytes) -> Self:
-        """Read a payload: it has one byte more where it is not to be kept."""
+        """Decode a payload; it has an extra byte if the current is not stored."""
         keep = payload[2:] != b"\0"
         sized(payload, 2 if keep else 3)
         return cls(int.from_bytes(payload[:2], "big"), keep)
@@ -183,28 +183,28 @@ class SetCurrent(Message, code=Code.CURRENT):
 
 @dataclass(frozen=True, slots=True)
 class SetHoldingCurrent(Message, code=Code.HOLDING_CURRENT, needs=Ability.HOLDING_CURRENT):
-    """Set the current at rest in percent of the other, 10 to 90 by tens; not in FOC."""
+    """Set the holding current in percent of the motor current, 10 to 90 by tens; not in FOC."""
 
     percent: _Tens
 
 
 @dataclass(frozen=True, slots=True)
 class SetMicrosteps(Message, code=Code.MICROSTEPS):
-    """Set the pulses of a full step. What 256 is on the wire, 0, is not in the CAN manuals."""
+    """Set the pulses per full step. 256 is sent as 0, which the CAN manuals do not mention."""
 
     microsteps: _Microsteps
 
 
 @dataclass(frozen=True, slots=True)
 class SetDirection(Message, code=Code.DIRECTION):
-    """Choose which way pulses turn the motor. It does nothing to motions over the bus."""
+    """Set the direction for pulses. Motions over the bus are not affected."""
 
     counter_clockwise: Switch
 
 
 @dataclass(frozen=True, slots=True)
 class SetStallProtection(Message, code=Code.STALL_PROTECTION):
-    """Have the drive let the shaft go when it stalls, or not, as shipped."""
+    """Make the drive release the shaft when it stalls, or not (the factory setting)."""
 
     on: Switch
 
@@ -213,10 +213,10 @@ class SetStallProtection(Message, code=Code.STALL_PROTECTION):
 class SetPositionProtection(
     Message, code=Code.POSITION_PROTECTION, needs=Ability.POSITION_PROTECTION
 ):
-    """Have the drive let the shaft go when it is too far from its target.
+    """Make the drive release the shaft when it is too far from its target.
 
-    `window` counts about 15 ms; `error` 28000 is a turn. The flag of zeroing by the En pin, which
-    is in the same byte, is left off.
+    `window` is in units of about 15 ms; an `error` of 28000 is one turn. The same byte contains a
+    flag for zeroing by the En pin, which stays off.
     """
 
     on: Switch
@@ -226,10 +226,10 @@ class SetPositionProtection(
 
 @dataclass(frozen=True, slots=True)
 class SetHoming(Message, code=Code.HOMING):
-    """Set up what `Home` does. After a change of the limits the manual wants a `Home`.
+    """Configure `Home`. After a change of `limits` the manual requires a `Home`.
 
-    `method`: 0 by a switch, 1 against a stop, 2 within a turn. `limits` has the switches stop
-    motions; reaching one in homing then lets the shaft go.
+    `method`: 0 to a switch, 1 against a hard stop, 2 within a turn. With `limits`, the switches
+    stop motions; reaching a switch while homing then releases the shaft.
     """
 
     active_high: Switch
@@ -241,7 +241,7 @@ class SetHoming(Message, code=Code.HOMING):
 
 @dataclass(frozen=True, slots=True)
 class SetArrival(Message, code=Code.ARRIVAL, needs=Ability.ARRIVAL_THRESHOLD):
-    """Choose how near a motion must come to be said `DONE`; 65535 is a turn."""
+    """Set how close to its target a motion must come to be `DONE`; 65535 is one turn."""
 
     on: Switch
     threshold: _Word = 200
@@ -249,9 +249,9 @@ class SetArrival(Message, code=Code.ARRIVAL, needs=Ability.ARRIVAL_THRESHOLD):
 
 @dataclass(frozen=True, slots=True)
 class SilenceWatchdog(Message, code=Code.WATCHDOG, needs=Ability.SILENCE_WATCHDOG):
-    """Have the drive stop when it has been told nothing for so long; 0, as shipped, never.
+    """Make the drive stop after this long without a request; 0 (the factory setting): never.
 
-    Whether frames to other drives count as something is not in the manual.
+    The manual does not say whether frames to other drives feed this watchdog.
     """
 
     timeout_ms: Annotated[int, unsigned(4)]
@@ -259,23 +259,23 @@ class SilenceWatchdog(Message, code=Code.WATCHDOG, needs=Ability.SILENCE_WATCHDO
 
 @dataclass(frozen=True, slots=True)
 class SetBitrate(Message, code=Code.BITRATE):
-    """Choose the bus's speed, for all drives or none. At which speed it answers is unknown."""
+    """Set the bus speed; all drives need the same. The speed of the answer is unknown."""
 
     bitrate: Annotated[Bitrate, choice(Bitrate)]
 
 
 @dataclass(frozen=True, slots=True)
 class SetId(Message, code=Code.NODE):
-    """Give the drive another id. Whether it answers by the old or the new one is not documented."""
+    """Change the drive's id. Whether the answer has the old or the new id is not documented."""
 
     node: _Node
 
 
 @dataclass(frozen=True, slots=True)
 class SetGroup(Message, code=Code.GROUP, needs=Ability.GROUPS):
-    """Have the drive listen to a group's id too; nothing sent to it is answered.
+    """Make the drive listen to a group's id too; requests to a group have no answers.
 
-    Never the id of a drive: its answers would be taken for commands.
+    Never use the id of a drive: its answers would be taken for commands.
     """
 
     node: _Node
@@ -283,7 +283,7 @@ class SetGroup(Message, code=Code.GROUP, needs=Ability.GROUPS):
 
 @dataclass(frozen=True, slots=True)
 class SetReplies(Message, code=Code.REPLIES, needs=Ability.CHOICE_OF_COMPLETION):
-    """Choose what the drive says of what it is told to do. In this form from 1.0.4 on."""
+    """Set which replies the drive sends to commands. In this format since 1.0.4."""
 
     mode: _Replies
 
@@ -309,7 +309,7 @@ SETTING_CODES = frozenset(setting.code for setting in SETTINGS)
 
 
 def _code_of(codes: frozenset[Code], words: str) -> Form:
-    """Return the form of one of some codes."""
+    """Return the form of a code from a set."""
 
     def check(field: str, value: object) -> None:
         if value not in codes or not isinstance(value, Code):
@@ -322,8 +322,8 @@ def _code_of(codes: frozenset[Code], words: str) -> Form:
 class ReadSetting(Message, code=Code.READ_SETTING, needs=Ability.READ_SETTINGS):
     """Ask for a setting, by the code that sets it.
 
-    The answer has that code, and then looks like the answer to setting it: a host does not ask
-    both at once.
+    The answer has the same code as the answer to the setting's write, so a host never has both
+    requests open at once.
     """
 
     setting: Annotated[Code, _code_of(SETTING_CODES, "a setting")]
@@ -331,7 +331,7 @@ class ReadSetting(Message, code=Code.READ_SETTING, needs=Ability.READ_SETTINGS):
 
 @dataclass(frozen=True, slots=True)
 class ReportByItself(Message, code=Code.REPORT, needs=Ability.REPORTS_BY_ITSELF):
-    """Have the drive say a reading unasked every so many ms; 0 ends that."""
+    """Make the drive report a reading automatically every `period_ms`; 0 ends the reports."""
 
     reading: Annotated[Code, _code_of(READ_CODES, "a reading")]
     period_ms: _Word
@@ -374,7 +374,7 @@ _SignedSpeed: TypeAlias = Annotated[
 
 @dataclass(frozen=True, slots=True)
 class MoveRelativeAxis(Message, code=Code.RELATIVE_AXIS, order=(*_MOVE_ORDER, "counts")):
-    """Move by so many encoder counts."""
+    """Move by a number of encoder counts."""
 
     counts: _Target
     speed_rpm: _Speed
@@ -383,7 +383,7 @@ class MoveRelativeAxis(Message, code=Code.RELATIVE_AXIS, order=(*_MOVE_ORDER, "c
 
 @dataclass(frozen=True, slots=True)
 class MoveAbsoluteAxis(Message, code=Code.ABSOLUTE_AXIS, order=(*_MOVE_ORDER, "counts")):
-    """Move to a count. From 1.0.5 on also while one is under way, which it replaces."""
+    """Move to an encoder count. Since 1.0.5 it also replaces a motion under way."""
 
     counts: _Target
     speed_rpm: _Speed
@@ -397,7 +397,7 @@ class MoveAbsolutePulses(
     needs=Ability.ABSOLUTE_PULSES,
     order=(*_MOVE_ORDER, "pulses"),
 ):
-    """Move to a pulse."""
+    """Move to a position in pulses."""
 
     pulses: _Target
     speed_rpm: _Speed
@@ -409,7 +409,7 @@ _DISTANCE_MAX = (1 << 8 * TARGET_BYTES) - 1
 
 @dataclass(frozen=True, slots=True)
 class MoveRelativePulses(Message, code=Code.RELATIVE_PULSES):
-    """Move by so many pulses. Their direction is written with the speed."""
+    """Move by a number of pulses. The direction is sent with the speed."""
 
     pulses: Annotated[int, signed(TARGET_BYTES + 1, _DISTANCE_MAX)]
     speed_rpm: _Speed
@@ -423,7 +423,7 @@ class MoveRelativePulses(Message, code=Code.RELATIVE_PULSES):
 
     @classmethod
     def read(cls, payload: bytes) -> Self:
-        """Read a payload."""
+        """Decode a payload."""
         sized(payload, 6)
         way = int.from_bytes(payload[:2], "big")
         distance = int.from_bytes(payload[3:], "big")
@@ -432,7 +432,7 @@ class MoveRelativePulses(Message, code=Code.RELATIVE_PULSES):
 
 @dataclass(frozen=True, slots=True)
 class RunAtSpeed(Message, code=Code.SPEED_MODE):
-    """Run at a signed speed until told otherwise. Nothing else ends it but the silence watchdog."""
+    """Run at a signed speed until the next command; only the silence watchdog ends it otherwise."""
 
     speed_rpm: _SignedSpeed
     acc: _Acc
@@ -451,12 +451,12 @@ Move: TypeAlias = MoveRelativeAxis | MoveAbsoluteAxis | MoveRelativePulses | Mov
 MOVES: tuple[type[Move], ...] = get_args(Move)
 MOTION_CODES = frozenset((*(move.code for move in MOVES), Code.SPEED_MODE))
 
-# -- what stops a drive, switches it, homes it ---------------------------------------------------
+# -- stops, current, homing and other actions ----------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """End a motion of this code by a ramp of `acc`, or at once by an `acc` of 0."""
+    """End a motion with this code by a ramp of `acc`, or at once if `acc` is 0."""
 
     needs: ClassVar[Ability | None] = None
     code: Code
@@ -468,53 +468,53 @@ class Stop:
 
     @property
     def payload(self) -> bytes:
-        """A speed of 0, acc, and a distance of 0 where a move has one."""
+        """A speed of 0, acc, and, for moves with a distance, a distance of 0."""
         rest = b"" if self.code is Code.SPEED_MODE else bytes(TARGET_BYTES)
         return bytes((0, 0, self.acc)) + rest
 
 
 @dataclass(frozen=True, slots=True)
 class EmergencyStop(Message, code=Code.EMERGENCY_STOP, needs=Ability.EMERGENCY_STOP):
-    """Stop at once, without a ramp: not above 1000 rpm."""
+    """Stop at once, without a ramp; not advisable above 1000 rpm."""
 
 
 @dataclass(frozen=True, slots=True)
 class Enable(Message, code=Code.ENABLE):
-    """Switch the motor's current on or off. Off lets the shaft go."""
+    """Switch the motor's current on or off. Off releases the shaft."""
 
     on: Switch
 
 
 @dataclass(frozen=True, slots=True)
 class ArmSynchronous(Message, code=Code.ARM, needs=Ability.SYNCHRONOUS_START):
-    """Have the drive store motions until `GoSynchronous`, or no more."""
+    """Make the drive store motions until `GoSynchronous`, or end this mode."""
 
     on: Switch
 
 
 @dataclass(frozen=True, slots=True)
 class GoSynchronous(Message, code=Code.GO, needs=Ability.SYNCHRONOUS_START):
-    """Start every stored motion. Broadcast alone; say it again 1 ms later, as drives miss it."""
+    """Start every stored motion. Broadcast only; repeat it after 1 ms, as drives may miss it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Home(Message, code=Code.HOME):
-    """Search for the zero as the drive is set up to. It moves."""
+    """Search for the zero as configured by `SetHoming`. The motor moves."""
 
 
 @dataclass(frozen=True, slots=True)
 class GoToZero(Message, code=Code.HOME, needs=Ability.GO_TO_ZERO):
-    """Run to the zero that a `Home` has found. It moves."""
+    """Move to the zero that a `Home` has found."""
 
     @property
     def payload(self) -> bytes:
-        """Its choice, beside a `Home`'s."""
+        """The byte that distinguishes it from a `Home`."""
         return b"\1"
 
 
 @dataclass(frozen=True, slots=True)
 class Calibrate(Message, code=Code.CALIBRATE):
-    """Measure the encoder against the motor, which turns: nothing may be on its shaft."""
+    """Calibrate the encoder. The motor turns and must not have a load on its shaft."""
 
     @property
     def payload(self) -> bytes:
@@ -523,7 +523,7 @@ class Calibrate(Message, code=Code.CALIBRATE):
 
     @classmethod
     def read(cls, payload: bytes) -> Self:
-        """Read a payload."""
+        """Decode a payload."""
         if sized(payload, 1) != b"\0":
             raise BadField("payload", payload, "a zero")
         return cls()
@@ -531,23 +531,23 @@ class Calibrate(Message, code=Code.CALIBRATE):
 
 @dataclass(frozen=True, slots=True)
 class SetZero(Message, code=Code.ZERO, needs=Ability.ZERO):
-    """Call the present position zero. It moves nothing."""
+    """Set the present position as zero. Moves nothing."""
 
 
 @dataclass(frozen=True, slots=True)
 class ClearStall(Message, code=Code.CLEAR_STALL):
-    """Let the motor have current again after a protection has let the shaft go."""
+    """Switch the current on again after a protection has released the shaft."""
 
 
 @dataclass(frozen=True, slots=True)
 class Restart(Message, code=Code.RESTART, needs=Ability.RESTART):
-    """Start the drive anew; settings stay."""
+    """Restart the drive; settings are kept."""
 
 
 Motion: TypeAlias = Move | RunAtSpeed | RunFor | Stop | Home | GoToZero | Calibrate
-"""What a drive first says `STARTED` of, and later how it ended."""
+"""Requests that the drive first answers with `STARTED`, and later with their outcome."""
 COURSE_CODES = MOTION_CODES | {Code.HOME, Code.CALIBRATE}
-"""What starts first and ends later."""
+"""The codes of these requests."""
 Action: TypeAlias = (
     EmergencyStop | Enable | ArmSynchronous | GoSynchronous | SetZero | ClearStall | Restart
 )
@@ -556,12 +556,12 @@ Request: TypeAlias = Read | ReadSetting | ReportByItself | Motion | Action | Set
 
 
 def needed_for(request: Request) -> Ability | None:
-    """Return what a drive must be able to do to understand a request; None for what all can."""
+    """Return the ability that a request requires; None if every drive understands it."""
     if isinstance(request, SetCurrent) and not request.keep:
         return Ability.UNKEPT_CURRENT
     return request.needs
 
 
 def answer_code(request: Request) -> Code:
-    """Return the code that the answer to a request has."""
+    """Return the code of the answer to a request."""
     return request.setting if isinstance(request, ReadSetting) else request.code

@@ -1,4 +1,4 @@
-"""The codes, choices and units of an MKS SERVO42D/57D on CAN.
+"""The codes, options and units of an MKS SERVO42D/57D on CAN.
 
 Sources: makerbase-motor/MKS-SERVO42D-57D, the CAN manuals 1.0.6 and 1.0.9 and the version notes of
 its README. Multi-byte values have the high byte first. Positive is counter-clockwise, by the
@@ -18,15 +18,15 @@ from firmware_protocol.errors import BadField, whole
 BROADCAST = 0
 NODE_MAX = 0x7FF
 NODE_DEFAULT = 1
-"""Every drive's id as it is shipped."""
+"""The factory id of every drive."""
 COUNTS_PER_TURN = 0x4000
-"""Encoder counts in a turn: the unit of the axis commands, F4 and F5."""
+"""Encoder counts per turn: the unit of the axis commands, F4 and F5."""
 COUNTS_S_PER_RPM = COUNTS_PER_TURN / 60.0
-"""Counts a second of one rpm."""
+"""Counts per second at 1 rpm."""
 ANGLE_ERROR_PER_TURN = 51200
 SPEED_MAX_RPM = 3000
 HARD_STOP_MAX_RPM = 1000
-"""Above it the manual advises against stops without a ramp: F7, and an acc of 0."""
+"""Above this speed the manual advises against stops without a ramp: F7, or an acc of 0."""
 TARGET_MAX = (1 << 23) - 1
 """The farthest target or distance: 512 turns in counts."""
 
@@ -78,25 +78,25 @@ class Code(IntEnum):
 
 
 class Mode(IntEnum):
-    """Who commands the motor, and how it is controlled. F1 to FE work in the bus modes alone."""
+    """The source of commands, and the kind of control. F1 to FE work only in the bus modes."""
 
     PULSE_OPEN = 0
     PULSE_CLOSED = 1
     PULSE_FOC = 2
-    """As shipped."""
+    """The factory setting."""
     BUS_OPEN = 3
     BUS_CLOSED = 4
     BUS_FOC = 5
-    """What an arm needs."""
+    """The mode that an arm needs."""
 
     @property
     def on_bus(self) -> bool:
-        """Whether motion is commanded over the bus."""
+        """Whether motions are commanded over the bus."""
         return self >= Mode.BUS_OPEN
 
     @property
     def top_rpm(self) -> int:
-        """The highest speed that the manual gives for it."""
+        """The mode's highest speed, from the manual."""
         return (400, 1500, SPEED_MAX_RPM)[self % 3]
 
 
@@ -106,34 +106,34 @@ class Bitrate(IntEnum):
     K125 = 0
     K250 = 1
     K500 = 2
-    """As shipped."""
+    """The factory setting."""
     K1000 = 3
 
     @property
     def bits_s(self) -> int:
-        """Bits in a second."""
+        """Bits per second."""
         return 125_000 << self
 
 
 class ReplyMode(Enum):
-    """What a drive says of what it is told to do.
+    """Which replies a drive sends to commands.
 
-    That it answers reads in each is not in the manual in so many words: a drive that replies
-    nothing is to be followed there by reading its state.
+    The manual implies that the drive answers reads in every mode: without replies to commands,
+    the host has to follow the drive by reading its state.
     """
 
     NONE = b"\0\0"
     IMMEDIATE = b"\1\0"
-    """At once that it starts or fails, and nothing at the end of a motion."""
+    """A reply to the command (started or failed), none at the end of a motion."""
     FULL = b"\1\1"
-    """At once, and at the end. As shipped."""
+    """A reply to the command and another at the end. The factory setting."""
 
 
 class MotorState(IntEnum):
-    """What the motor does."""
+    """The motor's state."""
 
     UNKNOWN = 0
-    """The drive could not tell."""
+    """The drive could not determine it."""
     STOPPED = 1
     ACCELERATING = 2
     DECELERATING = 3
@@ -143,7 +143,7 @@ class MotorState(IntEnum):
 
 
 class HomingState(IntEnum):
-    """How a return to zero stands."""
+    """The state of a return to zero."""
 
     UNDER_WAY = 0
     DONE = 1
@@ -151,7 +151,7 @@ class HomingState(IntEnum):
 
 
 class Outcome(Enum):
-    """What a drive says of a request that is no reading."""
+    """The outcome of a request other than a read."""
 
     STARTED = "started"
     DONE = "done"
@@ -161,16 +161,16 @@ class Outcome(Enum):
 
 
 def check_byte(can_id: int, data: bytes) -> int:
-    """Return the byte that ends a frame: the sum of its id and of all bytes before, in 8 bits.
+    """Return a frame's last byte: the sum of its id and all preceding bytes, modulo 256.
 
-    A sum does not see bytes that have changed places, nor changes that add up to nothing, nor
-    ids that differ by 256. One changed byte it always sees. The wire has the CRC of CAN itself.
+    The sum detects every change of a single byte, but no swapped bytes, no changes that cancel out
+    and no ids that differ by 256. On the bus, CAN's own CRC protects the frame as well.
     """
     return (can_id + sum(data)) & 0xFF
 
 
 def ramp_rpm_s(acc: int) -> float:
-    """Return the acceleration of an `acc` in rpm a second; infinity for 0, which has no ramp.
+    """Return the acceleration of an `acc` in rpm per second; infinity for 0, which has no ramp.
 
     The speed changes by 1 rpm every (256 - acc) * 50 microseconds.
     """
@@ -179,14 +179,15 @@ def ramp_rpm_s(acc: int) -> float:
 
 
 def slope_of(acc: int) -> float:
-    """Return a ramp in counts a second squared; infinity for 0, which has none."""
+    """Return the acceleration of an `acc` in counts/s²; infinity for 0, which has no ramp."""
     return ramp_rpm_s(acc) * COUNTS_S_PER_RPM
 
 
 def acc_of(most_rpm_s: float) -> int:
-    """Return the steepest `acc` whose ramp is no steeper than so many rpm a second.
+    """Return the steepest `acc` within a limit in rpm per second.
 
-    None is gentler than `acc` 1, 78 rpm a second: `ramp_rpm_s` tells what it became.
+    The gentlest ramp is `acc` 1 with 78 rpm per second, returned even if it exceeds the limit;
+    `ramp_rpm_s` gives the resulting acceleration.
     """
     if not most_rpm_s > 0:
         raise BadField("most_rpm_s", most_rpm_s, "more than 0")
@@ -194,7 +195,7 @@ def acc_of(most_rpm_s: float) -> int:
 
 
 def true_rpm(speed_rpm: float, microsteps: int) -> float:
-    """Return how fast the shaft turns: a speed is one in rpm with 16, 32 or 64 microsteps alone."""
+    """Return the shaft's true speed; a speed is in rpm only with 16, 32 or 64 microsteps."""
     return speed_rpm if microsteps in (16, 32, 64) else speed_rpm * 16 / microsteps
 
 

@@ -1,8 +1,8 @@
-"""The Robko 01's SUPER protocol: the host's end, the arm's end, and what they say to each other.
+"""The Robko 01's SUPER protocol: messages, host and device.
 
 The ESP32 retrofit (robko01/robko01_retrofit_fw) also reads lines that look like a TeachMover's
-(`@STEP`, `@READ`, ...). That is another dialect, and not spoken here: it answers OK at once,
-takes absolute positions and does not wait for the motion.
+(`@STEP`, `@READ`, ...). That is another dialect, which is not supported here: it answers OK at
+once, takes absolute positions and does not wait for the motion.
 """
 
 from firmware_protocol.robko01.device import Device as Device

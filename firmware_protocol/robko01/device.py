@@ -1,7 +1,7 @@
-"""The arm's end of the SUPER protocol: requests in, answers out, no clock, no wire.
+"""The arm's end of the SUPER protocol: requests in, answers out, no clock, no I/O.
 
-The device takes one request at a time and owes its answer, until it is sent or, as the firmware
-does with what it has not implemented, kept back (`forget`). Nothing that the host sends raises.
+The device handles one request at a time. The owner sends the answer or drops the request
+(`forget`), as the firmware does with unimplemented operations. No input from the host raises.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from firmware_protocol.robko01.messages import Answer, Request, decode_request, 
 
 @dataclass(frozen=True, slots=True)
 class Ignored:
-    """Bytes that are no request, and why. The firmware drops them in silence: nothing is owed."""
+    """Bytes that are not a request, and the reason. The firmware silently drops them."""
 
     data: bytes
     reason: str
@@ -26,9 +26,9 @@ Heard: TypeAlias = Request | Ignored
 
 
 class Device(Receiving):
-    """The machine that a simulated arm speaks with. Raises `LocalProtocolError` for its owner.
+    """The protocol machine of a simulated arm. Raises `LocalProtocolError` if misused.
 
-    It finds the good frames behind spoilt ones that the firmware's reader would swallow.
+    After a corrupt frame it finds good frames that the firmware's reader would swallow.
     """
 
     def __init__(self, *, counts_check: bool = False) -> None:
@@ -37,11 +37,11 @@ class Device(Receiving):
 
     @property
     def unanswered(self) -> Request | None:
-        """What still needs an answer."""
+        """The request that still needs an answer."""
         return self._request
 
     def next_event(self) -> Heard | None:
-        """Return the next request, or None while there is none or an answer is owed."""
+        """Return the next request; None if there is none or an answer is outstanding."""
         if self._request is not None:
             return None
         frame = self._frames.next_frame()
@@ -56,9 +56,9 @@ class Device(Receiving):
         return self._request
 
     def send(self, answer: Answer) -> bytes:
-        """Return the bytes of the answer that is owed.
+        """Return the bytes of the answer to the current request.
 
-        Raises `LocalProtocolError` where none is owed, or one to another operation.
+        Raises `LocalProtocolError` without a request, or for another operation.
         """
         if self._request is None or answer.op is not self._request.op:
             owed = f"{self._request.op.name} is unanswered" if self._request else "nothing is owed"
@@ -67,10 +67,10 @@ class Device(Receiving):
         return encode_answer(answer, counts_check=self._counts_check)
 
     def forget(self) -> Request | None:
-        """Owe nothing any more, and return what was unanswered."""
+        """Drop the unanswered request and return it."""
         request, self._request = self._request, None
         return request
 
     def discard(self) -> None:
-        """Forget the bytes received; what is owed stays owed."""
+        """Discard the received bytes; the unanswered request stays."""
         self._frames.discard()

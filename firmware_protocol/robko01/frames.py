@@ -1,11 +1,11 @@
-"""The frames of the SUPER protocol: bytes to checked frames and back, in bounded memory.
+"""Frames of the SUPER protocol: bytes to checked frames and back, in bounded memory.
 
     AA KIND LEN OP rest.. C0 C1      KIND 1 is a request, 2 an answer, whose rest begins with
                                      the status; LEN counts OP and the rest
 
-C0 is the exclusive or of all bytes at even offsets, C1 of those at odd ones, the AA being at
-offset 0. Source: robko01/fw_arduino_lib src/SUPER.cpp. The public program pyrobko01 counts the
-two check bytes into LEN as well: `counts_check`.
+C0 is the XOR of all bytes at even offsets, C1 of those at odd offsets; the AA is at offset 0.
+Source: robko01/fw_arduino_lib src/SUPER.cpp. The public program pyrobko01 includes the two check
+bytes in LEN (`counts_check`).
 """
 
 from __future__ import annotations
@@ -17,15 +17,16 @@ from enum import IntEnum
 SENTINEL = 0xAA
 PAYLOAD_MAX = 26
 FRAME_MAX = 33
-"""Bytes of the longest frame, an answer with a full payload. Requests end at 32."""
+"""Bytes in the longest frame, an answer with a full payload; a request has at most 32."""
 FLUSH = bytes((index // 2) ^ (index // 2 + 1) for index in range(FRAME_MAX))
-"""Bytes that end whatever frame a reader believes to be in, the firmware's reader too.
+"""Bytes that end any half-read frame, in this reader and in the firmware's.
 
-It knows no silence: behind a spoilt length byte it swallows the next frames. Zeros would not do:
-each check byte is the XOR of every other byte, so that a frame that lost two zeros, of which a
-motion has many, would be made whole by two others, a word along from where it was. No beginning of
-these bytes, in whole words, comes to zero, and none of them begins a frame; so a frame that lost
-bytes becomes valid by chance alone: one time in 65536, or in 256 where only its last is missing.
+The firmware has no timeout: after a corrupt length byte it swallows the frames that follow. Zeros
+would be unsafe. Each check byte is the XOR of every other byte, so a frame that lost two zeros (a
+motion has many) would become valid with two other zeros, its data shifted by a word. No leading
+whole words of these bytes have an XOR of zero, and none of these bytes begins a frame. So a frame
+that lost bytes becomes valid only by chance: once in 65536, or once in 256 if only its last byte is
+missing.
 """
 
 _HEADER = 3
@@ -36,7 +37,7 @@ _NO_FRAME = "no frame begins here"
 
 
 class Kind(IntEnum):
-    """Who speaks."""
+    """The kind of a frame, and so its sender."""
 
     REQUEST = 1
     ANSWER = 2
@@ -46,42 +47,42 @@ _LENGTHS = {
     Kind.REQUEST: range(1, PAYLOAD_MAX + 2),
     Kind.ANSWER: range(2, PAYLOAD_MAX + 3),
 }
-"""What LEN can be: the operation, in answers the status, and the payload."""
+"""Valid values of LEN: the operation, the status (in answers) and the payload."""
 
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """A frame whose check bytes fit. `start` counts the bytes that came before it."""
+    """A frame with correct check bytes. `start` is the number of bytes received before it."""
 
     raw: bytes
     start: int
 
     @property
     def kind(self) -> Kind:
-        """Who sent it."""
+        """Request or answer."""
         return Kind(self.raw[1])
 
     @property
     def op(self) -> int:
-        """The operation's number, named or not."""
+        """The operation's number, known or unknown."""
         return self.raw[_HEADER]
 
     @property
     def rest(self) -> bytes:
-        """What stands between the operation and the check bytes."""
+        """The bytes between the operation and the check bytes."""
         return self.raw[_HEADER + 1 : -_CHECK]
 
 
 @dataclass(frozen=True, slots=True)
 class Noise:
-    """Bytes in a row that belong to no frame, at most 64, and why."""
+    """A run of at most 64 bytes that belong to no frame, and the reason."""
 
     data: bytes
     reason: str
 
 
 def check_bytes(data: bytes | bytearray) -> bytes:
-    """Return the two bytes that end a frame which begins with `data`."""
+    """Return the two check bytes for a frame that begins with `data`."""
     even = odd = 0
     for byte in data[::2]:
         even ^= byte
@@ -91,19 +92,19 @@ def check_bytes(data: bytes | bytearray) -> bytes:
 
 
 def frame_bytes(kind: Kind, op: int, rest: bytes, *, counts_check: bool = False) -> bytes:
-    """Return a whole frame."""
+    """Return a complete frame."""
     length = 1 + len(rest) + (_CHECK if counts_check else 0)
     data = bytes((SENTINEL, kind, length, op)) + rest
     return data + check_bytes(data)
 
 
 class FrameSplitter:
-    """Frames out of bytes, whatever the chunks they come in.
+    """Extracts frames from bytes in any chunks.
 
-    Where a frame turns out to be none, the search goes on at its second byte, so no good frame
-    is lost behind bad bytes; it is seen at the latest when `FRAME_MAX` bytes have come after
-    the bad ones, or at `silence`. Held are at most one unfinished frame, one run of noise and
-    256 entries; when nobody fetches those, the oldest are lost and that is reported.
+    After an invalid frame, the search goes on at its second byte, so that bad bytes never hide a
+    good frame; it is found at the latest `FRAME_MAX` bytes after the bad ones, or at `silence`. The
+    buffer holds at most one incomplete frame, one run of noise and 256 entries; beyond that the
+    oldest entries are lost, which is reported.
     """
 
     def __init__(self, *, counts_check: bool = False) -> None:
@@ -117,17 +118,17 @@ class FrameSplitter:
 
     @property
     def received(self) -> int:
-        """How many bytes have come so far."""
+        """Number of bytes received so far."""
         return self._consumed + len(self._pending)
 
     @property
     def buffered(self) -> int:
-        """How many bytes are held."""
+        """Number of buffered bytes."""
         waiting = sum(len(e.raw if isinstance(e, Frame) else e.data) for e in self._waiting)
         return waiting + len(self._run) + len(self._pending)
 
     def feed(self, data: bytes) -> None:
-        """Take bytes, in any portions."""
+        """Take bytes in any chunks."""
         self._pending += data
         at = 0
         while at < len(self._pending) and (taken := self._take(at)):
@@ -136,10 +137,7 @@ class FrameSplitter:
         self._consumed += at
 
     def silence(self) -> None:
-        """Say that the frame which has begun will not be finished.
-
-        What it has swallowed is searched for frames.
-        """
+        """Abandon the incomplete frame and search its bytes for other frames."""
         while self._pending:
             self._skip(self._pending[:1], "the frame was not finished")
             del self._pending[0]
@@ -148,21 +146,21 @@ class FrameSplitter:
         self._end_run()
 
     def next_frame(self) -> Frame | Noise | None:
-        """Return the next frame, or bytes that are none, or None when there is nothing."""
+        """Return the next frame or noise, or None."""
         if self._lost:
             lost, self._lost = self._lost, 0
             return Noise(b"", f"{lost} frames or runs of noise were not fetched, and are lost")
         return self._waiting.popleft() if self._waiting else None
 
     def discard(self) -> None:
-        """Forget every byte held: the next byte begins anew."""
+        """Discard all buffered bytes and entries."""
         self._consumed += len(self._pending)
         for held in (self._pending, self._run, self._waiting):
             held.clear()
         self._lost = 0
 
     def _take(self, at: int) -> int:
-        """Read what begins at an index; return how many bytes are done with, 0 for none yet."""
+        """Process the bytes at an index; return the number consumed, 0 if more are needed."""
         pending = self._pending
         begins = pending.find(SENTINEL, at)
         if begins != at:
@@ -183,9 +181,9 @@ class FrameSplitter:
         return 1
 
     def _size(self, at: int) -> int | None:
-        """Return the length of the frame that begins at an index.
+        """Return the length of the frame at an index.
 
-        None where its header is still coming in, 0 where it is the header of no frame.
+        None if the header is incomplete, 0 if it is not the header of a frame.
         """
         header = self._pending[at : at + _HEADER]
         if len(header) > 1 and header[1] not in _LENGTHS:
@@ -218,7 +216,7 @@ class FrameSplitter:
 
 
 class Receiving:
-    """What both ends of the protocol do with bytes that come in, as a stream or in datagrams."""
+    """The receiving side of both ends, for byte streams and datagrams."""
 
     def __init__(self, *, counts_check: bool) -> None:
         self._counts_check = counts_check
@@ -226,23 +224,23 @@ class Receiving:
 
     @property
     def buffered(self) -> int:
-        """How many received bytes are held."""
+        """Number of buffered bytes."""
         return self._frames.buffered
 
     def receive_data(self, data: bytes) -> None:
-        """Take bytes from the other end, in any portions."""
+        """Take bytes from the other end in any chunks."""
         self._frames.feed(data)
 
     def receive_datagram(self, data: bytes) -> None:
-        """Take a datagram from the other end: no frame reaches from one into the next."""
+        """Take a datagram from the other end; no frame spans two datagrams."""
         self._frames.silence()
         self._frames.feed(data)
         self._frames.silence()
 
     def silence(self) -> None:
-        """Say that nothing has come for longer than a frame pauses.
+        """Report that the line has been quiet for longer than any pause within a frame.
 
-        A frame that has begun is given up, and what it has swallowed is searched for others. A
-        host calls it before `forget`; the firmware does nothing of the kind.
+        The incomplete frame is abandoned, and its bytes are searched for other frames. A host calls
+        this before `forget`; the firmware has nothing like it.
         """
         self._frames.silence()

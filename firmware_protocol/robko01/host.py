@@ -1,9 +1,9 @@
-"""The host's end of the SUPER protocol: one request out, its answer in, no clock, no wire.
+"""The host's end of the SUPER protocol: one request out, its answer in, no clock, no I/O.
 
-The host waits for nothing, or for the answer to one request. An answer belongs to the request
-when it has its operation, began to come in after it was sent and, to a `Ping`, brings its bytes.
-Any other answer is `Stray`; bytes that are no answer are `Garbled`. Neither changes the state,
-and nothing that the arm sends raises.
+At most one request is unanswered. An answer matches if it has the request's operation, began to
+arrive after the request was sent and, for a `Ping`, returns its bytes. Any other answer is `Stray`;
+bytes that are not an answer are `Garbled`. Neither changes the state, and no input from the arm
+raises.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from firmware_protocol.robko01.messages import (
 
 @dataclass(frozen=True, slots=True)
 class Answered:
-    """A request and its answer; `answer.status` says whether it was done."""
+    """A request and its answer; `answer.status` is the outcome."""
 
     request: Request
     answer: Answer
@@ -33,14 +33,14 @@ class Answered:
 
 @dataclass(frozen=True, slots=True)
 class Stray:
-    """An answer that nobody waits for, for example the late one to a forgotten request."""
+    """An unexpected answer, for example a late one after `forget`."""
 
     answer: Answer
 
 
 @dataclass(frozen=True, slots=True)
 class Garbled:
-    """Bytes that are no answer of this dialect, and why. Empty where entries were lost."""
+    """Bytes that are not an answer, and the reason. Empty if entries were lost."""
 
     data: bytes
     reason: str
@@ -50,11 +50,10 @@ Event: TypeAlias = Answered | Stray | Garbled
 
 
 class Host(Receiving):
-    """The machine that speaks to the arm. Raises `LocalProtocolError` for its owner's mistakes.
+    """The host's protocol machine. Raises `LocalProtocolError` if misused.
 
-    The arm drops what it does not understand in silence, so it is the owner, who has the clock,
-    that ends the waiting (`forget`). The same machine serves a stream (`receive_data`) and
-    datagrams, of which each is whole frames (`receive_datagram`).
+    The arm silently drops frames that it cannot parse, so the caller must call `forget` after a
+    timeout. Input is a stream (`receive_data`) or datagrams of whole frames (`receive_datagram`).
     """
 
     def __init__(self, *, counts_check: bool = False) -> None:
@@ -64,14 +63,14 @@ class Host(Receiving):
 
     @property
     def outstanding(self) -> Request | None:
-        """The request whose answer has not come yet."""
+        """The unanswered request."""
         return self._request
 
     def send(self, request: Request) -> bytes:
-        """Return the bytes that put a request to the arm.
+        """Return a request's bytes.
 
-        Raises `LocalProtocolError` while another is unanswered. Frames that had begun to come
-        in before this call are never taken for this request's answer.
+        Raises `LocalProtocolError` while another is unanswered. Frames that began to arrive before
+        this call are never taken for this request's answer.
         """
         if self._request is not None:
             raise LocalProtocolError(
@@ -83,7 +82,7 @@ class Host(Receiving):
         return data
 
     def next_event(self) -> Event | None:
-        """Return what the bytes received so far say, one event at a time, then None."""
+        """Return the next event from the bytes received so far, or None."""
         frame = self._frames.next_frame()
         if frame is None:
             return None
@@ -96,19 +95,19 @@ class Host(Receiving):
         return self._accept(frame, answer)
 
     def forget(self) -> Request | None:
-        """Wait no longer for an answer, after a timeout, and return the request.
+        """Stop waiting for the answer, after a timeout, and return the request.
 
-        Whether the arm has done it is unknown. A late answer is `Stray`, unless the next
-        request has the same operation: then nothing in the answer tells them apart, but for
-        `Ping`, whose bytes do. So make the next request a `Ping` with bytes of its own: answers
-        come in the order of the requests, and behind its answer no late one follows. Send
-        `FLUSH` before it, in case the arm waits for the rest of a spoilt frame.
+        The arm may or may not have executed it. A late answer is `Stray`, unless the next
+        request has the same operation: then only a `Ping`, whose bytes differ, shows the
+        difference. So send a `Ping` with unique bytes next: answers come in the order of the
+        requests, so no late answer follows the answer to the `Ping`. Send `FLUSH` first, in case
+        the arm waits for the rest of a corrupt frame.
         """
         request, self._request = self._request, None
         return request
 
     def discard(self) -> None:
-        """Forget all bytes received and all events not fetched; the next byte begins anew.
+        """Discard all received bytes and unread events.
 
         The unanswered request stays unanswered.
         """

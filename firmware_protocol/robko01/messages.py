@@ -1,8 +1,8 @@
-"""What a Robko 01 and its host say to each other, as values checked when built, and their frames.
+"""Requests and answers of the Robko 01, checked when built, and their frames.
 
-A message has its operation and its payload, which takes one of four forms: nothing, one byte, the
-six axes, or any bytes. Everything here that is built raises `BadField` (a `LocalProtocolError`),
-everything that is read `RemoteProtocolError`.
+A message has an operation and a payload in one of four forms: nothing, one byte, the six axes, or
+any bytes. Building a message may raise `BadField` (a `LocalProtocolError`), decoding one may raise
+`RemoteProtocolError`.
 
 Operations and status: robko01/fw_arduino_lib src/OperationsCodes.h and src/SUPER.h.
 """
@@ -28,7 +28,7 @@ _TWELVE = struct.Struct(f"<{2 * AXES}h")
 
 
 class Op(IntEnum):
-    """What a request asks for; its answer carries the same number."""
+    """A request's operation; the answer has the same number."""
 
     PING = 1
     STOP = 2
@@ -49,11 +49,11 @@ class Op(IntEnum):
 
 
 class Status(IntEnum):
-    """How a request fared."""
+    """The outcome of a request."""
 
     OK = 1
     ERROR = 2
-    """Refused; a move is while the motors are disabled."""
+    """Refused, for example a move while the motors are disabled."""
     BUSY = 3
     """Refused: the arm is moving."""
     TIMEOUT = 4
@@ -65,10 +65,10 @@ _SIX_WORDS = row_of(whole_from(WORD_MIN, WORD_MAX), AXES, f"{AXES} whole numbers
 @dataclass(frozen=True, slots=True)
 @checks(positions_steps=_SIX_WORDS, speeds_steps_s=_SIX_WORDS)
 class Axes:
-    """A position in steps and a speed in steps a second for each axis, base to gripper.
+    """A position in steps and a speed in steps per second for each axis, base to gripper.
 
-    In a move the position is where to go, or how far; in an answer where the axis is, and both
-    have wrapped to 16 bits. Raises `BadField`.
+    In a move the position is the target or the distance; in an answer, the axis's position. In
+    answers both numbers are wrapped to 16 bits. Raises `BadField`.
     """
 
     positions_steps: tuple[int, ...]
@@ -76,7 +76,7 @@ class Axes:
 
     @classmethod
     def from_bytes(cls, data: bytes) -> Axes:
-        """Read the 24 bytes: position, speed, position, speed, ..., low byte first."""
+        """Decode the 24 bytes: position, speed, position, speed, ..., low byte first."""
         words = _TWELVE.unpack(data)
         return cls(words[::2], words[1::2])
 
@@ -87,19 +87,19 @@ class Axes:
 
 
 def wrap(position_steps: int) -> int:
-    """Return a position as the arm reports it: in 16 bits, wrapped."""
+    """Return a position as the arm reports it, wrapped to 16 bits."""
     return (position_steps - WORD_MIN) % _TURN + WORD_MIN
 
 
 def unwrap(reported_steps: int, near_steps: int) -> int:
-    """Return the position nearest to a known one among those that are reported alike.
+    """Return the position nearest to a known one that is reported as `reported_steps`.
 
-    Right as long as the axis is less than 32768 steps from where it is believed to be.
+    Correct while the axis is less than 32768 steps from the known position.
     """
     return near_steps + wrap(reported_steps - near_steps)
 
 
-# The four forms of a payload, in requests and in answers alike.
+# The four forms of a payload, in requests and answers.
 
 
 def _some_bytes(field: str, value: object) -> bytes:
@@ -127,7 +127,7 @@ class _OfNothing:
 
     @classmethod
     def read(cls, payload: bytes) -> Self:
-        """Read the message; raises `RemoteProtocolError`."""
+        """Decode the message. Raises `RemoteProtocolError`."""
         _require_length(cls.op, payload, 0, "none belong")
         return cls()
 
@@ -147,7 +147,7 @@ class _OfByte:
 
     @classmethod
     def read(cls, payload: bytes) -> Self:
-        """Read the message; raises `RemoteProtocolError`."""
+        """Decode the message. Raises `RemoteProtocolError`."""
         return cls(_require_length(cls.op, payload, 1, "one belongs")[0])
 
 
@@ -166,7 +166,7 @@ class _OfAxes:
 
     @classmethod
     def read(cls, payload: bytes) -> Self:
-        """Read the message; raises `RemoteProtocolError`."""
+        """Decode the message. Raises `RemoteProtocolError`."""
         data = _require_length(cls.op, payload, _TWELVE.size, f"{_TWELVE.size} belong")
         return cls(Axes.from_bytes(data))
 
@@ -181,43 +181,43 @@ class _OfBytes:
 
     @classmethod
     def read(cls, payload: bytes) -> Self:
-        """Read the message."""
+        """Decode the message."""
         return cls(payload)
 
 
-# What a host asks.
+# The requests.
 
 
 class Ping(_OfBytes):
-    """Ask for the same bytes back; on a retrofit it also feeds the watchdog."""
+    """Ask for the same bytes back; on a retrofit this also feeds the watchdog."""
 
     __slots__ = ()
     op = Op.PING
 
 
 class Stop(_OfNothing):
-    """Ramp a move down. A `MoveSpeed` runs on: it is ended by one with all speeds zero."""
+    """Ramp a move down. A `MoveSpeed` continues; end it with one whose speeds are all zero."""
 
     __slots__ = ()
     op = Op.STOP
 
 
 class Disable(_OfNothing):
-    """Switch the motors' current off."""
+    """Switch the motor current off."""
 
     __slots__ = ()
     op = Op.DISABLE
 
 
 class Enable(_OfNothing):
-    """Switch the motors' current on."""
+    """Switch the motor current on."""
 
     __slots__ = ()
     op = Op.ENABLE
 
 
 class Clear(_OfNothing):
-    """Call the present position zero on every axis, in motion too."""
+    """Set the present position of every axis as zero, even in motion."""
 
     __slots__ = ()
     op = Op.CLEAR
@@ -231,7 +231,7 @@ class Inputs(_OfNothing):
 
 
 class IsMoving(_OfNothing):
-    """Ask which axes move. The answer can be none for 10 ms after a move was accepted."""
+    """Ask which axes move. For 10 ms after accepting a move, the arm may answer "none"."""
 
     __slots__ = ()
     op = Op.IS_MOVING
@@ -245,37 +245,37 @@ class Position(_OfNothing):
 
 
 class SavePosition(_OfNothing):
-    """Named by the firmware and not implemented: no answer comes."""
+    """Defined but not implemented by the firmware: it does not answer."""
 
     __slots__ = ()
     op = Op.SAVE_POSITION
 
 
 class LoadPosition(_OfNothing):
-    """Named by the firmware and not implemented: no answer comes."""
+    """Defined but not implemented by the firmware: it does not answer."""
 
     __slots__ = ()
     op = Op.LOAD_POSITION
 
 
 class MoveRelative(_OfAxes):
-    """Move every axis by a distance; each ends when it ends. Answered at once."""
+    """Move every axis by a distance, uncoordinated. The answer comes at once."""
 
     __slots__ = ()
     op = Op.MOVE_RELATIVE
 
 
 class MoveAbsolute(_OfAxes):
-    """Move every axis to a position, which is not wrapped: 16 bits is as far as it goes."""
+    """Move every axis to a position, limited to 16 bits without wrapping."""
 
     __slots__ = ()
     op = Op.MOVE_ABSOLUTE
 
 
 class MoveSpeed(_OfAxes):
-    """Run every axis at a speed until told otherwise; the positions mean nothing.
+    """Run every axis at a speed until the next command; the positions have no meaning.
 
-    Nothing ends it when the host falls silent, and `Stop` does not either.
+    It continues if the connection is lost, and `Stop` does not end it either.
     """
 
     __slots__ = ()
@@ -283,7 +283,7 @@ class MoveSpeed(_OfAxes):
 
 
 class Outputs(_OfByte):
-    """Set the digital outputs, one a bit."""
+    """Set the digital outputs, one per bit."""
 
     __slots__ = ()
     op = Op.OUTPUTS
@@ -292,31 +292,31 @@ class Outputs(_OfByte):
 @dataclass(frozen=True, slots=True)
 @checks(robot_id=_some_bytes)
 class _OfRobotId:
-    """A message that carries the robot's name. The firmware answers with it and stores none."""
+    """A message with the robot's name. The firmware returns the name and does not store it."""
 
     op: ClassVar[Op]
     robot_id: bytes = b""
 
     @property
     def payload(self) -> bytes:
-        """The id, as it is."""
+        """The id, unchanged."""
         return self.robot_id
 
     @classmethod
     def read(cls, payload: bytes) -> Self:
-        """Read the message."""
+        """Decode the message."""
         return cls(payload)
 
 
 class SetRobotId(_OfRobotId):
-    """Name the robot. The firmware forgets it."""
+    """Set the robot's name. The firmware does not store it."""
 
     __slots__ = ()
     op = Op.SET_ROBOT_ID
 
 
 class GetRobotId(_OfRobotId):
-    """Ask for the robot's name, without bytes of one's own; the firmware would return those."""
+    """Ask for the robot's name. Send no bytes, because the firmware would return those."""
 
     __slots__ = ()
     op = Op.GET_ROBOT_ID
@@ -342,14 +342,14 @@ Request: TypeAlias = (
 )
 
 
-# What the arm answers: a status, and a payload where the operation has one.
+# The answers: a status, and a payload if the operation has one.
 
 VALUED = frozenset(
     (Op.PING, Op.INPUTS, Op.IS_MOVING, Op.POSITION, Op.SET_ROBOT_ID, Op.GET_ROBOT_ID)
 )
-"""Operations whose answer, when it is OK, has a form of its own and never is an `Acknowledged`.
+"""Operations whose OK answer always has a payload and is never an `Acknowledged`.
 
-`Op.OUTPUTS` is not among them: some firmware answers it with the byte, some with nothing.
+`Op.OUTPUTS` is not among them: some firmware answers with the byte, some without.
 """
 _ID_OPS = (Op.SET_ROBOT_ID, Op.GET_ROBOT_ID)
 
@@ -357,7 +357,7 @@ _ID_OPS = (Op.SET_ROBOT_ID, Op.GET_ROBOT_ID)
 @dataclass(frozen=True, slots=True)
 @checks(op=numbered(Op), status=numbered(Status))
 class Acknowledged:
-    """A status and nothing more."""
+    """A status without a payload."""
 
     payload: ClassVar[bytes] = b""
     op: Op
@@ -373,7 +373,7 @@ class Acknowledged:
 @dataclass(frozen=True, slots=True)
 @checks(op=numbered(Op), moving=BYTE)
 class Busy:
-    """Refused, because axes are moving: bit n of `moving` is axis n."""
+    """A refusal because axes are moving: bit n of `moving` is axis n."""
 
     status: ClassVar[Status] = Status.BUSY
     op: Op
@@ -381,7 +381,7 @@ class Busy:
 
     @property
     def payload(self) -> bytes:
-        """The mask."""
+        """The bit mask."""
         return bytes((self.moving,))
 
 
@@ -393,14 +393,14 @@ class Pong(_OfBytes):
 
 
 class OutputsSet(_OfByte):
-    """The outputs as they are now. An `Acknowledged` says the same without the byte."""
+    """The present outputs. Some firmware sends an `Acknowledged` without the byte instead."""
 
     __slots__ = ()
     op, status = Op.OUTPUTS, Status.OK
 
 
 class InputsRead(_OfByte):
-    """The inputs, one a bit."""
+    """The inputs, one per bit."""
 
     __slots__ = ()
     op, status = Op.INPUTS, Status.OK
@@ -419,7 +419,7 @@ class Moving(_OfByte):
 
 
 class Positions(_OfAxes):
-    """Where every axis is, wrapped to 16 bits (`unwrap`), and how fast it goes."""
+    """The position of every axis, wrapped to 16 bits (`unwrap`), and its speed."""
 
     __slots__ = ()
     op, status = Op.POSITION, Status.OK
@@ -440,7 +440,7 @@ class RobotId:
 
     @property
     def payload(self) -> bytes:
-        """The id, as it is."""
+        """The id, unchanged."""
         return self.robot_id
 
 
@@ -449,14 +449,14 @@ Answer: TypeAlias = (
 )
 
 
-# Messages to frames and back, one table each way.
+# Encoding and decoding.
 
 _REQUESTS: dict[Op, type[Request]] = {kind.op: kind for kind in get_args(Request)}
 _VALUES: dict[Op, Callable[[bytes], Answer]] = {
     **{kind.op: kind.read for kind in (Pong, OutputsSet, InputsRead, Moving, Positions)},
     **{op: partial(RobotId, op) for op in _ID_OPS},
 }
-"""How the payload of an answer is read when its status is OK."""
+"""Decoders for the payloads of OK answers."""
 
 
 def encode_request(request: Request, *, counts_check: bool = False) -> bytes:
@@ -471,14 +471,14 @@ def encode_answer(answer: Answer, *, counts_check: bool = False) -> bytes:
 
 
 def decode_request(frame: Frame) -> Request:
-    """Read a request; raises `RemoteProtocolError`."""
+    """Decode a request. Raises `RemoteProtocolError`."""
     if frame.kind is not Kind.REQUEST:
         raise RemoteProtocolError("an answer, where requests belong")
     return _REQUESTS[_named(frame)].read(frame.rest)
 
 
 def decode_answer(frame: Frame) -> Answer:
-    """Read an answer; raises `RemoteProtocolError`."""
+    """Decode an answer. Raises `RemoteProtocolError`."""
     if frame.kind is not Kind.ANSWER:
         raise RemoteProtocolError("a request, where answers belong")
     op = _named(frame)

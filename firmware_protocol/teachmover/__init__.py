@@ -1,4 +1,4 @@
-"""The TeachMover dialect: the host's end, the arm's end, and what they say to each other."""
+"""The TeachMover dialect: messages, host and device."""
 
 from firmware_protocol.teachmover.device import Device as Device
 from firmware_protocol.teachmover.device import Ignored as Ignored

@@ -1,14 +1,14 @@
-"""The arm's end of the TeachMover dialect: commands in, answers out, no clock, no wire.
+"""The arm's end of the TeachMover dialect: commands in, answers out, no clock, no I/O.
 
-The device takes one command at a time. What it owes for the last one is one of four states:
+The device handles one command at a time. The outstanding answer is one of four states:
 
     NOTHING    --command-->            STATUS
     STATUS     --status-->             NOTHING
     STATUS     --DONE to READ-->       REGISTERS   --registers-->     NOTHING
     STATUS     --DONE to QDUMP-->      ROWS        --next command-->  STATUS
 
-In ROWS any number of program rows may be sent, and the next command may be fetched. Nothing that
-the host sends raises.
+In ROWS any number of program rows may be sent, and the next command may be fetched. No input from
+the host raises.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from firmware_protocol.teachmover.wire import CR, NOISE, decode_command, encode_
 
 @dataclass(frozen=True, slots=True)
 class Malformed:
-    """A line meant for this device that is no command. Answer it with `Status.FAILED`."""
+    """A line to this device that is not a command. Answer it with `Status.FAILED`."""
 
     line: bytes
     reason: str
@@ -43,7 +43,7 @@ class Malformed:
 
 @dataclass(frozen=True, slots=True)
 class Ignored:
-    """A line that does not begin with the attention character; it gets no answer."""
+    """A line without the attention character; it gets no answer."""
 
     line: bytes
 
@@ -52,10 +52,10 @@ Request: TypeAlias = Command | Malformed | Ignored
 
 
 class Device:
-    """The machine that a simulated arm speaks with. Raises `LocalProtocolError` for its owner.
+    """The protocol machine of a simulated arm. Raises `LocalProtocolError` if misused.
 
-    That a real arm stays silent on lines without its attention character is unverified:
-    `answers_strangers=True` makes such lines `Malformed`, to be answered.
+    It is unverified that a real arm ignores lines without its attention character. With
+    `answers_strangers=True`, such lines are `Malformed` and get an answer.
     """
 
     def __init__(self, attention: str = ATTENTION, *, answers_strangers: bool = False) -> None:
@@ -67,28 +67,28 @@ class Device:
 
     @property
     def attention(self) -> str:
-        """The character that commands start with now."""
+        """The character that commands currently start with."""
         return self._attention
 
     @property
     def unanswered(self) -> Command | Malformed | None:
-        """What still needs an answer."""
+        """The command that still needs an answer."""
         return self._request
 
     @property
     def buffered(self) -> int:
-        """How many received bytes are held."""
+        """Number of buffered bytes."""
         return self._lines.buffered
 
     def receive_data(self, data: bytes) -> None:
-        """Take bytes from the host, in any portions."""
+        """Take bytes from the host in any chunks."""
         self._lines.feed(data)
 
     def next_event(self) -> Request | None:
-        """Return the next line's meaning, or None while there is none or an answer is owed.
+        """Return the next event; None if there is none or an answer is outstanding.
 
-        Lines that come in before the answer wait, so that an `Arm` holds for those behind it. A
-        device that is deaf during a motion calls `discard` at its end.
+        Lines that arrive before the answer are queued, so that an `Arm` applies to the lines after
+        it. To simulate a device that ignores input during a motion, call `discard` at its end.
         """
         if self._owes in (Due.STATUS, Due.REGISTERS):
             return None
@@ -102,12 +102,11 @@ class Device:
         return None
 
     def send(self, reply: Reply) -> bytes:
-        """Return the bytes of an answer, or of the next part of one.
+        """Return the bytes of an answer, or of its next part.
 
-        Raises `LocalProtocolError` where the dialect has no such answer: READ is answered with a
-        status and, after DONE, with `Registers`; QDUMP with a status and, after DONE, with as
-        many rows as there are; everything else with a status alone. The attention character
-        changes when DONE answers an `Arm`.
+        READ is answered with a status and, after DONE, `Registers`; QDUMP with a status and,
+        after DONE, any number of rows; everything else with a status only. Raises
+        `LocalProtocolError` for other answers. DONE to an `Arm` changes the attention character.
         """
         form, _ = FORMS.get(self._owes, (None, ""))
         if form is None or not isinstance(reply, form):
@@ -120,13 +119,13 @@ class Device:
         return encode_reply(reply)
 
     def forget(self) -> Command | Malformed | None:
-        """Owe nothing any more, as after a loss of power, and return what was unanswered."""
+        """Drop the unanswered command, as after a loss of power, and return it."""
         request = self._request
         self._owes, self._request = Due.NOTHING, None
         return request
 
     def discard(self) -> None:
-        """Forget the bytes received; what is owed stays owed."""
+        """Discard the received bytes; the outstanding answer stays outstanding."""
         self._lines.discard()
 
     def _read(self, line: bytes | Dropped) -> Request:

@@ -1,14 +1,14 @@
-"""The host's end of the TeachMover dialect: one command out, its answer in, no clock, no wire.
+"""The host's end of the TeachMover dialect: one command out, its answer in, no clock, no I/O.
 
-What the host waits for is one of four states:
+The host waits in one of four states:
 
     NOTHING    --send-->           STATUS
     STATUS     --0, 1 or 2-->      NOTHING     (the command is completed)
     STATUS     --1 to READ-->      REGISTERS   --register line-->  NOTHING
     STATUS     --1 to QDUMP-->     ROWS        --end_dump-->       NOTHING
 
-Lines that do not belong change no state: they become `Stray` (readable, but nothing was asked)
-or `Garbled` (unreadable, or not the answer that is awaited). Nothing that the arm sends raises.
+Unexpected lines do not change the state: they become `Stray` (readable, but no command is open) or
+`Garbled` (unreadable, or not the expected answer). No input from the arm raises.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ from firmware_protocol.teachmover.messages import (
 from firmware_protocol.teachmover.wire import CR, NOISE, decode_reply, encode_command
 
 MAX_ROWS = 64
-"""More rows than these a dump cannot have: they fill the arm's 1 KB of memory."""
+"""The most rows in a dump: they fill the arm's 1 KB of memory."""
 
 
 @dataclass(frozen=True, slots=True)
 class Completed:
-    """A command's answer, whole. `registers` belong to a READ and `rows` to a QDUMP that is done.
+    """A command's complete answer: with `registers` for READ, with `rows` for QDUMP.
 
-    Whether anything follows a status other than DONE is unverified: if it does, it is `Stray`.
+    It is unverified whether anything follows a status other than DONE; if so, it is `Stray`.
     """
 
     command: Command
@@ -52,14 +52,14 @@ class Completed:
 
 @dataclass(frozen=True, slots=True)
 class Stray:
-    """A readable line that nobody asked for, for example the late answer of a given-up command."""
+    """A readable but unexpected line, for example a late answer after `give_up`."""
 
     line: bytes
 
 
 @dataclass(frozen=True, slots=True)
 class Garbled:
-    """Bytes that cannot be read, or that cannot be the answer which is awaited, and why."""
+    """Bytes that are unreadable or cannot be the expected answer, and the reason."""
 
     data: bytes
     reason: str
@@ -69,10 +69,10 @@ Event: TypeAlias = Completed | Stray | Garbled
 
 
 class Host:
-    """The machine that speaks to the arm. Raises `LocalProtocolError` for its owner's mistakes.
+    """The host's protocol machine. Raises `LocalProtocolError` if misused.
 
-    The codec has no clock: it is the owner who gives up on an answer, and who tells the end of a
-    dump by the silence behind it, for no mark of the end is known.
+    There is no clock: the caller decides when to give up on an answer, and when a dump has ended.
+    No end mark is known, so the caller waits for a quiet line.
     """
 
     def __init__(self, attention: str = ATTENTION) -> None:
@@ -85,30 +85,30 @@ class Host:
 
     @property
     def attention(self) -> str:
-        """The character that commands start with now."""
+        """The character that commands currently start with."""
         return self._attention
 
     @property
     def outstanding(self) -> Command | None:
-        """The command whose answer is not complete yet."""
+        """The command without a complete answer."""
         return self._command
 
     @property
     def dumping(self) -> bool:
-        """Whether the rows of a QDUMP are coming in, so that `end_dump` may be called."""
+        """Whether the rows of a QDUMP are arriving, so that `end_dump` may be called."""
         return self._awaits is Due.ROWS
 
     @property
     def buffered(self) -> int:
-        """How many received bytes are held."""
+        """Number of buffered bytes."""
         return self._lines.buffered
 
     def send(self, command: Command) -> bytes:
-        """Return the bytes that give a command to the arm.
+        """Return a command's bytes.
 
-        Raises `LocalProtocolError` while another is unanswered: whether the arm keeps what it
-        receives during a motion is unknown. Bytes that were received before this call are never
-        taken for this command's answer, nor is a line that had begun.
+        Raises `LocalProtocolError` while another is unanswered, because it is unknown whether the
+        arm keeps input received during a motion. Lines that began before this call are never taken
+        for this command's answer.
         """
         if self._command is not None:
             raise LocalProtocolError(
@@ -122,41 +122,41 @@ class Host:
         return data
 
     def receive_data(self, data: bytes) -> None:
-        """Take bytes from the arm, in any portions."""
+        """Take bytes from the arm in any chunks."""
         self._lines.feed(data)
 
     def next_event(self) -> Event | None:
-        """Return what the bytes received so far say, one event at a time, then None."""
+        """Return the next event from the bytes received so far, or None."""
         event = self._lines.next_event()
         return self._end_of_dump() if event is None and self._dump_over else event
 
     def end_dump(self) -> None:
-        """Say that the rows of a QDUMP are over; `Completed` comes from `next_event`.
+        """End a dump; `next_event` then returns its `Completed`.
 
-        How an arm ends its dump is unverified: call this after a silence. Raises
-        `LocalProtocolError` where no dump is coming in.
+        How an arm ends a dump is unverified: call this once the line is quiet. Raises
+        `LocalProtocolError` if no dump is arriving.
         """
         if self._awaits is not Due.ROWS:
             raise LocalProtocolError("no dump is coming in: send QDump and wait for its first row")
         self._dump_over = True
 
     def give_up(self) -> Command | None:
-        """Forget the unanswered command, after a timeout, and return it.
+        """Stop waiting for the unanswered command, after a timeout, and return it.
 
-        Its answer can still come, and nothing in the answer tells whose it is. While nothing new
-        has been sent a late answer is a `Stray`; after the next `send` a late status line is
-        taken for the answer to the new command. So wait until the line has been silent for
-        longer than any motion lasts, call `discard`, and make the next command a `Read`: its
-        register line gives a mix-up away. Whether a given-up `Arm` took effect is unknown.
+        Its answer may still come, and nothing in it names the command. Before the next `send` a
+        late answer is a `Stray`; after it, a late status line is taken for the answer to the new
+        command. So wait until the line has been quiet for longer than any motion lasts, call
+        `discard`, and send `Read` next: its register line reveals a mix-up. An abandoned `Arm` may
+        or may not have taken effect.
         """
         command = self._command
         self._finish()
         return command
 
     def discard(self) -> None:
-        """Forget all bytes received and all events not fetched; the next byte begins a line.
+        """Discard all received bytes and unread events; the next byte begins a line.
 
-        Meant for after a silence. The unanswered command stays unanswered.
+        Call this only while the line is quiet. The unanswered command stays unanswered.
         """
         self._lines.discard()
 

@@ -1,4 +1,4 @@
-"""What an Armdroid can do, and how it is used where no arm file says otherwise."""
+"""The Armdroid's abilities and its defaults for connection and behaviour."""
 
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
-"""The driver's end of the Armdroid dialect: neutral requests to the sketch's characters and back.
+"""The Armdroid controller: turns the driver's requests into the sketch's commands.
 
-A burst is one `D`. Nothing ends it early, its answer comes when the motion has ended, and no check
-bytes guard it: a lost comma would make one number of two. So the numbers are sent first and
-repeated by the board (`g`), and only then the letter that moves anything. `h` is never sent.
+A burst is one `D` command. Nothing ends it early, the board answers when the motion has ended, and
+there is no checksum: a lost comma would merge two numbers. So the driver sends the numbers first
+and has the board repeat them (`g`); only then does it send the letter that starts the motion. The
+driver never sends `h`.
 """
 
 from __future__ import annotations
@@ -52,10 +53,8 @@ from kinematics.spaces import Motors
 
 Script: TypeAlias = Generator[float, Heard | None, Reply]
 
-SLOWEST_ANSWER = 2.0
-"""An answer this many times later than the doubtful arm's is no longer waited for."""
-LATENCY_S = 0.03
-"""What this computer and an adapter may add to the time that bytes are on the wire."""
+ANSWER_TIMEOUT_FACTOR = 2.0  # timeout of a motion: this multiple of the slowest arm's time
+LATENCY_S = 0.03  # delay that this computer and an adapter may add to the transmission time
 NEW_SESSION = (
     "the Armdroid's board said Welcome: it was reset, or another program has opened its port"
 )
@@ -63,7 +62,7 @@ LET_GO = "the Armdroid's board said that its motors are off, which nobody had as
 
 
 class ArmdroidMotion:
-    """Makes motions: gives the board the numbers of each, lets it loose, and awaits its end."""
+    """Loads each motion's numbers into the board, starts it, and waits for its end."""
 
     def __init__(
         self,
@@ -80,7 +79,7 @@ class ArmdroidMotion:
         self._byte_s = byte_s
 
     def move(self, drive: DriveAll, rpm: int, let_go: Callable[[], bool]) -> Script:
-        """Make a motion; where a stop comes before its letter, nothing moves."""
+        """Make a motion; if a stop is requested before its letter is sent, nothing moves."""
         start = self._board.offsets if self._board.clean else (yield from self._board.look())
         if start is None or not (yield from self._board.set_speed(rpm)):
             return RequestRejected("it does not answer as it should", moved=False)
@@ -89,7 +88,7 @@ class ArmdroidMotion:
             return rest
         sent_s, expected = self._io.now_s, _sum(start, drive.steps)
         self._board.let_loose(rest, encode_command(drive).decode("ascii"))
-        longest_s = self._rates.longest_s(Motors(drive.steps).largest, rpm) * SLOWEST_ANSWER
+        longest_s = self._rates.longest_s(Motors(drive.steps).largest, rpm) * ANSWER_TIMEOUT_FACTOR
         came = yield from self._board.offsets_after(expected, len(rest), longest_s)
         if came is None:
             return self._io.silence(sent_s)
@@ -102,7 +101,7 @@ class ArmdroidMotion:
     def _load(
         self, drive: DriveAll, rpm: int, let_go: Callable[[], bool]
     ) -> Generator[float, Heard | None, bytes | RequestRejected | Halted]:
-        """Give the board the numbers of a motion; return the characters that set it going."""
+        """Load a motion's numbers into the board; return the characters that start it."""
         understood = None
         for _ in range(TRIES):
             data = self._board.begin_drive(drive)
@@ -124,11 +123,11 @@ class ArmdroidMotion:
         )
 
     def _measure(self, drive: DriveAll, rpm: int, took_s: float, sent: int) -> bool:
-        """Learn how fast the arm is; False where no such burst takes so long."""
+        """Learn the arm's speed; return False if the duration is not plausible."""
         if self._io.overdue:
             return False
         moved_s = took_s - (sent + self._board.answer_bytes) * self._byte_s
-        slow_s = sent * self._settings.character_s  # a quick board takes less
+        slow_s = sent * self._settings.character_s  # an upper bound; a fast board needs less
         steps = Motors(drive.steps).largest
         return self._rates.measured(steps, rpm, least_s=moved_s - slow_s, most_s=moved_s)
 
@@ -149,7 +148,7 @@ class ArmdroidController(ScriptRunner[Heard]):
         self._motion = ArmdroidMotion(self.io, self._board, self._rates, settings, self._byte_s)
 
     def script(self, request: Request) -> Script:
-        """Return what carries out a request; whatever may be repeated is asked until it is sure."""
+        """Return the script for a request; commands that are safe to repeat are retried."""
         match request:
             case MoveBy(steps, rate_hz):
                 drive = DriveAll(_by_channel(self._settings.channels, steps))
@@ -167,7 +166,7 @@ class ArmdroidController(ScriptRunner[Heard]):
         raise Refused(f"an Armdroid's board knows no {type(request).__name__}")
 
     def unasked(self, heard: Heard) -> None:
-        """Tell of a line that answers nothing; of a new session, once there was one before it."""
+        """Report an unexpected line; `Welcome` means a restart unless it is the session's first."""
         if isinstance(heard, Welcome) and self._board.met:
             self._board.forget_session()
             self.io.tell(Alert(AlertKind.RESTARTED, NEW_SESSION))
@@ -183,21 +182,21 @@ class ArmdroidController(ScriptRunner[Heard]):
         self._board.give_up()
 
     def usable_rate_hz(self, rate_hz: float) -> float:
-        """Return the rate of the fastest speed that is no faster; the slowest one's otherwise."""
+        """Return the highest available rate at or below `rate_hz`, or else the lowest one."""
         return self._rates.rate_hz(self._rates.rpm(rate_hz))
 
     def duration_s(self, steps: float, rate_hz: float) -> float:
-        """Return how long so many steps take on an arm that is as slow as it may be."""
+        """Return the longest time that the steps may take, allowing for a slow arm."""
         return self._rates.longest_s(steps, self._rates.rpm(rate_hz))
 
     def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:  # noqa: ARG002
-        """Return how far a motor is ahead of its share: all of them turn at the same rate."""
+        """Bound each motor's lead over its share of the path; all turn at the same rate."""
         return straying(steps)
 
     def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
-        """Return a burst behind its letter, or its text, whoever stops: nothing ends it early.
+        """Assume a whole burst after its letter (or its text): nothing ends it early.
 
-        A burst may be a single step of any speed.
+        A burst may be a single step at any speed.
         """
         slowest_hz = min((part.rate_hz for part in parts), default=0.0)
         motion_s = max(burst_s, self.duration_s(1.0, slowest_hz))

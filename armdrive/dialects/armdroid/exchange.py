@@ -1,8 +1,8 @@
-"""Conversations with an Armdroid's board that move nothing: what it knows, and setting it straight.
+"""Exchanges with an Armdroid's board that move nothing: reading its state and clearing its input.
 
-The board keeps what is half received, and no line end clears it. `settle` does, from any state:
-`v` is answered when all that was sent before is over; `s` takes away whatever number was left;
-`d` alone, of no steps then, sets the index of its arguments back.
+The board keeps a half-received command, and a line end does not clear it. `settle` clears it from
+any state: the answer to `v` shows that everything sent before is done; `s` consumes any number that
+was left; `d` alone, now without steps, resets the index of the arguments.
 """
 
 from __future__ import annotations
@@ -35,16 +35,15 @@ from firmware_protocol.armdroid.wire import encode_answer
 
 Offsets: TypeAlias = tuple[int, ...]
 
-TRIES = 3
-"""How often what moves nothing is said again where it was lost or misunderstood."""
+TRIES = 3  # attempts to send a command that moves nothing
 LONGEST_OFFSETS = len("offsets = " + ",".join(["-32768"] * 6) + "\r\n")
+# The speed that consumes a left-over number. It ends in 5: appended to any digits, the board never
+# reads a 0, by which it would divide.
 EMPTYING_RPM = 25
-"""An odd number: whatever digits it is appended to, the board never takes a 0, by which it would
-divide."""
 
 
 class BoardExchange:
-    """What is known of a board, and how to ask for it."""
+    """The known state of a board, and the exchanges that read or set it."""
 
     def __init__(
         self, io: ScriptIO[Heard], host: Host, settings: ArmdroidSettings, byte_s: float
@@ -63,30 +62,31 @@ class BoardExchange:
 
     @property
     def clean(self) -> bool:
-        """Whether nothing half received can be left in the board, and its offsets are known."""
+        """Whether the board holds no half-received command and its offsets are known."""
         return self._host.clean and self.offsets is not None
 
     def give_up(self) -> None:
-        """Give up on the unanswered command; the board may be left with half of it."""
+        """Stop waiting for the answer; the board may hold half of the command."""
         self._host.give_up()
         self._host.discard()
 
     def forget_session(self) -> None:
-        """Know nothing of the board any more."""
+        """Discard everything known about the board."""
         self._rpm = self.offsets = None
         self._kept = True
 
     def taking_s(self, count: int) -> float:
-        """Return how long so many characters are on the wire, and being taken in."""
+        """Return how long `count` characters take to be sent and read by the board."""
         return count * (self._byte_s + self._settings.character_s)
 
     def exchange(
         self, command: Command, text: bytes = b""
     ) -> Generator[float, Heard | None, Completed | None]:
-        """Send a command, or `text` for it, and return its answer; None where none came."""
+        """Send a command, as `text` if given; return its answer, or None after a timeout."""
         whole = self._host.send(command)
-        self._send(text or whole)
-        heard = yield from self._hear(len(text or whole), lambda one: isinstance(one, Completed))
+        sent = text or whole
+        self._send(sent)
+        heard = yield from self._hear(len(sent), lambda event: isinstance(event, Completed))
         if not isinstance(heard, Completed):
             self.give_up()
             return None
@@ -94,18 +94,18 @@ class BoardExchange:
         return heard
 
     def settle(self) -> Generator[float, Heard | None, Offsets | None]:
-        """Bring the board to where the next command means what it says; return its offsets."""
+        """Clear all left-over input from the board; return its offsets."""
         if not (yield from self._greet()):
             return None
         emptied = yield from self.exchange(SetSpeed(EMPTYING_RPM))
         if emptied is None or not isinstance(emptied.answer, SpeedReported):
             return None
         self._rpm = emptied.answer.rpm
-        letter = Clear.letter.encode("ascii")  # no comma: behind five others it would do harm
+        letter = Clear.letter.encode("ascii")  # no comma: after five others it would do harm
         return self._take((yield from self.exchange(Clear(), letter)))
 
     def look(self) -> Generator[float, Heard | None, Offsets | None]:
-        """Return the offsets, and leave the board nothing that a stray `D` could repeat."""
+        """Return the offsets, and clear the numbers that a stray `D` could repeat."""
         if not self._host.clean:
             return (yield from self.settle())
         command = DropArguments() if self._kept else ReportOffsets()
@@ -114,7 +114,7 @@ class BoardExchange:
         return offsets
 
     def set_speed(self, rpm: int) -> Generator[float, Heard | None, bool]:
-        """Set the speed where it is another; False where the board does not take it."""
+        """Set the speed if it differs; return False if the board does not accept it."""
         if self._rpm == rpm:
             return True
         if (yield from self.ensure(SetSpeed(rpm))) is None:
@@ -123,36 +123,36 @@ class BoardExchange:
         return True
 
     def has_speed(self, rpm: int) -> bool:
-        """Tell whether this speed is the one that the board named last."""
+        """Return whether the board's last reported speed is this one."""
         return self._rpm == rpm
 
     def heard_speed(self, rpm: int) -> None:
-        """Hear of a speed that was not asked for: an `s` that the wire has doubled sets 0.
+        """Record a speed reported without a request: an `s` that the line doubled sets 0.
 
-        At that speed the next motion would never end, and the board be deaf until it is reset.
+        At speed 0 the next motion would never end, and the board would not react until a reset.
         """
         self._rpm = rpm
 
     def ensure(self, command: Command) -> Generator[float, Heard | None, Completed | None]:
-        """Send what may be repeated until the board has understood it; None where it does not."""
+        """Send a repeatable command until the board confirms it; return None if it never does."""
         for _ in range(TRIES):
             if not self.clean and (yield from self.settle()) is None:
                 return None
             done = yield from self.exchange(command)
             if done is not None and done.as_asked:
                 return done
-            if done is not None:  # it has done something that nobody asked for
+            if done is not None:  # the board did something else
                 self._io.on_unasked(Stray(done.answer))
-            self.give_up()  # a number was left before it, or lost, or the answer is lost
+            self.give_up()  # an old number preceded the command, or its number or answer was lost
         return None
 
     def begin_drive(self, drive: DriveAll) -> bytes:
-        """Return the characters of a motion; nothing is sent yet."""
+        """Return the characters of a motion without sending them."""
         self._kept = True
         return self._host.send(drive)
 
     def repeated(self, numbers: bytes) -> Generator[float, Heard | None, Offsets | None]:
-        """Send the numbers of a motion without its letter; return what the board makes of them."""
+        """Send a motion's numbers without its letter; return them as the board repeats them."""
         text = numbers + ReportArguments.letter.encode("ascii")
         self._send(text)
         heard = yield from self._hear(len(text), _is_stray_arguments)
@@ -161,17 +161,17 @@ class BoardExchange:
         return *heard.answer.arguments, heard.answer.accumulator
 
     def let_loose(self, rest: bytes, whole: str) -> None:
-        """Send what sets a motion going, the rest of the `whole` text."""
+        """Send the rest of a motion's `whole` text, which starts it."""
         self._io.say(rest, whole)
         self.offsets = None
 
     def offsets_after(
         self, expected: Offsets, sent: int, longest_s: float
     ) -> Generator[float, Heard | None, Offsets | None]:
-        """Wait for the end of a motion; return the offsets that came last, as expected or not.
+        """Wait for the end of a motion; return the latest offsets, as expected or not.
 
-        Others than those expected may be an answer that the wire has doubled: they are taken only
-        when nothing better comes while the motion may last.
+        Unexpected offsets may be an earlier answer that the line doubled, so they are returned
+        only if the expected ones do not arrive while the motion may last.
         """
         came: Offsets | None = None
         until_s = self._deadline_s(sent, longest_s)
@@ -188,7 +188,7 @@ class BoardExchange:
         return came
 
     def _greet(self) -> Generator[float, Heard | None, bool]:
-        """Ask for the version until the board answers: one that was just opened takes a while."""
+        """Ask for the version until the board answers, which takes a while after opening."""
         until_s = self._io.now_s + self._boot_s
         self._boot_s = 0.0
         while True:

@@ -1,7 +1,7 @@
-"""What differs between Armdroids, or was never measured, as settings of the arm file.
+"""The settings of one Armdroid in the arm file: properties that vary or were never measured.
 
 Sources: Armdroid/Armdroid-Arduino-Library (Armdroid.cpp, examples/SerialDriver) and, for the time
-that a character takes, Arduino's AVR core (CDC.cpp: looking at a native USB port waits 10 ms).
+per character, Arduino's AVR core (CDC.cpp: polling a native USB port waits 10 ms).
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from firmware_protocol.armdroid import MOTORS, RPM_MAX
 from kinematics.spaces import Motors
 
 INTERVALS_MS = (50, 40, 30, 25, 20, 16, 14, 12, 10, 9, 8, 7, 6, 5)
-"""Whole milliseconds between two steps, of which each has a speed in rpm that gives just that."""
+"""Step intervals in whole milliseconds; for each there is a speed in rpm that gives exactly it."""
 SKETCH_SPEEDS = tuple((RPM_MAX // ms, 1000.0 / ms) for ms in INTERVALS_MS)
 
 
 @dataclass(frozen=True, slots=True)
 class ArmdroidSettings:
-    """How the board turns motors and takes characters; every default is the careful one.
+    """How the board turns motors and reads characters; every default is the cautious one.
 
     Only the speeds listed in `speed_table` are used, since the board rounds the rest to whole
     milliseconds.
@@ -62,16 +62,16 @@ class ArmdroidSettings:
             )
 
 
-# How fast an Armdroid's motors turn, and how far they leave the straight way.
+# How fast an Armdroid's motors turn, and how far they leave the straight path.
 #
-# The board steps every motor that has steps left at the same rate, so a motor with few of them is
-# done early: the way bends. Steps, steps a second, seconds.
+# The board steps every motor that has steps left at the same rate. A motor with few steps finishes
+# early, so the path bends. Units: steps, steps per second, seconds.
 
 _ROUNDING = 1e-9
 
 
 class StepRates:
-    """The speeds that the board is given, and what has been measured of them."""
+    """The board's speed settings, and the rates measured for them."""
 
     def __init__(self, points: tuple[tuple[int, float], ...], doubt: float) -> None:
         self._rates = dict(points)
@@ -79,30 +79,30 @@ class StepRates:
 
     @property
     def fastest_hz(self) -> float:
-        """The greatest rate there is."""
+        """The highest available rate."""
         return max(self._rates.values())
 
     def number_bytes(self, burst_s: float) -> int:
-        """Bound how many characters a motor's number has in a burst of such a length."""
+        """Bound the number of characters that one motor's steps take in a burst."""
         return len(f"{max(int(burst_s * self.fastest_hz), 1)}-,")
 
     def rpm(self, rate_hz: float) -> int:
-        """Return the fastest speed that is no faster than a rate; the slowest if all are."""
+        """Return the highest speed at or below a rate, or else the lowest speed."""
         found = bisect_right(list(self._rates.values()), rate_hz + _ROUNDING)
         return list(self._rates)[max(found - 1, 0)]
 
     def rate_hz(self, rpm: int) -> float:
-        """Return the steps a second at one of the speeds."""
+        """Return a speed's rate in steps per second."""
         return self._rates[rpm]
 
     def longest_s(self, steps: float, rpm: int) -> float:
-        """Return how long so many steps may take."""
+        """Return the longest time that the steps may take."""
         return steps / self._rates[rpm] * self._meter.part(rpm).doubt
 
     def measured(self, steps: int, rpm: int, *, least_s: float, most_s: float) -> bool:
-        """Learn from a motion that took from `least_s` to `most_s`; False where that is no time.
+        """Learn from a motion's duration; return False if it is not plausible.
 
-        The first step is made at once, so that all of them take one interval less than there are.
+        The motors make their first step at once, so n steps take n - 1 intervals.
         """
         whole_s = steps / self._rates[rpm]
         meter = self._meter.part(rpm)
@@ -112,6 +112,6 @@ class StepRates:
 
 
 def straying(steps: Motors) -> tuple[float, ...]:
-    """Return how far each motor is ahead, at most, of its share of the way."""
+    """Bound each motor's lead over its share of the path, in steps."""
     most = max(steps.largest, 1)
     return tuple(abs(each) * (1.0 - abs(each) / most) for each in steps)

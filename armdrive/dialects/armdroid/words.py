@@ -1,6 +1,6 @@
-"""What an Armdroid and its host say, in words, and how one is recognised.
+"""Descriptions of Armdroid messages in words, and recognition of an Armdroid.
 
-What is sent to it is read letter by letter.
+Commands have no line ends; each ends with its letter.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from firmware_protocol.armdroid.wire import decode_answer, encode_command
 from firmware_protocol.errors import RemoteProtocolError
 
 MOTORS = ("gripper", "left wrist", "right wrist", "elbow", "shoulder", "base")
-"""In the order of the sketch."""
+"""In the sketch's order."""
 
 SENTENCES: Sentences = MappingProxyType(
     {
@@ -61,14 +61,14 @@ _COMMAND = re.compile(r"([0-9,-]*)([A-Za-z])")
 
 
 def commands(data: bytes) -> str:
-    """Return the commands in what a host writes, in words."""
+    """Describe the commands in bytes that a host sends."""
     text = data.decode("latin-1")
     told = [_command(_numbers(digits), letter) for digits, letter in _COMMAND.findall(text)]
     return "; ".join(told)
 
 
 def _numbers(digits: str) -> tuple[int, ...]:
-    """Return the numbers before a letter; a minus stands behind its number."""
+    """Return the numbers before a letter; a minus sign follows its number."""
     found = re.findall(r"([0-9]{1,6})(-?)", digits)
     return tuple(-int(number) if sign else int(number) for number, sign in found)
 
@@ -128,7 +128,7 @@ TALK = Describer(
 )
 
 
-# How an Armdroid is recognised: by any answer of its sketch.
+# An Armdroid is recognised by any answer of its sketch.
 
 BAUD = 9600
 _VERSION = encode_command(Version())
@@ -153,7 +153,7 @@ def _sign(heard: bytes) -> Identity | None:
 RECOGNITION = Recognition(
     _sign,
     Certainty.WORDED,
-    # the CR ends what a board of another dialect takes for a line
+    # the CR completes the line on a board of another dialect
     (Probe("v", "armdroid", BAUD, _VERSION + b"\r", 0.5, risk=Risk.LINE_END),),
     details=Probe("v", "armdroid", BAUD, _VERSION, 0.5),
     obeys_letters=True,

@@ -1,4 +1,4 @@
-"""What a Robko 01 can do, and how it is used where no arm file says otherwise."""
+"""The Robko 01's abilities and its defaults for connection and behaviour."""
 
 from __future__ import annotations
 

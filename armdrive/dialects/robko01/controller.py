@@ -1,8 +1,8 @@
-"""The driver's end of the Robko 01's SUPER protocol: neutral requests to exchanges of frames.
+"""The Robko 01 controller: turns the driver's requests into frames of the SUPER protocol.
 
-A motion is one move to absolute positions; where the motors are is asked until they have arrived.
-The board drops what it does not understand in silence, so after a lost answer it is first brought
-back into step and looked at, and a motion is sent once more only where nothing of it was seen.
+A motion is one move to absolute positions. The driver then polls the positions until the motors
+arrive. The board silently drops frames that it cannot parse, so after a lost answer the driver
+resynchronizes, reads the positions, and resends the motion only if the motors have not moved.
 """
 
 from __future__ import annotations
@@ -57,10 +57,8 @@ from kinematics.spaces import Motors
 
 Script: TypeAlias = Generator[float, HostEvent | None, Reply]
 
-HOST_S = 0.03
-"""What the operating system, an adapter or a network may add to a message's way."""
-LOOKS_S = 0.12
-"""How long it takes at most to see that the motors stand, once they do."""
+HOST_S = 0.03  # delay that the operating system, an adapter or a network may add to a message
+STANDSTILL_SEEN_S = 0.12  # longest time from the motors' standstill until the driver detects it
 LONGEST_MOVE_BYTES = 32
 
 
@@ -84,7 +82,7 @@ class RobkoController(ScriptRunner[HostEvent]):
         )
 
     def script(self, request: Request) -> Script:
-        """Carry out a request, unless the firmware's watchdog has run out meanwhile."""
+        """Carry out a request, unless the firmware's watchdog has expired."""
         if self._power.starved and not isinstance(request, SwitchOn):
             silent_s = self.io.now_s - self._power.fed_s
             words = f"the controller heard nothing for {silent_s:.1f} s, so its watchdog has"
@@ -108,12 +106,12 @@ class RobkoController(ScriptRunner[HostEvent]):
             case ReadSettings():
                 return DeviceSettings()
             case ClearFault():
-                return Done()  # it has no alarm of its own
+                return Done()  # the board has no alarm to clear
             case _:
                 raise Refused(f"a Robko 01 knows no {type(request).__name__}")
 
     def unasked(self, heard: HostEvent) -> None:
-        """Tell of what answers nothing, apart from late answers to what keeps the watchdog fed."""
+        """Report unexpected frames, except late answers to the pings that feed the watchdog."""
         if isinstance(heard, Answered):
             self._exchange.heed(heard)
         elif not (isinstance(heard, Stray) and isinstance(heard.answer, Pong)):
@@ -126,52 +124,53 @@ class RobkoController(ScriptRunner[HostEvent]):
     # -- what the engine calls ----------------------------------------------------------------
 
     def begin(self, request: Request, now_s: float) -> None:
-        """Take up a request; a ping that feeds the watchdog is no longer waited for."""
+        """Begin a request; stop waiting for the answer to a ping that feeds the watchdog."""
         if not self.busy:
             self._exchange.forget()
         super().begin(request, now_s)
 
     def advance(self, now_s: float) -> bytes:
-        """Do what is due by now; between requests, keep the watchdog fed."""
+        """Advance the current request; between requests, keep the watchdog fed."""
         data = super().advance(now_s)
         if self.busy or now_s < self._power.due_s:
             return data
         return data + self._exchange.feed()
 
     def next_s(self) -> float:
-        """Tell when something is due; a request feeds the watchdog by itself."""
+        """Return when to call `advance` next; requests feed the watchdog by themselves."""
         due_s = math.inf if self.busy else self._power.due_s
         return min(super().next_s(), due_s)
 
     def usable_rate_hz(self, rate_hz: float) -> float:
-        """Return the rate that an axis really has, at or below the one wanted."""
+        """Return the highest rate at or below `rate_hz` that the board can produce."""
         return self._pacing.usable_hz(rate_hz)
 
     def duration_s(self, steps: float, rate_hz: float) -> float:
-        """Return how long so many steps take on an arm that is as slow as it may be."""
+        """Return the longest time that the steps may take, allowing for a slow arm."""
         return self._pacing.lasts_s(steps, rate_hz) * self._meter.doubt
 
     def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
-        """Return a burst behind its message, whoever stops: the stop may be lost.
+        """Assume a whole burst after its message, because the stop message itself may be lost.
 
-        Its way is that of the steps that fit into a burst, ramps included, at the speed that the
-        axis comes to: far fewer than at that speed all the time.
+        The distance counts the steps that fit into a burst with its ramps, which are far fewer
+        than at constant speed.
         """
-        lasts_s = max(burst_s, self.duration_s(1.0, math.inf))  # a single step is the least
+        lasts_s = max(burst_s, self.duration_s(1.0, math.inf))  # a burst has at least one step
         rate_hz = max((part.rate_hz for part in parts), default=math.inf)
         usable_hz = self.usable_rate_hz(rate_hz)
         motion_s = self._pacing.most_steps(burst_s, rate_hz) / min(rate_hz, usable_hz)
         stands_s = HOST_S + LONGEST_MOVE_BYTES * self._byte_s + lasts_s
-        return Stopping(stands_s, motion_s, stands_s, motion_s, stands_s + LOOKS_S, OVERSHOOT_STEPS)
+        seen_s = stands_s + STANDSTILL_SEEN_S
+        return Stopping(stands_s, motion_s, stands_s, motion_s, seen_s, OVERSHOOT_STEPS)
 
     def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:
-        """Bound how many steps an axis strays from the straight way in such a motion."""
+        """Bound each axis's deviation from the straight path, in steps."""
         return self._pacing.strays_steps(tuple(steps), rate_hz)
 
     # -- small requests -----------------------------------------------------------------------
 
     def _registers(self) -> Script:
-        """Read inputs, then positions: those are no older than any silence on the way."""
+        """Read the inputs, then the positions, so that the positions are as fresh as possible."""
         began_s, before = self.io.now_s, self._exchange.seen
         inputs = yield from self._exchange.ask(Inputs())
         if not isinstance(inputs, InputsRead):
@@ -185,7 +184,7 @@ class RobkoController(ScriptRunner[HostEvent]):
         return Registers(positions, inputs.value)
 
     def _simple(self, message: Message) -> Script:
-        """Send what may be sent twice."""
+        """Send a message that is safe to repeat."""
         began_s = self.io.now_s
         answer = yield from self._exchange.ask(message, text=str(message))
         if answer is None:

@@ -1,8 +1,8 @@
-"""One exchange with a Robko 01, and how to get back into step with one that fell silent.
+"""Exchanges with a Robko 01: a message and its answer, and resynchronization after a lost answer.
 
-The board drops what it does not understand, and a frame with a spoilt length makes it swallow the
-next ones. So behind a lost answer zeros end whatever it is reading, and a ping with bytes of its
-own comes back as the first answer that is certain to be no late one.
+The board drops frames that it cannot parse, and a frame with a corrupt length makes it swallow the
+frames that follow. So after a lost answer the driver sends zeros, which complete whatever the
+board is reading, and then a ping with unique bytes: its answer cannot be a late answer.
 """
 
 from __future__ import annotations
@@ -30,21 +30,18 @@ from firmware_protocol.robko01 import Event as HostEvent
 from firmware_protocol.robko01 import Request as Message
 from kinematics.spaces import Motors
 
-TRIES = 3
-"""How often something that may be said twice is said."""
-BOARD_S = 0.02
-"""How long a board may think about an answer; 3 ms were seen."""
-UNMET = 9
-"""So many tokens are used in turn before the first answer: 1 to 9, which no dialect takes for a
-letter, a line end or a real-time command."""
-FEEDS = 3.0
-"""A watchdog is fed so many times in the time that it grants."""
+TRIES = 3  # attempts to send a message that is safe to repeat
+BOARD_S = 0.02  # longest processing time of the board; 3 ms were measured
+# Until the first answer, pings carry the bytes 1 to 9: no dialect takes these for a letter, a line
+# end or a real-time command.
+FIRST_TOKENS = 9
+FEEDS_PER_TIMEOUT = 3.0
 
 
 class MotorPower:
-    """Whether the motors have current, and the firmware's watchdog, which may take it from them.
+    """Tracks whether the motors have current, and the firmware's watchdog, which can cut it.
 
-    `watchdog_s` is how long the firmware goes on without hearing anything; 0 where it has none.
+    `watchdog_s` is the watchdog's timeout; 0 means that the firmware has no watchdog.
     """
 
     def __init__(self, io: ScriptIO[HostEvent], watchdog_s: float) -> None:
@@ -53,37 +50,37 @@ class MotorPower:
         self._feeding_s = -math.inf
         self.on = False
         self.fed_s = -math.inf
-        """When the board answered last to what feeds its watchdog."""
+        """Time of the board's latest answer to a message that feeds its watchdog."""
 
     @property
     def starved(self) -> bool:
-        """Whether the watchdog has run out, and the motors are off without a word of it."""
+        """Whether the watchdog has expired and switched the motors off without reporting it."""
         runs_out_s = self.fed_s + self._watchdog_s
         return bool(self._watchdog_s) and self.on and self._io.now_s > runs_out_s
 
     @property
     def due_s(self) -> float:
-        """When to feed the watchdog next; infinity where nothing has to be fed."""
+        """When to feed the watchdog next; infinity if there is none to feed."""
         if not self._watchdog_s or not self.on or self.starved:
             return math.inf
-        return max(self.fed_s, self._feeding_s) + self._watchdog_s / FEEDS
+        return max(self.fed_s, self._feeding_s) + self._watchdog_s / FEEDS_PER_TIMEOUT
 
     def feeding(self, now_s: float) -> None:
-        """Note that the watchdog is sent something now."""
+        """Record that a message that feeds the watchdog is being sent now."""
         self._feeding_s = now_s
 
     def fed(self) -> None:
-        """Note that the watchdog counts from now."""
+        """Record that the board has answered, so that its watchdog counts from now."""
         self.fed_s = max(self.fed_s, self._io.now_s)
 
     def lost(self, kind: AlertKind, words: str) -> None:
-        """Tell that the motors were switched off, or the board restarted, which leaves them off."""
+        """Raise an alert that the motors are off, because of the watchdog or a restart."""
         self.on = False
         self._io.tell(Alert(kind, words))
 
 
 class RobkoExchange:
-    """Asks and hears; knows where the motors were seen last, and where they stood."""
+    """Sends messages, awaits answers, and keeps the latest positions of the motors."""
 
     def __init__(
         self,
@@ -104,22 +101,22 @@ class RobkoExchange:
         self.seen: Motors | None = None
         self.seen_s = -math.inf
         self.turning = False
-        """Whether any axis had a speed at the last look."""
+        """Whether any axis had a speed in the latest report."""
         self.stood: Motors | None = None
-        """Where the motors were when they stood last."""
+        """The motors' positions at their latest standstill."""
 
     def give_up(self) -> None:
-        """Give up on the unanswered request; what comes next begins by getting into step."""
+        """Stop waiting for the answer; the next message resynchronizes first."""
         self._host.forget()
         self._host.discard()
         self._out_of_step = True
 
     def forget(self) -> None:
-        """Wait no longer for the answer to a ping that feeds the watchdog."""
+        """Stop waiting for the answer to a ping that feeds the watchdog."""
         self._host.forget()
 
     def feed(self) -> bytes:
-        """Return what feeds the watchdog between two requests."""
+        """Return the bytes of a ping that feeds the watchdog between two requests."""
         self._host.forget()
         self._power.feeding(self._io.now_s)
         return self._host.send(self._token())
@@ -127,9 +124,9 @@ class RobkoExchange:
     def ask(
         self, message: Message, *, tries: int = TRIES, text: str = "", may_break: bool = False
     ) -> Generator[float, HostEvent | None, Answer | None]:
-        """Return the answer to a message, or None where none came.
+        """Send a message; return its answer, or None after a timeout.
 
-        With `may_break` a stop that is asked for meanwhile ends the waiting at once.
+        With `may_break`, a stop requested during the wait ends it at once.
         """
         asked = self._io.stop_asked
         for _ in range(tries):
@@ -151,7 +148,7 @@ class RobkoExchange:
         self._io.say(data, text)
         heard = yield from self._io.hear(
             self._io.now_s + self._patience_s(len(data)),
-            lambda one: isinstance(one, Answered) and one.request is message,
+            lambda event: isinstance(event, Answered) and event.request is message,
             until_stop=break_at_stop,
         )
         if not isinstance(heard, Answered):
@@ -160,7 +157,7 @@ class RobkoExchange:
         return heard.answer
 
     def _get_into_step(self) -> Generator[float, HostEvent | None, bool]:
-        """Ping until the board answers; the first time as long as it may take to start."""
+        """Ping until the board answers; the first time, allow for the board's start-up."""
         until_s = self._io.now_s + (0.0 if self._met else self._settings.boot_s)
         tries = 0
         while tries < TRIES or self._io.now_s < until_s:
@@ -172,7 +169,7 @@ class RobkoExchange:
         return False
 
     def heed(self, heard: Answered) -> None:
-        """Note what an answer shows, whoever asked for it."""
+        """Update the watchdog and the positions from any answer."""
         if isinstance(heard.request, Ping | Inputs | Position):
             self._power.fed()
         if isinstance(heard.answer, Positions):
@@ -181,22 +178,24 @@ class RobkoExchange:
             self.turning = any(heard.answer.axes.speeds_steps_s)
 
     def look(self, text: str = "") -> Generator[float, HostEvent | None, Motors | None]:
-        """Return where the motors are, as reported: wrapped to 16 bits."""
+        """Return the motors' positions as reported, wrapped to 16 bits."""
         answer = yield from self.ask(Position(), text=text)
         return self.seen if isinstance(answer, Positions) else None
 
     def mask(self) -> Generator[float, HostEvent | None, int | None]:
-        """Return which axes the board calls moving, one bit each."""
+        """Return the axes that the board reports as moving, one bit each."""
         answer = yield from self.ask(IsMoving())
         return answer.value if isinstance(answer, Moving) else None
 
     def _token(self) -> Ping:
-        """Return a ping with bytes that no ping before it had for a long time.
+        """Return a ping whose bytes no recent ping had.
 
-        Until the board is known to be a Robko's, with bytes that mean nothing in other dialects
-        either: a 10, say, would end a line that was left half sent to a GRBL board.
+        Until the first answer the device may be another board, so the bytes must be harmless in
+        every dialect: a 10, for example, would end a half-sent line on a GRBL board.
         """
-        self._number = (self._number + 1) % (1 << 16) if self._met else self._number % UNMET + 1
+        self._number = (
+            (self._number + 1) % (1 << 16) if self._met else self._number % FIRST_TOKENS + 1
+        )
         return Ping(self._number.to_bytes(2, "big"))
 
     def _patience_s(self, length: int) -> float:

@@ -1,22 +1,22 @@
-"""A motion of a Robko 01: sent once, watched until its motors have arrived or a stop has ended it.
+"""A motion of a Robko 01: sent once, then watched until the motors arrive or a stop ends it.
 
-The driver moves by operation 7, which goes to absolute positions. The firmware ignores the speed
-of operation 6. Operation 7 obeys its speed, but makes it the axis's top speed for all motions to
-come (`Robko01.cpp`, `SUPER.cpp` and AccelStepper; measured in an AVR simulator). Hence:
+The driver uses operation 7, which moves to absolute positions. Operation 6 (relative) ignores its
+speed. Operation 7 obeys its speed, but the speed stays the axis's top speed for all later motions
+(`Robko01.cpp`, `SUPER.cpp` and AccelStepper; measured in an AVR simulator). Hence:
 
-- An axis that stays where it is must not get a speed: the firmware would make one step there and
-  one back. It must not keep a top speed of 0 either: operation 6 of any other program would then
-  leave the axis hanging until the board is reset. An axis whose top speed is 0 may get a speed
-  without a step. So each motion is two requests: one to the present position with speed 0, which
-  moves nothing, and one to the goal that gives every axis a speed.
-- A request to a position can be repeated when its answer was lost.
-- Positions in requests have 16 bits, and are not wrapped. The board counts further, and reports
-  its count wrapped. From such a count, a request to the reported position would turn the motor for
-  65536 steps; so the first request of a session is checked before the next, and no motion leads
-  past the 16 bits.
+- An axis that does not move must not get a speed, because the firmware would make one step forward
+  and one back. Its top speed must not stay 0 either: operation 6, sent by any other program, would
+  then leave the axis hanging until the board is reset. An axis whose top speed is 0 can take a
+  speed without a step. So each motion is two requests: one to the present position with speed 0,
+  which moves nothing, and one to the target that gives every axis a speed.
+- A request to a position can be repeated after its answer was lost.
+- Positions in requests have 16 bits and do not wrap. The board's counter is wider, but the board
+  reports it wrapped to 16 bits. Once the counter has left the 16 bits, a request to the reported
+  position would turn the motor by 65536 steps. So the first request of a session is checked before
+  the second is sent, and no motion leaves the 16 bits.
 
-That the board says nothing moves means little: it may say so for 10 ms after it has accepted a
-motion. A motion has ended when the positions are its target's.
+The board's "nothing moves" proves little: the board may report it for 10 ms after accepting a
+motion. A motion has ended when the positions equal its target.
 """
 
 from __future__ import annotations
@@ -57,12 +57,10 @@ from firmware_protocol.robko01 import (
 from firmware_protocol.robko01 import Event as HostEvent
 from kinematics.spaces import Motors
 
-# A motion of a Robko 01 under way: what is left of it, and whether positions belong to it.
-
 
 @dataclass(slots=True)
 class RobkoPath:
-    """A motion under way: where from, where to, and how long it should take."""
+    """A motion under way: its start, its steps, and its expected duration."""
 
     start: Motors
     steps: Motors
@@ -70,50 +68,42 @@ class RobkoPath:
     began_s: float
 
     def left(self, seen: Motors) -> Motors:
-        """Return the steps still to be made."""
+        """Return the remaining steps."""
         return Motors(
             map(wrap, (a + b - at for a, b, at in zip(self.start, self.steps, seen, strict=True)))
         )
 
     def holds(self, seen: Motors) -> bool:
-        """Tell whether every motor is between its start and its target."""
+        """Return whether every motor is between its start and its target."""
         made = (wrap(at - a) for a, at in zip(self.start, seen, strict=True))
         return all(min(0, b) <= m <= max(0, b) for m, b in zip(made, self.steps, strict=True))
 
 
 Script: TypeAlias = Generator[float, HostEvent | None, Reply]
 
-FRESH_S = 0.3
-"""A look at the motors this long ago still tells where a motion starts from."""
-POLL_S, SLOW_POLL_S = 0.01, 0.1
-"""How often the motors are looked at: when they may arrive, and on the way there."""
-MAY_ARRIVE = 0.7
-"""From this share of the expected time on, a motion may have ended."""
-STILL_LOOKS, STILL_S = 3, 0.03
-"""Motors stand when so many looks, spread over this time, have found them still."""
-PROMPT_S = 0.1
-"""A look that is later than this does not tell when the motors arrived."""
+FRESH_S = 0.3  # a position no older than this serves as the start of a motion
+POLL_S, SLOW_POLL_S = 0.01, 0.1  # polling intervals close to the expected arrival, and before it
+MAY_ARRIVE = 0.7  # fraction of the expected duration after which the motors may have arrived
+STILL_LOOKS, STILL_S = 3, 0.03  # standstill: this many equal readings over at least this time
+PROMPT_S = 0.1  # a reading later than this does not show when the motors arrived
+# How long to wait for a busy board. The slowest axis makes a step in this time: an axis that the
+# board reports as moving for so long without a step hangs.
 BUSY_S = 2.0
-"""How long to wait for a board that is busy. No axis turns so slowly that it makes no step
-meanwhile: one that stands for so long, and is called moving, hangs."""
+# How long to wait before checking whether a request to the present position moves anything: in
+# this time an AVR board serves each axis twice.
 CHECK_S = 0.02
-"""How long to wait before looking whether a request to the present position moves anything: each
-axis of an AVR board has its turn twice."""
-SAME_LOOKS = 5
-"""How often to look for two positions in a row that are alike before a motion."""
-RESTING_STEPS_S = 5000
-"""The speed for axes that rest: the top speed that the AVR firmware begins with."""
+SAME_LOOKS = 5  # attempts to read the same position twice in a row before a motion
+RESTING_STEPS_S = 5000  # speed for axes that do not move: the AVR firmware's initial top speed
 STANDSTILL = Axes((0,) * AXES)
 SENDS = 2
+# How far a stop can take an axis beyond its target. The stop abandons the target; the firmware
+# then plans one step more than needed, from a speed that its coarse ramp may overstate by a step.
 OVERSHOOT_STEPS = 3
-"""How far a stop can take an axis beyond its target. It gives up the target, and the firmware then
-reckons a step more than the axis needs, from a speed that its coarse ramp may exceed by a step."""
-PATIENCE, PATIENCE_S = 4.0, 2.0
-"""A motion that takes this many times longer than expected, and then some, is given up."""
+PATIENCE, PATIENCE_S = 4.0, 2.0  # a motion's timeout: a multiple of the expected time, plus 2 s
 
 
 class RobkoStart:
-    """Finds out whether a motion may begin, and from where."""
+    """Checks whether a motion may begin, and finds the position where it starts."""
 
     def __init__(self, io: ScriptIO[HostEvent], exchange: RobkoExchange, power: MotorPower) -> None:
         self._io = io
@@ -124,9 +114,9 @@ class RobkoStart:
     def prepare(
         self, let_go: Callable[[], bool]
     ) -> Generator[float, HostEvent | None, Motors | Reply]:
-        """Set every top speed to 0 where the motors stand; return that place, or why not.
+        """Set every top speed to 0 at the present position; return it, or the reason to refuse.
 
-        A busy board is waited for, and an axis that hangs is freed once.
+        The driver waits for a busy board, and frees a hanging axis once.
         """
         began_s = self._io.now_s
         until_s, first, freed = began_s + BUSY_S, None, False
@@ -150,10 +140,10 @@ class RobkoStart:
         return Halted()
 
     def _standing(self) -> Generator[float, HostEvent | None, Motors | None]:
-        """Return where the motors stand: a wrong place would make a wrong target.
+        """Return the position at rest; a wrong one would lead to a wrong target.
 
-        An answer may be a late one, so it has to agree with another, or with where the last
-        motion ended.
+        A reading may be a late answer, so it must agree with a second reading or with the end of
+        the previous motion.
         """
         last = self._exchange.stood
         seen = self._exchange.seen
@@ -167,7 +157,7 @@ class RobkoStart:
         return seen
 
     def _free(self, moving: int) -> Generator[float, HostEvent | None, bool]:
-        """End what makes a standing axis count as moving: all speeds 0, which moves nothing."""
+        """Free axes that hang as "moving" by setting all speeds to 0, which moves nothing."""
         yield from self._exchange.ask(MoveSpeed(STANDSTILL))
         names = ", ".join(name for axis, name in enumerate(AXIS_NAMES) if moving >> axis & 1)
         self._io.tell(
@@ -178,9 +168,9 @@ class RobkoStart:
         return True
 
     def _check_counts(self, start: Motors) -> Generator[float, HostEvent | None, Motors | Reply]:
-        """Return the start, once it is known that the board counts in 16 bits so far.
+        """Return the start after checking that the board's counters are within 16 bits.
 
-        With a top speed of 0, an axis that has counted further makes one step, and no more.
+        With a top speed of 0, an axis whose counter is beyond 16 bits makes one step and no more.
         """
         if self._counts_checked:
             return start
@@ -199,7 +189,7 @@ class RobkoStart:
         return start
 
     def disabled(self) -> Reply:
-        """Refuse a motion whose motors the board calls disabled; tell of it where that is news."""
+        """Refuse a motion while the motors are disabled; alert if the driver had enabled them."""
         words = "its motors are disabled: call `enable()`"
         if self._power.on:
             told = "the controller has switched its motors off: it was reset, or its watchdog did"
@@ -208,7 +198,7 @@ class RobkoStart:
 
 
 class RobkoWatch:
-    """Watches a motion under way until it has ended, and ends it where a stop is asked for."""
+    """Watches a motion until it has ended, and ends it when a stop is requested."""
 
     def __init__(
         self,
@@ -223,7 +213,7 @@ class RobkoWatch:
         self._meter = meter
 
     def until_ended(self, way: RobkoPath) -> Script:
-        """Look at the motors until they have arrived."""
+        """Poll the positions until the motors have arrived."""
         still = astray = 0
         last: Motors | None = None
         going_s = due_s = way.began_s
@@ -236,9 +226,9 @@ class RobkoWatch:
             if not way.left(seen).largest:
                 self._exchange.stood = seen
                 return Done(self._measure(way, going_s, due_s))
-            if asked_s >= given_up_s:  # only a look from then on tells: this program may be late
+            if asked_s >= given_up_s:  # needs a reading requested after the timeout
                 break
-            if not way.holds(seen):  # believed when it is seen twice: an answer may be a late one
+            if not way.holds(seen):  # counts once it is read twice: an answer may be a late one
                 astray += 1
                 if astray > 1:
                     return (yield from self._astray(way, seen))
@@ -254,7 +244,7 @@ class RobkoWatch:
                 return RequestRejected(f"the motion has ended {left} steps short of its target")
             last = seen
             due_s = self._next_look_s(way, asked_s)
-            if not self._io.stop_asked:  # one that came during the look would not end this pause
+            if not self._io.stop_asked:  # a stop requested before this pause would not end it
                 yield from self._io.pause(due_s)
             if self._io.stop_asked:
                 return (yield from self.halt(way))
@@ -264,11 +254,11 @@ class RobkoWatch:
         )
 
     def _measure(self, way: RobkoPath, going_s: float, due_s: float) -> bool:
-        """Learn how fast the arm is, and tell whether a motion can have lasted so long.
+        """Learn the arm's speed; return whether the motion's duration is plausible.
 
-        The look that found the motors arrived was due at `due_s`. If it was repeated, or this
-        program was late, that does not tell when they arrived: only that they were still going at
-        the look before.
+        The reading that found the motors at their target was due at `due_s`. If the reading was
+        repeated or this program was late, its time is not the time of arrival; the motors are then
+        only known to have been moving at the previous reading.
         """
         prompt = self._io.now_s <= due_s + PROMPT_S
         until_s = self._io.now_s if prompt else going_s
@@ -279,7 +269,7 @@ class RobkoWatch:
         return max(asked_s + POLL_S, min(asked_s + SLOW_POLL_S, may_arrive_s))
 
     def halt(self, way: RobkoPath) -> Script:
-        """Have the motors ramp down, and wait until they stand."""
+        """Ramp the motors down and wait for standstill."""
         began_s = self._io.now_s
         if (yield from self._exchange.ask(Stop(), text="STOP")) is None:
             return self._io.silence(began_s)
@@ -296,7 +286,7 @@ class RobkoWatch:
                 mask or self._exchange.turning or seen != last
             ):  # the mask has gaps when an axis runs by speed
                 looks, since_s, last = 0, self._io.now_s, seen
-                overdue += asked_s > given_up_s  # once, this program may have been late
+                overdue += asked_s > given_up_s  # a single late reading may be this program's fault
                 if overdue > 1:
                     return RequestRejected("the motors were told to stop, and do not come to rest")
             looks += 1
@@ -306,7 +296,7 @@ class RobkoWatch:
         return Done() if arrived else Halted(beyond=OVERSHOOT_STEPS)
 
     def _astray(self, way: RobkoPath, seen: Motors) -> Script:
-        """End a motion that leads elsewhere, and say what positions mean to which it leads."""
+        """End a motion that has left its path, and report the likely cause."""
         if not seen.largest:
             words = "the controller was reset or lost its power in mid-motion"
             self._power.lost(AlertKind.RESTARTED, words)
@@ -318,7 +308,7 @@ class RobkoWatch:
 
 
 class RobkoMotion:
-    """Makes motions: prepares each, sends it, and watches it to its end."""
+    """Prepares each motion, sends it, and watches it until it ends."""
 
     def __init__(
         self,
@@ -335,9 +325,9 @@ class RobkoMotion:
         self._watch = watch
 
     def move(self, steps: Motors, rate_hz: float, let_go: Callable[[], bool]) -> Script:
-        """Send a motion and wait for its end; once more where nothing of it was seen.
+        """Send a motion and wait for its end; send it again if the motors have not moved.
 
-        Not where a jog was let go of before its motors were set going.
+        A jog whose key is released before the motion is sent does not move.
         """
         began_s = self._io.now_s
         start = yield from self._start.prepare(let_go)
@@ -371,9 +361,10 @@ class RobkoMotion:
         return self._io.silence(began_s)
 
     def _paced(self, way: RobkoPath, rate_hz: float) -> Script:
-        """Watch a motion, and let it last as long as its rate says.
+        """Watch a motion, and wait until the time that its rate implies has passed.
 
-        The first step comes at once, so slow bursts would follow one another a step too soon.
+        The motors make their first step at once, so without the wait a slow burst would follow its
+        predecessor one step interval too soon.
         """
         reply = yield from self._watch.until_ended(way)
         if isinstance(reply, Done):

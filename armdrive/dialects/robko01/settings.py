@@ -1,4 +1,4 @@
-"""What differs from one Robko 01 to another, as the section [robko01] of an arm file."""
+"""The settings of one Robko 01 (section [robko01] of an arm file), and the timing of its motors."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from armdrive.text.toml import check_settings, setting
 
 @dataclass(frozen=True, slots=True)
 class RobkoBoard:
-    """What is taken of a board where the arm file says nothing.
+    """A board's defaults, for settings that are not in the arm file.
 
-    A motor has a chance to make a step every `step_chance_s` (0: whenever it wants). Firmware
-    that does not obey speeds moves every axis at `max_rate_hz`.
+    The firmware can step a motor only once every `step_chance_s` (0: at any time). Firmware that
+    does not obey speeds moves every axis at `max_rate_hz`.
     """
 
     acceleration_steps_s2: float
@@ -28,10 +28,10 @@ class RobkoBoard:
 
 BOARDS: Mapping[str, RobkoBoard] = MappingProxyType(
     {
-        # seen in a processor simulator: one bus for eight addresses, one of them a millisecond
+        # measured in a processor simulator: eight addresses share a bus, one is served per ms
         "avr": RobkoBoard(700.0, 125.0, 0.008),
         # the retrofit's own build: robko01/robko01_retrofit_fw include/ApplicationConfiguration.h
-        # whose main.cpp sets the top speeds once, and never from a request
+        # whose main.cpp sets the top speeds once and ignores those in requests
         "esp32": RobkoBoard(75.0, 100.0, 0.0, obeys_speed=False),
     }
 )
@@ -39,7 +39,7 @@ BOARDS: Mapping[str, RobkoBoard] = MappingProxyType(
 
 @dataclass(frozen=True, slots=True)
 class RobkoSettings:
-    """The board and what is unverified of it; None takes the value of its row in `BOARDS`."""
+    """The board and its unverified properties; None means the default from `BOARDS`."""
 
     board: str = setting("avr", "the firmware's board: avr or esp32", words=tuple(BOARDS))
     acceleration_steps_s2: float | None = setting(
@@ -73,7 +73,7 @@ class RobkoSettings:
 
     @property
     def known(self) -> RobkoBoard:
-        """The board's numbers, as the file has them or else the table."""
+        """The board's properties: from the arm file, or else from `BOARDS`."""
         taken = BOARDS[self.board]
         given = {name: getattr(self, name) for name in _OF_BOARD}
         return replace(taken, **{key: each for key, each in given.items() if each is not None})
@@ -82,33 +82,29 @@ class RobkoSettings:
 _OF_BOARD = ("acceleration_steps_s2", "max_rate_hz", "step_chance_s")
 
 
-# How a Robko 01 paces its motors: real rates, how long motions last, how far they stray.
+# How a Robko 01 times its steps: the rates it can produce, durations, and path deviation.
 #
-# Steps, seconds. Every axis runs a trapezoid of its own, all with one acceleration. On a board
-# that gives a motor only a chance to make a step every so often, steps come in whole multiples of
-# that: the rates are 1/chance, half of it, a third of it, and so on, and nothing in between.
+# Units: steps and seconds. Every axis runs its own trapezoid; all have the same acceleration. A
+# board that can step a motor only once per `step_chance_s` makes steps at whole multiples of that
+# time, so the only possible rates are 1/chance, 1/(2 chance), 1/(3 chance) and so on.
 
 _ROUNDING = 1e-9
-SLOWEST_HZ = 1.0
-"""Speeds are whole steps a second."""
-SPARE = 3
-"""Chances that may go by unused: before the first step, and on either side of the ramps."""
-SLACK_S = 0.1
-"""What a look at the motors may be early or late."""
-TOLD_BY_S = 0.1
-"""Shorter motions say more about the wire than about the motors."""
+SLOWEST_HZ = 1.0  # speeds are whole numbers of steps per second
+SPARE = 3  # chances that may pass unused: before the first step, and on either side of the ramps
+SLACK_S = 0.1  # timing uncertainty of a position reading
+TOLD_BY_S = 0.1  # in a shorter motion, the line's delay outweighs the motors' speed
 
 
 @dataclass(frozen=True)
 class Pacing:
-    """The arithmetic of one board."""
+    """Computes rates, durations and path deviation for one board."""
 
     board: RobkoBoard
 
     def usable_hz(self, rate_hz: float) -> float:
-        """Return the rate that an axis really has, at or below the one wanted.
+        """Return the highest rate at or below `rate_hz` that the board can produce.
 
-        Above it on a board that knows only one.
+        A board with a single rate always uses that rate, even if it is higher.
         """
         if not self.board.obeys_speed:
             return self.board.max_rate_hz
@@ -118,16 +114,17 @@ class Pacing:
         return 1.0 / (self._chances(wanted) * self._chance_s)
 
     def speeds(self, steps: tuple[int, ...], rate_hz: float) -> tuple[int, ...]:
-        """Return what to command, in proportion to the ways, so that no axis ends after the first.
+        """Return the speed to command for each axis, in proportion to its steps.
 
-        Rounded upwards: an axis may end early, but never late. One that stays gets 0.
+        Speeds are rounded up, so that no axis arrives after the one with most steps. An axis that
+        does not move gets 0.
         """
         longest = max(map(abs, steps))
         lead_hz = self._lead_hz(longest, rate_hz)
         return tuple(self._command(lead_hz * abs(each) / longest) if each else 0 for each in steps)
 
     def lasts_s(self, steps: float, rate_hz: float) -> float:
-        """Return how long the axis with most steps takes, at most, ramps included."""
+        """Return the longest time for the axis with most steps, ramps included."""
         if steps <= 0.0:
             return 0.0
         lead_hz, ramp = self._lead_hz(steps, rate_hz), self.board.acceleration_steps_s2
@@ -138,15 +135,16 @@ class Pacing:
         return steps / lead_hz + lead_hz / ramp
 
     def most_steps(self, time_s: float, rate_hz: float) -> int:
-        """Return the most steps that last no longer than a time at a rate; one at least."""
+        """Return the most steps that fit into a time at a rate; at least one."""
         most = max(math.ceil(time_s * self.usable_hz(rate_hz)), 1)
         return bisect_right(range(2, most + 1), time_s, key=lambda n: self.lasts_s(n, rate_hz)) + 1
 
     def strays_steps(self, steps: tuple[int, ...], rate_hz: float) -> tuple[float, ...]:
-        """Bound how far each axis is from its share of what the longest one has done.
+        """Bound each axis's deviation from its share of the longest axis's progress.
 
-        Of a ramp to v, an axis that ramps to r v makes up to r (1 - r) v^2 / 2a more than its
-        share. An axis that was rounded up is ahead by what it has left over when it ends.
+        While the longest axis ramps to v, an axis that ramps to r v makes up to r (1 - r) v^2 / 2a
+        steps more than its share. An axis whose speed was rounded up gets ahead as well, most of
+        all at its end.
         """
         longest = max(map(abs, steps), default=0)
         moving = [abs(each) for each in steps if each]
@@ -170,7 +168,7 @@ class Pacing:
         return real * (1.0 - real) * ramp_steps + steps * (1.0 - share / real) + 1.0
 
     def _lead_hz(self, steps: float, rate_hz: float) -> float:
-        """Return the rate to command of the longest way: none that it cannot come up to."""
+        """Return the rate to command for the longest axis, no higher than its peak speed."""
         usable_hz = self.usable_hz(rate_hz)
         if self._chance_s or not self.board.obeys_speed:
             return usable_hz
@@ -180,26 +178,26 @@ class Pacing:
     def _command(self, rate_hz: float) -> int:
         if not self.board.obeys_speed:
             rate_hz = self.board.max_rate_hz
-        if self._chance_s:  # a whole multiple of chances that is no slower
+        if self._chance_s:  # the next rate at or above, at a whole number of chances per step
             multiple = max(math.floor(1.0 / (rate_hz * self._chance_s) + _ROUNDING), 1)
             rate_hz = 1.0 / (multiple * self._chance_s)
         return max(math.ceil(rate_hz - _ROUNDING), 1)
 
-    # -- a chance now and then --------------------------------------------------------------
+    # -- steps only at fixed chances ----------------------------------------------------------
 
     @property
     def _chance_s(self) -> float:
         return self.board.step_chance_s
 
     def _chances(self, rate_hz: float) -> int:
-        """Return how many chances go by from one step to the next at a commanded rate."""
+        """Return the number of chances per step at a commanded rate."""
         return max(math.ceil(1.0 / (rate_hz * self._chance_s) - _ROUNDING), 1)
 
     @cached_property
     def _ramp(self) -> tuple[int, ...]:
-        """The chances between one step and the next while an axis speeds up, down to one.
+        """The number of chances per step while an axis accelerates, until it is one.
 
-        Step n is due halfway to its place, sqrt((2 n - 1) / a) after the start.
+        Step n is due halfway to its position, sqrt((2 n - 1) / a) after the start.
         """
         ramp: list[int] = []
         before_s, number = 0.0, 1
@@ -210,11 +208,11 @@ class Pacing:
         return tuple(ramp)
 
     def _ramp_steps(self, chances: int) -> int:
-        """Count the steps that come slower than at the rate of so many chances a step."""
+        """Count the steps of the ramp up to a rate, given in chances per step."""
         return next(number for number, each in enumerate(self._ramp) if each <= chances)
 
     def _turns(self, steps: int, chances: int) -> int:
-        """Count the chances from a motion's start to its last step, at most."""
+        """Bound the number of chances from a motion's start to its last step."""
         half = min(self._ramp_steps(chances), (steps + 1) // 2)
         if not half:
             return SPARE + steps * chances

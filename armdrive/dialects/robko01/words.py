@@ -1,4 +1,4 @@
-"""What a Robko 01 and its host say, in words, and how one is recognised."""
+"""Descriptions of Robko 01 messages in words, and recognition of a Robko 01."""
 
 from __future__ import annotations
 
@@ -67,13 +67,13 @@ SENTENCES: Sentences = MappingProxyType(
 
 
 class RobkoFrames:
-    """Messages that are frames of the SUPER protocol, or noise."""
+    """Splits a byte stream into frames of the SUPER protocol and noise."""
 
     def __init__(self) -> None:
         self._frames = FrameSplitter()
 
     def feed(self, data: bytes) -> list[Message]:
-        """Take bytes; return the frames that are whole."""
+        """Take bytes; return the messages that are complete."""
         self._frames.feed(data)
         found = []
         while (frame := self._frames.next_frame()) is not None:
@@ -90,7 +90,7 @@ def _weighed(frame: Frame | Noise) -> Message:
 
 
 def _frame(data: bytes) -> Frame:
-    """Return the frame at the end of some bytes; what stands before it flushes the reader."""
+    """Return the last frame in the data; the bytes before it flush the board's reader."""
     splitter = FrameSplitter()
     splitter.feed(data)
     splitter.silence()
@@ -117,7 +117,7 @@ def _hexadecimal(data: bytes) -> str:
 TALK = Describer(RobkoFrames, _heard, _sent, _hexadecimal, SENTENCES)
 
 
-# How a Robko 01 is recognised: any frame of the SUPER protocol whose check bytes are right.
+# A Robko 01 is recognised by any frame of the SUPER protocol with correct check bytes.
 
 
 def _sign(heard: bytes) -> Identity | None:
@@ -133,7 +133,7 @@ def _sign(heard: bytes) -> Identity | None:
 RECOGNITION = Recognition(
     _sign,
     Certainty.CHECKED,
-    # six times six bytes: a frame that another program left half sent swallows 29 at most
+    # six pings of six bytes: a half-sent frame of another program swallows at most 29 bytes
     (Probe("ping", "robko01", 115_200, Host().send(Ping()), 0.15, times=6, risk=Risk.NOISE),),
     datagrams=True,
 )
