@@ -195,7 +195,7 @@ def list_can_ports(ports: Iterable[PortInfo], net: Path = NET, usb: Path = USB) 
 
 
 def ask_drivers(patience_s: float = PATIENCE_S) -> list[CanPort]:
-    """Return the adapters that python-can's drivers find; raises `LinkError` if these fail or hang."""
+    """Return the adapters that python-can's drivers find; raises `LinkError` if they fail."""
     command = [sys.executable, "-c", _DETECT, *_NO_ADAPTERS]
     try:
         done = subprocess.run(  # noqa: S603 - our own program
