@@ -1,1 +1,1 @@
-"""render."""
+"""Pictures of arms in terminal characters and as PNG or SVG files."""

@@ -1,6 +1,6 @@
-"""Where an arm is looked at from, and where each of its points then lies on a canvas.
+"""The camera that views an arm, and its projection onto a canvas.
 
-The camera is orthographic: lengths across the line of sight are true, so a picture can be measured.
+The projection is orthographic: lengths across the line of sight are true to scale.
 """
 
 from __future__ import annotations
@@ -15,11 +15,8 @@ from kinematics.frames.rotations import Matrix3, transpose
 from kinematics.frames.vectors import Vector
 from kinematics.geometry import Point
 
-ZOOM = 1.25
-"""One step of zooming in."""
-
-LEAST_ZOOM, MOST_ZOOM = -4, 14
-"""Steps of zoom either way: from 0.4 to 23 times."""
+ZOOM = 1.25  # magnification of one zoom step
+LEAST_ZOOM, MOST_ZOOM = -4, 14  # steps: from 0.4 to 23 times
 
 LOWEST_DEG, HIGHEST_DEG = -90, 90
 FULL_TURN_DEG = 360
@@ -30,10 +27,10 @@ _BELOW_TABLE_MM = 25.0
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """Where the watcher stands: round the arm from its front, and above the table.
+    """The viewing direction: azimuth around the arm from its front, elevation above the table.
 
-    In whole degrees, so that going round once leads back to the very same picture. `zoom` counts
-    steps; `centre_mm` is what stays in the middle, None for the middle of the arm's reach.
+    Angles are whole degrees, so that a full turn returns to exactly the same picture. `zoom` counts
+    steps. `centre_mm` is the point in the middle of the picture; None is the middle of the reach.
     """
 
     azimuth_deg: int
@@ -43,27 +40,27 @@ class Camera:
 
     @property
     def rotation(self) -> Matrix3:
-        """The table's frame as the watcher sees it: rows for right, up and towards the watcher."""
+        """The view's axes in the table's frame: rows for right, up and towards the viewer."""
         azimuth, elevation = math.radians(self.azimuth_deg), math.radians(self.elevation_deg)
         ca, sa, ce, se = _cosine(azimuth), _sine(azimuth), _cosine(elevation), _sine(elevation)
         return (-sa, ca, 0.0), (-se * ca, -se * sa, ce), (ce * ca, ce * sa, se)
 
     @property
     def name(self) -> str:
-        """The view's name where it has one, else its angles."""
+        """The name of the view if it has one, else its angles."""
         for name, view in VIEWS.items():
             if (view.azimuth_deg, view.elevation_deg) == (self.azimuth_deg, self.elevation_deg):
                 return name
         return f"azimuth {self.azimuth_deg}, elevation {self.elevation_deg}"
 
     def orbited(self, azimuth_deg: int, elevation_deg: int = 0) -> Camera:
-        """Go round the arm and up; straight above and straight below it is at an end."""
+        """Turn around the arm and upwards, as far as straight above or straight below."""
         turned = (self.azimuth_deg + azimuth_deg) % FULL_TURN_DEG
         up = min(max(self.elevation_deg + elevation_deg, LOWEST_DEG), HIGHEST_DEG)
         return replace(self, azimuth_deg=turned, elevation_deg=up)
 
     def zoomed(self, steps: int, about: Point | None, dome: Dome) -> Camera:
-        """Come nearer or go away; a point stays where it is on the screen while coming nearer."""
+        """Zoom in or out; when zooming in, the point `about` keeps its place on the screen."""
         zoom = min(max(self.zoom + steps, LEAST_ZOOM), MOST_ZOOM)
         if zoom <= 0:
             return replace(self, zoom=zoom, centre_mm=None)
@@ -86,15 +83,15 @@ VIEWS: Mapping[str, Camera] = MappingProxyType(
         "front": Camera(0, 0),
     }
 )
-"""Views by name, in the order in which a person goes through them.
+"""Views by name, in the order of the key for the next view.
 
-From the side x runs to the right. From above, and in iso, the watcher stands behind the base, so
-that turning the base to the left turns the picture of the arm to the left.
+From the side x points right. From above, and in iso, the viewer is behind the base, so that turning
+the base to the left turns the picture of the arm to the left.
 """
 
 
 def next_view(camera: Camera, steps: int = 1) -> Camera:
-    """Return the next of the named views; from a direction without a name, the first."""
+    """Return the next named view, or the first one after a direction without a name."""
     names = list(VIEWS)
     place = names.index(camera.name) + steps if camera.name in names else 0
     return VIEWS[names[place % len(names)]]
@@ -102,9 +99,9 @@ def next_view(camera: Camera, steps: int = 1) -> Camera:
 
 @dataclass(frozen=True, slots=True)
 class Dome:
-    """What an arm can fill: a ball about the end of its base, above the table. In mm.
+    """The space within an arm's reach: a ball around the end of its base, above the table, in mm.
 
-    It fixes the scale, so that a picture jumps neither between postures nor while going round.
+    It fixes the scale, so that the picture's size depends on neither posture nor viewing direction.
     """
 
     centre: Point
@@ -113,13 +110,13 @@ class Dome:
 
 @dataclass(frozen=True, slots=True)
 class Projection:
-    """From mm to dots of a canvas: x to the right, y down."""
+    """A linear map from points in mm to dots on a canvas, x to the right and y down."""
 
     right: tuple[float, float, float, float]
     down: tuple[float, float, float, float]
 
     def dots(self, point: Point) -> tuple[float, float]:
-        """Return where a point lies, in dots from the middle of the upper left one."""
+        """Return a point's position in dots, from the centre of the upper left dot."""
         x, y, z = point
         a, b, c, d = self.right
         e, f, g, h = self.down
@@ -129,9 +126,9 @@ class Projection:
 def projection(
     camera: Camera, dome: Dome, width_dots: int, height_dots: int, dot_aspect: float = 1.0
 ) -> Projection:
-    """Return what brings a camera's picture onto a canvas, the dome filling it at zoom 0.
+    """Return a camera's projection onto a canvas, which the dome fills at zoom 0.
 
-    `dot_aspect` is how much taller than wide a dot is.
+    `dot_aspect` is a dot's height divided by its width.
     """
     wide, high = max(width_dots - 1, 0), max(height_dots - 1, 0)
     above, below = _extent(camera, dome)
@@ -152,7 +149,7 @@ def projection(
 
 
 def _extent(camera: Camera, dome: Dome) -> tuple[float, float]:
-    """Return how far the dome and the table beneath it extend up and down from its centre."""
+    """Return how far dome and table extend up and down in the picture from the dome's centre."""
     _, up, towards = camera.rotation
     below = dome.reach_mm * abs(towards[2]) + (dome.centre[2] + _BELOW_TABLE_MM) * up[2]
     return dome.reach_mm, max(below, 0.0)
@@ -174,7 +171,7 @@ def _dot(a: Vector, b: Vector) -> float:
 
 
 def _cosine(angle_rad: float) -> float:
-    """Return a cosine that is exactly 0 of a right angle, so that no view is a hair askew."""
+    """Return a cosine that is exactly 0 for a right angle, so that no view is slightly tilted."""
     return round(math.cos(angle_rad), 12) + 0.0
 
 
@@ -182,13 +179,12 @@ def _sine(angle_rad: float) -> float:
     return round(math.sin(angle_rad), 12) + 0.0
 
 
-# --- Requests of a watcher: orbit, zoom, take a named view ---------------------------------------
+# --- Changes of the view: orbit, zoom, named views -----------------------------------------------
 
-ORBIT_DEG = 10
-"""One step round the arm or up; 36 of them lead back."""
+ORBIT_DEG = 10  # one step around the arm or up; divides a full turn
 
 ViewAngle = Callable[[Camera, Point | None, Dome], Camera]
-"""From where the camera is, where the tip is, and what the arm can fill, to the next camera."""
+"""Returns the next camera for the present one, the position of the tip, and the arm's dome."""
 
 
 def _orbit(azimuth: int, elevation: int, camera: Camera, _tip: Point | None, _of: Dome) -> Camera:
@@ -216,4 +212,4 @@ LOOKS: Mapping[str, ViewAngle] = MappingProxyType(
         **{name: partial(_take, view) for name, view in VIEWS.items()},
     }
 )
-"""Every look; coming nearer goes towards the tip."""
+"""All changes of the view by name; `nearer` zooms in on the tip."""

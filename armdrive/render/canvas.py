@@ -1,4 +1,4 @@
-"""A grid of characters to draw lines on: braille dots, eight a cell, or plain ASCII."""
+"""A grid of characters to draw lines on, with eight braille dots per cell or in plain ASCII."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from collections.abc import Iterator, Mapping
 
 _BRAILLE_BASE = 0x2800
 BRAILLE_BITS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
-"""Bit of a dot in its cell by row and column (Unicode block U+2800, dots 1 to 8)."""
+"""The bit of a dot by its row and column in the cell (Unicode block U+2800, dots 1 to 8)."""
 
 _STROKES = "-|/\\+"
-_FAINT = "._"  # dotted lines and the table: whatever else is there matters more
+_FAINT = "._"  # dotted lines and the table: any other mark replaces these
 
 Segment = tuple[float, float, float, float]
 
@@ -40,15 +40,15 @@ class Canvas:
 
     @property
     def dot_aspect(self) -> float:
-        """How much taller than wide a dot is, in a cell of the usual one to two."""
+        """A dot's height divided by its width, for cells twice as tall as wide."""
         return 1.0 if self.braille else 2.0
 
     def line(
         self, x0: float, y0: float, x1: float, y1: float, *, every: int = 1, stroke: str = ""
     ) -> None:
-        """Draw a line between two points in dots; `every=3` draws each third dot of it.
+        """Draw a line between two points in dots; `every=3` draws every third dot.
 
-        In ASCII the stroke is chosen by the slope unless one character is given.
+        In ASCII, `stroke` is the character; by default it depends on the slope.
         """
         kept = clip((x0, y0, x1, y1), self.width_dots - 1, self.height_dots - 1)
         if kept is None:
@@ -60,7 +60,7 @@ class Canvas:
                 self._set(x, y, mark)
 
     def dot(self, x: float, y: float, mark: str = "o") -> None:
-        """Set one dot, where it lies on the canvas; in ASCII it is the given character."""
+        """Set one dot if it lies on the canvas; in ASCII draw the character `mark`."""
         column, row = round(x), round(y)
         if 0 <= column < self.width_dots and 0 <= row < self.height_dots:
             self._set(column, row, mark)
@@ -74,7 +74,7 @@ class Canvas:
                 self._over[cell_y][cell_x + offset] = character
 
     def rows(self) -> list[str]:
-        """Return the picture, one string a row, all of the full width."""
+        """Return the picture as one string per row, all of the full width."""
         return [
             "".join(over or self._cell(bits) for bits, over in zip(row, overs, strict=True))
             for row, overs in zip(self._bits, self._over, strict=True)
@@ -94,7 +94,7 @@ class Canvas:
 
 
 def _crossed(there: str, mark: str) -> str:
-    """Return what stands where two ASCII marks meet: solid over faint, special over stroke."""
+    """Return the mark for two overlapping ASCII marks: solid over faint, special over stroke."""
     if not there or there == mark or there in _FAINT:
         return mark
     if mark in _FAINT:
@@ -114,9 +114,9 @@ def slope_stroke(dx: float, dy: float) -> str:
 
 
 def clip(segment: Segment, right: float, bottom: float) -> Segment | None:
-    """Cut a segment to 0..right, 0..bottom (Liang and Barsky 1984), or None when all is outside.
+    """Clip a segment to 0..right, 0..bottom (Liang and Barsky 1984); None if it is all outside.
 
-    Half a dot beyond each edge still rounds to a dot that exists, so the bounds are exact ones.
+    The bounds are dot centres, so every clipped point rounds to an existing dot.
     """
     x0, y0, x1, y1 = segment
     if right < 0 or bottom < 0:
@@ -138,12 +138,12 @@ def clip(segment: Segment, right: float, bottom: float) -> Segment | None:
 
 
 def _within(value: float, top: float) -> float:
-    """Take back what rounding may have put past an edge."""
+    """Undo rounding errors that put a value past an edge."""
     return min(max(value, 0.0), top)
 
 
 def _bresenham(x0: int, y0: int, x1: int, y1: int) -> Iterator[tuple[int, int]]:
-    """Yield the dots of a line in whole numbers (Bresenham 1965)."""
+    """Yield the dots of a line, in integer arithmetic (Bresenham 1965)."""
     dx, dy = abs(x1 - x0), -abs(y1 - y0)
     step_x, step_y = (1 if x0 < x1 else -1), (1 if y0 < y1 else -1)
     error = dx + dy
@@ -160,20 +160,21 @@ def _bresenham(x0: int, y0: int, x1: int, y1: int) -> Iterator[tuple[int, int]]:
             y0 += step_y
 
 
-# --- What characters a terminal can show ---------------------------------------------------------
+# --- Whether a terminal can show braille ---------------------------------------------------------
 
 _PLAIN_TERMINALS = ("linux", "dumb")
 """The Linux console has no braille in its font; a dumb terminal has nothing."""
 
 _LOCALE_VARIABLES = ("LC_ALL", "LC_CTYPE", "LANG")
-"""In the order of POSIX: the first one that is set decides."""
+"""In the order of precedence in POSIX: the first variable that is set decides."""
 
 
 def can_braille(encoding: str | None, environ: Mapping[str, str]) -> bool:
-    """Return whether braille characters would be legible there.
+    """Return whether a terminal can show braille characters.
 
-    Needs an output encoding of UTF-8, a locale that does not contradict it, and a terminal whose
-    font has the characters. `encoding` is the output stream's, for example `sys.stdout.encoding`.
+    The output encoding must be UTF-8, the locale must not contradict it, and the terminal's font
+    must have the characters. `encoding` is the output stream's, for example
+    `sys.stdout.encoding`.
     """
     if not _is_utf8(encoding or "") or environ.get("TERM", "") in _PLAIN_TERMINALS:
         return False

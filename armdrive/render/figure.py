@@ -1,4 +1,4 @@
-"""An arm or any chain in one posture as lines in space, and its ghost."""
+"""An arm, or any kinematic chain, as lines in space; and the ghost of an arm at its goal."""
 
 from __future__ import annotations
 
@@ -19,32 +19,26 @@ from kinematics.guards.guards import Guards
 from kinematics.limits import JointRange
 from kinematics.spaces import Joints, Pose
 
-_FINGERS = 0.4
-"""Share of the hand that is fingers."""
-
-_LEAST_FINGERS = 0.05
-"""As a share of the reach: shorter ones could not be seen, and some arms have no hand at all."""
-
-_AXIS = 0.13
-"""Length of the tool's axes, as a share of the reach."""
-
-_LETTER = 1.3
-"""Where an axis has its letter, in lengths of the axis."""
+_FINGERS = 0.4  # length of the fingers, as a share of the hand
+_LEAST_FINGERS = 0.05  # share of the reach; keeps fingers visible if the hand is short or missing
+_AXIS = 0.13  # length of the tool's axes, as a share of the reach
+_LETTER = 1.3  # distance of an axis's letter from the tip, in lengths of the axis
 
 AXES = "xyz"
 GOAL_LETTER = "G"
 
-_OWN_TIPS = "fingers"
-"""What the moving point before the tip is called where a tool is held beside the hand."""
+_FINGER_TIPS = "fingers"
+"""The moving point before the tip, if a tool makes the tip differ from the finger tips."""
 
 
 @dataclass(frozen=True, slots=True)
 class Stance:
-    """Where everything of an arm is in a posture.
+    """The geometry of an arm in one posture.
 
-    `points` go from the table to the tip, `hand` holds the places of wrist and finger tips among
-    them. `axes` are the tool's x, y and z: up from the hand's back, its side, along it.
-    `opening_mm` is None where there are no fingers, or nobody knows. `reach_mm` is the arm's.
+    `points` run from the table to the tip; `hand` holds the indices of wrist and finger tips.
+    `axes` are the tool's x (out of the back of the hand), y (sideways) and z (along the hand).
+    `opening_mm` is None for an arm without fingers, or if the opening is unknown. `reach_mm` is the
+    arm's reach.
     """
 
     points: tuple[Point, ...]
@@ -55,20 +49,20 @@ class Stance:
 
     @property
     def tip(self) -> Point:
-        """The point that goals are meant for."""
+        """The point that is moved to a goal."""
         return self.points[-1]
 
 
 def stance(arm: ArmGeometry, joints: Joints, opening_mm: float | None, reach_mm: float) -> Stance:
-    """Return where everything of an arm is in a posture."""
+    """Return the geometry of an arm in one posture."""
     points = arm.points(joints)
     last = len(points) - 1
-    tips = last - 1 if _OWN_TIPS in arm.moving_points else last
+    tips = last - 1 if _FINGER_TIPS in arm.moving_points else last
     return Stance(points, (tips - 1, tips), columns(arm.hand_axes(joints)), opening_mm, reach_mm)
 
 
 def dome(arm: ArmGeometry) -> Dome:
-    """Return what an arm can fill: about the last of its points that never moves."""
+    """Return the space within an arm's reach, centred on the last of its fixed points."""
     points = arm.points(Joints((0.0,) * len(arm.limits), arm.joint_names))
     still = len(points) - len(arm.moving_points) - 1
     reach_mm = sum(math.dist(a, b) for a, b in pairwise(points[max(still, 0) :]))
@@ -76,7 +70,7 @@ def dome(arm: ArmGeometry) -> Dome:
 
 
 def figure(of: Stance) -> Layer:
-    """Return the arm itself."""
+    """Return the lines of the arm itself."""
     links = Stroke(Ink.ARM, _links(of))
     axes = _axes(of, of.reach_mm * _AXIS)
     fingers = tuple(Stroke(Ink.GRIPPER, line) for line in _fingers(of))
@@ -84,14 +78,14 @@ def figure(of: Stance) -> Layer:
 
 
 def ghost(of: Stance) -> Layer:
-    """Return where the arm is to go: dashed, with a letter at its tip."""
+    """Return the arm at its goal: dashed, with a letter at the tip."""
     lines = (_links(of), *_fingers(of))
     strokes = tuple(Stroke(Ink.GOAL, line) for line in lines)
     return Layer(strokes, (Letters(Ink.GOAL, of.tip, GOAL_LETTER),))
 
 
 def _links(of: Stance) -> tuple[Point, ...]:
-    """Return the line along the arm, as far as the palm where there are fingers."""
+    """Return the line along the arm, with the palm if there are fingers."""
     wrist, tips = of.hand
     if of.opening_mm is None:
         return of.points
@@ -99,14 +93,14 @@ def _links(of: Stance) -> tuple[Point, ...]:
 
 
 def _palm(of: Stance) -> Point:
-    """Return the point where the fingers part."""
+    """Return the point where the fingers begin."""
     wrist, tips = (of.points[index] for index in of.hand)
     back = max(math.dist(wrist, tips) * _FINGERS, of.reach_mm * _LEAST_FINGERS)
     return _moved(tips, of.axes[2], -back)
 
 
 def _fingers(of: Stance) -> tuple[tuple[Point, ...], ...]:
-    """Return two fingers as far apart as they are open, with the palm between them."""
+    """Return the outline of palm and fingers, with the fingers `opening_mm` apart."""
     if of.opening_mm is None:
         return ()
     side, half = of.axes[1], of.opening_mm / 2.0
@@ -132,22 +126,21 @@ def _moved(point: Point, along: Vector, by_mm: float) -> Point:
 
 # --- Any chain of links, those with slides included ----------------------------------------------
 #
-# A view asks an arm where its points are, how its hand is held, and how far its joints go. Slides
-# are counted back from where they are furthest out, in mm where other joints have rad: the zero
-# posture, by which a view fits its picture, is then the longest.
+# A view needs an arm's points, the axes of its hand, and the limits of its joints. Prismatic joints
+# are measured in mm back from full extension: a view scales its picture by the zero posture, which
+# then is the longest one.
 
 NO_GUARDS = Guards(
     table=False, inner_radius_mm=None, outer_radius_mm=None, hand_wrist_radius_mm=None
 )
-"""Nothing stands about a model."""
+"""No obstacles: a model stands alone."""
 
-FREE_MM = 500.0
-"""How far a slide without limits is taken to go."""
+FREE_MM = 500.0  # assumed limit of a prismatic joint without limits
 
 
 @dataclass(frozen=True, slots=True)
 class ChainFigure:
-    """A chain as views see arms."""
+    """A chain with the interface that views need."""
 
     chain: Chain
 
@@ -158,7 +151,7 @@ class ChainFigure:
 
     @property
     def limits(self) -> tuple[JointRange, ...]:
-        """How far each joint goes; one that turns without end by half a turn either way."""
+        """The limits of each joint; half a turn either way for a joint that turns endlessly."""
         return tuple(
             JointRange(low, high) if kind is JointKind.REVOLUTE else JointRange(low - high, 0.0)
             for kind, (low, high) in zip(self.chain.kinds, self._bounds, strict=True)
@@ -170,7 +163,7 @@ class ChainFigure:
         return (*self.chain.joint_names, "tip")
 
     def joints(self, values: Sequence[float]) -> Joints:
-        """Return a chain's own joint values (rad and mm) as a view counts them."""
+        """Convert a chain's joint values (rad and mm) to those of the view."""
         shifted = (value - out for value, out in zip(values, self._outmost, strict=True))
         return Joints(tuple(shifted), self.joint_names)
 
@@ -185,7 +178,7 @@ class ChainFigure:
         return rotation_of(self.chain.fk(self._values(joints)))
 
     def fk(self, joints: Joints) -> Pose:
-        """Return where the tip is, and how far the tool's z axis points up."""
+        """Return the position of the tip and the pitch of the tool's z axis."""
         frame = self.chain.fk(self._values(joints))
         along = frame[0][2], frame[1][2], frame[2][2]
         pitch = math.atan2(along[2], math.hypot(along[0], along[1]))
@@ -196,7 +189,7 @@ class ChainFigure:
 
     @property
     def _bounds(self) -> tuple[tuple[float, float], ...]:
-        """Return limits that end, in rad and mm."""
+        """The limits in rad and mm, all finite."""
         return tuple(
             (
                 low if math.isfinite(low) else -_free(kind),
@@ -215,7 +208,7 @@ class ChainFigure:
 
 @dataclass(frozen=True, slots=True)
 class DrawnChain:
-    """What a view asks of a model: its figure, and guards of which there are none."""
+    """A model as a view needs it: the figure, and no guards."""
 
     arm: ChainFigure
     guards: Guards = NO_GUARDS

@@ -1,6 +1,6 @@
-"""What a drawing in space is made of, and how each part of it looks: one row an ink.
+"""The parts of a drawing in space, and the look of each kind of line (its ink).
 
-Nothing is told apart by colour alone: each ink has a pattern in braille and a mark in ASCII.
+Colour is never the only difference: each ink has its own pattern in braille and mark in ASCII.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from kinematics.geometry import Point
 
 
 class Ink(IntEnum):
-    """What a line stands for. Where two meet in a cell, the greater gives it its style."""
+    """The meaning of a line. A cell with several inks takes the style of the greatest."""
 
     NONE = 0
     TABLE = 1
@@ -33,10 +33,10 @@ class Ink(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Pattern:
-    """How an ink is drawn: of each `period` dots of a line, the first `on`.
+    """The look of an ink: of each `period` dots of a line, the first `on` are drawn.
 
-    `mark` is its character in ASCII, where an empty one means the stroke that looks like the
-    line's slope. `word` is what it is called under the picture.
+    `mark` is its character in ASCII; if empty, the character depends on the slope. `word` is its
+    name in the legend.
     """
 
     on: int = 1
@@ -66,7 +66,7 @@ PATTERNS: Mapping[Ink, Pattern] = MappingProxyType(
 
 @dataclass(frozen=True, slots=True)
 class Stroke:
-    """A line through points in mm; its pattern runs on over the corners."""
+    """A line through points in mm; its pattern continues around the corners."""
 
     ink: Ink
     points: tuple[Point, ...]
@@ -74,7 +74,7 @@ class Stroke:
 
 @dataclass(frozen=True, slots=True)
 class Letters:
-    """A word at a point in mm."""
+    """Text at a point in mm."""
 
     ink: Ink
     at: Point
@@ -83,7 +83,7 @@ class Letters:
 
 @dataclass(frozen=True, slots=True)
 class Layer:
-    """Lines, words, and points that are marked as joints."""
+    """Lines, texts, and points that are marked as joints."""
 
     strokes: tuple[Stroke, ...] = ()
     letters: tuple[Letters, ...] = ()

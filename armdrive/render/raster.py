@@ -1,7 +1,7 @@
-"""Dots with inks on a grid of cells: the fast canvas of pictures that are drawn again and again.
+"""A fast canvas of dots with inks, for pictures that are redrawn many times a second.
 
-Cells are bytes in one row after another, so that a backdrop is copied at once and two pictures are
-compared at once. The loops count for the load of the desk: they are written out.
+Cells are stored as bytes, row by row, so that copying a backdrop or comparing two pictures is one
+operation. The drawing loops dominate the desk's processor load, and are therefore written inline.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ from armdrive.render.camera import Projection
 from armdrive.render.canvas import BRAILLE_BITS, clip, slope_stroke
 from armdrive.render.inks import PATTERNS, Ink, Layer, Pattern
 
-# --- A finished picture, and the spans in which it differs from another --------------------------
+# --- A finished picture, and how it differs from another -----------------------------------------
 
 _BRAILLE = " " + "".join(chr(0x2800 + bits) for bits in range(1, 256))
 _PLAIN = " " + "".join(chr(code) for code in range(1, 128))
-"""From what a cell holds to its character."""
+"""The character of each cell value."""
 
 _RUNS = re.compile(rb"\0*([^\0])(?:\1|\0)*|\0+")
-"""Cells of one ink with the empty ones about them: of those nobody sees which ink they have."""
+"""Cells of one ink, including the empty cells around them, whose ink is invisible."""
 
 _WORDS = re.compile(rb"[^\0]+")
 
 _CHANGES = re.compile(rb"[^\0]+(?:\0{1,16}[^\0]+)*")
-"""Changed cells. Past fewer unchanged ones, another span costs more than they do."""
+"""Changed cells, joined across short gaps, where a new span would cost more than the gap."""
 
 _INKS = tuple(Ink)
 
@@ -40,7 +40,7 @@ Span = tuple[int, int, int]
 
 @dataclass(frozen=True, slots=True)
 class Painted:
-    """Cells row by row: dots or a character in `cells`, letters over them, and an ink each."""
+    """A picture row by row: `cells` hold dots or a character, with an ink, and letters on top."""
 
     width: int
     height: int
@@ -60,7 +60,7 @@ class Painted:
         return text
 
     def above(self, other: Painted) -> Painted:
-        """Return a picture with another one of this width and kind under it."""
+        """Return this picture stacked on top of another of the same width and kind."""
         return Painted(
             self.width,
             self.height + other.height,
@@ -81,7 +81,7 @@ class Painted:
             yield text[run.start() - start : run.end() - start], _INKS[(run.group(1) or b"\0")[0]]
 
     def changes(self, before: Painted | None) -> Iterator[Span]:
-        """Yield the spans of this picture that show something else than another did.
+        """Yield the spans in which this picture differs from `before`.
 
         A picture of another size differs everywhere.
         """
@@ -109,7 +109,7 @@ class Painted:
 
 
 def _differing(one: bytes, other: bytes) -> int:
-    """Return a number whose bytes are not 0 where the two differ."""
+    """Return a number whose bytes are nonzero where the two differ."""
     if one == other:
         return 0
     return int.from_bytes(one, "big") ^ int.from_bytes(other, "big")
@@ -121,7 +121,7 @@ Ends = tuple[float, float, float, float]
 _BITS = tuple(bits for row in BRAILLE_BITS for bits in row)
 _FIRST_LETTER, _LAST_LETTER = 32, 126
 _HALF = 0x8000
-"""Half a dot in the fixed point of the braille loop, which has 16 binary places."""
+"""Half a dot in the braille loop's fixed-point numbers, which have 16 fractional bits."""
 
 
 class Raster(ABC):
@@ -131,7 +131,7 @@ class Raster(ABC):
     dots_across: ClassVar[int]
     dots_down: ClassVar[int]
     dot_aspect: ClassVar[float]
-    """How much taller than wide a dot is, in a cell of the usual one to two."""
+    """A dot's height divided by its width, for cells twice as tall as wide."""
 
     def __init__(self, width: int, height: int) -> None:
         self.width, self.height = max(width, 0), max(height, 0)
@@ -143,12 +143,12 @@ class Raster(ABC):
         self._letters = bytearray(size)
 
     def clear(self) -> None:
-        """Take everything out."""
+        """Erase everything."""
         for cells in (self._cells, self._inks, self._letters):
             cells[:] = bytes(len(cells))
 
     def taken_from(self, other: Raster) -> None:
-        """Show what another raster of this size shows, and nothing else."""
+        """Become a copy of another raster of this size."""
         self._cells[:] = other._cells
         self._inks[:] = other._inks
         self._letters[:] = other._letters
@@ -159,7 +159,7 @@ class Raster(ABC):
         return Painted(self.width, self.height, self.braille, cells, inks, letters)
 
     def draw(self, layer: Layer, seen: Projection) -> None:
-        """Draw a layer as it is seen: its lines, then its joints, then its letters."""
+        """Draw a layer through a projection: its lines, then its joints, then its letters."""
         dots = seen.dots
         for stroke in layer.strokes:
             self.line([dots(point) for point in stroke.points], stroke.ink)
@@ -171,7 +171,7 @@ class Raster(ABC):
             self.text(column, row, letters.text, letters.ink)
 
     def line(self, points: Sequence[Dots], ink: Ink) -> None:
-        """Draw a line through points in dots, in the pattern of its ink, clipped at the edges."""
+        """Draw a line through points in dots, in its ink's pattern, clipped at the edges."""
         pattern = PATTERNS[ink]
         right, bottom = self.right, self.bottom
         count = 0
@@ -186,9 +186,9 @@ class Raster(ABC):
 
     @abstractmethod
     def _piece(self, ends: Ends, ink: Ink, pattern: Pattern, count: int) -> int:
-        """Draw one straight piece between dots of the canvas; return how far the pattern has run.
+        """Draw a straight piece between dots of the canvas; return `count` after it.
 
-        `count` says where in its pattern the line is.
+        `count` is the position in the line's pattern.
         """
 
     @abstractmethod
@@ -198,7 +198,7 @@ class Raster(ABC):
     def text(self, column: int, row: int, text: str, ink: Ink) -> None:
         """Write over the drawing, clipped at the edges.
 
-        Names come from files: what is no printable ASCII is shown as a question mark.
+        Names come from files: a character that is not printable ASCII becomes a question mark.
         """
         if not 0 <= row < self.height:
             return
@@ -209,7 +209,7 @@ class Raster(ABC):
                 self._inks[row * self.width + place] = ink
 
     def sample(self, column: int, row: int, width: int, ink: Ink) -> None:
-        """Draw a level line in so many cells, to show what an ink looks like."""
+        """Draw a horizontal line `width` cells long, as a sample of an ink."""
         y = row * self.dots_down + self.dots_down // 2
         first, last = column * self.dots_across, (column + width) * self.dots_across - 1
         self.line([(first, y), (last, y)], ink)
@@ -224,12 +224,12 @@ class BrailleRaster(Raster):
     def _piece(self, ends: Ends, ink: Ink, pattern: Pattern, count: int) -> int:
         x0, y0, x1, y1 = ends
         ran = self._thin(ends, ink, pattern, count)
-        if pattern.thick:  # once more, a dot further right or down
+        if pattern.thick:  # draw again, one dot to the right or down
             steep = abs(y1 - y0) > abs(x1 - x0)
             by_x, by_y = int(steep), int(not steep)
-            beside = clip((x0 + by_x, y0 + by_y, x1 + by_x, y1 + by_y), self.right, self.bottom)
-            if beside is not None:
-                self._thin(beside, ink, pattern, count)
+            shifted = clip((x0 + by_x, y0 + by_y, x1 + by_x, y1 + by_y), self.right, self.bottom)
+            if shifted is not None:
+                self._thin(shifted, ink, pattern, count)
         return ran
 
     def _thin(self, ends: Ends, ink: Ink, pattern: Pattern, count: int) -> int:
@@ -252,7 +252,7 @@ class BrailleRaster(Raster):
         return count + steps
 
     def knob(self, dots: Dots) -> None:
-        """Mark a joint by nine dots in a square."""
+        """Mark a joint with a square of nine dots."""
         x, y = round(dots[0]), round(dots[1])
         for row in range(max(y - 1, 0), min(y + 1, self.bottom) + 1):
             for column in range(max(x - 1, 0), min(x + 1, self.right) + 1):
@@ -262,7 +262,7 @@ class BrailleRaster(Raster):
 
 
 class PlainRaster(Raster):
-    """One character a cell: marks tell the inks apart, since patterns would be too coarse."""
+    """One character per cell: inks differ by their marks, as patterns would be too coarse."""
 
     braille = False
     dots_across, dots_down, dot_aspect = 1, 1, 2.0
@@ -283,10 +283,10 @@ class PlainRaster(Raster):
         return count + steps
 
     def knob(self, dots: Dots) -> None:
-        """Mark a joint by its character."""
+        """Mark a joint with its character."""
         self.line([dots, dots], Ink.JOINT)
 
 
 def raster(width: int, height: int, *, braille: bool) -> Raster:
-    """Return an empty raster of so many cells."""
+    """Return an empty raster of `width` by `height` cells."""
     return (BrailleRaster if braille else PlainRaster)(width, height)

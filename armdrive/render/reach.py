@@ -1,7 +1,8 @@
-"""How far an arm reaches, as lines in space: worked out seldom, kept, and drawn in the arm's plane.
+"""The outline of an arm's reach as lines in the arm's plane; slow to compute, therefore cached.
 
-An arm of the Mini-mover's build has an exact outline at each pitch of the hand; of any other, many
-postures are tried, and the outline is the farthest that its tip came at each height, at any pitch.
+A five-axis arm of the Mini-mover type has an exact outline for each pitch of the hand. For any
+other arm, many random postures are sampled, and the outline is the greatest distance of the tip at
+each height, at any pitch.
 """
 
 from __future__ import annotations
@@ -19,39 +20,36 @@ from kinematics.five_axis.workspace import section
 from kinematics.geometry import ArmGeometry, Point
 from kinematics.spaces import Joints
 
-PITCH_DEG = 5
-"""The outline is worked out for the nearest multiple of this pitch."""
-
+PITCH_DEG = 5  # the outline is computed for the nearest multiple of this pitch
 AZIMUTH_DEG = 15
-"""What is reached behind the base axis depends on where the base can turn to: as coarsely."""
+"""The same for the azimuth, because the base's limits restrict the reach behind its axis."""
 
-_STEP_MM = 20.0
-"""On the smallest arc of an arm, chords of this length stay within 1 mm of it."""
+_STEP_MM = 20.0  # length of chords; on the smallest arc of an arm they are within 1 mm of it
 
 _POSTURES = 3000
 _LEVELS = 24
 
 Key = tuple[int, int]
-"""Pitch and azimuth in degrees; the only key of an arm that has one outline is (0, 0)."""
+"""Pitch and azimuth in degrees; always (0, 0) for an arm with a single outline."""
 
 
 @dataclass(frozen=True, slots=True)
 class Outline:
-    """Curves of (distance from the base axis, height) in mm, and what they hold for, in words."""
+    """Curves of (distance from the base axis, height) in mm, and a description for the legend."""
 
     curves: tuple[tuple[tuple[float, float], ...], ...]
     words: str
 
 
 def key_of(arm: ArmGeometry, pitch_rad: float, azimuth_rad: float) -> Key:
-    """Return which outline belongs to a posture; the same for many postures alike."""
+    """Return the key of a posture's outline; similar postures share one."""
     if not isinstance(arm, FiveAxisArm):
         return 0, 0
     return _nearest(pitch_rad, PITCH_DEG), _nearest(azimuth_rad, AZIMUTH_DEG)
 
 
 def outline(arm: ArmGeometry, key: Key) -> Outline:
-    """Work an outline out. Takes some hundredths of a second: not for where somebody waits."""
+    """Compute an outline. Takes some hundredths of a second: do not call on the screen's thread."""
     pitch_deg, azimuth_deg = key
     if isinstance(arm, FiveAxisArm):
         cut = section(arm, math.radians(pitch_deg), math.radians(azimuth_deg), _STEP_MM)
@@ -60,7 +58,7 @@ def outline(arm: ArmGeometry, key: Key) -> Outline:
 
 
 def in_plane(of: Outline, centre: Point, azimuth_rad: float) -> Layer:
-    """Return an outline in the upright plane through the base axis at an azimuth."""
+    """Return an outline in the vertical plane through the base axis at an azimuth."""
     cosine, sine = math.cos(azimuth_rad), math.sin(azimuth_rad)
     x, y, _ = centre
     strokes = tuple(
@@ -75,9 +73,9 @@ def _nearest(angle_rad: float, step_deg: int) -> int:
 
 
 def _farthest(arm: ArmGeometry) -> tuple[tuple[float, float], ...]:
-    """Return the farthest that the tip came in each of some levels, from the lowest up.
+    """Return the farthest sampled point of the tip at each level, from the lowest up.
 
-    The distance is counted from the axis of the base; the postures are the same at every call.
+    Distances are measured from the base axis. Every call samples the same postures.
     """
     draw = random.Random(1)  # noqa: S311 - any postures will do
     tips = [_tip(arm, [draw.uniform(*bounds) for bounds in _bounds(arm)]) for _ in range(_POSTURES)]
@@ -114,7 +112,7 @@ _CELLS = 120
 
 
 def section_sketch(arm: FiveAxisArm, pitch_deg: float, azimuth_deg: float) -> Sketch:
-    """Return the boundary and a lattice of the reach at a pitch, in the plane of an azimuth."""
+    """Return the boundary of the reach and a lattice of points in it, at a pitch and an azimuth."""
     cut = section(arm, math.radians(pitch_deg), math.radians(azimuth_deg))
     low, high, _, _ = cut.box_mm
     spacing = max((high - low) / _LATTICE, _FINEST_MM)
@@ -122,7 +120,7 @@ def section_sketch(arm: FiveAxisArm, pitch_deg: float, azimuth_deg: float) -> Sk
 
 
 def reach_sketches(chain: Chain) -> tuple[Sketch, Sketch]:
-    """Return places that a chain's tool was brought to, from the side and from above."""
+    """Return a map of the positions that a chain's tool reaches, from the side and from above."""
     from kinematics.chains.many import reach_maps  # loads numpy, which the desk does without
 
     maps = reach_maps(chain, ((0, 2), (0, 1)), _MAPPED, _CELLS)

@@ -1,6 +1,6 @@
-"""The picture of one arm in space, from moment to moment: its layers, and what changed.
+"""The picture of one arm in space over time: its layers, and which of them changed.
 
-It keeps the way that the tip has gone, and the outlines of the reach that were worked out.
+Keeps the trail of the tip, and the computed outlines of the reach.
 """
 
 from __future__ import annotations
@@ -21,22 +21,19 @@ from kinematics.geometry import Point
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints
 
-# --- Layers: what stands still is drawn only once ------------------------------------------------
+# --- Layers: those that do not change are drawn only once ----------------------------------------
 
-_SAMPLE = 4
-"""Cells of a line, a whole period of its pattern, that show what it looks like, beside its word."""
-
+_SAMPLE = 4  # cells of a line's sample in the legend: a full period of every pattern
 _GAP = 2
-_LEAST_HEIGHT = 8
-"""In a lower picture the words under it would hide more than they tell."""
+_LEAST_HEIGHT = 8  # in rows; a smaller picture has no room for a legend
 
 
 @dataclass(frozen=True, slots=True)
 class SceneSpace:
-    """What there is to see, in sheets of layers: the first stands still, the last moves most.
+    """A picture as sheets of layers, from the one that never changes to the one that changes most.
 
-    A sheet is drawn anew only where one of its layers, or a sheet before it, has changed. `reach`
-    says in words what the lines of the reach hold for; `notice` is written across the middle.
+    A sheet is redrawn only if one of its layers or a sheet below it has changed. `reach` describes
+    the outline of the reach in the legend; `notice` is written across the middle.
     """
 
     sheets: tuple[tuple[Layer, ...], ...]
@@ -51,9 +48,9 @@ class SceneSpace:
 
 
 class _Sheet:
-    """A raster with layers over another sheet, drawn anew only where one of them is another one.
+    """A raster with layers on top of another sheet, redrawn only if one of them was replaced.
 
-    Layers are compared by identity: equal ones would take longer to compare than to draw.
+    Layers are compared by identity, because comparing their contents takes longer than drawing.
     """
 
     def __init__(self, width: int, height: int, *, braille: bool) -> None:
@@ -63,7 +60,7 @@ class _Sheet:
         self._over = 0
 
     def show(self, layers: tuple[Layer, ...], seen: Projection, under: _Sheet | None) -> None:
-        """Show these layers over that sheet. Further ones are added to those that are there."""
+        """Show layers on top of a sheet. Layers added at the end are drawn over the others."""
         edition = under.edition if under is not None else 0
         kept = len(self._layers)
         same = edition == self._over and all(
@@ -92,7 +89,7 @@ class _Easel:
         self._seen = projection(camera, dome, work.right + 1, work.bottom + 1, work.dot_aspect)
 
     def show(self, space: SceneSpace) -> None:
-        """Draw sheets of layers, one over the other, of which all but the last are kept."""
+        """Draw the sheets on top of each other; all but the last are kept for the next time."""
         work = self.work
         under: _Sheet | None = None
         for index, layers in enumerate(space.sheets[:-1]):
@@ -113,7 +110,7 @@ class _Easel:
 
 
 class Studio:
-    """Draws one arm again and again, in braille or plain ASCII."""
+    """Draws one arm repeatedly, in braille or plain ASCII."""
 
     def __init__(self, dome: Dome, *, braille: bool) -> None:
         self.dome = dome
@@ -123,7 +120,7 @@ class Studio:
         self._legend = lru_cache(maxsize=8)(partial(_legend, braille=braille))
 
     def draw(self, space: SceneSpace, camera: Camera, width: int, height: int) -> Painted:
-        """Return the picture on so many cells, with the legend in the last row."""
+        """Return a picture of `width` by `height` cells, with the legend in the last row."""
         worded = height >= _LEAST_HEIGHT
         key = (camera, width, height)
         if self._easel is None or key != self._key:
@@ -135,7 +132,7 @@ class Studio:
 
 
 def _legend(inks: frozenset[Ink], reach: str, width: int, *, braille: bool) -> Painted:
-    """Return a row that tells what the kinds of lines are, each whole or not at all."""
+    """Return the legend in one row, with as many complete entries as fit."""
     drawn = raster(width, 1, braille=braille)
     column = 0
     for ink, pattern in PATTERNS.items():
@@ -150,21 +147,18 @@ def _legend(inks: frozenset[Ink], reach: str, width: int, *, braille: bool) -> P
     return drawn.painted()
 
 
-MOST_OUTLINES = 128
-"""Outlines of the reach that are kept: about a hundred kilobytes each at most."""
-
-PLANE_DEG = 3
-"""The outline is laid in the nearest plane that is a multiple of this: a dot or two off."""
+MOST_OUTLINES = 128  # cached outlines of the reach, of at most about a hundred kilobytes each
+PLANE_DEG = 3  # the plane of the outline is rounded to this azimuth, which is a dot or two off
 
 _NO_LAYER = Layer()
 
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """What is known of the arm at one moment, and what is wanted of it.
+    """The arm's posture and goal at one moment.
 
-    `joints` are None while nobody knows the posture. `goal` is drawn as a ghost, `planned` as the
-    way there: points of the tip in mm. `goal_opening_mm` is how far its fingers are open.
+    `joints` are None while the posture is unknown. `goal` is drawn as a ghost, with its fingers
+    `goal_opening_mm` apart, and `planned` as the path there: points of the tip in mm.
     """
 
     joints: Joints | None = None
@@ -194,25 +188,25 @@ class ArmDrawing:
 
     @property
     def missing(self) -> Key | None:
-        """The outline that should be worked out now; None where it is there, or not wanted."""
+        """The key of the outline to compute now; None if it is known, or none is needed."""
         return None if self._wanted in self._outlines else self._wanted
 
     def stance(self, joints: Joints, opening_mm: float | None) -> Stance:
-        """Return where everything of the arm is in a posture."""
+        """Return the geometry of the arm in one posture."""
         return stance(self.arm, joints, opening_mm, self.dome.reach_mm)
 
     def work_out(self, key: Key) -> Outline:
-        """Work an outline out, which takes some hundredths of a second; changes nothing here."""
+        """Compute an outline, in some hundredths of a second, without changing this object."""
         return outline(self.arm, key)
 
     def keep(self, key: Key, found: Outline) -> None:
-        """Draw this outline where it is wanted, from now on."""
+        """Add an outline to the cache."""
         self._outlines[key] = found
         while len(self._outlines) > MOST_OUTLINES:
             self._outlines.popitem(last=False)
 
     def space(self, moment: Moment, notice: str = "") -> SceneSpace:
-        """Return what there is to see; `notice` is said while nobody knows the posture."""
+        """Return the picture of a moment; `notice` is shown while the posture is unknown."""
         self._want(moment)
         if moment.joints is None:
             self.trail.add(None)
@@ -228,7 +222,7 @@ class ArmDrawing:
         return SceneSpace(sheets, words)
 
     def _want(self, moment: Moment) -> None:
-        """Draw the way that is planned and the ghost at its end, where they are other ones."""
+        """Update the planned path and the ghost at its end, if they changed."""
         wanted = (moment.goal, moment.goal_opening_mm, moment.planned)
         if wanted == self._wanted_ahead:
             return
@@ -240,7 +234,7 @@ class ArmDrawing:
         self._ahead = tuple(layers)
 
     def _turn_reach(self, joints: Joints) -> None:
-        """Lay this posture's outline in the arm's plane; the last one as long as it is missing."""
+        """Place the posture's outline in the arm's plane; until it is known, keep the last one."""
         azimuth_rad = self._azimuth_rad(joints)
         self._wanted = key_of(self.arm, self.arm.fk(joints).pitch_rad, azimuth_rad)
         found = self._outlines.get(self._wanted)
@@ -253,7 +247,7 @@ class ArmDrawing:
             self._reach = in_plane(self._outline, self.dome.centre, math.radians(turned[1]))
 
     def _azimuth_rad(self, joints: Joints) -> float:
-        """Return which way the arm's plane lies: by its base, or by where its tip is."""
+        """Return the azimuth of the arm's plane: of the base joint, or of the tip."""
         if isinstance(self.arm, FiveAxisArm):
             return joints[0]
         assert self.tip is not None  # noqa: S101 - `space` has set it

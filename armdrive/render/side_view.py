@@ -1,8 +1,8 @@
-"""The arm drawn from the side and from above, both at one scale for either axis.
+"""Drawings of an arm from the side and from above, with the same scale on both axes.
 
-Seen from the side, r runs to the right and z up, in the vertical plane that the arm stands in.
-Seen from above, the watcher stands behind the base: x runs up the screen and y to the left, so
-that turning the base to the left turns the drawing to the left.
+From the side, r points right and z up, in the arm's vertical plane. From above, the viewer is
+behind the base: x points up the screen and y left, so that turning the base to the left turns the
+drawing to the left.
 """
 
 from __future__ import annotations
@@ -39,12 +39,12 @@ class DrawnBox:
 
 @dataclass(frozen=True, slots=True)
 class ArmScene:
-    """What there is to draw, in mm in the frame of the table.
+    """The contents of a drawing, in mm in the table's frame.
 
-    `points` go from the foot of the base over shoulder, elbow and wrist to the finger tips.
-    `base_rad` is the direction of the side view. `reach_mm` is the farthest that the tips come
-    from the shoulder axis; it fixes the scale, so that a picture does not jump from one posture
-    to the next. `range_lines` are drawn dotted: bounds of the base's turn, a guard, a path.
+    `points` run from the foot of the base through shoulder, elbow and wrist to the finger tips.
+    `base_rad` is the direction of the side view. `reach_mm` is the greatest distance of the tips
+    from the shoulder axis; it fixes the scale, which is therefore the same in every posture.
+    `range_lines` are drawn dotted: limits of the base joint, a guard, a path.
     """
 
     points: tuple[Point, ...]
@@ -58,7 +58,7 @@ class ArmScene:
 
 @dataclass(frozen=True, slots=True)
 class _Frame:
-    """From mm, with v up, to dots on a canvas, with y down."""
+    """Maps mm, with v up, to dots on a canvas, with y down."""
 
     canvas: Canvas
     left_mm: float
@@ -127,7 +127,7 @@ def top_view(scene: ArmScene, width: int, height: int, braille: bool) -> list[st
 
 
 def _fit(canvas: Canvas, left: float, right: float, bottom: float, top: float) -> _Frame:
-    """Show the whole range at one scale for both axes, in the middle of the canvas."""
+    """Fit the whole range in the middle of the canvas, with the same scale on both axes."""
     wide = canvas.width_dots
     high = canvas.height_dots * canvas.dot_aspect
     scale = max(min((wide - 1) / (right - left), (high - canvas.dot_aspect) / (top - bottom)), 0.0)
@@ -138,7 +138,7 @@ def _fit(canvas: Canvas, left: float, right: float, bottom: float, top: float) -
 
 
 def _arc(frame: _Frame, centre: Flat, radius_mm: float, turn_rad: float) -> None:
-    """Draw an arc from the right, counter-clockwise, as dots some way apart."""
+    """Draw a dotted arc counter-clockwise, starting at the right."""
     count = max(1, round(radius_mm * turn_rad * frame.dots_per_mm / _SPARSE))
     for step in range(count + 1):
         angle = turn_rad * step / count
@@ -149,7 +149,7 @@ def _arc(frame: _Frame, centre: Flat, radius_mm: float, turn_rad: float) -> None
 
 def _box(frame: _Frame, underside: Flat, width: float, height: float, name: str) -> None:
     u, v = underside
-    for share in (0.0, 0.5, 1.0):  # a filled look at any size, from few lines
+    for share in (0.0, 0.5, 1.0):  # looks filled at any size, with few lines
         level = v + height * share
         frame.line((u - width / 2, level), (u + width / 2, level), stroke="#")
     for side in (-width / 2, width / 2):
@@ -182,12 +182,12 @@ def _thick(frame: _Frame, start: Flat, end: Flat) -> None:
 
 
 def _hand(frame: _Frame, wrist: Flat, tip: Flat, opening_mm: float) -> None:
-    """Draw the palm, and two fingers as far apart as the gripper is open."""
+    """Draw the palm and two fingers `opening_mm` apart."""
     du, dv = tip[0] - wrist[0], tip[1] - wrist[1]
     length = math.hypot(du, dv)
     palm = (wrist[0] + _PALM * du, wrist[1] + _PALM * dv)
     frame.line(wrist, palm)
-    if length < 1e-9:  # the hand points at the watcher: only the opening is to be seen
+    if length < 1e-9:  # the hand points at the viewer: only the opening is visible
         across = (opening_mm / 2, 0.0)
     else:
         across = (-dv / length * opening_mm / 2, du / length * opening_mm / 2)

@@ -1,4 +1,4 @@
-"""Curves and points in mm drawn to scale, in characters or as a PNG or SVG file."""
+"""Draw curves and points in mm to scale, in characters or as a PNG or SVG file."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ _POINT = "."
 
 @dataclass(frozen=True, slots=True)
 class Sketch:
-    """What there is to draw: closed or open curves, points, and lines to find one's way by.
+    """A drawing of closed or open curves and of points.
 
-    `across` and `up` name the two axes. The axes themselves are drawn dotted where they are in
-    the picture: the base axis, the table.
+    `across` and `up` name the two axes. The axes themselves, usually the table and the base axis,
+    are drawn dotted.
     """
 
     curves: tuple[tuple[Point, ...], ...]
@@ -33,17 +33,17 @@ class Sketch:
 
     @property
     def box_mm(self) -> tuple[Span, Span]:
-        """Least and greatest coordinates, the origin included."""
+        """The least and greatest coordinates, including the origin."""
         return _box([(0.0, 0.0), *chain.from_iterable(self.curves), *self.points])
 
     @property
     def reach_box_mm(self) -> tuple[Span, Span]:
-        """Least and greatest coordinates of what is drawn; zeros where nothing is."""
+        """The least and greatest coordinates of curves and points; zeros if there are none."""
         return _box([*chain.from_iterable(self.curves), *self.points] or [(0.0, 0.0)])
 
     @property
     def caption(self) -> str:
-        """The measures in words."""
+        """The dimensions in words."""
         (left, right), (low, high) = self.reach_box_mm
         return (
             f"{self.across} across, {left:.0f} to {right:.0f} mm; "
@@ -52,7 +52,7 @@ class Sketch:
 
 
 def sketch_rows(sketch: Sketch, width: int, height: int, *, braille: bool) -> list[str]:
-    """Return the sketch in so many cells, at one scale for both axes, in the middle."""
+    """Return the sketch as rows of characters, centred, with the same scale on both axes."""
     canvas = Canvas(width, height, braille=braille)
     (left, right), (low, high) = sketch.box_mm
     across = max(right - left, _SMALLEST_MM)
@@ -81,7 +81,7 @@ def _box(points: Iterable[Point]) -> tuple[Span, Span]:
     return across, up
 
 
-# --- Files, drawn by matplotlib: the optional extra `plot` ---------------------------------------
+# --- Files drawn by matplotlib, the optional extra `plot` ----------------------------------------
 
 FORMATS = (".png", ".svg")
 
@@ -89,16 +89,16 @@ _WIDTH_IN, _HEIGHT_IN, _DOTS_PER_IN = 7.0, 6.0, 120
 
 
 def check_output(path: Path) -> None:
-    """Raise `BadRequest` for a file that is neither PNG nor SVG by its name."""
+    """Raise `BadRequest` for a file name that ends in neither .png nor .svg."""
     if path.suffix.lower() not in FORMATS:
         raise BadRequest(f"{path} should end in {' or '.join(FORMATS)}")
 
 
 def save_sketches(sketches: Sequence[Sketch], title: str, path: Path) -> None:
-    """Draw the sketches side by side into a file.
+    """Draw sketches next to each other in a file.
 
-    Raises `BadRequest` where matplotlib is missing or the ending is unknown, OSError where the
-    file cannot be written.
+    Raises `BadRequest` if matplotlib is missing or the ending is unknown, and `OSError` if the file
+    cannot be written.
     """
     check_output(path)
     try:

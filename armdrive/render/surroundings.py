@@ -1,4 +1,4 @@
-"""What surrounds an arm, as lines in space: table, base, guards, and the tip's trail."""
+"""The surroundings of an arm as lines in space: table, base, guards, and the tip's trail."""
 
 from __future__ import annotations
 
@@ -13,23 +13,20 @@ from kinematics.geometry import ArmGeometry, Point
 from kinematics.guards.guards import Guards
 from kinematics.guards.shapes import Box
 
-GRID_MM = 100.0
-"""The table is drawn in squares of this size."""
-
-_FOOT = 0.13
-"""Radius of a base of unknown size, as a share of the reach."""
+GRID_MM = 100.0  # size of the squares on the table
+_FOOT = 0.13  # radius of a base of unknown size, as a share of the reach
 
 _CORNERS = 36
 _NAME_LENGTH = 10
 
 
 def surroundings(arm: ArmGeometry, guards: Guards, dome: Dome) -> Layer:
-    """Return what does not move: the table with its axes, base column, boxes and radii."""
+    """Return everything that does not move: table with axes, base column, boxes and radii."""
     return _table(dome) + _turn(arm, dome) + _base(guards, dome) + _radii(guards) + _boxes(guards)
 
 
 def _table(dome: Dome) -> Layer:
-    """Return the squares of the table, as far as the arm reaches, and which way x and y run."""
+    """Return the squares of the table within the arm's reach, and the letters of its axes."""
     count = math.floor(dome.reach_mm / GRID_MM)
     lines = []
     for index in range(-count, count + 1):
@@ -46,7 +43,7 @@ def _table(dome: Dome) -> Layer:
 
 
 def _turn(arm: ArmGeometry, dome: Dome) -> Layer:
-    """Return how far the base turns either way, where it is less than a full turn."""
+    """Return the limits of the base joint as lines, if it cannot make a full turn."""
     base = arm.limits[0]
     if base.high_rad - base.low_rad >= math.tau:
         return Layer()
@@ -65,7 +62,7 @@ def _turn(arm: ArmGeometry, dome: Dome) -> Layer:
 
 
 def _base(guards: Guards, dome: Dome) -> Layer:
-    """Return the base column that the guards know, or a foot on the table."""
+    """Return the base column from the guards, or else a circle on the table."""
     x, y, _ = dome.centre
     if guards.base_radius_mm is None:
         return Layer((Stroke(Ink.BASE, _ring(x, y, dome.reach_mm * _FOOT, 0.0)),))
@@ -79,7 +76,7 @@ def _base(guards: Guards, dome: Dome) -> Layer:
 
 
 def _radii(guards: Guards) -> Layer:
-    """Return the circles on the table between which the tip stays."""
+    """Return the circles on the table that limit the radius of the tip."""
     radii = (guards.inner_radius_mm, guards.outer_radius_mm)
     return Layer(
         tuple(Stroke(Ink.GUARD, _ring(0.0, 0.0, one, 0.0)) for one in radii if one is not None)
@@ -87,7 +84,7 @@ def _radii(guards: Guards) -> Layer:
 
 
 def _boxes(guards: Guards) -> Layer:
-    """Return the edges of the keep-out boxes, each with the beginning of its name on top."""
+    """Return the edges of the keep-out boxes, each with its shortened name on top."""
     strokes = tuple(Stroke(Ink.GUARD, edge) for box in guards.boxes for edge in _edges(box))
     letters = tuple(
         Letters(Ink.GUARD, _above(box), box.name[:_NAME_LENGTH]) for box in guards.boxes
@@ -112,31 +109,28 @@ def _above(box: Box) -> Point:
 
 
 def _ring(x: float, y: float, radius: float, z: float) -> tuple[Point, ...]:
-    """Return a closed circle about an upright axis."""
+    """Return a closed circle around a vertical axis."""
     angles = (math.tau * corner / _CORNERS for corner in range(_CORNERS + 1))
     return tuple((x + radius * math.cos(a), y + radius * math.sin(a), z) for a in angles)
 
 
-# --- The trail: the tip's latest points, a bounded number, in pieces -----------------------------
+# --- The trail: a limited number of the tip's latest points, in pieces ---------------------------
 
-PIECE = 16
-"""Points in one layer. Full layers stay as they are, so that they need not be drawn again."""
-
+PIECE = 16  # points in a layer; a full layer never changes, so it need not be drawn again
 MOST_PIECES, FORGOTTEN_AT_ONCE = 24, 6
-"""How many are kept. The oldest go together, since all that stay are then drawn anew."""
+"""The number of full layers. Removing one redraws the others, so several go at a time."""
 
 LEAP = 0.35
-"""A tip that is this share of the reach away from one look to the next was not driven there.
+"""If the tip moves by this share of the reach between two updates, the position was changed.
 
-At its fastest an arm sweeps its whole reach in about a second; looks are a twentieth apart.
+The fastest arm sweeps its whole reach in about a second, and updates are 0.05 s apart.
 """
 
-_SPACING = 0.008
-"""Points nearer to one another than this share of the reach would fall on the same dots."""
+_SPACING = 0.008  # share of the reach; closer points would fall on the same dots
 
 
 class Trail:
-    """Where the tip has been, oldest first; it begins anew where the position was lost."""
+    """The recent path of the tip, oldest point first; it is interrupted if the position is lost."""
 
     def __init__(self, reach_mm: float) -> None:
         self._leap_mm = LEAP * reach_mm
@@ -145,7 +139,7 @@ class Trail:
         self._points: list[Point] = []
 
     def add(self, tip: Point | None) -> None:
-        """Note where the tip is now; None while nobody knows."""
+        """Add the position of the tip now, or None while it is unknown."""
         gone_mm = math.dist(self._points[-1], tip) if tip is not None and self._points else 0.0
         if tip is None or gone_mm > self._leap_mm:
             self._close()
@@ -155,28 +149,28 @@ class Trail:
         self._points.append(tip)
         if len(self._points) == PIECE:
             self._close()
-            self._points = [tip]  # the next piece goes on from here
+            self._points = [tip]  # the next piece continues from here
 
     def clear(self) -> None:
-        """Forget the way; it goes on from where the tip is."""
+        """Forget the trail, except for the current position."""
         self._full.clear()
         self._points = self._points[-1:]
 
     @property
     def full(self) -> tuple[Layer, ...]:
-        """The older pieces: the very same layers each time, until they are forgotten."""
+        """The full pieces: the identical layer objects each time, until they are forgotten."""
         return tuple(self._full)
 
     @property
     def latest(self) -> Layer:
-        """The piece that grows."""
+        """The piece that still grows."""
         if len(self._points) < 2:
             return Layer()
         return Layer((Stroke(Ink.DRIVEN, tuple(self._points)),))
 
     @property
     def points(self) -> tuple[Point, ...]:
-        """All points that are remembered, oldest first; where pieces meet, twice."""
+        """All remembered points, oldest first; points shared by two pieces appear twice."""
         strokes = (*(stroke for layer in self._full for stroke in layer.strokes),)
         return (*(point for stroke in strokes for point in stroke.points), *self._points)
 

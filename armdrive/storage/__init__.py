@@ -1,1 +1,1 @@
-"""storage."""
+"""Files that armdrive keeps: saved positions, points, locks, and verification logs."""

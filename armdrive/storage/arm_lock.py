@@ -1,12 +1,12 @@
-"""Serves the control socket: any number of callers, few threads, and a stop that never waits.
+"""The lock on an arm and its control socket, which serves many callers and never delays a stop.
 
-One thread accepts, one reads all requests that are still incomplete. A caller that stays silent
-costs a place among them and no thread, and loses the place when its time is over or when newer
-callers need it. A stop is carried out by the reading thread itself; other requests are answered in
-threads of their own, since a status waits for the engine, and a recording for the disk.
+One thread accepts connections; another reads all requests that are still incomplete. A silent
+caller takes one of a fixed number of places, but no thread, and loses its place after a timeout or
+when newer callers need it. The reading thread carries out a stop itself. Every other request is
+answered in its own thread, because a status waits for the engine and a recording for the disk.
 
-A request is one JSON object in UTF-8, and so is each answer. What they say is the business of the
-`Answerer` that is passed in.
+A request is one JSON object in UTF-8, and so is each answer. The `Answerer` passed to the server
+gives them their meaning.
 """
 
 from __future__ import annotations
@@ -47,40 +47,30 @@ if TYPE_CHECKING:
 
 Json = dict[str, Any]
 
-MOST_REQUEST_BYTES = 4096
-"""Every request fits into a tenth of that."""
+MOST_REQUEST_BYTES = 4096  # ten times the longest request
+MOST_INCOMPLETE = 32  # callers with an unfinished request; a real caller sends it on connecting
+MOST_ANSWERED = 8  # requests answered at a time, each in a thread; watchers have their own limit
+MOST_WATCHERS = 16  # programs that watch, follow or tap an arm at a time, each in a thread
+RETRY_S = 0.1  # pause after a failed accept, for instance when the system has no file handle left
 
-MOST_INCOMPLETE = 32
-"""Callers that have not finished their request; a real one sends it with the call."""
-
-MOST_ANSWERED = 8
-"""Requests that are answered at a time, each in a thread. Watchers are counted apart."""
-
-MOST_WATCHERS = 16
-"""Programs that watch, follow or overhear an arm at a time, each in a thread."""
-
-RETRY_S = 0.1
-"""Between two attempts to accept a caller when the system has no room for one more."""
-
-_LENGTH = struct.Struct("!i")
-"""What goes before each message on a local socket: its length in bytes."""
+_LENGTH = struct.Struct("!i")  # the length in bytes, which precedes each message on a local socket
 
 
 class Answering(Enum):
-    """How long a request takes, and so where it is answered."""
+    """Where a request is answered, which depends on how long the answer takes."""
 
     AT_ONCE = "in the thread that reads all callers"
-    IN_TURN = "by one object, in a thread"
-    WATCHING = "by one object after another until either side ends, in a thread"
+    IN_TURN = "with one object, in a thread"
+    WATCHING = "with a stream of objects until either side ends, in a thread"
 
 
 Answerer = Callable[[Json], tuple[Answering, Iterator[Json]]]
-"""Tells how a request is answered, and answers it, from as many threads as there are callers."""
+"""Returns how to answer a request, and the answers. Called from several threads at once."""
 
 
 @dataclass(slots=True, eq=False)
 class _Caller:
-    """A caller whose request is incomplete; `until_s` is when its time is over."""
+    """A caller with an incomplete request; it times out at `until_s`."""
 
     connection: Connection[Any, Any]
     until_s: float
@@ -88,10 +78,10 @@ class _Caller:
 
 
 class ControlServer:
-    """Answers the callers of one listener until it is closed."""
+    """Answers the callers of one listener until `close`."""
 
     def __init__(self, listener: Listener, answerer: Answerer) -> None:
-        """Take a listener, which its owner closes after `close`."""
+        """Serve a listener. The owner of the listener closes it after `close`."""
         self._listener = listener
         self._answerer = answerer
         self._ended = threading.Event()
@@ -103,16 +93,16 @@ class ControlServer:
 
     @property
     def address(self) -> str:
-        """Where callers reach this server."""
+        """The address at which callers reach this server."""
         return str(self._listener.address)
 
     def start(self) -> None:
-        """Begin to answer."""
+        """Start answering callers."""
         for name, work in (("armdrive-socket", self._accept), ("armdrive-requests", self._read)):
             threading.Thread(target=work, name=name, daemon=True).start()
 
     def close(self) -> None:
-        """Accept and read nothing more. The caller has to wake `accept` by a call of its own."""
+        """Stop accepting and reading. Connect once afterwards to wake the blocked `accept`."""
         self._ended.set()
         with contextlib.suppress(OSError):
             self._wake.send_bytes(b"")
@@ -129,7 +119,7 @@ class ControlServer:
             if self._ended.is_set() or not _may_call(connection):
                 connection.close()
                 continue
-            self._accepted.put(connection)  # waits while the reading thread has enough to do
+            self._accepted.put(connection)  # blocks while the reading thread is behind
             with contextlib.suppress(OSError):
                 self._wake.send_bytes(b"")
 
@@ -151,15 +141,15 @@ class ControlServer:
                 self._accepted.get_nowait().close()
 
     def _patience_s(self) -> float | None:
-        """Return how long to wait until somebody's time is over; None where nobody is there."""
+        """Return the time until the next caller times out; None without callers."""
         if not self._callers:
             return None
         first_s = min(caller.until_s for caller in self._callers.values())
         return max(first_s - monotonic(), 0.0)
 
     def _admit(self) -> None:
-        """Take in who was accepted, and let those go that have been silent for longest."""
-        for _ in range(MOST_INCOMPLETE):  # then the others are read again, however many come
+        """Admit newly accepted callers, and drop those that have been silent the longest."""
+        for _ in range(MOST_INCOMPLETE):  # a limit, so that a flood cannot starve the others
             try:
                 connection = self._accepted.get_nowait()
             except Empty:
@@ -169,19 +159,19 @@ class ControlServer:
                 self._make_room(next(iter(self._callers.values())))
 
     def _make_room(self, oldest: _Caller) -> None:
-        """Let a caller go, unless its request has just come."""
+        """Drop a caller, unless the rest of its request has just arrived."""
         if _has_spoken(oldest):
             self._hear(oldest)
         if oldest.connection in self._callers:
-            self._refuse(oldest, f"{MOST_INCOMPLETE} newer callers came: call again", again=True)
+            self._refuse(oldest, f"{MOST_INCOMPLETE} newer callers arrived: call again", again=True)
 
     def _drop_silent(self) -> None:
         now_s = monotonic()
         for caller in [each for each in self._callers.values() if each.until_s <= now_s]:
-            self._refuse(caller, f"no whole request came within {PATIENCE_S:g} s")
+            self._refuse(caller, f"no complete request arrived within {PATIENCE_S:g} s")
 
     def _hear(self, caller: _Caller) -> None:
-        """Take what has come, and answer a request that is whole."""
+        """Read what has arrived, and answer the request once it is complete."""
         try:
             request = _received(caller)
         except ValueError as error:
@@ -204,7 +194,7 @@ class ControlServer:
     # -- answering ------------------------------------------------------------------------------
 
     def _answer(self, connection: Connection[Any, Any], request: bytes) -> None:
-        """Answer a whole request: a stop here and now, anything else in a thread."""
+        """Answer a complete request: a stop on this thread, anything else on a new one."""
         try:
             message = _parsed(request)
         except ValueError as error:
@@ -230,9 +220,9 @@ class ControlServer:
 
         try:
             threading.Thread(target=reply, name="armdrive-answer", daemon=True).start()
-        except RuntimeError:  # the system has no thread to give
+        except RuntimeError:  # the system is out of threads
             slots.release()
-            _hang_up(connection, "the program that holds the arm cannot begin one more thread")
+            _hang_up(connection, "the program that holds the arm cannot start another thread")
 
     def _reply(self, connection: Connection[Any, Any], answers: Iterator[Json]) -> None:
         with connection, contextlib.suppress(OSError, EOFError):
@@ -241,7 +231,7 @@ class ControlServer:
 
 
 def _parsed(data: bytes) -> Json:
-    """Return what a request says. Raises `ValueError` with a sentence for what is no object."""
+    """Return a request's JSON object. Raises `ValueError` for anything else."""
     try:
         message = json.loads(data.decode("utf-8"))
     except (ValueError, RecursionError):
@@ -254,21 +244,21 @@ def _parsed(data: bytes) -> Json:
 def _may_call(connection: Connection[Any, Any]) -> bool:
     try:
         return is_ours(connection.fileno())
-    except OSError:  # nothing left to ask the system with: better nobody than anybody
+    except OSError:  # out of file handles: refuse a caller whose user cannot be checked
         return False
 
 
 def _has_spoken(caller: _Caller) -> bool:
     try:
         return caller.connection.poll()
-    except (OSError, EOFError):  # it has hung up
+    except (OSError, EOFError):  # the caller has hung up
         return False
 
 
 def _hang_up(connection: Connection[Any, Any], why: str, *, again: bool = False) -> None:
-    """Tell a caller why, and close; a message this short never waits for its reader.
+    """Send a caller the reason, and close the connection. So short a message never blocks.
 
-    `again` tells the caller that the same request may be answered at once if it is sent again.
+    `again` tells the caller that sending the same request again may succeed at once.
     """
     answer = {"error": why, **({AGAIN: True} if again else {})}
     with connection, contextlib.suppress(OSError):
@@ -276,9 +266,9 @@ def _hang_up(connection: Connection[Any, Any], why: str, *, again: bool = False)
 
 
 def _received(caller: _Caller) -> bytes | None:
-    """Read what is there without waiting; return the request once it is whole.
+    """Read without waiting; return the request once it is complete.
 
-    Raises `EOFError`, `OSError`, and `ValueError` for one that is too long.
+    Raises `EOFError`, `OSError`, or `ValueError` for a request that is too long.
     """
     if os.name != "posix":
         return caller.connection.recv_bytes(MOST_REQUEST_BYTES)  # a pipe keeps messages whole
@@ -296,21 +286,18 @@ def _received(caller: _Caller) -> bytes | None:
     return bytes(caller.received[_LENGTH.size : whole]) if len(caller.received) >= whole else None
 
 
-# One program holds an arm at a time; beside its lock stands a local socket for the same user.
+# Only one program at a time holds an arm. Next to its lock is a local socket for the same user.
 #
-# The lock goes by the port and the arm's name. Who answers callers is passed in. Messages are JSON
-# objects; nothing is ever unpickled. The socket lies in a folder of this user's alone, and callers
-# who are another user are hung up on, where the system tells.
+# An arm is locked by its port and by its name. Messages are JSON objects; nothing is ever
+# unpickled. The socket lies in a private folder, and callers of another user are hung up on, where
+# the system reveals the caller's user.
 
-MOST_WAITING = 16
-"""Callers that the system lets wait until they are accepted, which takes no time."""
-
-LONGEST_ADDRESS = 100
-"""Bytes; the path of a local socket may have 103 on some systems, and 107 on others."""
+MOST_WAITING = 16  # connections that the system queues until they are accepted
+LONGEST_ADDRESS = 100  # bytes; systems limit the path of a local socket to 103 or 107
 
 
 class ArmLock:
-    """The right to drive one arm, for as long as this program wants it."""
+    """The exclusive right to drive one arm."""
 
     def __init__(self, names: list[str]) -> None:
         self._names = names
@@ -320,15 +307,15 @@ class ArmLock:
         self._folder: str | None = None
 
     def take(self) -> None:
-        """Take every lock or raise `ArmInUse` that names the holder."""
+        """Take every lock, or raise `ArmInUse` that names the holder."""
         try:
             self._take_all()
         except OSError as error:
             self.release()
             raise StateFileError(
-                f"nobody can hold an arm while {places.states()} cannot be written "
-                f"({error.strerror or error}): make it writable, or set ARMDRIVE_HOME to a folder "
-                "that is"
+                f"no arm can be locked, because {places.states()} is not writable "
+                f"({error.strerror or error}): make it writable, or set ARMDRIVE_HOME to a "
+                "writable folder"
             ) from None
 
     def _take_all(self) -> None:
@@ -336,7 +323,7 @@ class ArmLock:
 
         for name in self._names:
             path = notice_path(name, "lock")
-            create_lock(path)  # filelock opens it as it is, and older ones follow a link
+            create_lock(path)  # filelock opens whatever is there; older versions follow a link
             lock = FileLock(path, mode=PRIVATE)
             try:
                 lock.acquire(timeout=0)
@@ -351,15 +338,16 @@ class ArmLock:
     def serve(self, answerer: Answerer) -> None:
         """Answer other programs of the same user about this arm.
 
-        Raises `StateFileError` where nobody could find it: close the arm then, and `release` this.
+        Raises `StateFileError` if they could not find the socket: then close the arm and
+        `release` the lock.
         """
         try:
             self._listen(answerer)
         except OSError as error:
             raise StateFileError(
-                f"other programs could not find out who holds {self._names[0]}: nothing can be "
-                f"written beside {notice_path(self._names[0], 'holder')} "
-                f"({error.strerror or error}); make room, or the folder writable"
+                f"other programs could not find the holder of {self._names[0]}: "
+                f"{notice_path(self._names[0], 'holder')} cannot be written "
+                f"({error.strerror or error}); free disk space, or make the folder writable"
             ) from None
 
     def _listen(self, answerer: Answerer) -> None:
@@ -380,13 +368,13 @@ class ArmLock:
         self._server.start()
 
     def release(self) -> None:
-        """Give the arm to whoever wants it next."""
+        """Release the arm for other programs."""
         listener, self._listener = self._listener, None
         server, self._server = self._server, None
         if server is not None and listener is not None:
             server.close()
             with contextlib.suppress(OSError):
-                knock(str(listener.address))  # closing alone would not wake who waits for a call
+                knock(str(listener.address))  # closing alone would not end the blocked accept
             with contextlib.suppress(OSError):
                 listener.close()
             for name in self._names:
@@ -400,9 +388,10 @@ class ArmLock:
             shutil.rmtree(folder, ignore_errors=True)
 
     def _address(self) -> str:
-        """Return where to listen: beside the lock, or in a folder of our own with a short path.
+        """Return where to listen: next to the lock, or in a temporary private folder.
 
-        Also in one of our own where others might get at what lies beside the lock.
+        The latter if the path is too long, the folder of the lock is open to other users, or
+        something other than an old socket is in the way.
         """
         address = address_of(self._names[0])
         if os.name != "posix":
@@ -415,22 +404,22 @@ class ArmLock:
 
 
 def hold(*names: str) -> ArmLock:
-    """Take the right to drive an arm, by all the names it goes by."""
+    """Lock an arm under all its names."""
     holding = ArmLock([name for name in dict.fromkeys(names) if name])
     holding.take()
     return holding
 
 
 def _program() -> str:
-    """Return what this program is called, also where Python runs a package of that name."""
+    """Return this program's name; for `python -m NAME` the name of the package."""
     path = Path(sys.argv[0])
     return path.parent.name if path.name == "__main__.py" else path.name
 
 
 def _cleared(address: Path) -> bool:
-    """Make room for a socket, and tell whether there is: only a dead program's socket is removed.
+    """Remove the socket of a dead program; return whether the address is free.
 
-    Nobody listens there any more, since this program has the lock.
+    As this program has the lock, no other program can be listening there.
     """
     try:
         if not stat.S_ISSOCK(address.lstat().st_mode):

@@ -1,13 +1,13 @@
-"""Small files that survive a power cut and other users: the operations on a disk, and their order.
+"""Write small files that survive a power cut and are safe in folders shared with other users.
 
-A file is replaced, never rewritten: a new file with a random name is written in the same folder and
-synced, renamed over the old one, and the folder is synced. A reader finds the old file or the new
-one. Everything in armdrive that writes a file does it here; text/reading.py opens what is only
-read.
+A file is replaced, never rewritten: a new file with a random name is written in the same folder,
+synced, and renamed over the old file; then the folder is synced. A reader finds either the old file
+or the new one. All of armdrive writes its files through this module; text/reading.py opens the
+files that are only read.
 
-A folder may be shared with other users, who can put links, pipes or files of their own where ours
-belong. So a file that we write is created by us (`O_EXCL`), never opened because it was there;
-`read_own`, `append` and `create_lock` follow no link and accept nothing but plain files.
+In a shared folder, other users can put links, pipes or files of their own in our places. So we
+always create the files that we write (`O_EXCL`) and never write to one that we find. `read_own`,
+`append_line` and `create_lock` follow no link and accept only plain files.
 """
 
 from __future__ import annotations
@@ -37,55 +37,54 @@ from armdrive.text.reading import (
 if sys.platform == "darwin":
     import fcntl
 
-BESIDE = ".new"
-"""The ending of a file that is being written, after a random part."""
+UNFINISHED = ".new"  # ending of a file that is being written, after a random part
 _RANDOM_BYTES = 8
-_LEFT_BEHIND = re.compile(r"(\.[0-9a-f]{16})?" + re.escape(BESIDE))
-"""What follows the name in the name of a file that a killed program did not finish."""
+_UNFINISHED_ENDING = re.compile(r"(\.[0-9a-f]{16})?" + re.escape(UNFINISHED))
+"""What follows the target's name in the name of an unfinished file."""
 
 PRIVATE_FOLDER = 0o700
-_NO_SUCH_SYNC = frozenset({errno.EINVAL, errno.ENOTSUP, errno.EBADF})
-"""The errors of a file system that cannot sync a folder by itself."""
+_CANNOT_SYNC_FOLDER = frozenset({errno.EINVAL, errno.ENOTSUP, errno.EBADF})
+"""The errors of a file system that cannot sync a folder."""
 
 
 class StateFiles:
-    """The operations on a disk. Each raises `OSError`, and each is a moment for a power cut."""
+    """The operations on a disk. Each may raise `OSError`; tests cut the power between any two."""
 
     def read(self, path: Path, most: int) -> bytes:
-        """Return the first `most` bytes of a plain file, which a link may lead to.
+        """Return the first `most` bytes of a plain file, following links.
 
-        For files that a person keeps (points, programs); what armdrive alone writes is `read_own`.
+        For files that a person edits (points, programs). Use `read_own` for armdrive's own files.
         """
         return read_plain(path, most)
 
     def read_own(self, path: Path, most: int, *, end: bool = False) -> bytes:
-        """Return the first `most` bytes of a file that this user or root wrote; or its last.
+        """Return the first (with `end` the last) `most` bytes of a file owned by this user or root.
 
-        A link, a pipe, a device, a folder and another user's file are an `OSError`.
+        Raises `OSError` for a link, a pipe, a device, a folder, and another user's file.
         """
         return read_own(path, most, end=end)
 
     def create(self, path: Path) -> int:
-        """Create an empty file, for this user alone; return its handle.
+        """Create an empty private file; return its handle.
 
-        What is there already, even a link that leads nowhere, is a `FileExistsError`.
+        Raises `FileExistsError` if the name is taken, even by a broken link.
         """
         handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | CAREFULLY, PRIVATE)
         _set_mode(handle)
         return handle
 
     def leftovers(self, path: Path) -> list[Path]:
-        """Return the unfinished files that killed programs left when they replaced `path`."""
+        """Return the unfinished files of programs that were killed while replacing `path`."""
         with contextlib.suppress(OSError):
             return [each for each in path.parent.iterdir() if is_leftover(each, path)]
         return []
 
     def write(self, handle: int, data: bytes) -> int:
-        """Write some of the data, and return how much of it."""
+        """Write some of the data; return the number of bytes written."""
         return os.write(handle, data)
 
     def sync(self, handle: int) -> None:
-        """Bring a file to the disk, through the drive's own memory where the system can."""
+        """Flush a file to the disk, on macOS past the disk's write cache too."""
         if sys.platform == "darwin":
             with contextlib.suppress(OSError):
                 fcntl.fcntl(handle, fcntl.F_FULLFSYNC)
@@ -101,26 +100,26 @@ class StateFiles:
         source.replace(target)
 
     def remove(self, path: Path) -> None:
-        """Remove a file; none there is no error."""
+        """Remove a file, if it exists."""
         path.unlink(missing_ok=True)
 
     def sync_folder(self, folder: Path) -> None:
-        """Bring a folder's names to the disk, where the system can."""
+        """Flush a folder's entries to the disk, where the system can."""
         if os.name != "posix":
             return
         handle = os.open(folder, os.O_RDONLY)
         try:
             os.fsync(handle)
         except OSError as error:
-            if error.errno not in _NO_SUCH_SYNC:
+            if error.errno not in _CANNOT_SYNC_FOLDER:
                 raise
         finally:
             os.close(handle)
 
     def make_folder(self, folder: Path) -> None:
-        """Make a folder and those above it, for this user alone.
+        """Make a private folder, and its parents.
 
-        Raises `OSError` where the way to it is a link that another user may have put there.
+        Raises `OSError` if the path contains a link that another user may have put there.
         """
         folder = folder.absolute()
         _require_followable(folder)
@@ -129,15 +128,15 @@ class StateFiles:
             try:
                 each.mkdir(PRIVATE_FOLDER)
             except FileExistsError:
-                if not each.is_dir():  # another program may have made it just now
+                if not each.is_dir():  # a folder is fine: another program has just made it
                     raise NotADirectoryError(
-                        errno.ENOTDIR, "a file stands where the folder should be", str(each)
+                        errno.ENOTDIR, "a file is where the folder should be", str(each)
                     ) from None
             else:
                 _widen(each)
 
     def may_change(self, folder: Path) -> bool:
-        """Tell whether files of this folder can be replaced; one that is not there yet can be."""
+        """Return whether files in this folder can be replaced; true for a folder yet to be made."""
         return not folder.exists() or os.access(folder, os.W_OK | os.X_OK)
 
 
@@ -145,11 +144,11 @@ DISK = StateFiles()
 
 
 class NotWanted(OSError):
-    """The file was not put in place, since nobody wants it any more."""
+    """The new file was dropped, because `wanted()` became false while it was being written."""
 
 
 def always() -> bool:
-    """Want it, whatever happens meanwhile."""
+    """Return True: the new file is wanted in any case."""
     return True
 
 
@@ -161,16 +160,16 @@ def replace_durably(
     aside: Path | None = None,
     wanted: Callable[[], bool] = always,
 ) -> None:
-    """Replace a file; when this returns, the new one survives a power cut. Raises `OSError`.
+    """Replace a file; once this returns, the new file survives a power cut. Raises `OSError`.
 
-    A link at `path` is replaced by the file; what it led to stays as it is. With `aside` the old
-    file is kept under that name. Any failure leaves the old file, except a failure of the very last
-    step: after that either file may be there after a power cut. A disk may take its time:
-    `wanted()` is asked once more before the new file takes its place.
+    A link at `path` is itself replaced; its target stays unchanged. With `aside`, the old file is
+    kept under that name. Any failure leaves the old file in place. Only if the very last step
+    fails, a power cut may leave either file. As a disk may be slow, `wanted()` is called just
+    before the new file takes its place.
     """
     files.make_folder(path.parent)
-    beside = path.with_name(f"{path.name}.{os.urandom(_RANDOM_BYTES).hex()}{BESIDE}")
-    handle = files.create(beside)  # where this fails, nothing at `beside` is ours to remove
+    beside = path.with_name(f"{path.name}.{os.urandom(_RANDOM_BYTES).hex()}{UNFINISHED}")
+    handle = files.create(beside)  # if this fails, a file of that name is not ours to remove
     try:
         _write_whole(files, handle, (data,) if isinstance(data, bytes) else data)
         _require(wanted, path)
@@ -185,15 +184,15 @@ def replace_durably(
 
 
 def replace_file(path: Path, text: str) -> None:
-    """Write a file's lines so that a reader finds the old text or the new one, never a part."""
+    """Replace a file's text so that a reader finds either the old text or the new one, complete."""
     replace_durably(DISK, path, text.encode() + b"\n")
 
 
 def append_line(path: Path, line: str) -> None:
-    """Add a line to a file of this user's, and create the file where there is none.
+    """Append a line to one of this user's files; create the file if it does not exist.
 
-    Raises `OSError`, also where the file is a link, no plain file, another user's, or has a second
-    name (a hard link), under which somebody else may know it.
+    Raises `OSError`, also for a link, for anything but a plain file, for another user's file, and
+    for a file with a second name (a hard link), through which another user may have access.
     """
     DISK.make_folder(path.parent)
     handle = open_own(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
@@ -208,10 +207,10 @@ def append_line(path: Path, line: str) -> None:
 
 
 def create_lock(path: Path) -> None:
-    """Have a plain file at `path`, for a lock to be taken on; one that is there is left as it is.
+    """Create a plain file to take a lock on, unless there is one already.
 
-    Raises `OSError` where something else is there: a link, a pipe, a device, a folder, or a file
-    with a second name, which a lock that empties its file would empty.
+    Raises `OSError` for anything else at `path`: a link, a pipe, a device, a folder, or a file with
+    a second name (a hard link), because taking a lock may empty the file.
     """
     DISK.make_folder(path.parent)
     try:
@@ -223,7 +222,7 @@ def create_lock(path: Path) -> None:
 
 
 def followed(path: Path) -> Path:
-    """Return where a person's file lies that may be kept elsewhere and linked to.
+    """Return the real path of a person's file, which may be a link.
 
     Raises `OSError` for a link that another user may have put there.
     """
@@ -232,13 +231,13 @@ def followed(path: Path) -> Path:
 
 
 def is_leftover(each: Path, path: Path) -> bool:
-    """Return whether `each` is an unfinished file with which `path` was to be replaced."""
+    """Return whether `each` is an unfinished replacement of `path`."""
     rest = each.name.removeprefix(path.name)
-    return rest != each.name and bool(_LEFT_BEHIND.fullmatch(rest))
+    return rest != each.name and bool(_UNFINISHED_ENDING.fullmatch(rest))
 
 
 def stamp_of(path: Path) -> tuple[int, int] | None:
-    """Return what changes when a file does: its time in ns, and its size; None of no file."""
+    """Return a file's modification time in ns and its size; None if there is no file."""
     try:
         found = path.stat()
     except OSError:
@@ -247,20 +246,20 @@ def stamp_of(path: Path) -> tuple[int, int] | None:
 
 
 def put_aside(files: StateFiles, path: Path, aside: Path) -> None:
-    """Rename a file, if it is there."""
+    """Rename a file, if it exists."""
     with contextlib.suppress(FileNotFoundError):
         files.replace(path, aside)
 
 
 def remove_durably(files: StateFiles, path: Path) -> None:
-    """Remove a file; when this returns, a power cut does not bring it back."""
+    """Remove a file; once this returns, a power cut does not bring it back."""
     files.remove(path)
     files.sync_folder(path.parent)
 
 
 def _require(wanted: Callable[[], bool], path: Path) -> None:
     if not wanted():
-        raise NotWanted(errno.ECANCELED, "nobody wants it any more", str(path))
+        raise NotWanted(errno.ECANCELED, "the new file is no longer wanted", str(path))
 
 
 def _write_whole(files: StateFiles, handle: int, pieces: Iterable[bytes]) -> None:
@@ -280,15 +279,16 @@ def _require_one_name(found: os.stat_result, path: Path) -> None:
 
 
 def _require_followable(path: Path) -> None:
-    """Raise `OSError` where a link on the way is neither ours, root's, nor its folder's owner's.
+    """Raise `OSError` for a link in the path that another user may have planted.
 
-    In a folder that everybody may write into, any user can put a link that leads our files away.
+    In a world-writable folder, any user can plant a link that redirects our files. A link is
+    trusted if it belongs to this user, to root, or to the owner of its folder.
     """
     for each in (path, *path.parents):
         try:
             found = each.lstat()
         except OSError:
-            continue  # not there yet, or out of sight: whatever is done next says so
+            continue  # missing or unreadable: the next operation reports the error
         if not stat.S_ISLNK(found.st_mode) or is_own(found):
             continue
         if found.st_uid != each.parent.stat().st_uid:
@@ -296,21 +296,21 @@ def _require_followable(path: Path) -> None:
 
 
 def _set_mode(handle: int) -> None:
-    """Make a file this user's alone, whatever the umask is."""
+    """Make a file private, whatever the umask."""
     if os.name == "posix":
         os.fchmod(handle, PRIVATE)
 
 
 def _widen(folder: Path) -> None:
-    """Give a new folder the rights of its owner that a strict umask has taken."""
+    """Restore the owner's rights on a new folder if a strict umask has removed them."""
     if os.name == "posix" and stat.S_IMODE(folder.lstat().st_mode) != PRIVATE_FOLDER:
         folder.chmod(PRIVATE_FOLDER)
 
 
-# Where arm files, points and remembered states live on this computer.
+# Where arm files, points and saved states are stored on this computer.
 #
-# `ARMDRIVE_HOME` in the environment moves both into one folder, for tests and for shared
-# computers.
+# The environment variable `ARMDRIVE_HOME` moves all of them into one folder, for tests and for
+# shared computers.
 
 
 def arm_files() -> Path:
@@ -319,34 +319,35 @@ def arm_files() -> Path:
 
 
 def key_file() -> Path:
-    """Return the file in which a person gives the desk other keys."""
+    """Return the file of a person's own key bindings for the desk."""
     return _folder("config") / "keys.toml"
 
 
 def points_file(arm: str) -> Path:
-    """Return the file of an arm's named points: beside the folder of arm files, one an arm."""
+    """Return the file of an arm's named points, next to the folder of arm files."""
     return _folder("config") / "points" / f"{file_name(arm)}.toml"
 
 
 def states() -> Path:
-    """Return the folder of remembered positions, simulated worlds, locks and sockets."""
+    """Return the folder of saved positions, simulated worlds, locks and sockets."""
     return _folder("state")
 
 
 def recordings() -> Path:
-    """Return the folder into which recordings are written where no other is named."""
+    """Return the default folder for recordings."""
     return states() / "recordings"
 
 
 def file_name(arm: str) -> str:
-    """Return a file name for an arm, another one for every name, whatever characters it has.
+    """Return a unique file name for an arm's name, whatever characters the name contains.
 
-    Without capitals and dots: some disks tell no capitals apart, and endings are ours to give.
+    It has no capitals, because some file systems ignore case, and no dots, because they separate
+    our endings.
     """
     plain = re.sub(r"[^a-z0-9_-]+", "_", arm.lower()).strip("_")
     if plain == arm:
         return plain
-    # a word of the command line has lone surrogates where its bytes are no UTF-8
+    # an argument that is not UTF-8 contains lone surrogates
     digest = hashlib.sha256(arm.encode("utf-8", "surrogatepass")).hexdigest()
     return f"{plain or 'arm'}-{digest[:8]}"
 
@@ -362,29 +363,28 @@ def _folder(kind: str) -> Path:
     return platformdirs.user_state_path("armdrive", appauthor=False)
 
 
-# What is this user's alone: a folder that nobody else gets into, a caller who is nobody else.
+# Checks that a folder is private, and that a caller on a local socket is the same user.
 
-_CREDENTIALS = struct.Struct("3i")
-"""Process, user, group: Linux's `struct ucred`."""
+_CREDENTIALS = struct.Struct("3i")  # process, user, group: Linux's `struct ucred`
 
 
 def is_private(folder: Path) -> bool:
-    """Tell whether nobody but this user gets at what lies in a folder. POSIX alone."""
+    """Return whether only this user has access to a folder. POSIX only."""
     seen = folder.stat()
     return seen.st_uid == os.getuid() and not stat.S_IMODE(seen.st_mode) & 0o077
 
 
 def is_ours(fileno: int) -> bool:
-    """Tell whether who calls over a local socket is this user, or root, who may do anything.
+    """Return whether the peer on a local socket is this user, or root, who may do anything.
 
-    Where the system does not tell, the folder and the mode of the socket have to do.
+    Where the system does not reveal the peer's user, rely on the permissions of folder and socket.
     """
     user = peer_user(fileno)
     return user is None or user in (0, os.getuid())
 
 
 def peer_user(fileno: int) -> int | None:
-    """Return the number of the user at the other end; None where the system does not tell."""
+    """Return the user id of the peer; None where the system does not reveal it."""
     option = getattr(socket, "SO_PEERCRED", None)
     if option is None:
         return None

@@ -1,6 +1,7 @@
-"""What other programs ask of the one that holds an arm, over its local socket.
+"""Send requests to the program that holds an arm, over its local socket.
 
-What may be asked is up to that program. Messages are JSON objects; nothing is ever unpickled.
+That program decides which requests it accepts. Messages are JSON objects; nothing is ever
+unpickled.
 """
 
 from __future__ import annotations
@@ -23,25 +24,22 @@ if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
 
-# Where the lock, the socket and the notice of the program are that holds an arm.
+# Where the holder of an arm keeps its lock, its socket and its notice.
 
 LARGEST_BYTES = 65536
-AGAIN = "again"
-"""In an answer: the request was not read, and may be sent again."""
-PATIENCE_S = 2.0
-"""Whoever is at the other end of a socket and says nothing for so long is hung up on."""
-WATCH_EVERY_S = 0.2
-"""The holder looks so often for a change, unless the watcher asks for another time."""
+AGAIN = "again"  # key in an answer: the request was not read, and may be sent again
+PATIENCE_S = 2.0  # hang up on a peer that has been silent this long
+WATCH_EVERY_S = 0.2  # how often the holder looks for changes, unless the watcher asks otherwise
 
 
 def notice_path(name: str, ending: str) -> Path:
-    """Return an arm's file; a port goes by where its name leads, so that two links are one port."""
+    """Return the path of an arm's file; all links to one port share a file."""
     name = os.path.realpath(name) if name.startswith("/") else name
     return places.states() / f"{places.file_name(name)}.{ending}"
 
 
 def address_of(name: str) -> str:
-    """Return where the holder of an arm listens, unless its notice says otherwise."""
+    """Return the default address of an arm's holder; its notice may name another."""
     if os.name == "posix":
         short = hashlib.blake2s(places.file_name(name).encode(), digest_size=8).hexdigest()
         return str(places.states() / f"{short}.socket")
@@ -49,7 +47,7 @@ def address_of(name: str) -> str:
 
 
 def notice_of(name: str) -> dict[str, Any] | None:
-    """Return what the holder of an arm has written down of itself, None where there is nothing."""
+    """Return the notice that an arm's holder has written, or None."""
     try:
         notice = json.loads(DISK.read_own(notice_path(name, "holder"), LARGEST_BYTES))
     except (OSError, ValueError, RecursionError):
@@ -58,7 +56,7 @@ def notice_of(name: str) -> dict[str, Any] | None:
 
 
 def holder_words(name: str) -> str:
-    """Return the program that holds an arm, in words."""
+    """Describe the program that holds an arm."""
     notice = notice_of(name)
     if notice is None:
         return "another program"
@@ -66,20 +64,20 @@ def holder_words(name: str) -> str:
 
 
 def called(address: str) -> Connection[Any, Any]:
-    """Call who listens. Raises `OSError` where nobody does, or accepts no call for `PATIENCE_S`."""
+    """Connect to a listener. Raises `OSError` if none accepts within `PATIENCE_S`."""
     from multiprocessing.connection import Client, Connection
 
     if os.name != "posix":
         return Client(address)
     with socket.socket(socket.AF_UNIX) as end:
-        # a program that is suspended accepts nobody, and would have its callers wait for ever
+        # a suspended program accepts no connection; without a timeout its callers would hang
         end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, _timeval(PATIENCE_S))
         end.connect(address)
         return Connection(end.detach())
 
 
 def knock(address: str) -> None:
-    """Call and hang up; raises `OSError` where nobody listens."""
+    """Connect and hang up; raises `OSError` if no program is listening."""
     called(address).close()
 
 
@@ -88,14 +86,13 @@ def _timeval(time_s: float) -> bytes:
     return struct.pack("@ll", whole_s, int((time_s - whole_s) * 1e6))
 
 
-CALLS = 5
-"""Calls before a request is given up that others crowd out."""
+CALLS = 5  # attempts at a request while other callers crowd it out
 
 
 def ask_holder(name: str, request: str, **words: object) -> dict[str, Any]:
-    """Ask the holder of an arm for what connect/control_socket.py lists.
+    """Send one of the requests in connect/control_socket.py to an arm's holder; return the answer.
 
-    Raises `ArmError` where no program holds that arm.
+    Raises `ArmError` if no program holds the arm.
     """
     for _ in range(CALLS):
         with _called(name) as connection:
@@ -107,30 +104,30 @@ def ask_holder(name: str, request: str, **words: object) -> dict[str, Any]:
 
 
 def watch_holder(name: str, every_s: float) -> Iterator[dict[str, Any]]:
-    """Yield the status of a held arm whenever it has changed, until its holder gives it back.
+    """Yield the status of a held arm whenever it changes, until the holder releases the arm.
 
-    Raises `ArmError` where none holds it, or the holder falls silent.
+    Raises `ArmError` if no program holds the arm, or the holder stops answering.
     """
     return _changes(name, "watch", every_s)
 
 
 def follow_holder(name: str, every_s: float) -> Iterator[dict[str, Any]]:
-    """Yield the status as `watch_holder` does, and whenever a program has come further as well."""
+    """Yield the status like `watch_holder`, and also whenever a program has advanced."""
     return _changes(name, "follow", every_s)
 
 
 def overhear_holder(name: str, every_s: float) -> Iterator[dict[str, Any]]:
-    """Yield what passes on a held arm's wire (trace/wire_tap.py), and `{}` where nothing does.
+    """Yield the traffic on a held arm's wire (trace/wire_tap.py), and `{}` while it is idle.
 
-    Ends, and raises, as `watch_holder` does.
+    Ends and raises like `watch_holder`.
     """
     return _streamed(name, "wire", every_s)
 
 
 def _changes(name: str, request: str, every_s: float) -> Iterator[dict[str, Any]]:
-    """Yield what is not nothing; whoever closes this has hung up."""
-    with contextlib.closing(_streamed(name, request, every_s)) as said:
-        yield from filter(None, said)
+    """Yield the answers that are not empty; closing this generator hangs up."""
+    with contextlib.closing(_streamed(name, request, every_s)) as answers:
+        yield from filter(None, answers)
 
 
 def _streamed(name: str, request: str, every_s: float) -> Generator[dict[str, Any], None, None]:
@@ -144,23 +141,23 @@ def _streamed(name: str, request: str, every_s: float) -> Generator[dict[str, An
 
 
 _HUNG_UP = (EOFError, ConnectionResetError, BrokenPipeError)
-"""How the end of a call is met: the last two by a caller whose words were not read any more."""
+"""The peer has closed the connection; the last two if it had not read all that we sent."""
 
 
 @contextlib.contextmanager
 def _called(name: str) -> Iterator[Connection[Any, Any]]:
-    """Call the holder of an arm, and hang up at the end; every trouble becomes a sentence."""
+    """Connect to an arm's holder and hang up at the end; every failure becomes an `ArmError`."""
     notice = notice_of(name)
     if notice is None:
         raise ArmError(f"no program holds {name}: nothing moves it from this computer")
     try:
         with called(str(notice["address"])) as connection:
             if not is_ours(connection.fileno()):
-                raise ArmError(f"another user's program answers for {name}: it was asked nothing")
+                raise ArmError(f"another user's program answers for {name}: it was sent no request")
             yield connection
     except (ConnectionRefusedError, FileNotFoundError):
         raise ArmError(
-            f"{holder_words(name)} held {name} and was ended without a chance to give it back: "
+            f"{holder_words(name)} held {name} and was killed before it could release it: "
             "nothing moves it from this computer any more"
         ) from None
     except (OSError, EOFError, ValueError) as error:
@@ -175,15 +172,14 @@ def _heard(name: str, connection: Connection[Any, Any], longer_s: float = 0.0) -
 
 
 def held_arms() -> list[str]:
-    """Return the names under which programs hold arms now."""
+    """Return the names of all arms that programs hold now."""
     found: dict[str, str] = {}
     for path in sorted(places.states().glob("*.holder")):
         name = path.name.removesuffix(".holder")
         notice = notice_of(name) or {}
         address = str(notice.get("address"))
-        with contextlib.suppress(OSError, EOFError):  # left behind by a program that was killed
+        with contextlib.suppress(OSError, EOFError):  # the notice of a program that was killed
             knock(address)
-            found[address] = str(
-                notice.get("arm", name)
-            )  # an arm goes by its own name and by its port's
+            # an arm has two notices, by its name and by its port, with one address
+            found[address] = str(notice.get("arm", name))
     return list(found.values())

@@ -1,4 +1,4 @@
-"""The file of one arm's points on the disk: read anew for every question, changed in one piece."""
+"""The file of one arm's points: read again for every query, and replaced whole when it changes."""
 
 from __future__ import annotations
 
@@ -29,19 +29,17 @@ from kinematics.errors import suggestion
 from kinematics.geometry import ArmGeometry
 from kinematics.spaces import Joints, Pose
 
-# Writing a file of points, so that a person can read it, compare it and edit it.
+# Writes a file of points that a person can read, compare and edit.
 #
-# A change rewrites the tables of what has changed and leaves every other line alone, comments too.
+# A change rewrites only the tables of the points and sequences that changed, and leaves every other
+# line alone, comments included.
 
-DECIMALS = 4
-"""Of a degree in the file: the tip of a table-top arm moves by less than 0.001 mm."""
-
-HEADER_WIDTH = 24
-"""The pose of a point stands beside its header from this column on."""
+DECIMALS = 4  # of a degree: the tip of a table-top arm moves by less than 0.001 mm
+HEADER_WIDTH = 24  # column of the comment with the pose, after a point's header
 
 HEADING = """\
-# Points and sequences of {arm}: degrees, mm, seconds. Edit them as you like; whatever is
-# written here is audited before the arm moves. docs/how-to/points.md tells every key.
+# Points and sequences of {arm}, in degrees, mm and seconds. Edit them as you like: they are
+# checked before the arm moves. docs/how-to/points.md explains every key.
 {key} = {format}
 """
 
@@ -50,20 +48,20 @@ _HEADER = r"\s*\[[^\[\]]+\]\s*(#.*)?"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointWriter:
-    """Writes the tables of one arm's file; `fk` gives the pose for the comment of a point."""
+    """Writes the tables of one arm's file; `fk` gives the pose for the comment at each point."""
 
     arm: str
     fk: Callable[[Joints], Pose]
 
     def document(self, taught: Taught) -> str:
-        """Return a whole new file."""
+        """Return the text of a new file."""
         heading = HEADING.format(arm=self.arm, key=FORMAT_KEY, format=FORMAT)
         return "\n".join([heading, *self._tables(taught).values()])
 
     def edited(self, text: str, before: Taught, after: Taught) -> str | None:
-        """Return the text with what has changed rewritten; None where it is laid out otherwise.
+        """Return the text with the changed tables rewritten; None if its layout prevents that.
 
-        A table keeps its place and the comment lines above it; a new one comes at the end.
+        A table keeps its place and the comment lines above it. New tables are appended.
         """
         if not text.strip():
             return self.document(after)
@@ -100,9 +98,9 @@ class PointWriter:
 
 
 def rounded(taught: Taught) -> Taught:
-    """Return what a file holds of this: angles and openings with as many decimals as are written.
+    """Return the values as a file stores them, with angles and openings rounded.
 
-    So that what is written can be compared with what is read.
+    Values about to be written can then be compared with values that were read.
     """
     return Taught({name: _rounded(each) for name, each in taught.points.items()}, taught.sequences)
 
@@ -122,24 +120,25 @@ def _lines(name: str, steps: StepList) -> str:
 
 
 def _step_table(step: Step) -> dict[str, Any]:
-    said: dict[str, Any] = {}
+    table: dict[str, Any] = {}
     if step.point:
-        said["point"] = step.point
+        table["point"] = step.point
     if step.how != "joint":
-        said["how"] = step.how
+        table["how"] = step.how
     if step.gripper is not None:
-        said["gripper"] = step.gripper
+        table["gripper"] = step.gripper
     if step.wait_s is not None:
-        said["wait_s"] = step.wait_s
+        table["wait_s"] = step.wait_s
     if step.speed < 1.0:
-        said["speed"] = step.speed
-    return said
+        table["speed"] = step.speed
+    return table
 
 
 def _blocks(text: str) -> Iterator[tuple[tuple[str, ...], str]]:
-    """Yield the text in pieces, each from the comments above a table's header to the next such.
+    """Yield the blocks of a text: the names in a table's header, and the table's text.
 
-    With each the names in its header; none for what stands before the first.
+    A block begins with the comments above its header. The text before the first table is a block
+    without names.
     """
     place: tuple[str, ...] = ()
     block: list[str] = []
@@ -154,12 +153,12 @@ def _blocks(text: str) -> Iterator[tuple[tuple[str, ...], str]]:
 
 
 def _toml_lines(text: str) -> list[str]:
-    """Return the lines with their ends. Other signs that part lines of text may stand in a note."""
+    """Return the lines with their ends. Only a newline ends one: notes may contain other breaks."""
     return re.findall(r"[^\n]*\n|[^\n]+", text)
 
 
 def _named(line: str) -> tuple[str, ...] | None:
-    """Return the names in a line that is a table's header."""
+    """Return the names in a table's header; None for any other line."""
     if not re.fullmatch(_HEADER, line.rstrip("\r\n")):
         return None
     try:
@@ -181,18 +180,18 @@ def _comments_at_end(block: list[str]) -> int:
 
 
 def _above(block: str) -> str:
-    """Return the comment lines above a table's header."""
+    """Return the comment lines above the header in a block."""
     lines = _toml_lines(block)
     return "".join(lines[: next(i for i, line in enumerate(lines) if _named(line) is not None)])
 
 
 def _below(block: str) -> str:
-    """Return the empty lines under a table."""
+    """Return the empty lines at the end of a block."""
     return "\n" * (len(block) - len(block.rstrip("\n")) - 1)
 
 
 def _same(text: str, wanted: Taught) -> bool:
-    """Tell whether a text reads as what it should hold."""
+    """Return whether a text parses to the wanted points and sequences."""
     names = next((point.joints.names for point in wanted.points.values()), ())
     try:
         return rounded(parse_points(text, names)) == rounded(wanted)
@@ -200,23 +199,18 @@ def _same(text: str, wanted: Taught) -> bool:
         return False
 
 
-LARGEST_BYTES = 4_000_000
-"""A file of points that is larger is none."""
-
-TRIES = 5
-"""So often a change is made anew when the file changes just while it is written."""
-
-ASIDE = ".before"
-"""The ending of the old file, where a new one could not keep its lines."""
+LARGEST_BYTES = 4_000_000  # a larger file cannot be a file of points
+TRIES = 5  # attempts at a change while other programs change the file
+ASIDE = ".before"  # ending of the old file if its layout could not be kept
 
 
 class PointFile:
-    """What stands in the file, and changes of it. Raises `PointsFileError`."""
+    """Reads and changes a file of points. Raises `PointsFileError`."""
 
     def __init__(
         self, path: Path, names: tuple[str, ...], writer: PointWriter, files: StateFiles = DISK
     ) -> None:
-        """Take the file of an arm whose joints are `names`; it need not be there yet."""
+        """Use the file of an arm with the joints `names`; the file need not exist yet."""
         self.path = path
         self._names = names
         self._writer = writer
@@ -224,15 +218,15 @@ class PointFile:
 
     @property
     def stamp(self) -> tuple[int, int] | None:
-        """What changes when the file does, quick to ask for; None of no file."""
+        """A value that changes with the file, quick to get; None if there is no file."""
         return stamp_of(self.path)
 
     def read(self) -> Taught:
-        """Return all that stands in the file now; nothing of no file."""
+        """Return the points and sequences in the file; none if there is no file."""
         return self._parsed(self._bytes())
 
     def change(self, change: Callable[[Taught], Taught]) -> None:
-        """Make a change to what stands in the file, and to nothing that has come meanwhile."""
+        """Apply a change to the file; start over if another program changes the file meanwhile."""
         for _ in range(TRIES):
             data = self._bytes()
             before = self._parsed(data)
@@ -250,7 +244,7 @@ class PointFile:
         text = self._writer.edited(data.decode("utf-8"), before, after)
         path = followed(self.path)
         aside = None
-        if text is None:  # laid out in a way that is not ours: kept beside, and written anew
+        if text is None:  # a layout that we cannot edit: keep the old file and write a new one
             text, aside = self._writer.document(after), path.with_name(path.name + ASIDE)
         replace_durably(
             self._files,
@@ -268,7 +262,7 @@ class PointFile:
         except OSError as error:
             why = error.strerror or error
             raise PointsFileError(f"{self.path} cannot be read: {why}") from None
-        if len(data) > LARGEST_BYTES:  # half of it must never be taken for the whole, and kept
+        if len(data) > LARGEST_BYTES:  # writing back a truncated file would lose points
             raise PointsFileError(f"{self.path} is larger than {LARGEST_BYTES} bytes")
         return data
 
@@ -279,10 +273,10 @@ class PointFile:
             raise PointsFileError(f"{self.path}: {error}") from None
 
 
-# The named points and sequences of one arm, as a program sees them: a mapping over their file.
+# The named points and sequences of one arm as a mapping, for programs.
 #
-# The file is read anew for every question, and only the tables that a change concerns are written,
-# so that what a person or another program writes meanwhile stays.
+# Every query reads the file again, and a change rewrites only the tables concerned, so that edits
+# by a person or another program are kept.
 
 V = TypeVar("V")
 
@@ -296,20 +290,19 @@ RULES: Mapping[str, Rule] = {
     "Mapping[str, Point]": made_of(Mapping, "points by their names"),
     "Mapping[str, StepList]": made_of(Mapping, "sequences by their names"),
 }
-"""What the calls of `Points` take, by the annotations of their parameters."""
+"""The rules for the arguments of `Points`, by the annotation of the parameter."""
 
 
-def nobody_there() -> Point:
-    """Refuse to say where an arm is that is not connected."""
-    raise Refused("the arm is not connected: nobody knows where it stands")
+def not_connected() -> Point:
+    """Raise `Refused`: an arm that is not connected has no known posture."""
+    raise Refused("the arm is not connected, so its posture is unknown: connect first")
 
 
 @checked_calls(RULES)
 class Points(MutableMapping[str, Point]):
     """`points["pick"]`, `points.teach("pick")`, `del points["pick"]`; see docs/how-to/points.md.
 
-    Every call may raise `PointsFileError`, and `UnknownPoint` (a `KeyError`) for a name there is
-    not.
+    Every call may raise `PointsFileError`, and `UnknownPoint` (a `KeyError`) for an unknown name.
     """
 
     def __init__(
@@ -321,7 +314,7 @@ class Points(MutableMapping[str, Point]):
         here: Callable[[], Point],
         files: StateFiles = DISK,
     ) -> None:
-        """Take the points of the arm whose joints are `names`; `here` is where it stands now."""
+        """Use the points of an arm with the joints `names`; `here` returns its current posture."""
         self.path = path
         self._file = PointFile(path, names, PointWriter(arm, fk), files)
         self._here = here
@@ -329,12 +322,12 @@ class Points(MutableMapping[str, Point]):
     # -- reading ------------------------------------------------------------------------------
 
     def read(self) -> Taught:
-        """Return all points and sequences as they stand in the file now; none of no file."""
+        """Return all points and sequences in the file now; none if there is no file."""
         return self._file.read()
 
     @property
     def stamp(self) -> tuple[int, int] | None:
-        """What changes when the file does, quick to ask for; None of no file."""
+        """A value that changes with the file, quick to get; None if there is no file."""
         return self._file.stamp
 
     def __getitem__(self, name: str) -> Point:
@@ -348,7 +341,7 @@ class Points(MutableMapping[str, Point]):
 
     @property
     def sequences(self) -> Mapping[str, StepList]:
-        """The sequences by name, as they stand in the file now."""
+        """The sequences in the file now, by name."""
         return self.read().sequences
 
     def sequence(self, name: str) -> StepList:
@@ -358,9 +351,9 @@ class Points(MutableMapping[str, Point]):
     # -- changing -----------------------------------------------------------------------------
 
     def teach(self, name: str, *, note: str = "", again: bool = False) -> Point:
-        """Name the place where the arm stands now; with `again` a point that there is already.
+        """Save the arm's current posture under a name; `again` allows replacing a point.
 
-        Raises `NotReferenced` where nobody knows the place.
+        Raises `NotReferenced` if the position is unknown.
         """
         point = replace(self._here(), note=note)
         before = self.read().points.get(check_name(name))
@@ -378,28 +371,28 @@ class Points(MutableMapping[str, Point]):
         self.remove(name, instead_of=self[name])
 
     def put(self, name: str, point: Point, *, instead_of: Point | None) -> None:
-        """Write a point in the place of what was last seen under that name, None for nothing.
+        """Replace the point last seen under a name, or add one if `instead_of` is None.
 
-        Raises `PointsChanged` where something else stands there now.
+        Raises `PointsChanged` if the file has changed there since.
         """
         self._replace(POINTS, name, instead_of, point)
 
     def remove(self, name: str, *, instead_of: Point | None) -> None:
-        """Take a point away; raises `BadRequest` while a sequence goes to it."""
+        """Remove a point; raises `BadRequest` while a sequence uses it."""
         self._replace(POINTS, name, instead_of, None)
 
     def put_sequence(self, name: str, steps: StepList, *, instead_of: StepList | None) -> None:
-        """Write a sequence in the place of what was last seen under that name; see `put`."""
+        """Replace the sequence last seen under a name, or add one; see `put`."""
         self._replace(SEQUENCES, name, instead_of, steps)
 
     def remove_sequence(self, name: str, *, instead_of: StepList | None) -> None:
-        """Take a sequence away; see `put` for what raises `PointsChanged`."""
+        """Remove a sequence; raises `PointsChanged` like `put`."""
         self._replace(SEQUENCES, name, instead_of, None)
 
     def _replace(
         self, kind: str, name: str, seen: Point | StepList | None, new: Point | StepList | None
     ) -> None:
-        """Put something new, or with None nothing, in the place of what was last seen."""
+        """Replace the entry last seen under a name; with None for `new`, remove it."""
 
         def change(taught: Taught) -> Taught:
             known: dict[str, Any] = dict(getattr(taught, kind))
@@ -418,7 +411,7 @@ class Points(MutableMapping[str, Point]):
         self._file.change(change)
 
     def rename(self, old: str, new: str) -> None:
-        """Give a point another name, in the sequences that go to it as well."""
+        """Rename a point, also in the sequences that use it."""
 
         def change(taught: Taught) -> Taught:
             _found(taught.points, old, "point")
@@ -434,9 +427,9 @@ class Points(MutableMapping[str, Point]):
     def put_all(
         self, points: Mapping[str, Point], sequences: Mapping[str, StepList], *, again: bool = False
     ) -> None:
-        """Write points and sequences at once; with `again` also over others of those names.
+        """Write points and sequences in one change; `again` allows replacing existing ones.
 
-        Raises `BadRequest` for a name that is taken, and writes nothing then.
+        Otherwise raises `BadRequest` for a name that is taken, and writes nothing.
         """
 
         def change(taught: Taught) -> Taught:
@@ -451,8 +444,8 @@ class Points(MutableMapping[str, Point]):
         self._file.change(change)
 
 
-def points_of(arm: str, geometry: ArmGeometry, here: Callable[[], Point] = nobody_there) -> Points:
-    """Return the points of the arm of that name, which need not be connected."""
+def points_of(arm: str, geometry: ArmGeometry, here: Callable[[], Point] = not_connected) -> Points:
+    """Return the points of the arm with this name, which need not be connected."""
     return Points(places.points_file(arm), arm, geometry.joint_names, geometry.fk, here)
 
 

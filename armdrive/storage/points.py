@@ -1,7 +1,7 @@
-"""Named points of an arm, and sequences over them: values, checked when they are made.
+"""Named points of an arm and sequences of steps to them, as values that are checked when created.
 
-A point is a posture: joint angles, which stay what they are whatever tool or frame is meant, and
-the opening of the fingers. Units: rad, mm, s.
+A point is a posture: the joint angles, which do not depend on a tool or a frame, and the gripper
+opening. Units: rad, mm, s.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ from kinematics.errors import BadNumber, finite
 from kinematics.spaces import Joints
 
 NAME = r"[A-Za-z][A-Za-z0-9_-]{0,39}"
-"""What points and sequences may be called: one word, as in programs."""
+"""A valid name of a point or a sequence: one word, as in programs."""
 
 WAYS = ("joint", "line")
-"""How a step leads to its point."""
+"""The kinds of motion to a point."""
 
 GRIPPER_WORDS = ("open", "close", "grasp", "point")
-"""What a step may have the fingers do besides an opening in mm: `point` is the point's opening."""
+"""The gripper commands of a step, besides an opening in mm; `point` is the opening of the point."""
 
 LONGEST_WAIT_S = 3600.0
 
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """One posture worth coming back to. `opening_mm` is None where nobody knew the fingers."""
+    """A saved posture. `opening_mm` is None if the gripper opening was unknown."""
 
     joints: Joints
     opening_mm: float | None = None
@@ -48,7 +48,7 @@ class Point:
 
 
 def point_view(point: Point) -> dict[str, Any]:
-    """Return a point as plain data: what `--json` prints."""
+    """Return a point as plain data, as `--json` prints it."""
     return {
         "joints": joints_view(point.joints),
         "gripper_mm": point.opening_mm,
@@ -59,10 +59,10 @@ def point_view(point: Point) -> dict[str, Any]:
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One step of a sequence: to a point, or the fingers, or a wait; exactly one of them.
+    """One step of a sequence: exactly one of a move to a point, a gripper command, or a wait.
 
-    `gripper` is one of `GRIPPER_WORDS` or an opening in mm, `how` one of `WAYS`, `speed` a fraction
-    of the limits. Raises `BadRequest`.
+    `gripper` is one of `GRIPPER_WORDS` or an opening in mm, `how` is one of `WAYS`, and `speed` a
+    fraction of the limits. Raises `BadRequest`.
     """
 
     point: str = ""
@@ -72,9 +72,9 @@ class Step:
     wait_s: float | None = None
 
     def __post_init__(self) -> None:
-        said = [bool(self.point), self.gripper is not None, self.wait_s is not None]
-        if sum(said) != 1:
-            raise BadRequest("a step is one of point, gripper and wait_s, and no two of them")
+        given = [bool(self.point), self.gripper is not None, self.wait_s is not None]
+        if sum(given) != 1:
+            raise BadRequest("a step has exactly one of point, gripper and wait_s")
         if not self.point and self.how != WAYS[0]:
             raise BadRequest("how belongs to a step that leads to a point")
         if self.how not in WAYS:
@@ -110,13 +110,13 @@ class StepList:
 
     @property
     def points(self) -> tuple[str, ...]:
-        """The points that it goes to, in its order."""
+        """The points that the sequence goes to, in order."""
         return tuple(step.point for step in self.steps if step.point)
 
 
 @dataclass(frozen=True, slots=True)
 class Taught:
-    """All that a file of points holds. Raises `BadRequest` for a step to a point there is not."""
+    """The contents of a file of points. Raises `BadRequest` for a step to an unknown point."""
 
     points: Mapping[str, Point] = field(default_factory=dict)
     sequences: Mapping[str, StepList] = field(default_factory=dict)
@@ -130,27 +130,27 @@ class Taught:
                     known = ", ".join(self.points) or "none"
                     raise BadRequest(
                         f"step {place} of sequence {name!r} goes to the point {step.point!r}, "
-                        f"which there is not; known are {known}"
+                        f"which does not exist; known are {known}"
                     )
         object.__setattr__(self, "points", MappingProxyType(dict(self.points)))
         object.__setattr__(self, "sequences", MappingProxyType(dict(self.sequences)))
 
     def users(self, point: str) -> tuple[str, ...]:
-        """Return the sequences that go to a point."""
+        """Return the names of the sequences that use a point."""
         return tuple(name for name, each in self.sequences.items() if point in each.points)
 
 
 def check_name(name: str) -> str:
-    """Return a name that a point or a sequence may have; raises `BadRequest`."""
+    """Return the name of a point or a sequence; raises `BadRequest` if it is not valid."""
     if not re.fullmatch(NAME, name):
         raise BadRequest(
-            f"{name!r} is no name: one word of letters, digits, - and _ that begins with a letter, "
-            "of at most 40 characters"
+            f"{name!r} is not a valid name: use one word of at most 40 letters, digits, - and _ "
+            "that begins with a letter"
         )
     return name
 
 
-# Reading a file of points: TOML; what makes no sense is an error that names the key.
+# Reads a file of points, which is TOML. An error names the key that is wrong.
 
 POINTS, SEQUENCES = "points", "sequences"
 POINT_KEYS = ("joints_deg", "gripper_mm", "taught", "note")
@@ -158,7 +158,7 @@ LIST_KEYS = ("note", "steps")
 
 
 def parse_points(document: str, names: tuple[str, ...]) -> Taught:
-    """Read a file of points of an arm with these joints. Raises `PointsFileError`."""
+    """Parse the points of an arm with these joints. Raises `PointsFileError`."""
     try:
         table = TomlTable(parse_toml(document, PointsFileError), "", Problems())
         require_format(table.entries)

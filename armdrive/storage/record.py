@@ -1,7 +1,7 @@
-"""What is remembered of an arm between programs: one small JSON file per arm, replaced whole.
+"""The saved position of an arm: one small JSON file per arm, always replaced as a whole.
 
-The file is marked before the arm leaves stand-still and cleared when it has been still again, so
-that a program that dies in mid-motion leaves a mark instead of a wrong position.
+The file is marked as in motion before the arm starts moving, and unmarked once the arm is at rest
+again. A program that dies during a motion thus leaves a mark instead of a wrong position.
 """
 
 from __future__ import annotations
@@ -27,23 +27,17 @@ from armdrive.storage.files import (
 from kinematics.errors import finite
 from kinematics.spaces import Motors
 
-# What a record holds, and its text: JSON with a checksum, read back strictly.
+# A record, and its text: JSON with a checksum, parsed strictly.
 #
-# Whatever is not exactly what was written is a `StateFileError` that says what is wrong with it.
+# Any deviation from the written text is a `StateFileError` that says what is wrong.
 
-FORMAT = 2
-"""1 had no checksum."""
-
-LONGEST = 16384
-"""Bytes. No record is a tenth as long; what is longer is not even read."""
-
+FORMAT = 2  # format 1 had no checksum
+LONGEST = 16384  # bytes, ten times the longest record; a longer file is not parsed
 MOST_MOTORS = 64
-STEPS_MOST = 10_000_000_000
-"""No motor has ever stood further from its zero; arithmetic with it stays exact."""
-
+STEPS_MOST = 10_000_000_000  # beyond any motor's travel; sums stay exact as floats
 COORDINATE_MOST = 1e6
 RESTORING = frozenset({Trust.REFERENCED.value, Trust.RESTORED.value})
-"""The next program takes up a position that was recorded with one of these."""
+"""The levels of trust with which the next program restores a saved position."""
 
 _CHECK = "check"
 _OPTIONAL = ("taken", "unsure")
@@ -51,10 +45,11 @@ _OPTIONAL = ("taken", "unsure")
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """The last known position of one arm: registers plus reference offset, and how trusted.
+    """The last known position of one arm: motor registers, reference offset, and level of trust.
 
-    Of an arm with backlash, `taken` says where each motor is within it, but assumes that of the
-    motors `unsure`, counted from 0. Of others both are empty, and not written.
+    For an arm with backlash, `taken` is each motor's position within its backlash, which is only
+    assumed for the motors in `unsure` (counted from 0). Without backlash both are empty, and left
+    out of the file.
     """
 
     arm: str
@@ -70,17 +65,17 @@ class Record:
 
     @property
     def would_restore(self) -> bool:
-        """Whether the next program would take this for the position if the registers agree."""
+        """Whether the next program would restore this position if the registers agree."""
         return not self.in_motion and self.trust in RESTORING
 
     def require_owner(self, arm: str, calibration: str, motors: int) -> None:
-        """Raise `StateFileError` unless this was recorded of such an arm."""
+        """Raise `StateFileError` unless the record is of this arm, with this calibration."""
         if self.arm != arm:
-            raise StateFileError(f"it is of the arm {self.arm}")
+            raise StateFileError(f"it belongs to the arm {self.arm}")
         if self.calibration != calibration:
             raise StateFileError("it was made with another calibration")
         if len(self.offset) != motors:
-            raise StateFileError("it is of an arm with other motors")
+            raise StateFileError("it belongs to an arm with a different number of motors")
 
 
 def to_text(record: Record) -> bytes:
@@ -93,7 +88,7 @@ def to_text(record: Record) -> bytes:
 
 
 def from_text(text: bytes) -> Record:
-    """Return the record of a text; raises `StateFileError` with the reason, and nothing else."""
+    """Parse a record; any error is a `StateFileError` with the reason."""
     if len(text) > LONGEST:
         raise StateFileError(f"it is damaged: no record is longer than {LONGEST} bytes")
     if not text.strip(b" \r\n\t\x00"):
@@ -108,7 +103,7 @@ def from_text(text: bytes) -> Record:
 
 def _of_our_format(entries: Any) -> dict[str, Any]:
     if not isinstance(entries, dict):
-        raise TypeError("it is no table")
+        raise TypeError("it is not a JSON object")
     number = entries.pop("format", None)
     if type(number) is not int:
         raise TypeError("it does not say its format")
@@ -121,7 +116,7 @@ def _of_our_format(entries: Any) -> dict[str, Any]:
 
 def _checked(entries: dict[str, Any]) -> Record:
     if entries.pop(_CHECK) != _check({"format": FORMAT, **entries}):
-        raise ValueError("its checksum is another one")
+        raise ValueError("its checksum does not match")
     record = Record(
         arm=_text(entries.pop("arm")),
         calibration=_text(entries.pop("calibration")),
@@ -134,97 +129,96 @@ def _checked(entries: dict[str, Any]) -> Record:
         **{name: _steps(entries.pop(name)) for name in _OPTIONAL if name in entries},
     )
     if entries:
-        raise ValueError(f"nobody knows its entry {min(entries)!r:.40}")
+        raise ValueError(f"its entry {min(entries)!r:.40} is unknown")
     if len(record.offset) != len(record.registers):
-        raise ValueError("it has more registers than offsets, or fewer")
+        raise ValueError("it has a different number of registers and offsets")
     if not set(record.unsure) <= set(range(len(record.taken))):
-        raise ValueError("it doubts motors that it says nothing of")
+        raise ValueError("its entry 'unsure' names motors that 'taken' does not have")
     return record
 
 
 def _check(entries: Mapping[str, Any]) -> str:
-    """Return a checksum of what the entries say, however they are laid out."""
+    """Return a checksum of the entries, independent of their layout in the file."""
     plain = json.dumps(entries, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(plain.encode()).hexdigest()
 
 
 def _text(value: object) -> str:
     if not isinstance(value, str):
-        raise TypeError(f"{value!r:.40} stands where text belongs")
-    value.encode("utf-8")  # half a character is no text
+        raise TypeError(f"{value!r:.40} is not text")
+    value.encode("utf-8")  # raises for a lone surrogate
     return value
 
 
 def _flag(value: object) -> bool:
     if not isinstance(value, bool):
-        raise TypeError(f"{value!r:.40} stands where true or false belongs")
+        raise TypeError(f"{value!r:.40} is neither true nor false")
     return value
 
 
 def _items(value: object) -> list[object]:
     if not isinstance(value, list) or not 1 <= len(value) <= MOST_MOTORS:
-        raise TypeError(f"{value!r:.40} stands where a list of numbers belongs")
+        raise TypeError(f"{value!r:.40} is not a list of 1 to {MOST_MOTORS} numbers")
     return value
 
 
 def _steps(value: object) -> tuple[int, ...]:
     steps = Motors(_items(value))  # type: ignore[arg-type]
     if steps.largest > STEPS_MOST:
-        raise ValueError("no motor has ever made so many steps")
+        raise ValueError("a number of steps is beyond any motor's travel")
     return steps
 
 
 def _coordinate(value: object) -> float:
     number = finite("a coordinate", value)
     if abs(number) > COORDINATE_MOST:
-        raise ValueError(f"{number:g} is no coordinate of an arm")
+        raise ValueError(f"the coordinate {number:g} is out of any arm's range")
     return number
 
 
 __all__ = ["FileRecorder", "NoRecorder", "PositionRecorder", "Record"]
 
-BAD = ".bad"
-"""The ending of a file that could not be used, kept aside when a new one took its place."""
+BAD = ".bad"  # ending of an unusable file, which is kept when a new one replaces it
 
 
 class PositionRecorder(Protocol):
-    """Somewhere that keeps a record. What cannot be done on the disk is an `OSError`."""
+    """Stores one record. Raises `OSError` if the disk fails."""
 
     def load(self) -> Record | None:
-        """Return the record, None where there is none; raises `StateFileError`."""
+        """Return the record, or None if there is none; raises `StateFileError`."""
 
     def refuse(self) -> None:
-        """Hear that what was found cannot be used: it is kept aside when it is replaced."""
+        """Keep the present file under another name when the next record replaces it."""
 
     def save(self, record: Record, wanted: Callable[[], bool] = always) -> None:
-        """Keep a record in place of the last one; it outlives a power cut from then on.
+        """Replace the record; once this returns, the new one survives a power cut.
 
-        `wanted()` is asked again when a slow disk is ready to put it in place.
+        As a disk may be slow, `wanted()` is called again just before the new record takes effect.
         """
 
     def remove(self) -> None:
-        """Keep nothing: what was kept is no longer true, and cannot be replaced."""
+        """Delete the record, which is no longer true and cannot be replaced."""
 
 
 class NoRecorder:
-    """Keeps nothing: simulated arms of a script begin anew each time."""
+    """Stores nothing: the simulated arms of a script start afresh each time."""
 
     def load(self) -> Record | None:
         """Return None."""
         return None
 
     def refuse(self) -> None:
-        """Nothing was found."""
+        """Do nothing."""
 
     def save(self, record: Record, wanted: Callable[[], bool] = always) -> None:
-        """Forget the record."""
+        """Discard the record."""
 
     def remove(self) -> None:
-        """Nothing is kept."""
+        """Do nothing, as there is no record."""
 
 
 class FileRecorder:
-    """Keeps the record in a file, which is always whole: it is replaced, never rewritten."""
+    """Stores the record in a file, which is always complete: it is replaced, never rewritten."""
 
     def __init__(self, path: Path, files: StateFiles = DISK) -> None:
         self.path = path
@@ -234,11 +228,11 @@ class FileRecorder:
 
     @property
     def aside(self) -> Path:
-        """Where the last file is kept that could not be used; there is one at most."""
+        """The path at which the latest unusable file is kept."""
         return self.path.with_name(self.path.name + BAD)
 
     def load(self) -> Record | None:
-        """Read the file. One that cannot be kept up to date is not believed either."""
+        """Read the file. Reject a file that cannot be replaced, as it may be out of date."""
         try:
             text = self._files.read_own(self.path, LONGEST + 1)
         except FileNotFoundError:
@@ -253,17 +247,17 @@ class FileRecorder:
             raise StateFileError(f"the state file {self.path} cannot be used: {error}") from None
         if not self._files.may_change(self.path.parent):
             raise StateFileError(
-                f"the state file {self.path} may be out of date, since nothing can be written into "
-                "its folder: make the folder writable"
+                f"the state file {self.path} may be out of date, because its folder is not "
+                "writable: make the folder writable"
             )
         return record
 
     def refuse(self) -> None:
-        """Keep the present file aside when it is replaced."""
+        """Rename the present file, instead of overwriting it, at the next `save`."""
         self._refused = True
 
     def save(self, record: Record, wanted: Callable[[], bool] = always) -> None:
-        """Replace the file; the first time, also remove what killed programs left unfinished."""
+        """Replace the file; the first time, also remove the unfinished files of killed programs."""
         aside = self.aside if self._refused else None
         replace_durably(self._files, self.path, to_text(record), aside=aside, wanted=wanted)
         self._refused = False
@@ -274,7 +268,7 @@ class FileRecorder:
                     self._files.remove(left)
 
     def remove(self) -> None:
-        """Remove the file, which takes no room on a full disk."""
+        """Remove the file, which works on a full disk too."""
         if self._refused:
             put_aside(self._files, self.path, self.aside)
         remove_durably(self._files, self.path)

@@ -1,7 +1,7 @@
-"""Who brings records to the disk: at once on simulated time, else a thread beside the wire's.
+"""Write records to the disk: at once on simulated time, otherwise in a thread of its own.
 
-Records are numbered as they are handed over. Of several that wait only the newest is written, so
-that a slow disk never has a queue; what became of the newest that was tried is the `WriteOutcome`.
+Records are numbered in the order of `put`. If several are waiting, only the newest is written, so
+that a slow disk never builds up a queue. The `WriteOutcome` reports the latest attempt.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from armdrive.storage.record import RESTORING, PositionRecorder, Record
 
 @dataclass(frozen=True, slots=True)
 class WriteOutcome:
-    """What became of the newest record that was tried; `error` says why it could not be kept.
+    """The result of the latest attempt to write; `error` says why it failed.
 
-    `kept` is the newest record that surely is on the disk, and `kept_number` its number.
+    `kept` is the newest record known to be on the disk, and `kept_number` its number.
     """
 
     number: int = 0
@@ -28,7 +28,7 @@ class WriteOutcome:
 
 
 class Keeper:
-    """Brings one record after the other to the disk, and takes away what would mislead."""
+    """Writes records to the disk, and removes an old record that would mislead the next program."""
 
     def __init__(self, recorder: PositionRecorder) -> None:
         self._recorder = recorder
@@ -37,25 +37,25 @@ class Keeper:
         self._ended = False
 
     def found(self, record: Record) -> None:
-        """Hear what the disk holds."""
+        """Note the record that is on the disk."""
         self._left = {record}
 
     def refused(self) -> None:
-        """Hear that the disk holds something of which nobody knows what it will be taken for."""
+        """Note that the disk holds an unusable record, which the next program may misread."""
         self._refused = True
         self._recorder.refuse()
 
     def end(self) -> None:
-        """Write nothing from now on; what a slow disk is still busy with is not put in place."""
+        """Write nothing from now on; a write still in progress on a slow disk takes no effect."""
         self._ended = True
 
     def keep(self, record: Record, number: int, before: WriteOutcome) -> WriteOutcome:
-        """Bring a record to the disk, or say why that failed."""
+        """Write a record to the disk; return the result, which may be a failure."""
         if self._ended:
             return before
         try:
             self._recorder.save(record, lambda: not self._ended)
-        except Exception as error:  # whatever it is, the wire's thread has to hear of it
+        except Exception as error:  # any failure has to reach the wire's thread
             return WriteOutcome(
                 number, self._failed(record, error), before.kept, before.kept_number
             )
@@ -63,7 +63,7 @@ class Keeper:
         return WriteOutcome(number, "", record, number)
 
     def _failed(self, record: Record, error: Exception) -> str:
-        """Take away what is still there if it would now be believed wrongly."""
+        """Remove the old record from the disk if the next program would wrongly restore it."""
         words = str(error)
         if self._refused or any(_misleads(one, record) for one in self._left):
             try:
@@ -72,33 +72,33 @@ class Keeper:
                 words += f", and the old position is still there ({another})"
             else:
                 self._left, self._refused = set(), False
-        self._left.add(record)  # the last step may have failed alone
+        self._left.add(record)  # the new record may still be on the disk: only the last step failed
         return words
 
 
 def _misleads(left: Record, now: Record) -> bool:
-    """Tell whether the next program would believe what this one does not believe any more."""
+    """Return whether the next program would restore a position that this one no longer trusts."""
     if not left.would_restore:
         return False
     return now.trust not in RESTORING or now.offset != left.offset
 
 
 class RecordWriter(Protocol):
-    """Takes records to the disk, in the order in which they are handed over."""
+    """Writes records to the disk in the order of `put`."""
 
     @property
     def outcome(self) -> WriteOutcome:
-        """What became of the newest record that was tried."""
+        """The result of the latest attempt to write."""
 
     def put(self, record: Record) -> int:
-        """Hand a record over; return its number."""
+        """Accept a record for writing; return its number."""
 
     def finish(self, timeout_s: float) -> bool:
-        """Wait until nothing is left to write; False when the time is over first."""
+        """Wait until nothing is left to write; return False on a timeout."""
 
 
 class AtOnce:
-    """Writes on the caller's thread: on simulated time nothing takes time, and all is the same."""
+    """Writes on the caller's thread: simulated time stands still meanwhile, and runs repeat."""
 
     def __init__(self, keeper: Keeper) -> None:
         self._keeper = keeper
@@ -112,15 +112,15 @@ class AtOnce:
         return self._number
 
     def finish(self, timeout_s: float) -> bool:  # noqa: ARG002
-        """Nothing is ever left."""
+        """Return True: nothing is ever left to write."""
         return True
 
 
 class BesideTheWire:
-    """Writes in a thread that lives while something is to be written; `wake` is called after each.
+    """Writes in a thread that exists while records are waiting; calls `wake` after each write.
 
-    The thread is no daemon: a program that ends without closing its arm still has its last word
-    written.
+    The thread is not a daemon, so that the last record is written even if a program ends without
+    closing its arm.
     """
 
     def __init__(self, keeper: Keeper, wake: Callable[[], None]) -> None:
@@ -133,7 +133,7 @@ class BesideTheWire:
         self._at_work = False
 
     def put(self, record: Record) -> int:
-        """Hand a record over to the thread; takes no time."""
+        """Pass a record to the thread, without waiting."""
         with self._turn:
             self._number += 1
             self._waiting = record
@@ -143,14 +143,14 @@ class BesideTheWire:
             return self._number
 
     def finish(self, timeout_s: float) -> bool:
-        """Wait for the thread; afterwards it writes nothing more, if it was in time or not."""
+        """Wait for the thread to finish; return False on a timeout."""
         with self._turn:
             return self._turn.wait_for(lambda: not self._at_work, timeout_s)
 
     def _start(self) -> None:
         try:
             threading.Thread(target=self._work, name="armdrive-record", daemon=False).start()
-        except RuntimeError:  # no thread is to be had, or the interpreter is about to end
+        except RuntimeError:  # out of threads, or the interpreter is shutting down
             self._work()
 
     def _work(self) -> None:

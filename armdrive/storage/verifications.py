@@ -1,4 +1,4 @@
-"""What was found each time an arm was verified: a file of JSON lines in the state folder."""
+"""The log of an arm's verifications: a file of JSON lines in the state folder."""
 
 from __future__ import annotations
 
@@ -11,17 +11,16 @@ from typing import Any
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, append_line
 
-LONGEST = 1_000_000
-"""Bytes that are read of a log: some thousands of lines."""
+LONGEST = 1_000_000  # bytes read from the end of a log: some thousands of lines
 
 
 def logbook_file(arm: str) -> Path:
-    """Return the file in which an arm's verifications are kept."""
+    """Return the file of an arm's verifications."""
     return places.states() / f"{places.file_name(arm)}.verified.jsonl"
 
 
 def write_down(path: Path, view: Mapping[str, Any], calibration: str, reference: str) -> None:
-    """Add a verification as a line with the date; `view` is its plain data. Raises `OSError`."""
+    """Append a verification with the date; `view` is its plain data. Raises `OSError`."""
     line = {
         "time": datetime.now(UTC).isoformat(timespec="seconds"),
         "calibration": calibration,
@@ -32,7 +31,7 @@ def write_down(path: Path, view: Mapping[str, Any], calibration: str, reference:
 
 
 def last_entry(path: Path, calibration: str) -> dict[str, Any] | None:
-    """Return the last entry of the same calibration; damaged lines are passed over."""
+    """Return the latest entry with this calibration, or None; damaged lines are skipped."""
     try:
         lines = DISK.read_own(path, LONGEST, end=True).splitlines()
     except OSError:

@@ -1,1 +1,1 @@
-"""The only room that opens a wire."""
+"""The links to controllers: serial ports, network addresses, CAN buses, and in-process devices."""

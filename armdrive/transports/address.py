@@ -1,7 +1,7 @@
-"""What can stand where a serial port's name does: a controller on a network, a CAN adapter.
+"""Addresses that may be given instead of a serial port's name.
 
-`SCHEME://HOST:PORT` is a controller on a network; `can:` begins the address of a CAN adapter, which
-can_address.py reads.
+`SCHEME://HOST:PORT` is a controller on a network. `can:` begins the address of a CAN adapter, which
+can_address.py parses.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ PREFIX = "can:"
 
 
 def is_can(port: str) -> bool:
-    """Tell whether a port's name means a CAN adapter."""
+    """Return whether a port's name is the address of a CAN adapter."""
     return port[: len(PREFIX)].lower() == PREFIX
 
 
 def scheme(port: str) -> str:
-    """Return what stands before `://`, in small letters; empty for a plain name or a CAN bus."""
+    """Return the part before `://`, in lower case; empty for a plain name or a CAN bus."""
     if is_can(port):
         return ""
     before, found, _ = port.partition("://")
@@ -36,7 +36,7 @@ def host_and_port(url: str) -> tuple[str, int]:
         number = None
     if not parts.hostname or not number:
         raise BadRequest(
-            f"{url} is no address: write host and port number, for example "
+            f"{url} is not a complete address: write host and port number, for example "
             f"{parts.scheme or 'socket'}://192.168.4.1:2217"
         )
     return parts.hostname, number

@@ -1,7 +1,7 @@
-"""The address of a CAN adapter, `can:INTERFACE:CHANNEL?OPTION=VALUE&...`, read into its parts.
+"""The address of a CAN adapter, `can:INTERFACE:CHANNEL?OPTION=VALUE&...`.
 
-Its names are python-can's own, and so are its defaults: `can:` alone means whatever python-can's
-configuration file or the variables CAN_INTERFACE, CAN_CHANNEL and CAN_BITRATE say.
+Names and defaults are those of python-can: `can:` alone means the adapter in python-can's
+configuration file, or in the variables CAN_INTERFACE, CAN_CHANNEL and CAN_BITRATE.
 """
 
 from __future__ import annotations
@@ -13,18 +13,18 @@ from armdrive.errors import BadRequest
 from armdrive.transports.address import PREFIX, is_can
 
 IDS = "ids"
-"""The one option that is not python-can's: the ids that are listened to, `ids=1,2,0x10`."""
+"""The only option that is not python-can's: the ids of the frames to receive, `ids=1,2,0x10`."""
 MOST_ID = 0x1FFF_FFFF
 _ON_SERIAL = frozenset({"slcan", "serial", "robotell", "seeedstudio"})
 """The interfaces whose channel is a serial port."""
-_KEEP_QUIET = frozenset({"slcan"})
+_CAN_LISTEN_ONLY = frozenset({"slcan"})
 _LISTEN_ONLY = ("listen_only", "true")
-"""python-can's own option for an adapter that does not even acknowledge."""
+"""python-can's option for an adapter that never sends, not even an acknowledgement."""
 
 
 @dataclass(frozen=True, slots=True)
 class CanAddress:
-    """A CAN adapter as python-can knows it; what is empty is left to its configuration."""
+    """A CAN adapter in python-can's terms; empty fields are left to python-can's configuration."""
 
     interface: str = ""
     channel: str = ""
@@ -33,9 +33,9 @@ class CanAddress:
 
     @classmethod
     def parse(cls, port: str) -> CanAddress:
-        """Read a port's name. Raises `BadRequest`."""
+        """Parse an address. Raises `BadRequest`."""
         if not is_can(port):
-            raise BadRequest(f"{port!r} is no CAN address: write can:INTERFACE:CHANNEL")
+            raise BadRequest(f"{port!r} is not a CAN address: write can:INTERFACE:CHANNEL")
         where, _, query = port[len(PREFIX) :].partition("?")
         interface, _, channel = where.partition(":")
         try:
@@ -48,12 +48,12 @@ class CanAddress:
         return cls(interface.strip(), channel.strip(), tuple(options.items()), ids)
 
     def option(self, name: str) -> str:
-        """Return an option's text; empty where it is not given."""
+        """Return the value of an option; empty if it is not given."""
         return dict(self.options).get(name, "")
 
     @property
     def device(self) -> str:
-        """The serial port of the adapter; empty where it has none."""
+        """The serial port of the adapter; empty if it has none."""
         if self.interface not in _ON_SERIAL:
             return ""
         return self.channel.rpartition("@")[0] or self.channel
@@ -64,18 +64,18 @@ class CanAddress:
         return self.interface in _ON_SERIAL
 
     def listening(self) -> CanAddress:
-        """Return the same with an adapter that only listens, where it can be kept from speaking."""
-        if self.interface not in _KEEP_QUIET or self.option(_LISTEN_ONLY[0]):
+        """Return the address with the adapter in listen-only mode, if its interface has one."""
+        if self.interface not in _CAN_LISTEN_ONLY or self.option(_LISTEN_ONLY[0]):
             return self
         return replace(self, options=(*self.options, _LISTEN_ONLY))
 
     def at(self, device: str) -> CanAddress:
-        """Return the same with its adapter at another serial port."""
+        """Return the address with the adapter at another serial port."""
         _, at, speed = self.channel.rpartition("@") if "@" in self.channel else ("", "", "")
         return replace(self, channel=f"{device}{at}{speed}")
 
     def __str__(self) -> str:
-        """Write it as it is read."""
+        """Return the address as `parse` accepts it."""
         words = [f"{name}={value}" for name, value in self.options]
         if self.ids:
             words.append(f"{IDS}={','.join(map(str, sorted(self.ids)))}")

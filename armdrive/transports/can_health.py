@@ -1,7 +1,7 @@
-"""The state of a CAN bus: its error frames and its adapter's status in words, its load in bits.
+"""The health of a CAN bus: error frames and adapter status in words, and frame lengths in bits.
 
-Error frames are those of Linux (linux/can/error.h): their id is a set of classes, their data says
-more. The status byte is Lawicel's answer to `F`.
+Error frames are those of Linux (linux/can/error.h): the id is a set of error classes, and the data
+gives details. The status byte is the answer to `F` in Lawicel's protocol.
 """
 
 from __future__ import annotations
@@ -19,32 +19,32 @@ ADVICE = (
 
 
 class BusState(Enum):
-    """How well the adapter's own controller gets on with the bus."""
+    """The error state of the adapter's CAN controller."""
 
     ACTIVE = "active"
     WARNING = "warning"
-    """It has seen so many errors that it says so."""
+    """An error counter has reached the warning limit."""
     PASSIVE = "error-passive"
-    """It no longer interrupts others for errors: nobody acknowledges, or most frames are broken."""
+    """The adapter no longer signals errors: frames go unacknowledged, or most are corrupt."""
     OFF = "bus-off"
-    """It has left the bus: nothing is sent or heard any more."""
+    """The adapter has left the bus: it neither sends nor receives."""
 
 
 @dataclass(frozen=True, slots=True)
 class BusHealth:
-    """What was seen on a bus since it was opened."""
+    """The state and the counters of a bus since it was opened."""
 
     state: BusState = BusState.ACTIVE
     sent: int = 0
     heard: int = 0
     error_frames: int = 0
     refused: int = 0
-    """Frames that the adapter said it could not send."""
+    """Frames that the adapter reported as not sent."""
     read_errors: int = 0
     overrun: int = 0
-    """Frames that came faster than they were taken, and were dropped, the oldest first."""
+    """Received frames that were dropped, oldest first, because they were not read in time."""
     forgotten: int = 0
-    """Frames that were not sent, since this program had been suspended before they could be."""
+    """Frames that were too old to send, for instance after this program was suspended."""
     last_trouble: str = ""
 
 
@@ -52,30 +52,30 @@ _CLASSES = (
     (0x001, "a frame was not sent in time"),
     (0x002, "arbitration was lost"),
     (0x008, "the bus has a protocol error"),
-    (0x010, "the transceiver reports trouble"),
-    (0x020, "nobody acknowledged a frame"),
+    (0x010, "the transceiver reports a fault"),
+    (0x020, "no node acknowledged a frame"),
     (0x080, "the bus has an error"),
     (0x100, "the controller was restarted"),
 )
 _CONTROLLER, _BUS_OFF, _RESTARTED, _NO_ACK = 0x004, 0x040, 0x100, 0x020
-_FULL, _WARNING, _PASSIVE, _AGAIN = 0x03, 0x0C, 0x30, 0x40
-"""Of the second data byte of a controller's error frame."""
+_OVERFLOW, _WARNING, _PASSIVE, _ACTIVE_AGAIN = 0x03, 0x0C, 0x30, 0x40
+"""Bits in the second data byte of an error frame of the class `_CONTROLLER`."""
 
 
 def of_error_frame(can_id: int, data: bytes) -> tuple[BusState | None, str]:
-    """Return the state that an error frame tells, if it tells one, and what it says."""
+    """Return the state that an error frame reports, if any, and its meaning in words."""
     if can_id & _BUS_OFF:
         return BusState.OFF, "the controller is bus-off"
     detail = data[1] if can_id & _CONTROLLER and len(data) > 1 else 0
     if detail & _PASSIVE or can_id & _NO_ACK:
-        why = "nobody acknowledged a frame" if can_id & _NO_ACK else "it is error-passive"
+        why = "no node acknowledged a frame" if can_id & _NO_ACK else "it is error-passive"
         return BusState.PASSIVE, why
     if detail & _WARNING:
         return BusState.WARNING, "it has reached its error warning limit"
-    if can_id & _RESTARTED or detail & _AGAIN:
+    if can_id & _RESTARTED or detail & _ACTIVE_AGAIN:
         return BusState.ACTIVE, "the controller is error-active again"
-    if detail & _FULL:
-        return None, "the adapter's buffer ran over"
+    if detail & _OVERFLOW:
+        return None, "the adapter's buffer overflowed"
     words = [text for bit, text in _CLASSES if can_id & bit]
     return None, ", ".join(words) or "an error frame without a reason"
 
@@ -84,7 +84,7 @@ _STATUS = (
     (0x01, "its receive buffer is full"),
     (0x02, "its transmit buffer is full"),
     (0x04, "it has reached its error warning limit"),
-    (0x08, "its receive buffer ran over"),
+    (0x08, "its receive buffer overflowed"),
     (0x20, "it is error-passive"),
     (0x40, "it lost arbitration"),
     (0x80, "it sees bus errors"),
@@ -94,9 +94,9 @@ _STATUS_WARNING = 0x04
 
 
 def of_status(status: int) -> tuple[BusState, str]:
-    """Return the state that an slcan adapter's status means, and what it says.
+    """Return the state that an slcan adapter's status byte means, and its meaning in words.
 
-    Its protocol has no word for bus-off: error-passive with bus errors is the nearest.
+    The protocol has no bit for bus-off; error-passive together with bus errors is the closest.
     """
     words = ", ".join(text for bit, text in _STATUS if status & bit)
     if status & TROUBLED == TROUBLED:
@@ -107,26 +107,24 @@ def of_status(status: int) -> tuple[BusState, str]:
 
 
 def left_bus(why: str) -> str:
-    """Say that the adapter is bus-off."""
+    """Return the message for an adapter that is bus-off."""
     return f"the adapter has left the bus ({why}): {ADVICE}"
 
 
 def not_heard(why: str) -> str:
-    """Say that nobody takes what is sent."""
-    return f"nobody on the bus takes what is sent ({why}): {ADVICE}"
+    """Return the message for frames that no node on the bus receives."""
+    return f"no node on the bus receives what is sent ({why}): {ADVICE}"
 
 
 # --- The length of a classic CAN frame in bits, stuff bits included ------------------------------
 #
-# ISO 11898-1, 10.4 and 10.5: after five equal bits a bit of the other value is inserted, from the
-# start of the frame to the end of its check sequence. That is a CRC of 15 bits with the
-# polynomial 4599 (hex).
+# ISO 11898-1, 10.4 and 10.5: after five equal bits a bit of the opposite value is inserted, from
+# the start of the frame to the end of its check sequence, a CRC of 15 bits with the polynomial 4599
+# (hex).
 
-BITS = 47
-"""Of a frame with an 11-bit id and no data: its fields, and the 3 bits of silence after it."""
-EXTENDED_BITS = 67
-STUFFED = 34
-"""As many of them are before the CRC's end, so that they can be stuffed; data bits all can."""
+BITS = 47  # a frame with an 11-bit id and no data, including the 3 idle bits after it
+EXTENDED_BITS = 67  # the same with a 29-bit id
+STUFFED = 34  # of BITS, those up to the end of the CRC, which are subject to stuffing
 EXTENDED_STUFFED = 54
 _POLYNOMIAL = 0x4599
 _CRC_BITS = 15
@@ -136,7 +134,7 @@ _RUN = 5
 
 @lru_cache(maxsize=4096)
 def frame_bits(frame: Frame) -> int:
-    """Return how many bits a frame takes, with its stuff bits and the silence after it."""
+    """Return a frame's length in bits, including stuff bits and the idle bits after it."""
     plain = (EXTENDED_BITS if frame.extended else BITS) + 8 * len(frame.data)
     bits, count = _fields(frame)
     crc = _crc(bits, count)
@@ -144,14 +142,14 @@ def frame_bits(frame: Frame) -> int:
 
 
 def most_frame_bits(data_bytes: int, *, extended: bool = False) -> int:
-    """Return the most that a frame of so many bytes can take, whatever is in it."""
+    """Return the greatest length in bits of a frame with this many data bytes."""
     plain = (EXTENDED_BITS if extended else BITS) + 8 * data_bytes
     stuffed = (EXTENDED_STUFFED if extended else STUFFED) + 8 * data_bytes
     return plain + (stuffed - 1) // (_RUN - 1)
 
 
 def _fields(frame: Frame) -> tuple[int, int]:
-    """Return the bits from the start of the frame to the end of its data, and how many they are."""
+    """Return the bits from the start of the frame to the end of its data, and their number."""
     remote = int(frame.remote)
     if frame.extended:  # SOF, 11 id bits, SRR, IDE, 18 id bits, RTR, r1, r0
         head = (frame.can_id >> 18) << 2 | 0b11
@@ -174,7 +172,7 @@ def _crc(bits: int, count: int) -> int:
 
 @cache
 def _crc_of(upper: int) -> int:
-    """Return what eight bits make of a CRC whose upper eight have taken them in."""
+    """Return a byte's contribution to the CRC; `upper` is the byte xor the CRC's top eight bits."""
     crc = upper << _CRC_BITS - 8
     for _ in range(8):
         crc = crc << 1 ^ _POLYNOMIAL * (crc >> _CRC_BITS - 1 & 1)
@@ -182,7 +180,7 @@ def _crc_of(upper: int) -> int:
 
 
 def _stuff_bits(bits: int, count: int) -> int:
-    before = -count % 8  # filled with bits that alternate, the last one as on the idle bus
+    before = -count % 8  # pad with alternating bits, the last one recessive like the idle bus
     filled = (0b0101_0101 & (1 << before) - 1) << count | bits
     stuffed, state = 0, (-1, 0)
     for byte in filled.to_bytes((count + before) // 8, "big"):
@@ -193,13 +191,13 @@ def _stuff_bits(bits: int, count: int) -> int:
 
 @cache
 def _stuffed(state: tuple[int, int], byte: int) -> tuple[int, tuple[int, int]]:
-    """Return how many bits are stuffed into eight, and the state behind them: a bit, its run."""
+    """Return the stuff bits in one byte, and the state after it: the last bit, its run length."""
     stuffed, (last, run) = 0, state
     for place in range(7, -1, -1):
         bit = byte >> place & 1
         run = run + 1 if bit == last else 1
         last = bit
-        if run == _RUN:  # the stuff bit begins a run of its own
+        if run == _RUN:  # the stuff bit starts a new run
             stuffed += 1
             run, last = 1, 1 - bit
     return stuffed, (last, run)

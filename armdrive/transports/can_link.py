@@ -1,7 +1,7 @@
-"""A CAN bus as a `Link`: what the engine writes and reads are packed frames, python-can's go out.
+"""A CAN bus as a `Link`: the engine reads and writes packed frames, which python-can transports.
 
-Nothing here is ever sent periodically by a driver or a kernel: what keeps an arm moving comes from
-the engine alone, and ends with it.
+No driver or kernel ever repeats a frame periodically: the frames that keep an arm moving come from
+the engine alone, and end with it.
 """
 
 from __future__ import annotations
@@ -26,23 +26,21 @@ from firmware_protocol.frames import Unpacker, pack
 if TYPE_CHECKING:
     import can
 
-LAST_WORDS_S = 0.3
-"""So long a link that is closed waits for frames that were written before: a stop, perhaps."""
-CLOSING_S = 0.5
-"""A driver that does not let go by then is left to itself."""
+DRAIN_S = 0.3  # `close` waits this long for written frames to leave; one may be a stop
+CLOSING_S = 0.5  # a driver or thread that has not ended by then is abandoned
 STANDARD_MASK = 0x7FF
 EXTENDED_MASK = 0x1FFF_FFFF
 _RATES = frozenset({"bitrate", "btr", "timing"})
 
 
 class CanLink(Link):
-    """A `Link` over a python-can bus, with one thread that hears and one that speaks.
+    """A `Link` over a python-can bus, with one thread that receives and one that sends.
 
-    The bus is its own from then on: nobody else may send, receive or shut it down.
+    The link owns the bus: no other code may send, receive or shut it down.
     """
 
     def __init__(self, bus: can.BusABC, name: str, ids: Iterable[int] = ()) -> None:
-        """Take a bus. Frames of other `ids` are not heard; without any, all are."""
+        """Take over a bus. Receive only frames with these `ids`, or all frames without any."""
         self._bus = bus
         self._name = name
         self._bell = Bell()
@@ -56,33 +54,33 @@ class CanLink(Link):
 
     @property
     def description(self) -> str:
-        """Name the adapter and the bit rate, where it is known."""
+        """Name the adapter, and the bit rate if it is known."""
         return self._name
 
     @property
     def health(self) -> BusHealth:
-        """Return what was seen of the bus so far."""
+        """The state of the bus and its counters so far."""
         return self._watch.health
 
     @property
     def waiting(self) -> int:
-        """How many frames were written and have not left for the adapter yet."""
+        """The number of written frames that the adapter has not accepted yet."""
         return self._writer.waiting
 
     def write(self, data: bytes, now_s: float) -> None:  # noqa: ARG002 - real time is the bus's own
-        """Have packed frames sent. Never waits for the bus; raises `LinkLost` once it is lost."""
+        """Queue packed frames for sending, without waiting. Raises `LinkLost` on a lost bus."""
         self._check()
         self._writer.put(self._unpacker.feed(data))
 
     def read(self, now_s: float) -> bytes:  # noqa: ARG002
-        """Return the frames that have come, packed. Raises `LinkLost` after the last of them."""
+        """Return the received frames, packed. Raises `LinkLost` on a lost bus with none left."""
         frames = self._reader.take()
         if not frames:
             self._check()
         return b"".join(map(pack, frames))
 
     def wait(self, timeout_s: float) -> None:
-        """Sleep until a frame comes, the bus is lost, `wake` is called, or the time is over."""
+        """Sleep until a frame arrives, the bus is lost, `wake` is called, or the timeout."""
         self._bell.wait(timeout_s)
 
     def wake(self) -> None:
@@ -90,11 +88,11 @@ class CanLink(Link):
         self._bell.ring()
 
     def close(self) -> None:
-        """Take the adapter off the bus, once what was written has left or had its time to."""
+        """Take the adapter off the bus, after giving written frames `DRAIN_S` to leave."""
         if self._closed:
             return
         self._closed = True
-        self._writer.drain(LAST_WORDS_S)
+        self._writer.drain(DRAIN_S)
         self._watch.ended.set()
         self._writer.join(CLOSING_S)
         self._reader.join(CLOSING_S)
@@ -104,7 +102,7 @@ class CanLink(Link):
         self._bell.close()
 
     def _shut_down(self) -> None:
-        with contextlib.suppress(Exception):  # it may be gone, in every way that drivers have
+        with contextlib.suppress(Exception):  # drivers fail in many ways if the adapter is gone
             self._bus.shutdown()
 
     def _check(self) -> None:
@@ -125,16 +123,16 @@ def open_can_link(port: str) -> CanLink:
 
 
 def open_bus(address: CanAddress) -> tuple[can.BusABC, str]:
-    """Open the bus of an address; return it and its name for people. Raises `PortUnavailable`.
+    """Open the bus of an address; return it and a readable name. Raises `PortUnavailable`.
 
-    What the address leaves out comes from python-can's configuration, as its users know it.
+    Anything that the address leaves out comes from python-can's configuration.
     """
     try:
         import can
     except ImportError as error:
         raise PortUnavailable(f"{NOT_INSTALLED} ({error})") from None
     logger = logging.getLogger("can")
-    if not logger.handlers:  # its warnings would be printed; armdrive's errors tell them
+    if not logger.handlers:  # keep its warnings off the terminal; armdrive's errors report them
         logger.addHandler(logging.NullHandler())
     settings = _settings(can, address)
     interface = str(settings.pop("interface"))
@@ -147,7 +145,9 @@ def open_bus(address: CanAddress) -> tuple[can.BusABC, str]:
             f"{address} names no bit rate, and an slcan adapter has none of its own: write "
             f"{found}?bitrate=500000"
         )
-    if interface == "socketcan" and address.ids:  # elsewhere error frames would be filtered too
+    if (
+        interface == "socketcan" and address.ids
+    ):  # other interfaces would also filter out error frames
         settings["can_filters"] = _filters(address.ids)
     try:
         if interface == "slcan":
@@ -164,7 +164,7 @@ def open_bus(address: CanAddress) -> tuple[can.BusABC, str]:
 
 
 def _settings(python_can: ModuleType, address: CanAddress) -> dict[str, Any]:
-    """Return what python-can makes of an address and its own configuration."""
+    """Return python-can's settings for an address, completed from its configuration."""
     given: dict[str, Any] = dict(address.options)
     if address.interface:
         given["interface"] = address.interface

@@ -1,8 +1,8 @@
-"""A serial CAN adapter (slcan) that is listened to: python-can's own, with its answers heard.
+"""A serial CAN adapter (slcan): python-can's bus, extended to read the adapter's own replies.
 
-python-can's slcan reads past what the adapter says of itself, so that a frame which could not be
-sent looks sent (hardbyte/python-can issue 2060), waits two seconds for every adapter, and lets two
-programs share one. Its names and options are kept.
+python-can's slcan ignores these replies, so that a frame that could not be sent looks sent
+(hardbyte/python-can issue 2060). It also waits two seconds for every adapter, and lets two programs
+share one. Its names and options are kept.
 """
 
 from __future__ import annotations
@@ -29,36 +29,38 @@ from firmware_protocol.slcan import BELL, SlcanLines, frame_of, line_of
 if sys.platform != "win32":
     import fcntl
 
-GREETING_S = 0.4
-"""An adapter that does not answer by then is asked again."""
-GREETINGS = 6
-"""So often, since one on an Arduino sleeps for two seconds after its port was opened."""
-MOST_WORDS = 100
+GREETING_S = 0.4  # ask the adapter again if it has not answered by then
+GREETINGS = 6  # attempts: an Arduino-based adapter restarts for two seconds after its port opens
+MOST_LINES = 100  # lines kept from the greeting, for the error message
 WRITE_PATIENCE_S = 0.5
 POLL_S = 0.02
 CHUNK = 4096
-_OWN_WORDS = frozenset({b"", BELL, *(bytes([each]) for each in b"VvNzZtTrRF")})
-"""What an adapter's lines begin with; an empty one is its yes."""
+_LINE_STARTS = frozenset({b"", BELL, *(bytes([each]) for each in b"VvNzZtTrRF")})
+"""The first bytes of an adapter's lines; an empty line means OK."""
 _YES = frozenset({b"", b"z", b"Z"})
 _ECHOES = frozenset({b"C", b"O", b"V"})
-"""What only a device says that repeats what it hears."""
+"""Our own commands: a device that sends them back only echoes, and is no adapter."""
 
 
 class Slcan(slcanBus):
-    """python-can's slcan bus; `refused` counts the adapter's bells, `refusing` is its last word."""
+    """python-can's slcan bus with the adapter's replies.
+
+    `refused` counts the frames that the adapter could not send (it replies with a bell), and
+    `refusing` is whether its latest reply was such a refusal.
+    """
 
     def __init__(
         self, channel: str, *, sleep_after_open: float | None = None, **settings: Any
     ) -> None:
         """Open the port and the bus, and wait until the adapter answers.
 
-        With a `sleep_after_open` it is waited for so long, and nothing is asked.
+        With `sleep_after_open`, only wait that long, without asking the adapter anything.
         """
         self.refused = 0
         self.refusing = False
         self._status: int | None = None
         self._heard: deque[Frame] = deque()
-        self._words: list[bytes] = []
+        self._received_lines: list[bytes] = []
         self._lines = SlcanLines()
         self._lock_file = _Lock(channel)
         try:
@@ -70,11 +72,11 @@ class Slcan(slcanBus):
             raise
 
     def ask(self) -> None:
-        """Ask for the status of the adapter; it comes while frames are received, if at all."""
+        """Request the adapter's status; the answer, if any, arrives between received frames."""
         self._write("F")
 
     def take_status(self) -> int | None:
-        """Take the answer, once it is there."""
+        """Return the answer to `ask` once; None if there is none."""
         status, self._status = self._status, None
         return status
 
@@ -86,8 +88,8 @@ class Slcan(slcanBus):
         self._put(line_of(frame), WRITE_PATIENCE_S if timeout is None else timeout)
 
     def shutdown(self) -> None:
-        """Take the adapter off the bus, and give the port back whatever happens."""
-        with contextlib.suppress(can.CanError, AttributeError):  # the latter: it never was open
+        """Take the adapter off the bus, and release the port in any case."""
+        with contextlib.suppress(can.CanError, AttributeError):  # the latter if it was never open
             if not self._is_shutdown:
                 super().shutdown()
         with contextlib.suppress(AttributeError, OSError):
@@ -117,11 +119,11 @@ class Slcan(slcanBus):
         elif line[:1] == b"F" and len(line) == 3:
             with contextlib.suppress(ValueError):
                 self._status = int(line[1:], 16)
-        if len(self._words) < MOST_WORDS:
-            self._words.append(line)
+        if len(self._received_lines) < MOST_LINES:
+            self._received_lines.append(line)
 
     def _fill(self, pause_s: float) -> bytes:
-        """Return what has come; sleep for it, but no longer than the pause."""
+        """Return the bytes that have arrived, or wait for some during the pause."""
         with error_check("the serial port of the adapter cannot be read"):
             try:
                 files = [self.serialPortOrig.fileno()]
@@ -135,7 +137,7 @@ class Slcan(slcanBus):
             return bytes(self.serialPortOrig.read(max(self.serialPortOrig.in_waiting, 1)))
 
     def _write(self, string: str) -> None:
-        """Say a line: python-can's own would wait for a stuck adapter for ever."""
+        """Send a line. Replaces python-can's method, which waits for a stuck adapter forever."""
         self._put(string.encode() + self.LINE_TERMINATOR, WRITE_PATIENCE_S)
 
     def _put(self, data: bytes, patience_s: float) -> None:
@@ -150,17 +152,17 @@ class Slcan(slcanBus):
             raise can.CanOperationError(f"the adapter cannot be written to ({error})") from error
 
     def _greet(self, channel: str, bitrate: int | None) -> None:
-        """Wait until the adapter has told its version, or anything else that only it would say."""
+        """Wait for the adapter's version, or another reply that only an slcan adapter sends."""
         for turn in range(GREETINGS):
             self._write("V")
             if self._answered(GREETING_S):
-                if turn:  # it was asleep when it was told the bit rate
+                if turn:  # the adapter was still restarting when it was sent the bit rate
                     self._set_up_again(bitrate)
-                # whatever was said before was said to somebody else
+                # discard leftovers of an earlier session
                 self.refused, self.refusing, self._status = 0, False, None
                 self._heard.clear()
                 return
-        raise NoConnection(_nobody(channel, self._words))
+        raise NoConnection(_no_adapter(channel, self._received_lines))
 
     def _set_up_again(self, bitrate: int | None) -> None:
         if bitrate is None:
@@ -168,24 +170,27 @@ class Slcan(slcanBus):
             self.open()
         else:
             self.set_bitrate(bitrate)
-        self._words.clear()
+        self._received_lines.clear()
         self._write("V")
         self._answered(GREETING_S)
 
     def _answered(self, patience_s: float) -> bool:
-        """Listen for the version, which ends all that was said before; other words are signs."""
+        """Return whether the adapter answered: by its version, or by another slcan reply.
+
+        Stop reading at the version, because everything before it is left over.
+        """
         end_s = time.monotonic() + patience_s
         while (left_s := end_s - time.monotonic()) > 0.0:
             for line in self._lines.feed(self._fill(left_s)):
                 self._take(line)
-            if any(_is_version(line) for line in self._words):
+            if any(_is_version(line) for line in self._received_lines):
                 return True
-        echoes = any(line in _ECHOES for line in self._words)
-        return not echoes and any(_is_own(line) for line in self._words)
+        echoes = any(line in _ECHOES for line in self._received_lines)
+        return not echoes and any(_is_own(line) for line in self._received_lines)
 
 
 class _Lock:
-    """The right to a port for one program, where there are such locks: python-can takes none."""
+    """An exclusive lock on a port, where the system has such locks; python-can takes none."""
 
     def __init__(self, channel: str) -> None:
         self._file: int | None = None
@@ -206,20 +211,20 @@ class _Lock:
 
 
 def _is_version(line: bytes) -> bool:
-    """Tell whether a line is an adapter's version: `V1013`, or the words of a CANable."""
+    """Return whether a line is an adapter's version: `V1013`, or a CANable's text."""
     return (line[:1] in (b"V", b"v") and len(line) > 1) or b"can" in line.lower()
 
 
 def _is_own(line: bytes) -> bool:
-    """Tell whether a line is one that an slcan adapter says."""
-    return line[:1] in _OWN_WORDS or _is_version(line)
+    """Return whether a line may come from an slcan adapter."""
+    return line[:1] in _LINE_STARTS or _is_version(line)
 
 
-def _nobody(channel: str, words: list[bytes]) -> str:
-    heard = b" ".join(words)[:40]
-    what = f"says {heard!r}, which no slcan adapter does" if heard else "says nothing"
+def _no_adapter(channel: str, lines: list[bytes]) -> str:
+    text = b" ".join(lines)[:40]
+    what = f"sends {text!r}, which no slcan adapter does" if text else "sends nothing"
     return (
-        f"{channel} {what}: it is no CAN adapter, or one with another firmware. candleLight "
-        "firmware is no serial port at all: use can:socketcan:can0 on Linux, or can:gs_usb:0; an "
-        "adapter that never answers is opened with &sleep_after_open=2"
+        f"{channel} {what}: it is not a CAN adapter, or has another firmware. With candleLight "
+        "firmware an adapter is not a serial port: use can:socketcan:can0 on Linux, or "
+        "can:gs_usb:0. If your slcan adapter never answers, add &sleep_after_open=2"
     )

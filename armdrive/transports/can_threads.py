@@ -1,7 +1,7 @@
-"""The two threads of a CAN link, one that reads and one that writes, and the judge of its bus.
+"""The reader and the writer thread of a CAN link, and the watch that declares the bus lost.
 
-The policy: bus-off is a loss at once. Error-passive, refused frames and a reader that gets only
-errors are a loss if they last. A received frame clears all three.
+Bus-off means a lost bus at once. Error-passive, refused frames and failing reads mean a lost bus if
+they last. A received frame clears all three.
 """
 
 from __future__ import annotations
@@ -32,27 +32,30 @@ if TYPE_CHECKING:
 
 
 WATCH_PATIENCE_S = 0.85
-"""What lasts this long without a frame being heard is a loss; a standing arm answers oftener."""
+"""A problem that lasts this long without a received frame ends the link.
+
+Longer than the interval at which even an arm at rest answers.
+"""
 
 
 @runtime_checkable
 class Tells(Protocol):
-    """A bus whose adapter says of itself what python-can does not ask it (slcan)."""
+    """A bus whose adapter reports more than python-can asks for (slcan)."""
 
     refused: int
-    """How many frames the adapter has said it did not send."""
+    """The number of frames that the adapter reported as not sent."""
     refusing: bool
-    """Whether that is what it said of the last one."""
+    """Whether the adapter reported the latest frame as not sent."""
 
     def ask(self) -> None:
-        """Ask for its status. Called by the writer."""
+        """Request the adapter's status. Called by the writer."""
 
     def take_status(self) -> int | None:
-        """Take the answer, once there is one. Called by the reader."""
+        """Return the answer to `ask` once; None if there is none. Called by the reader."""
 
 
 def frame_of(message: can.Message) -> Frame | None:
-    """Return the frame of a message; None of CAN FD, which no arm here speaks."""
+    """Return the frame of a message; None for CAN FD, which no supported arm uses."""
     if message.is_fd or len(message.data) > DATA_MAX:
         return None
     data = b"" if message.is_remote_frame else bytes(message.data)
@@ -60,7 +63,7 @@ def frame_of(message: can.Message) -> Frame | None:
 
 
 def message_of(frame: Frame) -> can.Message:
-    """Return a frame as python-can has it."""
+    """Return a frame as python-can's message."""
     import can
 
     return can.Message(
@@ -72,10 +75,10 @@ def message_of(frame: Frame) -> can.Message:
 
 
 class Watch:
-    """The one judge of a bus. Called from the reader, the writer and the engine's thread."""
+    """Decides when a bus is lost. Called from the reader, the writer and the engine's thread."""
 
     def __init__(self, clock: Callable[[], float], ring: Callable[[], None]) -> None:
-        """`ring` wakes whoever sleeps on the link."""
+        """Call `ring` to wake the thread that sleeps on the link."""
         self.ended = threading.Event()
         self._clock = clock
         self._ring = ring
@@ -86,12 +89,12 @@ class Watch:
 
     @property
     def health(self) -> BusHealth:
-        """What is known of the bus."""
+        """The state of the bus and its counters."""
         return self._health
 
     @property
     def lost(self) -> str:
-        """Why the bus is lost; empty while it is not."""
+        """The reason why the bus is lost; empty while it is not."""
         return self._lost
 
     def count(self, **more: int) -> None:
@@ -101,12 +104,12 @@ class Watch:
             self._health = replace(self._health, **sums)
 
     def heard(self, frames: int) -> None:
-        """Hear that frames came: somebody else is on the bus, and understood."""
+        """Count received frames; they prove that the bus works, and clear lasting problems."""
         self.count(heard=frames)
         self._since.clear()
 
     def state(self, state: BusState, why: str) -> None:
-        """Hear what state the adapter's controller is in."""
+        """Note the state of the adapter's controller."""
         with self._lock:
             trouble = why or self._health.last_trouble
             self._health = replace(self._health, state=state, last_trouble=trouble)
@@ -118,44 +121,41 @@ class Watch:
             self.settled("passive")
 
     def lasting(self, kind: str, why: str) -> None:
-        """Hear of something that is a loss when it lasts."""
+        """Note a problem that ends the link if it lasts."""
         since_s, _ = self._since.get(kind, (self._clock(), ""))
         self._since[kind] = since_s, why
         with self._lock:
             self._health = replace(self._health, last_trouble=why)
 
     def settled(self, kind: str) -> None:
-        """Hear that it is over."""
+        """Note that a problem is over."""
         self._since.pop(kind, None)
 
     def look(self) -> None:
-        """Judge what was heard of and is not over yet."""
+        """Declare the bus lost if a problem has lasted too long."""
         for since_s, why in list(self._since.values()):
             if self._clock() - since_s >= WATCH_PATIENCE_S:
                 self.lose(why)
 
     def lose(self, why: str) -> None:
-        """End the link; the first reason is the one that is told."""
+        """End the link; only the first reason is reported."""
         with self._lock:
             self._lost = self._lost or why
         self.ended.set()
         self._ring()
 
 
-RECV_S = 0.05
-"""So long one look at the bus takes at most; what lasts is judged as often."""
-STATE_S = 0.2
-"""The state is asked of the driver this often."""
-PAUSE_S = 0.01
-"""After an error, so that a driver that fails at once does not keep a core busy."""
+RECV_S = 0.05  # timeout of one read, and so the interval at which lasting problems are checked
+STATE_S = 0.2  # interval at which the driver is asked for the state
+PAUSE_S = 0.01  # pause after an error, so that a driver that fails at once does not hog a core
 MOST_UNREAD_FRAMES = 4096
 
 
 class CanReader:
-    """Hears a bus from its own thread into a queue that drops the oldest frames when it is full.
+    """Receives frames in its own thread, into a queue that drops the oldest when it is full.
 
-    python-can's Notifier would not do: it ends at the first error (hardbyte/python-can issues
-    907, 1667 and 1828). This thread survives whatever the bus and its driver complain of.
+    python-can's Notifier is not suitable, because it ends at the first error (hardbyte/python-can
+    issues 907, 1667 and 1828). This thread survives every error of the bus and its driver.
     """
 
     def __init__(
@@ -167,7 +167,7 @@ class CanReader:
         ring: Callable[[], None],
         also: Callable[[], None],
     ) -> None:
-        """Begin to listen to the `ids`, or to all; `ring` for a frame, `also` at every look."""
+        """Start receiving the `ids`, or all; call `ring` for a frame and `also` after each read."""
         self._bus = bus
         self._tells = bus if isinstance(bus, Tells) else None
         self._ids = ids
@@ -180,7 +180,7 @@ class CanReader:
         self._thread.start()
 
     def take(self) -> list[Frame]:
-        """Take the frames that have come, in their order."""
+        """Return the received frames, in order, and remove them from the queue."""
         taken: list[Frame] = []
         with contextlib.suppress(IndexError):
             while len(taken) < MOST_UNREAD_FRAMES:
@@ -188,7 +188,7 @@ class CanReader:
         return taken
 
     def join(self, patience_s: float) -> None:
-        """Wait for the thread's end."""
+        """Wait for the thread to end."""
         if self._thread is not threading.current_thread():
             self._thread.join(patience_s)
 
@@ -196,7 +196,7 @@ class CanReader:
         while not self._watch.ended.is_set():
             try:
                 message = self._bus.recv(RECV_S)
-            except Exception as error:  # every backend has its own kinds
+            except Exception as error:  # each backend raises its own types
                 self._failed(error)
             else:
                 self._watch.settled("reading")
@@ -234,7 +234,7 @@ class CanReader:
         self._watch.ended.wait(PAUSE_S)
 
     def _ask(self) -> None:
-        """Look at the state of the controller, as far as its driver knows it."""
+        """Check the state of the controller, if its driver knows it."""
         now_s = time.monotonic()
         if now_s - self._state_s < STATE_S:
             return
@@ -244,35 +244,28 @@ class CanReader:
             if status is not None:
                 self._watch.state(*of_status(status))
             return
-        with contextlib.suppress(Exception):  # most drivers do not know, and some say so by raising
+        with contextlib.suppress(Exception):  # some of the drivers that do not know it raise
             if self._bus.state.name == "ERROR":
-                self._watch.state(BusState.OFF, "its driver says so")
+                self._watch.state(BusState.OFF, "its driver reports so")
 
 
-SEND_S = 0.25
-"""What a driver may take for one frame; not every one keeps to it, so that it is watched."""
-PATIENCE_S = 0.8
-"""A frame that has not left by then never will."""
-FRESH_S = 0.15
-"""A frame that waited longer is not said any more: the drives may have stopped by themselves."""
-MOST_AWAKE_S = 0.4
-"""What takes longer from one look to the next was a suspension of this program, and counts so."""
+SEND_S = 0.25  # timeout of one attempt to send; some drivers ignore it, so `look` checks the time
+PATIENCE_S = 0.8  # a frame that has not left by then means a lost bus
+FRESH_S = 0.15  # drop frames that waited longer: the drives may have stopped by themselves
+MOST_AWAKE_S = 0.4  # a longer gap between two checks is a suspension, and counts only this much
 AGAIN_S = 0.005
 LOOK_S = 0.1
-ASK_AGAIN_S = 1.0
-"""An adapter that knows no status may refuse the question too: it is not asked in a circle."""
-MOST_FRAMES = 256
-"""More wait for a bus only where it has stopped."""
-REFUSES = "the adapter refuses frames: nobody acknowledges them, or it has restarted"
+ASK_AGAIN_S = 1.0  # an adapter without a status refuses the request too: do not ask in a loop
+MOST_FRAMES = 256  # a longer queue means that the bus has stopped
+REFUSES = "the adapter refuses frames: no node acknowledges them, or the adapter has restarted"
 _FULL = frozenset({errno.ENOBUFS, errno.EAGAIN, errno.ETIMEDOUT})
 
 
 class CanWriter:
-    """Sends frames from its own thread, so that a stuck adapter holds up nobody else.
+    """Sends frames from its own thread, so that a stuck adapter blocks no other thread.
 
-    Frames leave one after the other. A frame that cannot leave in time ends the link, and the
-    frames after it are forgotten. So are frames that waited while this program was suspended:
-    nothing is sent late.
+    Frames leave in order. A frame that cannot leave in time ends the link, and the frames after it
+    are dropped. So are frames that waited while this program was suspended: no frame is sent late.
     """
 
     def __init__(self, bus: can.BusABC, watch: Watch, clock: Callable[[], float]) -> None:
@@ -280,19 +273,19 @@ class CanWriter:
         self._tells = bus if isinstance(bus, Tells) else None
         self._watch = watch
         self._clock = clock
-        self._frames: deque[tuple[Frame, float]] = deque()  # each with when it was written
+        self._frames: deque[tuple[Frame, float]] = deque()  # each with the time of `put`
         self._work = threading.Condition()
         self._began_s: float | None = None
         self._looked_s = -math.inf
         self._stuck_s = 0.0
-        """For how long a frame has been on its way while this program was awake to see it."""
+        """How long the current frame has been in sending, not counting suspensions."""
         self._refused = 0
         self._asked_s = -math.inf
         self._thread = threading.Thread(target=self._run, name="armdrive-can-out", daemon=True)
         self._thread.start()
 
     def put(self, frames: Iterable[Frame]) -> None:
-        """Have frames sent, or forgotten where the bus is lost."""
+        """Queue frames for sending; on a lost bus they are dropped."""
         now_s = self._clock()
         with self._work:
             self._frames.extend((frame, now_s) for frame in frames)
@@ -301,7 +294,7 @@ class CanWriter:
             self._work.notify_all()
 
     def look(self) -> None:
-        """Judge a frame that is being sent: its driver may never come back from it."""
+        """Check the frame that is being sent, because its driver may hang."""
         began_s, now_s = self._began_s, self._clock()
         since_s = math.inf if began_s is None else max(began_s, self._looked_s)
         if since_s == began_s:
@@ -313,16 +306,16 @@ class CanWriter:
 
     @property
     def waiting(self) -> int:
-        """How many frames have not left yet."""
+        """The number of frames that have not left yet."""
         return len(self._frames) + (self._began_s is not None)
 
     def drain(self, patience_s: float) -> None:
-        """Wait until all frames have left, or the time is over."""
+        """Wait until all frames have left, or the timeout."""
         with self._work:
             self._work.wait_for(lambda: self._watch.ended.is_set() or not self.waiting, patience_s)
 
     def join(self, patience_s: float) -> None:
-        """Wait for the thread's end."""
+        """Drop the waiting frames, and wait for the thread to end."""
         with self._work:
             self._frames.clear()
             self._work.notify_all()
@@ -348,7 +341,7 @@ class CanWriter:
             self._work.notify_all()
 
     def _send(self, frame: Frame, written_s: float) -> None:
-        """Send a frame that is still worth saying: it may have waited, or lain in our hand."""
+        """Send a frame, unless it waited too long in the queue or during a suspension."""
         message = message_of(frame)
         began_s = last_s = self._clock()
         if began_s - written_s > FRESH_S:
@@ -358,7 +351,7 @@ class CanWriter:
         while not self._watch.ended.is_set():
             try:
                 self._bus.send(message, timeout=SEND_S)
-            except Exception as error:  # every backend has its own kinds
+            except Exception as error:  # each backend raises its own types
                 now_s = self._clock()
                 waited_s += min(now_s - last_s, MOST_AWAKE_S)
                 last_s = now_s
@@ -379,7 +372,7 @@ class CanWriter:
             self._watch.ended.wait(AGAIN_S)
 
     def _mind_refusals(self) -> None:
-        """Hear of frames that an slcan adapter says it did not send, and ask it why."""
+        """Note the frames that an slcan adapter reports as not sent, and ask for its status."""
         if self._tells is None:
             return
         more, self._refused = self._tells.refused - self._refused, self._tells.refused
@@ -389,7 +382,9 @@ class CanWriter:
             self._watch.settled("refused")
         elif more:
             self._watch.lasting("refused", not_heard(REFUSES))
-        troubled = self._watch.health.state is not BusState.ACTIVE  # so it does know a status
+        troubled = (
+            self._watch.health.state is not BusState.ACTIVE
+        )  # so this adapter reports a status
         again_s = LOOK_S if troubled else ASK_AGAIN_S
         if (more or troubled) and self._clock() - self._asked_s > again_s:
             self._asked_s = self._clock()
@@ -400,7 +395,7 @@ class CanWriter:
 
 
 def _is_full(error: Exception) -> bool:
-    """Tell whether a frame could not be sent now, and perhaps can be soon."""
+    """Return whether a frame could not be sent for lack of room, so that a retry may succeed."""
     text = str(error).lower()
     return (
         isinstance(error, TimeoutError)

@@ -1,6 +1,6 @@
-"""A wire within this process. One end is the engine's; the other end is a line to some device.
+"""A link within this process, from the engine to the line of a simulated device.
 
-It runs on the clock that the engine passes in, simulated or real. The line sets the pace.
+The link runs on the time that the engine passes in, simulated or real. The line sets the baud rate.
 """
 
 from __future__ import annotations
@@ -12,17 +12,17 @@ from armdrive.transports.link import Bell, ByteLine
 
 L = TypeVar("L", bound=ByteLine)
 MOST_EVENTS = 100
-"""A host looks after so many events at the latest; where time does not pass, it finds that out."""
+"""`run` returns after this many events, so that its caller notices a clock that stands still."""
 
 
 class MemoryLink(Generic[L]):
-    """A `Link` over a line in this process. Only one thread may use it.
+    """A `Link` over a line in this process.
 
-    `wake`, `unplug` and `replug` are the exceptions: any thread may call them.
+    Any thread may call `wake`, `unplug` and `replug`; everything else belongs to one thread.
     """
 
     def __init__(self, line: L, name: str) -> None:
-        """Take a line; `name` is what stands at its far end, for people."""
+        """Use a line; `name` is the readable name of the device at its far end."""
         self._line = line
         self._name = name
         self._bell = Bell()
@@ -33,7 +33,7 @@ class MemoryLink(Generic[L]):
 
     @property
     def line(self) -> L:
-        """The line that carries the bytes; its faults are the wire's."""
+        """The line that carries the bytes; its faults are those of the link."""
         return self._line
 
     @property
@@ -52,14 +52,14 @@ class MemoryLink(Generic[L]):
         return self._line.receive(now_s)
 
     def next_s(self) -> float:
-        """Tell when bytes arrive at either end or the device does something next."""
+        """Return when bytes next arrive at either end, or the device next acts."""
         return self._line.next_s()
 
     def run(self, until_s: float) -> float:
-        """Let the device act by itself while its host has nothing to read, at most until a moment.
+        """Run the device until `until_s`, or until the host has something to do; return that time.
 
-        Returns when the host has to look: at that moment, or earlier for bytes, for a `wake`, or
-        for a wire that was lost. On simulated time a host need not look at everything between.
+        The host has to act on received bytes, a `wake`, and a lost link. On simulated time it can
+        skip all device events before that.
         """
         for _ in range(MOST_EVENTS):
             next_s = self.next_s()
@@ -75,7 +75,7 @@ class MemoryLink(Generic[L]):
         return next_s
 
     def wait(self, timeout_s: float) -> None:
-        """Sleep until `wake` is called or the time is over (real time only)."""
+        """Sleep until `wake` is called, or the timeout (real time only)."""
         self._bell.wait(timeout_s)
 
     def wake(self) -> None:
@@ -84,21 +84,21 @@ class MemoryLink(Generic[L]):
         self._bell.ring()
 
     def unplug(self) -> None:
-        """Pull the cable: from now on `LinkLost`, and what is under way never arrives."""
+        """Pull the cable: calls raise `LinkLost` from now on, and bytes in transit are lost."""
         self._plugged = False
         self.wake()
 
     def replug(self, name: str | None = None) -> None:
-        """Put the cable back, as a wire of another name perhaps.
+        """Plug the cable in again, optionally under another name.
 
-        What the device said meanwhile is lost.
+        Everything that the device sent meanwhile is lost.
         """
         self._name = self._name if name is None else name
         self._plugged = True
         self.wake()
 
     def reopen(self) -> MemoryLink[L]:
-        """Take the wire up again after `close`. Raises `NoSuchPort` while it is unplugged."""
+        """Open the link again after `close`. Raises `NoSuchPort` while unplugged."""
         if not self._plugged:
             raise NoSuchPort(f"the cable to the {self._name} is unplugged: plug it in")
         if self._closed:
@@ -107,18 +107,18 @@ class MemoryLink(Generic[L]):
         return self
 
     def close(self) -> None:
-        """Give the wire back; the device stays as it is."""
+        """Release the link; the device keeps its state."""
         self._closed = True
         self._bell.close()
 
     def _check(self, now_s: float) -> None:
-        """Act on a cable that was pulled or put back, on the thread that owns the line."""
+        """Pass a pulled or replugged cable on to the line, on the thread that owns the line."""
         if self._closed:
             raise LinkLost(f"the wire to the {self._name} is closed: connect again")
         if not self._plugged:
             self._line.unplug()
             self._connected = False
-            self._line.advance(now_s)  # the device lives on, and may have its cable put back
+            self._line.advance(now_s)  # the device keeps running, and may be plugged in again
             raise LinkLost(
                 f"the cable to the {self._name} is unplugged: plug it in and connect again"
             )
@@ -126,5 +126,5 @@ class MemoryLink(Generic[L]):
             self._line.replug(now_s)
             self._connected = True
         if trouble := self._line.trouble:
-            self._line.advance(now_s)  # the device lives on
+            self._line.advance(now_s)  # the device keeps running
             raise LinkLost(f"the adapter of the {self._name} {trouble}")

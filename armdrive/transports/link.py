@@ -1,6 +1,6 @@
-"""The interfaces of the two ends of a wire, and what every link needs: a bell, and an absent link.
+"""The interfaces of a link and of a simulated line, the bell that wakes a link, and an absent link.
 
-A link is handed the engine's clock, so that simulated time and real time look alike to it.
+A link is passed the engine's time, so that simulated and real time look alike to it.
 """
 
 from __future__ import annotations
@@ -15,75 +15,75 @@ from armdrive.errors import LinkLost
 
 
 class Link(Protocol):
-    """A byte wire to one controller. Only the engine's thread calls it, except for `wake`."""
+    """A byte stream to one controller. Only the engine's thread uses it, except for `wake`."""
 
     @property
     def description(self) -> str:
-        """Name the wire for people, for example `/dev/ttyUSB0 at 9600 baud`."""
+        """A readable name of the link, for example `/dev/ttyUSB0 at 9600 baud`."""
 
     def write(self, data: bytes, now_s: float) -> None:
-        """Send bytes. Raises `LinkLost` when the wire is gone."""
+        """Send bytes. Raises `LinkLost` if the link is gone."""
 
     def read(self, now_s: float) -> bytes:
         """Return what has arrived by now, possibly nothing. Raises `LinkLost`."""
 
     def next_s(self) -> float:
-        """Tell when the wire next has something by itself; infinity, since nobody knows it."""
+        """Return when the next bytes will arrive; infinity, as a real link cannot know."""
         return math.inf
 
     def wait(self, timeout_s: float) -> None:
-        """Sleep until bytes arrive, `wake` is called, or the time is over (real time only)."""
+        """Sleep until bytes arrive, `wake` is called, or the timeout (real time only)."""
 
     def wake(self) -> None:
         """End a `wait` early, from any thread."""
 
     def close(self) -> None:
-        """Give the wire back. Closing twice is no error."""
+        """Release the link. May be called twice."""
 
 
 class ByteLine(Protocol):
-    """The far end of a link within this process: a device, and the line that paces its bytes."""
+    """A simulated device, and the line that sends its bytes at a baud rate."""
 
     @property
     def pace(self) -> str:
-        """How fast bytes travel, for people: `at 9600 baud`; empty where they arrive at once."""
+        """The speed in words, `at 9600 baud`; empty if bytes arrive at once."""
 
     @property
     def trouble(self) -> str:
-        """Why the host is cut off although its cable is in; empty while it is not."""
+        """Why the host is cut off although the cable is plugged in; empty while it is not."""
 
     def send(self, data: bytes, now_s: float) -> None:
-        """Put bytes on the line to the device."""
+        """Send bytes to the device."""
 
     def receive(self, now_s: float) -> bytes:
-        """Take what has come back by now."""
+        """Return the device's bytes that have arrived by now."""
 
     def advance(self, now_s: float) -> None:
-        """Let everything happen that is due by now."""
+        """Run the device up to now."""
 
     def next_s(self) -> float:
-        """Tell when something next happens on either side; infinity while all is quiet."""
+        """Return the time of the next event on either side; infinity if there is none."""
 
     def readable_s(self) -> float:
-        """Return when the host next has bytes to read, by what is on its way; else infinity."""
+        """Return when the next bytes in transit reach the host; infinity if there are none."""
 
     def unplug(self) -> None:
-        """Pull the cable: what is under way is lost in both directions."""
+        """Pull the cable: bytes in transit are lost in both directions."""
 
     def replug(self, now_s: float) -> None:
-        """Put the cable back."""
+        """Plug the cable in again."""
 
     def reopen(self) -> None:
-        """Begin again, as the host opens its port again: a controller comes back to its bus."""
+        """React to the host reopening its port: a CAN controller returns to its bus."""
 
 
-_ENOUGH = 4096
+_CHUNK = 4096
 
 
 class Bell:
     """Ends a sleep on files, from any thread or a signal handler: ringing takes no lock.
 
-    Its sockets are made at the first sleep, so that a bell nobody sleeps on costs nothing.
+    The sockets are created at the first sleep, so that an unused bell costs nothing.
     """
 
     def __init__(self) -> None:
@@ -93,32 +93,32 @@ class Bell:
 
     def ring(self) -> None:
         """End the present sleep, or the next one."""
-        self._rung = True  # before looking for the sockets: a sleep looks in the other order
+        self._rung = True  # before checking the sockets, as `wait` does both in the opposite order
         ends = self._ends
         if ends is not None:
-            with contextlib.suppress(OSError):  # full: it rings already; closed: nobody sleeps
+            with contextlib.suppress(OSError):  # full: ringing already; closed: no thread sleeps
                 ends[1].send(b"!")
 
     def wait(self, timeout_s: float, *files: int) -> None:
-        """Sleep until one of the files is readable, the bell rings, or the time is over."""
+        """Sleep until one of the files is readable, the bell rings, or the timeout."""
         if self._closed:
             return
-        ear = self._ear()
+        receiver = self._receiver()
         pause_s = 0.0 if self._rung else max(timeout_s, 0.0)
-        ready, _, _ = select.select([*files, ear.fileno()], [], [], pause_s)
+        ready, _, _ = select.select([*files, receiver.fileno()], [], [], pause_s)
         self._rung = False
-        if ear.fileno() in ready:
+        if receiver.fileno() in ready:
             with contextlib.suppress(BlockingIOError):
-                ear.recv(_ENOUGH)
+                receiver.recv(_CHUNK)
 
     def close(self) -> None:
-        """Give the sockets back."""
+        """Close the sockets."""
         self._closed = True
         ends, self._ends = self._ends, None
         for end in ends or ():
             end.close()
 
-    def _ear(self) -> socket.socket:
+    def _receiver(self) -> socket.socket:
         if self._ends is None:
             ends = socket.socketpair()
             for end in ends:
@@ -128,28 +128,28 @@ class Bell:
 
 
 class AbsentLink(Link):
-    """A `Link` in place of a wire that is gone: it can only wait."""
+    """Stands in for a link that is gone: it can only wait."""
 
     def __init__(self, description: str) -> None:
-        """`description` is what the wire was called."""
+        """`description` is the name of the lost link."""
         self._description = description
         self._bell = Bell()
 
     @property
     def description(self) -> str:
-        """Name the wire that is gone."""
+        """The name of the lost link."""
         return self._description
 
     def write(self, data: bytes, now_s: float) -> None:  # noqa: ARG002 - as any link
         """Raise `LinkLost`."""
-        raise LinkLost(f"there is no wire in place of {self._description}: connect again")
+        raise LinkLost(f"the connection on {self._description} is gone: connect again")
 
     def read(self, now_s: float) -> bytes:  # noqa: ARG002
         """Raise `LinkLost`."""
-        raise LinkLost(f"there is no wire in place of {self._description}: connect again")
+        raise LinkLost(f"the connection on {self._description} is gone: connect again")
 
     def wait(self, timeout_s: float) -> None:
-        """Sleep until `wake` is called, or the time is over."""
+        """Sleep until `wake` is called, or the timeout."""
         self._bell.wait(timeout_s)
 
     def wake(self) -> None:
@@ -157,5 +157,5 @@ class AbsentLink(Link):
         self._bell.ring()
 
     def close(self) -> None:
-        """Give up waiting."""
+        """Close the bell."""
         self._bell.close()

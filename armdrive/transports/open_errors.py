@@ -1,4 +1,4 @@
-"""Why a port could not be opened, as a `PortUnavailable` of its own kind that says what to do."""
+"""Explains why a port could not be opened: each error says what to do about it."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ if sys.platform != "win32":
     import grp
 
 Names = Callable[[], Iterable[str]]
-"""Lists the serial ports that are there. Called only if the error is that a port is missing."""
+"""Lists the serial ports that exist. Called only if the error is that a port is missing."""
 
 # --- Which program has a device open -------------------------------------------------------------
 #
-# Read from /proc, so that nothing is opened to find out. Unless run as root, a program sees only
-# the other programs of its user; without /proc it sees none.
+# Read from /proc, without opening any device. Unless run as root, a program sees only the other
+# programs of its user; without /proc it sees none.
 
 PROC = Path("/proc")
 
@@ -50,7 +50,7 @@ def holders(devices: Iterable[str], proc: Path = PROC) -> dict[str, PortHolder]:
 
 
 def holder(device: str) -> PortHolder | None:
-    """Return who has a device open, where that can be seen."""
+    """Return the program that has a device open, or None if there is none or it is not visible."""
     return holders([device]).get(device)
 
 
@@ -64,15 +64,15 @@ def _processes(proc: Path) -> Iterator[Path]:
 
 
 def _open_files(process: Path) -> set[str]:
-    """Return what a process has open; it may end while it is looked at."""
+    """Return the files that a process has open; the process may end meanwhile."""
     opened = set()
     try:
         for link in (process / "fd").iterdir():
             try:
                 opened.add(str(link.readlink()))
-            except OSError:  # closed since
+            except OSError:  # closed meanwhile
                 continue
-    except OSError:  # not ours to look at, or ended
+    except OSError:  # another user's process, or ended
         pass
     return opened
 
@@ -89,15 +89,15 @@ def _program(process: Path) -> str:
 _ABSENT = frozenset({errno.ENOENT, errno.ENODEV, errno.ENXIO, errno.EIO})
 _BUSY = frozenset({errno.EBUSY, errno.EAGAIN})
 _FORBIDDEN = frozenset({errno.EACCES, errno.EPERM})
-_NOBODY_OF_USE = frozenset({"root", "wheel"})
-"""Groups that nobody should be put in for the sake of a port."""
+_ADMIN_GROUPS = frozenset({"root", "wheel"})
+"""Groups that grant far too much for us to recommend joining them."""
 
 
 def refusal(port: str, error: BaseException, names: Names) -> PortUnavailable:
-    """Return the error that says why a device could not be opened and what to do about it."""
+    """Return the error for a device that could not be opened."""
     text = str(error)
     number = _number(error)
-    if number in _BUSY or "Access is denied" in text:  # the latter is how Windows says it
+    if number in _BUSY or "Access is denied" in text:  # the latter on Windows
         return PortInUse(_in_use(port))
     if number in _FORBIDDEN:
         return PortForbidden(_forbidden(port))
@@ -105,14 +105,14 @@ def refusal(port: str, error: BaseException, names: Names) -> PortUnavailable:
         return NoSuchPort(_absent(port, names))
     if "Could not configure port" in text:
         return NoSuchPort(
-            f"{port} is no serial port, or nothing is connected to it ({text}): "
+            f"{port} is not a serial port, or nothing is connected to it ({text}): "
             "name another port, or check the cable"
         )
     return PortUnavailable(f"{port} cannot be opened ({text}): check its name and its settings")
 
 
 def no_connection(url: str, error: BaseException) -> PortUnavailable:
-    """Return the error that says why a host could not be reached and what to do about it."""
+    """Return the error for a host that could not be reached."""
     for cause in causes(error):
         if isinstance(cause, ConnectionRefusedError):
             return NoConnection(
@@ -121,8 +121,8 @@ def no_connection(url: str, error: BaseException) -> PortUnavailable:
             )
         if isinstance(cause, socket.gaierror):
             return NoConnection(
-                f"{url} names a host that is not known ({cause.strerror}): correct the name, or "
-                "write the host's address in numbers"
+                f"{url} names an unknown host ({cause.strerror}): correct the name, or use the "
+                "host's IP address"
             )
         if isinstance(cause, TimeoutError):
             return NoConnection(
@@ -132,7 +132,7 @@ def no_connection(url: str, error: BaseException) -> PortUnavailable:
 
 
 def _number(error: BaseException) -> int | None:
-    """Return the system's number of an error; pyserial hands it on in one way or another."""
+    """Return an error's errno, wherever pyserial has put it."""
     for cause in causes(error):
         if isinstance(cause, OSError) and cause.errno is not None:
             return cause.errno
@@ -146,7 +146,7 @@ def _in_use(port: str) -> str:
     if found.pid == os.getpid():
         return (
             f"{port} is in use by another program or by this one (pid {found.pid}): close the "
-            "connection that has it first"
+            "connection that uses it first"
         )
     return (
         f"{port} is in use by another program, {found.program} (pid {found.pid}): end that "
@@ -156,10 +156,10 @@ def _in_use(port: str) -> str:
 
 def _forbidden(port: str) -> str:
     group = owning_group(port)
-    if group is None or group in _NOBODY_OF_USE:
+    if group is None or group in _ADMIN_GROUPS:
         return (
-            f"no permission to open {port}: it belongs to {group or 'somebody else'} alone; let "
-            "the administrator of this computer give its users access, by a udev rule say"
+            f"no permission to open {port}: it belongs to {group or 'another user'} alone; ask "
+            "the administrator of this computer to give users access, for instance by a udev rule"
         )
     return (
         f"no permission to open {port}: it belongs to the group {group}. Add yourself with "
@@ -168,7 +168,7 @@ def _forbidden(port: str) -> str:
 
 
 def owning_group(port: str) -> str | None:
-    """Return the name of the group that owns a device, where there are groups."""
+    """Return the name of the group that owns a device; None on Windows."""
     if sys.platform == "win32":
         return None
     try:
@@ -183,22 +183,22 @@ def owning_group(port: str) -> str | None:
 
 def _absent(port: str, names: Names) -> str:
     found = ", ".join(names())
-    there = f"there are {found}" if found else "no serial port is there at all"
+    there = f"there are {found}" if found else "there is no serial port at all"
     return f"there is no port {port} ({there}): check the cable and the name"
 
 
 # --- Why a CAN adapter cannot be opened ----------------------------------------------------------
 #
-# Errors are told apart without importing python-can.
+# Recognizes python-can's errors without importing python-can.
 
 NET = Path("/sys/class/net")
 CAN_TYPE = "280"
-"""What the kernel calls a network interface that is a CAN bus (ARPHRD_CAN)."""
+"""The kernel's type of a network interface that is a CAN bus (ARPHRD_CAN)."""
 _UP = 0x1
 _GONE = frozenset({errno.ENODEV, errno.ENXIO, errno.EIO, errno.ENETDOWN, errno.EBADF})
 SLCAN_OR_NOT = (
-    "A CANable with slcan firmware is a serial port: can:slcan:/dev/ttyACM0?bitrate=500000; one "
-    "with candleLight firmware is none: can:socketcan:can0 on Linux, can:gs_usb:0?bitrate=500000 "
+    "A CANable with slcan firmware is a serial port: can:slcan:/dev/ttyACM0?bitrate=500000; with "
+    "candleLight firmware it is not: can:socketcan:can0 on Linux, can:gs_usb:0?bitrate=500000 "
     "elsewhere"
 )
 _EXTRAS = {
@@ -211,7 +211,7 @@ _EXTRAS = {
     "nixnet": "nixnet",
     "pcan": "pcan",
 }
-"""What python-can's extra of an interface is called."""
+"""The name of python-can's pip extra for each interface."""
 NOT_INSTALLED = (
     "python-can is not installed, and every CAN bus needs it: run `pip install python-can` in the "
     "environment that armdrive is in"
@@ -219,7 +219,7 @@ NOT_INSTALLED = (
 
 
 def can_interfaces(net: Path = NET) -> dict[str, bool]:
-    """Return the kernel's CAN interfaces, and whether each is up; none where there is no Linux."""
+    """Return the kernel's CAN interfaces, and whether each is up; none except on Linux."""
     found = {}
     try:
         folders = sorted(net.iterdir())
@@ -235,7 +235,7 @@ def can_interfaces(net: Path = NET) -> dict[str, bool]:
 
 
 def bring_up(channel: str, bitrate: str = "") -> str:
-    """Return the command that brings an interface of the kernel up."""
+    """Return the command that brings a kernel interface up."""
     return (
         f"sudo ip link set {channel} up type can bitrate {bitrate or 500000} restart-ms 100"
         if not channel.startswith("vcan")
@@ -244,7 +244,7 @@ def bring_up(channel: str, bitrate: str = "") -> str:
 
 
 def is_down(address: CanAddress, net: Path = NET) -> PortUnavailable | None:
-    """Return the refusal of an interface of the kernel that is there and not up."""
+    """Return the error for a kernel interface that exists but is down."""
     if address.interface != "socketcan" or can_interfaces(net).get(address.channel, True):
         return None
     return PortUnavailable(
@@ -254,7 +254,7 @@ def is_down(address: CanAddress, net: Path = NET) -> PortUnavailable | None:
 
 
 def unknown_interface(address: CanAddress, known: Iterable[str]) -> PortUnavailable:
-    """Return the refusal of an interface that python-can does not have, or that is not named."""
+    """Return the error for an interface that python-can does not have, or that is not named."""
     names = sorted(known)
     if not address.interface:
         return PortUnavailable(
@@ -271,7 +271,7 @@ def unknown_interface(address: CanAddress, known: Iterable[str]) -> PortUnavaila
 def can_refusal(
     address: CanAddress, error: BaseException, names: Names, net: Path = NET
 ) -> PortUnavailable:
-    """Return the error that says why an adapter could not be opened."""
+    """Return the error for an adapter that could not be opened."""
     text = _text(error)
     if missing := _missing(address, error, text):
         return missing
@@ -295,7 +295,7 @@ def can_refusal(
 
 
 def number_of(error: BaseException) -> int | None:
-    """Return the system's number of an error, wherever python-can has put it."""
+    """Return an error's errno, wherever python-can has put it."""
     for cause in causes(error):
         for name in ("errno", "error_code"):
             number = getattr(cause, name, None)
@@ -305,7 +305,7 @@ def number_of(error: BaseException) -> int | None:
 
 
 def gone_words(error: BaseException) -> str:
-    """Say that an adapter has gone, or its interface went down; nothing of any other error."""
+    """Describe an adapter that has gone or an interface that went down; empty for other errors."""
     why = str(error.__cause__ or error)
     if number_of(error) not in _GONE and "disconnected" not in why:
         return ""
@@ -313,7 +313,7 @@ def gone_words(error: BaseException) -> str:
 
 
 def causes(error: BaseException | None) -> Iterator[BaseException]:
-    """Return an error, what it was made from, and so on."""
+    """Yield an error, its cause, the cause of that, and so on."""
     while error is not None:
         yield error
         error = error.__cause__ or error.__context__
@@ -324,8 +324,8 @@ def _text(error: BaseException) -> str:
 
 
 def _missing(address: CanAddress, error: BaseException, text: str) -> PortUnavailable | None:
-    """Say what has to be installed for an interface, where that is what it wants."""
-    kinds = (ImportError, NameError)  # the latter is how an interface without its library ends
+    """Return the error for an interface whose library is not installed; None for other errors."""
+    kinds = (ImportError, NameError)  # some interfaces without their library raise the latter
     absent = "Cannot import" in text or any(isinstance(each, kinds) for each in causes(error))
     if not absent and not any(words in text for words in ("No backend", "library not found")):
         return None
@@ -353,7 +353,7 @@ def _socketcan(address: CanAddress, error: BaseException, text: str, net: Path) 
         )
     if number == errno.EAFNOSUPPORT or "PF_CAN" in text or os.name != "posix":
         return PortUnavailable(
-            f"this system has no SocketCAN ({text}): it is Linux's alone, with the kernel's CAN "
+            f"this system has no SocketCAN ({text}): it needs Linux with the kernel's CAN "
             "modules. " + SLCAN_OR_NOT
         )
     return PortUnavailable(f"{address} cannot be opened ({text}): look at `ip -details link`")

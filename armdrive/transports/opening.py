@@ -1,11 +1,11 @@
-"""From a port's name or URL to its link: one table of what can stand where a port does.
+"""Open the link for a port's name or URL.
 
 /dev/ttyUSB0, COM3            a serial port
-spy://PORT?file=NAME          a serial port, whose traffic is written to a file
+spy://PORT?file=NAME          a serial port with its traffic logged to a file
 socket://HOST:PORT            raw bytes over TCP
-rfc2217://HOST:PORT           a serial port at another computer, with its baud rate
-udp://HOST:PORT               one datagram a write
-can:INTERFACE:CHANNEL?...     a CAN bus by python-can, in packed frames
+rfc2217://HOST:PORT           a serial port on another computer, including its baud rate
+udp://HOST:PORT               one datagram per write
+can:INTERFACE:CHANNEL?...     a CAN bus through python-can, as packed frames
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from armdrive.transports.udp import UdpLink
 def open_link(
     port: str, baud: int, *, raise_dtr: bool = False, keep_dtr_on_close: bool = False
 ) -> Link:
-    """Open whatever stands where a port does; raises `PortUnavailable` or `BadRequest`.
+    """Open the link for a port's name or URL; raises `PortUnavailable` or `BadRequest`.
 
-    The handshake lines are for serial ports and ignored elsewhere. Sends nothing.
+    The options for DTR apply to serial ports, and are ignored otherwise. Sends nothing.
     """
     if is_can(port):
         return open_can_link(port)

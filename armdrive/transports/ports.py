@@ -29,11 +29,12 @@ _NOTHING = "n/a"
 
 @dataclass(frozen=True, slots=True)
 class PortInfo:
-    """One serial port. What is not known is empty or None.
+    """One serial port. Unknown fields are empty or None.
 
-    `vid` and `pid` are the USB numbers. `holder` is the program that has the port open, where
-    that can be seen. `readable` says whether this user may read and write it, and `group` whose
-    members may. `stable_name` is the name that stays when the port is plugged in elsewhere.
+    `vid` and `pid` are the USB vendor and product ids. `holder` is the program that has the port
+    open, if that is visible. `readable` is whether this user may read and write the port, and
+    `group` the group whose members may. `stable_name` stays the same if the port is plugged in
+    elsewhere.
     """
 
     device: str
@@ -71,9 +72,9 @@ def device_names() -> tuple[str, ...]:
 
 
 def serial_number_of(device: str) -> str:
-    """Return the USB serial number behind a port's name; empty where there is none.
+    """Return the USB serial number of a port, or of a CAN adapter that is a serial port.
 
-    Of a CAN bus it is that of an adapter which is a serial port.
+    Empty if there is none.
     """
     if is_can(device):
         device = CanAddress.parse(device).device
@@ -85,10 +86,10 @@ def serial_number_of(device: str) -> str:
 
 
 def device_of(serial_number: str, before: str = "") -> str:
-    """Return the port that has a USB serial number, under whatever name. Raises `NoSuchPort`.
+    """Return the present name of the port with a USB serial number. Raises `NoSuchPort`.
 
-    Adapters that are sold with one number for all of them are told apart by the name `before`.
-    Where that is a CAN bus, it is returned with its adapter wherever that is now.
+    Some adapters are all sold with the same number; the former name `before` then decides. If
+    `before` is a CAN bus, return its address with the adapter's present port.
     """
     if is_can(before):
         address = CanAddress.parse(before)
@@ -101,7 +102,7 @@ def device_of(serial_number: str, before: str = "") -> str:
         return devices[0]
     if devices:
         raise NoSuchPort(
-            f"the USB serial number {serial_number} stands on {' and '.join(devices)}: give the "
+            f"{' and '.join(devices)} have the same USB serial number {serial_number}: give the "
             "port of the arm as well"
         )
     numbers = [f"{info.serial_number} ({info.device})" for info in found if info.serial_number]
@@ -113,7 +114,7 @@ def device_of(serial_number: str, before: str = "") -> str:
 
 
 def _found() -> list[PortInfo]:
-    """Return what pyserial knows of each port, by name."""
+    """Return the ports that pyserial finds, by name."""
     from serial.tools import list_ports as pyserial  # an arm on simulated time needs no ports
 
     unique = {info.device: info for info in pyserial.comports()}
@@ -131,7 +132,7 @@ def _found() -> list[PortInfo]:
 
 
 def _stable_names() -> dict[str, str]:
-    """Return the link that udev has made to each device, where it makes links."""
+    """Return udev's stable link to each device; none without udev."""
     try:
         return {os.path.realpath(link): str(link) for link in sorted(BY_ID.iterdir())}
     except OSError:
@@ -140,9 +141,9 @@ def _stable_names() -> dict[str, str]:
 
 # --- CAN adapters, with the address that opens each ----------------------------------------------
 #
-# The system knows most of them: its own CAN interfaces, and adapters by their USB numbers. The
-# drivers of python-can are asked only on request, and in a process of their own: they load
-# libraries of many makers, which may hang or crash.
+# The system knows most adapters: its own CAN interfaces, and others by their USB ids. python-can's
+# drivers are queried only on request, and in a separate process, because they load libraries of
+# many vendors, which may hang or crash.
 
 USB = Path("/sys/bus/usb/devices")
 SLCAN: Mapping[tuple[int, int], str] = MappingProxyType(
@@ -152,7 +153,7 @@ SLCAN: Mapping[tuple[int, int], str] = MappingProxyType(
         (0x0403, 0xFFA8): "Lawicel CANUSB (slcan)",
     }
 )
-"""Serial CAN adapters by their USB numbers; those that use their chip maker's are not known."""
+"""Serial CAN adapters by their USB ids; those with the generic ids of their chip are left out."""
 CANDLELIGHT: Mapping[tuple[int, int], str] = MappingProxyType(
     {
         (0x1D50, 0x606F): "CANable or other adapter with candleLight firmware (gs_usb)",
@@ -162,26 +163,26 @@ CANDLELIGHT: Mapping[tuple[int, int], str] = MappingProxyType(
         (0x16D0, 0x10B8): "CANdebugger FD (gs_usb)",
     }
 )
-"""Adapters that are no serial ports (linux/drivers/net/can/usb/gs_usb.c)."""
+"""Adapters that are not serial ports (linux/drivers/net/can/usb/gs_usb.c)."""
 BITRATE = 500_000
 PATIENCE_S = 10.0
 _NO_ADAPTERS = ("virtual", "udp_multicast", "serial")
-"""Interfaces of python-can that find what is no CAN adapter."""
-_ASKING = """
+"""Interfaces of python-can that also list devices that are not CAN adapters."""
+_DETECT = """
 import can, json, logging, sys
 logging.disable()
-said, sys.stdout = sys.stdout, sys.stderr
+output, sys.stdout = sys.stdout, sys.stderr
 names = [name for name in can.VALID_INTERFACES if name not in sys.argv[1:]]
 found = can.detect_available_configs(names)
 keys = ("interface", "channel")
-json.dump([[str(one.get(key, "")) for key in keys] for one in found], said)
-said.flush()
+json.dump([[str(one.get(key, "")) for key in keys] for one in found], output)
+output.flush()
 """
 
 
 @dataclass(frozen=True, slots=True)
 class CanPort:
-    """One adapter: the port's name that opens it, what it is, and what has to be done before."""
+    """One adapter: the address that opens it, a description, and what has to be done first."""
 
     port: str
     description: str
@@ -189,16 +190,16 @@ class CanPort:
 
 
 def list_can_ports(ports: Iterable[PortInfo], net: Path = NET, usb: Path = USB) -> list[CanPort]:
-    """Return the adapters that the system knows; `ports` are its serial ports."""
+    """Return the adapters known to the system; `ports` are its serial ports."""
     return [*_of_kernel(net), *_on_serial(ports), *_without_driver(net, usb)]
 
 
 def ask_drivers(patience_s: float = PATIENCE_S) -> list[CanPort]:
-    """Return what the drivers of python-can find. Raises `LinkError` where they do not answer."""
-    asking = [sys.executable, "-c", _ASKING, *_NO_ADAPTERS]
+    """Return the adapters that python-can's drivers find; raises `LinkError` if they fail."""
+    command = [sys.executable, "-c", _DETECT, *_NO_ADAPTERS]
     try:
         done = subprocess.run(  # noqa: S603 - our own program
-            asking, capture_output=True, timeout=patience_s, check=True, stdin=subprocess.DEVNULL
+            command, capture_output=True, timeout=patience_s, check=True, stdin=subprocess.DEVNULL
         )
         found = json.loads(done.stdout)
     except subprocess.TimeoutExpired:
@@ -208,7 +209,7 @@ def ask_drivers(patience_s: float = PATIENCE_S) -> list[CanPort]:
         ) from None
     except (subprocess.CalledProcessError, OSError, ValueError) as error:
         raise LinkError(
-            f"the drivers of python-can cannot be asked ({error}): name the adapter as "
+            f"the drivers of python-can cannot be queried ({error}): name the adapter as "
             "can:INTERFACE:CHANNEL without this list"
         ) from None
     return [CanPort(f"can:{name}:{channel}", f"python-can's {name}") for name, channel in found]
@@ -234,7 +235,7 @@ def _on_serial(ports: Iterable[PortInfo]) -> list[CanPort]:
 
 
 def _without_driver(net: Path, usb: Path) -> list[CanPort]:
-    """Return the candleLight adapters that no interface of the kernel belongs to."""
+    """Return the candleLight adapters without a kernel interface."""
     owned = [str((net / name / "device").resolve()) for name in can_interfaces(net)]
     found: list[CanPort] = []
     for folder in sorted(usb.glob("*")):

@@ -1,7 +1,7 @@
-"""A real serial port, by pyserial: exclusive, with the handshake lines as the arm wants them.
+"""A serial port through pyserial: opened exclusively, with the handshake lines that the arm needs.
 
-pyserial's URLs (`socket://host:port`, `rfc2217://host:port`, `spy://port?file=name`) work wherever
-a port's name does. Its `SerialException` is an `OSError`, and is caught as one.
+pyserial's URLs (`socket://host:port`, `rfc2217://host:port`, `spy://port?file=name`) work like the
+name of a port. Its `SerialException` is an `OSError`, and is caught as one.
 """
 
 from __future__ import annotations
@@ -25,16 +25,11 @@ if TYPE_CHECKING:
     import serial
 
 WRITE_PATIENCE_S = 1.0
-"""A port that takes no byte for this long is lost: a line is sent only when all is quiet."""
+"""A port that accepts no byte for this long is lost; its buffer is empty when a line is sent."""
 
-POLL_S = 0.005
-"""A port that cannot be slept on (Windows, rfc2217) is looked at this often."""
-
-CHUNK = 4096
-"""So many bytes are taken in one read at most."""
-
-_NATIVE = frozenset({"", "spy", "hwgrep"})
-"""What opens a device of this computer."""
+POLL_S = 0.005  # polling interval of ports without a file to wait on (Windows, rfc2217)
+CHUNK = 4096  # most bytes in one read
+_NATIVE = frozenset({"", "spy", "hwgrep"})  # the schemes that open a device of this computer
 
 
 class SerialLink(Link):
@@ -43,10 +38,10 @@ class SerialLink(Link):
     def __init__(
         self, port: str, baud: int, *, raise_dtr: bool = False, keep_dtr_on_close: bool = False
     ) -> None:
-        """Open the port; raises `PortUnavailable` with what to do about it. Sends nothing.
+        """Open the port, without sending anything; raises `PortUnavailable`.
 
-        With `raise_dtr` DTR and RTS are up while the port is open. Without, Windows never raises
-        them; Linux and macOS raise them in opening, and they are lowered at once. To reopen a
+        With `raise_dtr`, DTR and RTS are up while the port is open. Without it, Windows never
+        raises them; Linux and macOS raise them on opening, and we lower them at once. To reopen a
         port without resetting a board that restarts when DTR rises, give both `raise_dtr` and
         `keep_dtr_on_close` (see `clear_hupcl`).
         """
@@ -71,7 +66,7 @@ class SerialLink(Link):
 
     @property
     def description(self) -> str:
-        """Name the port and its speed, where it has one."""
+        """Name the port, and its speed if it has one."""
         return self._name if self._scheme == "socket" else f"{self._name} at {self._baud} baud"
 
     def write(self, data: bytes, now_s: float) -> None:  # noqa: ARG002 - real time is the port's own
@@ -83,23 +78,23 @@ class SerialLink(Link):
 
     def read(self, now_s: float) -> bytes:  # noqa: ARG002
         """Return what has arrived."""
-        heard = bytearray()
+        data = bytearray()
         try:
-            # a port that is gone says so in in_waiting on one system and in read on another
+            # if the port is gone, in_waiting raises on some systems and read on others
             waiting = self._port.in_waiting
             while piece := self._port.read(max(waiting, CHUNK)):
-                heard += piece
-                # rfc2217 hands out one byte at a time, whatever is asked for
+                data += piece
+                # rfc2217 returns one byte at a time, whatever the requested size
                 waiting = self._port.in_waiting
-                if not waiting or len(heard) >= CHUNK:
+                if not waiting or len(data) >= CHUNK:
                     break
         except (OSError, TypeError) as error:
-            if not heard:
+            if not data:
                 raise self._lost(error) from None
-        return bytes(heard)
+        return bytes(data)
 
     def wait(self, timeout_s: float) -> None:
-        """Sleep until bytes arrive, `wake` is called, or the time is over."""
+        """Sleep until bytes arrive, `wake` is called, or the timeout."""
         fileno = self._fileno()
         if fileno is None:
             self._bell.wait(min(timeout_s, POLL_S))
@@ -111,12 +106,12 @@ class SerialLink(Link):
         self._bell.ring()
 
     def keep_dtr_on_close(self) -> bool:
-        """Leave DTR as it is when the port is closed; tell whether the system can do that."""
+        """Leave DTR as it is when the port is closed; return whether the system can do that."""
         fileno = self._fileno()
         return self._scheme in _NATIVE and fileno is not None and clear_hupcl(fileno)
 
     def close(self) -> None:
-        """Give the port back."""
+        """Close the port."""
         # pyserial forgets to close a socket whose other end has gone
         left = getattr(self._port, "_socket", None)
         self._port.close()
@@ -126,7 +121,7 @@ class SerialLink(Link):
         self._bell.close()
 
     def _fileno(self) -> int | None:
-        """Return what can be slept on: a device where the system allows it, a socket anywhere."""
+        """Return the file to wait on: a socket, or a device on a POSIX system; else None."""
         if self._scheme != "socket" and os.name != "posix":
             return None
         try:
@@ -165,10 +160,10 @@ def clear_hupcl(fileno: int) -> bool:
 
 
 def _made(port: str, baud: int, kind: str) -> serial.Serial:
-    """Return the port, not open yet; raises `PortUnavailable` where its name makes no sense."""
+    """Return the port, not yet open; raises `PortUnavailable` if its name is not valid."""
     import serial  # an arm on simulated time needs no port library
 
-    # pyserial's rfc2217 knows no timeout for writing: there the socket has one of its own
+    # pyserial's rfc2217 has no write timeout; its socket has a timeout of its own
     patience_s = None if kind == "rfc2217" else WRITE_PATIENCE_S
     try:
         made = serial.serial_for_url(
@@ -193,13 +188,13 @@ def _open(made: serial.Serial, kind: str) -> None:
     if kind != "rfc2217":
         made.open()
         return
-    with warnings.catch_warnings():  # its thread is begun in a way that Python frowns upon
+    with warnings.catch_warnings():  # pyserial starts its thread in a deprecated way
         warnings.simplefilter("ignore", DeprecationWarning)
         made.open()
 
 
 def _device(port: str, made: serial.Serial, kind: str) -> str:
-    """Return the device's own name, without the URL around it."""
+    """Return the device's name, without the URL around it."""
     return str(made.portstr or port) if kind in _NATIVE else port
 
 

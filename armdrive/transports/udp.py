@@ -1,4 +1,4 @@
-"""A controller on a network by UDP: a write is one datagram, datagrams that arrive are appended."""
+"""A controller on a network over UDP: a write is one datagram, received ones are concatenated."""
 
 from __future__ import annotations
 
@@ -8,20 +8,18 @@ from armdrive.errors import LinkLost
 from armdrive.transports.link import Bell, Link
 from armdrive.transports.open_errors import no_connection
 
-LONGEST_BYTES = 65507
-"""What one datagram can carry over IPv4."""
-MOST_DATAGRAMS = 64
-"""So many are taken in one read, so that a flood cannot keep the engine from its other work."""
+LONGEST_BYTES = 65507  # most data in one datagram over IPv4
+MOST_DATAGRAMS = 64  # a limit per read, so that a flood cannot block the engine
 
 
 class UdpLink(Link):
-    """A `Link` over UDP to one host and port; what others send is not heard.
+    """A `Link` over UDP to one host and port; datagrams from other senders are ignored.
 
-    Datagrams can be lost on the way, and nobody says so: the answer then fails to come.
+    UDP does not report lost datagrams: the answer simply does not arrive.
     """
 
     def __init__(self, host: str, port: int) -> None:
-        """Take a socket; raises `NoConnection` where the host is not known. Sends nothing."""
+        """Create the socket; raises `NoConnection` if the host is unknown. Sends nothing."""
         shown = f"[{host}]" if ":" in host else host
         self._name = f"udp://{shown}:{port}"
         try:
@@ -50,19 +48,19 @@ class UdpLink(Link):
 
     def read(self, now_s: float) -> bytes:  # noqa: ARG002
         """Return what has arrived."""
-        heard = bytearray()
+        data = bytearray()
         try:
             for _ in range(MOST_DATAGRAMS):
-                heard += self._socket.recv(LONGEST_BYTES)
+                data += self._socket.recv(LONGEST_BYTES)
         except BlockingIOError:
             pass
         except OSError as error:
-            if not heard:
+            if not data:
                 raise self._lost(error) from None
-        return bytes(heard)
+        return bytes(data)
 
     def wait(self, timeout_s: float) -> None:
-        """Sleep until a datagram arrives, `wake` is called, or the time is over."""
+        """Sleep until a datagram arrives, `wake` is called, or the timeout."""
         if self._closed:
             return
         self._bell.wait(timeout_s, self._socket.fileno())
@@ -72,14 +70,14 @@ class UdpLink(Link):
         self._bell.ring()
 
     def close(self) -> None:
-        """Give the socket back."""
+        """Close the socket."""
         self._closed = True
         self._socket.close()
         self._bell.close()
 
     def _lost(self, error: OSError) -> LinkLost:
         if isinstance(error, ConnectionRefusedError | ConnectionResetError):
-            why = "nobody listens there"
+            why = "no program listens there"
         else:
             why = str(error)
         return LinkLost(

@@ -89,7 +89,7 @@ def patient(monkeypatch):
     """Have nothing be a loss because it lasts."""
     monkeypatch.setattr(can_threads, "WATCH_PATIENCE_S", LONG_S)
     monkeypatch.setattr(can_threads, "PATIENCE_S", LONG_S)
-    monkeypatch.setattr(can_link, "LAST_WORDS_S", LONG_S)
+    monkeypatch.setattr(can_link, "DRAIN_S", LONG_S)
 
 
 @pytest.fixture

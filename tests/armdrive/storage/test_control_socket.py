@@ -91,7 +91,7 @@ def test_silent_callers_cost_no_thread_and_keep_no_stop_waiting(arm, holding, ca
     assert arm.engine.stop_asked
     assert len(own_threads()) <= before
     for each in silent[: -2 * MOST_INCOMPLETE]:
-        assert "newer callers came: call again" in answered(each)["error"]
+        assert "newer callers arrived: call again" in answered(each)["error"]
         assert ended(each)
     assert ask_holder("bench", "status")["state"] == "standby"
 
@@ -119,7 +119,7 @@ def test_a_caller_who_was_crowded_out_calls_again_by_itself(arm, monkeypatch):
             return True
 
         def recv_bytes(self, most):
-            again = {"error": "32 newer callers came: call again", "again": True}
+            again = {"error": "32 newer callers arrived: call again", "again": True}
             return json.dumps(again if len(calls) < 3 else {"done": "stop"}).encode()
 
         def __enter__(self):
@@ -143,7 +143,7 @@ def test_a_silent_caller_is_told_and_let_go_when_its_time_is_over(arm, monkeypat
     serve(holding, arm)
     try:
         with called(notice_of("bench")["address"]) as connection:
-            assert "no whole request came within" in answered(connection)["error"]
+            assert "no complete request arrived within" in answered(connection)["error"]
             assert ended(connection)
     finally:
         holding.release()
@@ -169,7 +169,7 @@ def test_a_caller_who_drips_is_let_go_when_its_time_is_over(arm, monkeypatch):
                 for byte in data[:-1]:
                     now[0] += 0.2
                     os.write(connection.fileno(), bytes([byte]))
-            assert "no whole request came" in answered(connection)["error"]
+            assert "no complete request arrived" in answered(connection)["error"]
         assert not arm.paused
     finally:
         monkeypatch.undo()
@@ -244,7 +244,7 @@ def test_a_system_without_threads_is_told(arm, holding, call, monkeypatch):
     for _ in range(MOST_ANSWERED + 2):
         with monkeypatch.context() as patched:
             patched.setattr(threading.Thread, "start", started)
-            assert "cannot begin one more thread" in ask_holder("bench", "status")["error"]
+            assert "cannot start another thread" in ask_holder("bench", "status")["error"]
             assert ask_holder("bench", "stop") == {"done": "stop"}
     assert ask_holder("bench", "status")["state"] == "standby"
 

@@ -238,7 +238,7 @@ def test_what_a_killed_program_left_behind_is_recognised(arm):
             hold("bench")
         holder.kill()
     assert held_arms() == []
-    with pytest.raises(ArmError, match="ended without a chance"):
+    with pytest.raises(ArmError, match="killed before it could release"):
         ask_holder("bench", "stop")
     holding = hold("bench")
     serve(holding, arm)

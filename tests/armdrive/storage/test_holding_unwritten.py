@@ -23,14 +23,14 @@ def full(monkeypatch):
 
 def test_a_command_says_which_file_cannot_be_written(call, full):
     said = call.refused("status", code=1)
-    assert ".holder (No space left on device); make room" in said
+    assert ".holder cannot be written (No space left on device); free disk space" in said
     full.undo()
     call("status", code=0)
 
 
 def test_the_port_and_the_lock_are_given_back(full, tmp_path):
     with Served("teachmover", pty=tmp_path / "arm") as served:
-        with pytest.raises(StateFileError, match="nothing can be written beside"):
+        with pytest.raises(StateFileError, match="cannot be written"):
             Arm.connect(served.port, dialect="teachmover")
         full.undo()
         with Arm.connect(served.port, dialect="teachmover") as arm:

@@ -77,7 +77,7 @@ def test_a_name_that_is_not_there_suggests_one(book):
 
 @pytest.mark.parametrize("name", ["", "2nd", "a b", "a.b", "ä", "a" * 41, "a\n"])
 def test_what_is_no_name_is_refused(book, name):
-    with pytest.raises(BadRequest, match="is no name"):
+    with pytest.raises(BadRequest, match="is not a valid name"):
         book[name] = THERE
     with pytest.raises(BadRequest):
         book.teach(name)
@@ -110,11 +110,11 @@ WRONG = [
     (f"[points.a]\n{joints_line()}\ngripper_mm = inf\n", "finite"),
     (f'[points.a]\n{joints_line()}\ntaught = "today"\n', "a date and a time"),
     (f"[points.a]\n{joints_line()}\nnote = 3\n", "must be text"),
-    (f'[points."a b"]\n{joints_line()}\n', "is no name"),
+    (f'[points."a b"]\n{joints_line()}\n', "is not a valid name"),
     ('[sequences.s]\nsteps = [{ point = "b" }]\n', "goes to the point 'b'"),
     ('[sequences.s]\nsteps = [{ gripper = "shut" }]\n', "steps[1]: gripper is one of"),
-    ('[sequences.s]\nsteps = [{ gripper = "open", wait_s = 1 }]\n', "no two of them"),
-    ("[sequences.s]\nsteps = [{}]\n", "is one of point, gripper and wait_s"),
+    ('[sequences.s]\nsteps = [{ gripper = "open", wait_s = 1 }]\n', "exactly one of point"),
+    ("[sequences.s]\nsteps = [{}]\n", "has exactly one of point, gripper and wait_s"),
     ("[sequences.s]\nsteps = [{ wait_s = -1 }]\n", "wait_s is from 0"),
     ("[sequences.s]\nsteps = [{ gripper = true }]\n", "must be text"),
     ("[sequences.s]\nsteps = 3\n", "steps must be a list"),

@@ -171,7 +171,7 @@ def test_a_power_cut_between_programs_is_suspect_and_keeps_the_posture(bench):
     [
         ({"calibration": "0123456789abcdef"}, "another calibration"),
         ({"arm": "the other one"}, "the other one"),
-        ({"offset": [0], "registers": [0]}, "other motors"),
+        ({"offset": [0], "registers": [0]}, "different number of motors"),
         ({"trust": "certain"}, "damaged"),
         ({"format": 99}, "a newer armdrive wrote it"),
         ({"format": 1}, "an older armdrive wrote it"),
@@ -285,7 +285,7 @@ def test_a_record_is_refused_under_any_other_name_however_similar(bench, name):
     referenced(bench).close()
     arm = bench.connect(config=replace(bench.config, name=name), allow_restored=True)
     assert arm.status.trust is Trust.UNKNOWN
-    assert f"it is of the arm {bench.config.name}" in arm.status.trust_reason
+    assert f"it belongs to the arm {bench.config.name}" in arm.status.trust_reason
 
 
 def test_what_cannot_be_known_any_more_is_waited_for_by_every_call_that_asks_the_disk(bench):

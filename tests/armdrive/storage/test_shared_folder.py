@@ -384,7 +384,7 @@ def test_a_log_is_not_poured_into_a_pipe():
 @pytest.mark.parametrize("put", [a_link, a_pipe, a_folder, a_socket], ids=lambda put: put.__name__)
 def test_what_is_no_lock_is_not_taken_for_one(put, tmp_path):
     put(notice_path("bench", "lock"), tmp_path)
-    with pytest.raises(StateFileError, match="nobody can hold an arm") as found:
+    with pytest.raises(StateFileError, match="no arm can be locked") as found:
         hold("bench")
     assert "Errno" not in str(found.value)
     if put is a_link:

@@ -87,7 +87,7 @@ def test_a_command_that_needs_the_folder_says_so_in_a_sentence(call, unwritable,
     said = call.refused(*words, code=1)
     assert "Errno" not in said
     assert "writable" in said
-    assert "nobody can hold an arm" in said or words in WRITING or "--fresh" in words
+    assert "no arm can be locked" in said or words in WRITING or "--fresh" in words
 
 
 @pytest.mark.parametrize("words", HOLDING_NOTHING, ids=" ".join)
@@ -102,7 +102,7 @@ def test_the_demo_needs_no_folder(call, unwritable):
 
 
 def test_a_connection_is_refused_before_its_port_is_opened(unwritable, tmp_path):
-    with pytest.raises(StateFileError, match="nobody can hold an arm"):
+    with pytest.raises(StateFileError, match="no arm can be locked"):
         Arm.connect(str(tmp_path / "no-port"), dialect="teachmover")
 
 

@@ -137,12 +137,12 @@ class TestState:
     def test_a_driver_that_knows_of_bus_off_is_believed(self, failing):
         bus, link = failing
         bus.broken = can.BusState.ERROR
-        assert "its driver says so" in until_lost(link)
+        assert "its driver reports so" in until_lost(link)
 
     def test_error_passive_that_lasts_is_a_loss(self, failing):
         bus, link = failing
         bus.coming.append(NO_ACK)
-        assert "nobody acknowledged" in until_lost(link)
+        assert "no node acknowledged" in until_lost(link)
         assert link.health.state is BusState.PASSIVE
 
     def test_error_passive_is_forgiven_once_a_frame_is_heard(self, patient, failing, monkeypatch):

@@ -81,23 +81,23 @@ def test_without_linux_there_is_nothing_to_list(tmp_path):
 
 
 def test_drivers_that_hang_or_die_end_as_an_error(monkeypatch):
-    monkeypatch.setattr(can_ports, "_ASKING", "import time; time.sleep(60)")
+    monkeypatch.setattr(can_ports, "_DETECT", "import time; time.sleep(60)")
     with pytest.raises(LinkError, match="did not answer within"):
         ask_drivers(0.2)
-    monkeypatch.setattr(can_ports, "_ASKING", "import os; os.abort()")
-    with pytest.raises(LinkError, match="cannot be asked"):
+    monkeypatch.setattr(can_ports, "_DETECT", "import os; os.abort()")
+    with pytest.raises(LinkError, match="cannot be queried"):
         ask_drivers()
 
 
 def test_what_drivers_find_is_written_as_a_port(monkeypatch):
-    monkeypatch.setattr(can_ports, "_ASKING", """print('[["pcan", "PCAN_USBBUS1"]]')""")
+    monkeypatch.setattr(can_ports, "_DETECT", """print('[["pcan", "PCAN_USBBUS1"]]')""")
     assert ask_drivers() == [CanPort("can:pcan:PCAN_USBBUS1", "python-can's pcan")]
 
 
 def test_the_command_lists_them_in_words_and_as_json(call, computer, monkeypatch):
     net, usb = computer
     monkeypatch.setattr(ports_command, "list_can_ports", partial(list_can_ports, net=net, usb=usb))
-    monkeypatch.setattr(can_ports, "_ASKING", """print('[["socketcan", "can0"], ["x", "1"]]')""")
+    monkeypatch.setattr(can_ports, "_DETECT", """print('[["socketcan", "can0"], ["x", "1"]]')""")
     seen = call("ports", "--json", code=0).json["can"]
     assert [each["port"] for each in seen] == ["can:socketcan:vcan0", "can:socketcan:can0"]
     said = call("ports", "--can", code=0).out

@@ -108,7 +108,7 @@ class TestOpening:
         monkeypatch.setattr(can_slcan, "GREETING_S", 0.02)
         port = PtyServer(tmp_path / "other")
         where = f"can:slcan:{port.address}?bitrate=500000"
-        with pytest.raises(NoConnection, match=r"says nothing.*candleLight"):
+        with pytest.raises(NoConnection, match=r"sends nothing.*candleLight"):
             open_link(where, 0)
         for words in (b"Grbl 1.1f ['$' for help]\r\n", b"C\rS6\r\rO\rO\rV\r"):
             port.read()  # what was asked before
@@ -150,7 +150,7 @@ class TestLosses:
     def test_with_no_other_node_the_first_frame_tells(self, served, opened):
         served.server.adapter.faults.alone = True
         opened.write(pack(Frame(1)), 0.0)
-        assert "nobody on the bus takes what is sent" in until_lost(opened)
+        assert "no node on the bus receives what is sent" in until_lost(opened)
 
     def test_bus_off_is_told_and_reopening_mends_it(self, served, opened):
         served.server.adapter.faults.bus_off = True

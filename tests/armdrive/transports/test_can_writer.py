@@ -153,7 +153,7 @@ ERROR_FRAMES = [
     (0x004, b"\0\x08", BusState.WARNING, "warning limit"),
     (0x004, b"\0\x40", BusState.ACTIVE, "again"),
     (0x100, b"", BusState.ACTIVE, "again"),
-    (0x004, b"\0\x01", None, "ran over"),
+    (0x004, b"\0\x01", None, "overflowed"),
     (0x088, bytes(8), None, "protocol error, the bus has an error"),
     (0x200, b"", None, "without a reason"),
 ]

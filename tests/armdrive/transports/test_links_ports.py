@@ -103,7 +103,7 @@ def test_a_missing_port_is_met_with_those_that_are_there(adapter):
 def test_a_computer_without_ports_says_so(monkeypatch):
     monkeypatch.setattr(pyserial, "comports", list)
     assert list_ports() == ()
-    with pytest.raises(NoSuchPort, match="no serial port is there at all"):
+    with pytest.raises(NoSuchPort, match="there is no serial port at all"):
         SerialLink("/dev/ttyUSB77", 9600)
 
 

@@ -72,7 +72,7 @@ def test_a_port_in_use_names_who_has_it(port, monkeypatch):
 def test_what_is_no_serial_port_is_refused_in_words(tmp_path):
     file = tmp_path / "file"
     file.touch()
-    with pytest.raises(NoSuchPort, match="is no serial port"):
+    with pytest.raises(NoSuchPort, match="is not a serial port"):
         SerialLink(str(file), 9600)
 
 

@@ -153,7 +153,7 @@ async def test_a_name_that_is_taken_or_none_is_refused():
         await session.press("t", "backspace", "backspace", "u", "p", "enter")
         assert "already" in session.text("remarks")
         await session.press("t", "backspace", "backspace", "enter")
-        assert "is no name" in session.text("remarks")
+        assert "is not a valid name" in session.text("remarks")
         assert session.point("up").joints.deg["shoulder"] == pytest.approx(80.0)
 
 
@@ -401,7 +401,7 @@ async def test_the_way_and_the_speed_of_a_marked_step_are_changed_and_not_those_
         ("g", "wide", "'wide' is no opening: type open, close, grasp, here, point, or mm"),
         ("W", "-1", "wait_s is from 0"),
         ("W", "soon", "'soon' is no time: type seconds"),
-        ("E", "nowhere", "which there is not"),
+        ("E", "nowhere", "which does not exist"),
     ],
 )
 async def test_what_is_no_step_is_refused_and_can_be_mended(key, typed, said):

@@ -70,7 +70,7 @@ def test_what_is_wrong_is_one_sentence(taught):
     assert "did you mean 'pick'" in taught.refused("points", "go", "pikc", code=2)
     assert "already" in taught.refused("points", "save", "pick", code=2)
     taught("points", "save", "pick", "--again", "--json", code=0)
-    assert "is no name" in taught.refused("points", "save", "a b", code=2)
+    assert "is not a valid name" in taught.refused("points", "save", "a b", code=2)
     assert "no sequence" in taught.refused("points", "run", "pick", code=2)
     places.points_file("sim:teachmover").write_text("[points.a]\nknee = 3\n", encoding="utf-8")
     assert "unknown key 'knee'" in taught.refused("points", "list", "--json", code=2)
