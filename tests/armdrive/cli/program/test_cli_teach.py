@@ -56,7 +56,7 @@ def test_a_new_sequence_begins_with_its_first_step(call, book):
     ("words", "sentence"),
     [
         (("add", "fetch", "fly", "home"), "is not a step"),
-        (("add", "fetch", "to", "nowhere"), "which there is not"),
+        (("add", "fetch", "to", "nowhere"), "which does not exist"),
         (("insert", "fetch", "9", "to", "above"), "no place 9"),
         (("remove", "nothing", "1"), "no sequence 'nothing'"),
         (("move", "fetch", "1", "7"), "no place 7"),
