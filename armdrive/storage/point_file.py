@@ -39,7 +39,7 @@ HEADER_WIDTH = 24  # column of the comment with the pose, after a point's header
 
 HEADING = """\
 # Points and sequences of {arm}, in degrees, mm and seconds. Edit them as you like: they are
-# checked before the arm moves. docs/points.md explains every key.
+# checked before the arm moves. docs/how-to/points.md explains every key.
 {key} = {format}
 """
 
@@ -300,7 +300,7 @@ def not_connected() -> Point:
 
 @checked_calls(RULES)
 class Points(MutableMapping[str, Point]):
-    """`points["pick"]`, `points.teach("pick")`, `del points["pick"]`; see docs/points.md.
+    """`points["pick"]`, `points.teach("pick")`, `del points["pick"]`; see docs/how-to/points.md.
 
     Every call may raise `PointsFileError`, and `UnknownPoint` (a `KeyError`) for an unknown name.
     """
