@@ -104,11 +104,8 @@ def _tip(arm: ArmGeometry, angles: Sequence[float]) -> tuple[float, float]:
 _LATTICE = 24
 _FINEST_MM = 5.0
 
-_MAPPED = 1_000_000
-"""Postures in a map of the reach: some half a second, and no gap at the resolution of a page."""
-
-_CELLS = 120
-"""Cells along the larger side of a map, of which each shows one place at most."""
+_MAPPED = 1_000_000  # sampled postures of a map: half a second, without gaps on a printed page
+_CELLS = 120  # cells along the larger side of a map; each shows at most one point
 
 
 def section_sketch(arm: FiveAxisArm, pitch_deg: float, azimuth_deg: float) -> Sketch:
