@@ -43,7 +43,7 @@ from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 
 class AsyncGripper(AsyncCalls[Gripper]):
-    """The fingers of an arm: the calls of `Gripper`, awaited."""
+    """The gripper of an arm: the calls of `Gripper`, as coroutines."""
 
     @property
     def opening_mm(self) -> float:
@@ -63,22 +63,22 @@ class AsyncGripper(AsyncCalls[Gripper]):
         """Grasp an object like `grasp`, and return the force as well."""
 
 class AsyncArm(AsyncConnection):
-    """One arm, connected, for a program of coroutines; `sync` is the `Arm` itself.
+    """A connected arm for asyncio programs; `sync` is the underlying `Arm`.
 
-    Each call is described at the call of that name of `Arm`. Whoever cancels an awaited call,
-    `asyncio.timeout` too, stops the arm: the cancelling goes on once it stands. What never waits
-    (`status`, `pause`, `estop`, ...) is not awaited.
+    `Arm` documents each call. Cancelling an awaited call, also with `asyncio.timeout`, stops the
+    arm; `CancelledError` follows once the arm stands. Calls that never wait (`status`, `pause`,
+    `estop`, ...) are not awaited.
     """
 
     @property
     def config(self) -> ArmConfig:
-        """The arm's file."""
+        """The contents of the arm file."""
     @property
     def simulated(self) -> bool:
-        """Whether it is a simulated arm."""
+        """Whether the arm is simulated."""
     @property
     def twin(self) -> SimulatedArm | None:
-        """The simulated arm behind, with its physical world."""
+        """The simulated device, with its physical world."""
     @property
     def gripper(self) -> AsyncGripper:
         """The fingers."""
@@ -95,10 +95,10 @@ class AsyncArm(AsyncConnection):
         twin: SimulatedArm | None = ...,
         reconnect: bool | None = ...,
     ) -> Connecting[Self]:
-        """Connect as `Arm.connect` does: `await` it, or use it in `async with`.
+        """Connect like `Arm.connect`: `await` the call, or use it in `async with`.
 
-        Simulated arms of one event loop live on one clock, unless `pace` says otherwise. What
-        simulated time an arm needs passes while its calls are awaited, and not in `asyncio.sleep`.
+        Simulated arms of one event loop share a clock, unless `pace` says otherwise. Simulated
+        time passes while an arm's calls are awaited, but not in `asyncio.sleep`.
         """
     async def reconnect(self) -> None:
         """Try once to restore a lost connection; a USB port is found by its serial number."""

@@ -199,7 +199,7 @@ def test_a_posture_is_not_taken_from_a_controller_that_was_restarted_meanwhile()
     device = arm.twin.device
     device.power_off()
     device.power_on()
-    with pytest.raises(DeviceFault, match="seen a moment ago"):
+    with pytest.raises(DeviceFault, match="changed a moment ago"):
         arm.declare_posture(here)
     assert arm.status.trust is Trust.SUSPECT
     arm.declare_posture(arm.twin.world.joints, opening_mm=20.0)
