@@ -135,39 +135,71 @@ class Trust(Enum):
 class Evidence(Enum):
     """An observation that changes the trust in the position, in the words of the status."""
 
-    NO_RECORD = "nothing is recorded of this arm's position"
+    NO_RECORD = "no position of this arm has been saved"
     HOMED = "referenced in the reference posture"
     HOMED_BY_SWITCHES = "referenced by the controller's own homing"
     DECLARED = "the posture was declared by the caller"
     CONFIRMED = "the operator confirmed the recorded posture"
-    RECORD_MATCHES = "recorded by an earlier program, and the registers still agree"
-    RECORD_DIFFERS = "the registers differ from the recorded ones: it was moved, or lost its power"
-    LINK_BACK = "the wire was lost and is back, and the registers still agree"
+    RECORD_MATCHES = "saved by the last session, and the registers match"
+    RECORD_DIFFERS = "the registers differ from the saved ones: the arm was moved or lost its power"
+    LINK_BACK = "the link was lost and restored, and the registers match"
     ENDED_IN_MOTION = "the last program ended in mid-motion"
-    RECORD_UNUSABLE = "the recorded position cannot be used"
-    ANSWER_LOST = "a motion was sent and its answer never came"
+    RECORD_UNUSABLE = "the saved position cannot be used"
+    ANSWER_LOST = "a motion was sent, but never answered"
     SILENT = "the controller did not answer, and may have lost its power"
     READ_BACK_DIFFERS = "the registers are not where the motion should have left them"
-    MOTION_REFUSED = "the controller refused a motion that it should have understood"
-    BROKEN_OFF = "a motion was broken off before its end"
-    HOMING_FAILED = "the controller's homing did not end"
-    OFF_ITS_MARK = "verified at its mark, and found off its position"
-    STOPPED_DEAD = "the motors were stopped dead in motion, and may have lost steps"
-    ALARM = "the controller went into alarm while it moved"
+    MOTION_REFUSED = "the controller refused a valid motion"
+    BROKEN_OFF = "a motion was aborted before its end"
+    HOMING_FAILED = "the controller's homing did not finish"
+    OFF_ITS_MARK = "verified at the reference mark, where the position was off"
+    STOPPED_DEAD = "the motors were stopped without a ramp and may have lost steps"
+    ALARM = "the controller went into alarm during a motion"
     OFF_THE_PATH = "the controller reported a position off the path that was sent"
     SWITCHED_OFF = "the controller switched the motors off, and the arm can sag"
     CURRENT_DROPPED = "the motor current was switched off, and the arm can sag"
-    LOST_IN_MOTION = "the wire was lost while the arm moved"
-    MOVED_BY_OTHERS = "the registers changed with no motion from here: by hand, or by a pendant"
-    RESTARTED = "the controller announced that it was restarted"
+    LOST_IN_MOTION = "the link was lost during a motion"
+    MOVED_BY_OTHERS = "the registers changed without a command: moved by hand or by a pendant"
+    RESTARTED = "the controller reported a restart"
     CONTROLLER_RESTARTED = "the registers fell to zero: the controller was reset or lost its power"
+
+
+# Position records and recordings store the text of the evidence. Those made by earlier versions
+# have these texts, which still need their codes.
+_TEXTS_OF_EARLIER_VERSIONS: Mapping[str, Evidence] = MappingProxyType(
+    {
+        "nothing is recorded of this arm's position": Evidence.NO_RECORD,
+        "recorded by an earlier program, and the registers still agree": Evidence.RECORD_MATCHES,
+        "the registers differ from the recorded ones: it was moved, or lost its power": (
+            Evidence.RECORD_DIFFERS
+        ),
+        "the wire was lost and is back, and the registers still agree": Evidence.LINK_BACK,
+        "the recorded position cannot be used": Evidence.RECORD_UNUSABLE,
+        "a motion was sent and its answer never came": Evidence.ANSWER_LOST,
+        "the controller refused a motion that it should have understood": Evidence.MOTION_REFUSED,
+        "a motion was broken off before its end": Evidence.BROKEN_OFF,
+        "the controller's homing did not end": Evidence.HOMING_FAILED,
+        "verified at its mark, and found off its position": Evidence.OFF_ITS_MARK,
+        "the motors were stopped dead in motion, and may have lost steps": Evidence.STOPPED_DEAD,
+        "the controller went into alarm while it moved": Evidence.ALARM,
+        "the wire was lost while the arm moved": Evidence.LOST_IN_MOTION,
+        "the registers changed with no motion from here: by hand, or by a pendant": (
+            Evidence.MOVED_BY_OTHERS
+        ),
+        "the controller announced that it was restarted": Evidence.RESTARTED,
+    }
+)
+
+_EVIDENCE_BY_TEXT: Mapping[str, Evidence] = MappingProxyType(
+    {each.value: each for each in Evidence} | dict(_TEXTS_OF_EARLIER_VERSIONS)
+)
 
 
 def code_of_reason(reason: str) -> str:
     """Return the catalogue's code for a trust's reason, which begins with its evidence's text."""
-    found = (each for each in Evidence if reason.startswith(each.value))
-    evidence = next(found, None)
-    return "" if evidence is None else code_of_name(evidence.name)
+    for text, evidence in _EVIDENCE_BY_TEXT.items():
+        if reason.startswith(text):
+            return code_of_name(evidence.name)
+    return ""
 
 
 class Current(Enum):

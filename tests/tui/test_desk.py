@@ -387,7 +387,7 @@ async def test_the_arms_own_refusal_of_cartesian_jogging_is_shown():
         session.arm.set(notice="jogging in Cartesian space needs a known position")
         await session.poll()
         assert "needs a known position" in session.text("remarks")
-        assert "nothing is recorded" in session.text("conduct")
+        assert "no position of this arm has been saved" in session.text("conduct")
         assert "posture not known" in "".join(session.desk.place.query_one("#space").rows)
 
 
